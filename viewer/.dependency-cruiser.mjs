@@ -1,5 +1,5 @@
 /** Each folder of src may use only those before it; no file or folder depends on itself through others. */
-const order = ['ui', 'model', 'net', 'render', 'live', 'board', 'hands', 'admin', 'drive', 'replay', 'pages'];
+const order = ['wire', 'ui', 'model', 'net', 'render', 'live', 'board', 'hands', 'admin', 'drive', 'replay', 'pages'];
 
 const upward = order.slice(0, -1).map((folder, k) => ({
   name: `${folder}-uses-a-later-folder`,

@@ -1,4 +1,4 @@
-/** Tests of the pages in Chromium, against a server of their own (`PALMARES_SERVER_BIN`). */
+/** Tests of the pages in Chromium; they start their own servers (`PALMARES_SERVER_BIN`). */
 import { defineConfig } from '@playwright/test';
 
 export default defineConfig({
@@ -9,7 +9,7 @@ export default defineConfig({
   reporter: [['list']],
   outputDir: '../target/viewer-tests',
   use: {
-    // What is not there does not use up the time of the whole test.
+    // A missing element must not use up the time of the whole test.
     actionTimeout: 20_000,
     launchOptions: {
       executablePath: process.env['PALMARES_CHROMIUM'] ?? '/usr/bin/chromium',

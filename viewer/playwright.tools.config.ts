@@ -1,4 +1,4 @@
-/** What measures the pages and takes their pictures: `npm run tools -- measure`, `npm run tools -- pictures`. */
+/** Measures the pages and takes screenshots for the docs: `npm run tools -- measure`, `npm run tools -- pictures`. */
 import { defineConfig } from '@playwright/test';
 import tests from './playwright.config';
 

@@ -1,11 +1,11 @@
-/** Bundles every page of src/pages into dist/, with a manifest from which the server takes the hashed names. */
+/** Bundles each page of src/pages into dist/, with a manifest of the hashed file names for the server. */
 import { type Plugin, defineConfig } from 'vite';
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { brotliCompressSync, gzipSync } from 'node:zlib';
 
 const pages = readdirSync(new URL('./src/pages/', import.meta.url)).filter((name) => name.endsWith('.ts'));
 
-/** Beside every script, style sheet and drawing the same compressed, as the server sends it: of the files as they were written. */
+/** Adds compressed copies of scripts, style sheets and drawings, which the server sends. It reads the written files. */
 const compressed: Plugin = {
   name: 'compressed',
   writeBundle({ dir = 'dist/bundle' }, bundle) {
@@ -21,7 +21,7 @@ export default defineConfig({
   base: '/',
   plugins: [compressed],
   build: {
-    // The folder dist itself is always there: the server looks into it when it is compiled.
+    // The folder dist itself always exists: compiling the server needs it.
     outDir: 'dist/bundle',
     emptyOutDir: true,
     manifest: 'manifest.json',

@@ -1,10 +1,13 @@
-"""What a wrist camera at 30 Hz costs beside lockstep.
+"""Cost of a wrist camera at 30 Hz in lockstep.
 
-Two runs of the same scene and actions take turns in blocks of 200 calls of one tick: one reads the wrist's
-depth picture as often as the camera takes one, the other reads none. For both: the server's own time for a
-tick (`palmares_tick_compute_seconds` at ``/metrics``: physics, referee, recorder), and what a call of
-`Client.step` takes on average, with drawing, sending and decoding of the pictures. Medians over the blocks,
-quartiles in brackets. Start a server first, on an idle machine.
+    palmares serve                                # in another terminal, on an idle machine
+    python cameras.py
+
+Two runs of the same scene and actions alternate in blocks of 200 calls of one tick: one reads every depth
+image of the wrist, the other none. The table has the server's own time for a tick
+(`palmares_tick_compute_seconds` at ``/metrics``: physics, referee, recorder), and the mean time of a call of
+`Client.step`, with drawing, sending and decoding of the images. Medians over the blocks, quartiles in
+brackets.
 """
 
 from __future__ import annotations
@@ -58,7 +61,7 @@ def quartiles(values: list[float], form: str) -> str:
 
 
 def measure(url: str, scene: str, noise: Literal["none", "real"], blocks: int) -> None:
-    """Play a run with pictures and one without by turns; print their row."""
+    """Alternate a run with images and one without; print their row."""
     with palmares.Client(url) as seeing, palmares.Client(url) as blind:
         runs = [Played(seeing, [CAMERA]), Played(blind, [])]
         for run in runs:
@@ -89,8 +92,8 @@ def main() -> None:
     parser.add_argument("--url", default="http://127.0.0.1:8080")
     parser.add_argument("--blocks", type=int, default=15, help=f"blocks of {BLOCK} ticks per run")
     args = parser.parse_args()
-    print("In µs: a tick and a call without pictures, the same with them, what they add\n")
-    print("| scene | noise | pictures/s | tick | call | tick, seeing | call, seeing | tick + | call + |")
+    print("In µs: a tick and a call without images, the same with images, the difference\n")
+    print("| scene | noise | images/s | tick | call | tick with | call with | tick + | call + |")
     print("|---|---|---|---|---|---|---|---|---|")
     for scene in SCENES:
         for noise in ("none", "real"):

@@ -1,13 +1,13 @@
-"""Play every example controller over unseen scenes and write how its scores are distributed into docs.
+"""Play every example controller in unseen scenes and write the distribution of its scores into the docs.
 
-    python controllers.py                             all of them, over the seeds 5001 to 5100
-    python controllers.py --only shelf_softhand       one; the others' lines stay as they are
-    python controllers.py --for-s 240                 stops after four minutes; called again, it goes on
+    python controllers.py                             all of them, with the seeds 5001 to 5100
+    python controllers.py --only shelf_softhand       one; the other lines stay
+    python controllers.py --for-s 240                 stops after four minutes; the next call continues
 
-Runs that have ended are kept in `target/controllers`, under a digest of the controller's source. Before they
-are used, the worst of them is played again: unless it ends in the same state, bit for bit, something else has
-changed (physics, task, what the examples share), and all are played anew. A line of the table is written
-once all of its runs are there.
+Finished runs are stored in `target/controllers`, under a digest of the controller's source. Before their use
+the worst one is played again. If it does not end in the same state, bit for bit, something else has changed
+(physics, task, `palmares.skills`), and all runs are played again. A line of the table is written after all of
+its runs.
 """
 
 from __future__ import annotations
@@ -40,14 +40,20 @@ TASKS = ("balls", "grasp", "shelf")
 SCRIPTS = {"balls.mjs": ROOT / "docs/examples/balls.mjs"}
 NODE = ("node", "--experimental-websocket")
 HEAD = """\
-# How good the example controllers are
+# Scores of the example controllers
 
-Each controller played each scene once; a run in which it failed counts as the objects then lay. The seeds
-{seeds} were not looked at while the controllers were written, but for shelf_softhand and shelf_sensors:
-their rows of earlier versions were, the first of them with a mean of 40.60, and they were then tuned on
-other seeds. `client-py/benchmarks/controllers.py` plays and writes this table; `palmares evaluate
---markdown` writes one of your own controller. *95 %* is an interval of the mean, by bootstrap over the
-scenes. At most there are 10 points in balls and in grasp, 50 in the shelf.
+Scores over held-out scenes, one run each. Measure your own controller with
+
+```
+palmares evaluate my_controller.py --seeds {seeds} --markdown FILE
+```
+
+At most there are 10 points in balls and in grasp, 50 in the shelf. *95 %* is an interval of the mean, by
+bootstrap over the scenes. If a controller fails, the referee scores the objects where they are.
+`client-py/benchmarks/controllers.py` plays and writes the table.
+
+The authors did not use the seeds {seeds}, with one exception. They saw the rows of earlier versions of
+shelf_softhand and shelf_sensors, the first with a mean of 40.60, and then tuned both on other seeds.
 
 """
 
@@ -90,7 +96,7 @@ def play_script(path: Path, job: Job) -> Played:
 
 
 def player(name: str, path: Path, stack: contextlib.ExitStack) -> Callable[[int], Played]:
-    """Return what plays a seed."""
+    """Return a function that plays a seed."""
     if name not in SCRIPTS:
         return lambda seed: play(Job(str(path), None, None, seed))
     if shutil.which(NODE[0]) is None:
@@ -101,20 +107,20 @@ def player(name: str, path: Path, stack: contextlib.ExitStack) -> Callable[[int]
 
 
 def kept(file: Path, play_seed: Callable[[int], Played]) -> dict[int, Played]:
-    """Return the runs that have ended, by seed; none if they would go differently now."""
+    """Return the stored runs, by seed; none if they would end differently now."""
     if not file.exists():
         return {}
     runs = [Played(**json.loads(line)) for line in file.read_text().splitlines()]
     worst = min(runs, key=lambda run: run.score, default=None)
     if worst is not None and play_seed(worst.seed).state_hash != worst.state_hash:
-        print(f"{file.name}: its runs would go differently now; they are played anew", file=sys.stderr)
+        print(f"{file.name}: its runs end differently now; they are played again", file=sys.stderr)
         file.unlink()
         return {}
     return {run.seed: run for run in runs}
 
 
 def write(lines: dict[str, str], played: str) -> None:
-    """Put lines of the table, by controller, into the document; those of other controllers stay."""
+    """Write lines of the table, by controller, into the document; the other lines stay."""
     names = list(controllers())
     if DOCUMENT.exists():
         old = [line for line in DOCUMENT.read_text().splitlines() if line.startswith("| ")]
@@ -124,14 +130,14 @@ def write(lines: dict[str, str], played: str) -> None:
 
 
 def main() -> None:
-    """Play what is missing and write the table."""
+    """Play the missing runs and write the table."""
     known = controllers()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--only", choices=known, action="append", metavar="NAME", help=", ".join(known))
     parser.add_argument("--seeds", default="5001-5100", help="a range (default 5001-5100)")
-    parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after that many seconds")
+    parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after this time, s")
     options = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()

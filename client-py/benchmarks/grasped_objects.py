@@ -1,11 +1,11 @@
-"""Have an example grasp every object of the catalogue and write down which it holds through the shake.
+"""Grasp every object of the catalogue with an example and write the list of held objects into the docs.
 
     python grasped_objects.py                    all objects, three scenes of each
-    python grasped_objects.py --only 029_plate   one; the others' lines stay as they are
-    python grasped_objects.py --for-s 240        stops after four minutes; called again, it goes on
+    python grasped_objects.py --only 029_plate   one; the other lines stay
+    python grasped_objects.py --for-s 240        stops after four minutes; the next call continues
 
-The scenes are those of the task grasp with this object alone and room for large ones, as a task of one's own
-in a temporary folder. Runs that have ended are kept in `target/controllers`, under a digest of the example.
+The scenes are those of the task grasp with one object, and more space for large ones, from a task in a
+temporary folder. Finished runs are stored in `target/controllers`, under a digest of the example.
 """
 
 from __future__ import annotations
@@ -31,15 +31,17 @@ NAME = "grasp_softhand"
 FIRST_SEED = 5001
 RUNS = 3
 HELD = 6.0
-"""Of 10 points: whoever has so many has lifted the object and held it through the shake, or nearly"""
+"""From this score on, of 10 points, the object was lifted and held through the shake, or nearly"""
 DOCUMENT = ROOT / "docs/grasped.md"
 HEAD = """\
 # Which objects the SoftHand can grasp
 
-`grasp_softhand.py` grasped every object of the catalogue on the table of the task grasp, in {runs} scenes
-each (seeds from {first} on), by `client-py/benchmarks/grasped_objects.py`. At most there are 10 points;
-{held:g} and more say that it lifted the object, held it for two seconds and kept it through the shake. *size*
-is that of the smallest upright box around the object at the start, longer side, shorter side and height;
+`client-py/benchmarks/grasped_objects.py` ran `grasp_softhand.py` with every object of the catalogue on
+the table of the task grasp, in {runs} scenes each (seeds from {first} on). At most there are 10 points.
+{held:g} and more mean that the hand lifted the object, held it for two seconds and kept it through the
+shake.
+
+*size* is the smallest upright box around the object at the start: longer side, shorter side, height.
 *tries* is the mean number of attempts in a run.
 
 """
@@ -65,7 +67,7 @@ def catalogue() -> list[str]:
 
 
 def write_task(folder: Path, name: str) -> None:
-    """Write a task with this object alone, and with room for large ones."""
+    """Write a task with this object alone, and with space for large ones."""
     text = (ROOT / "tasks/grasp/task.toml").read_text()
     text, objects = re.subn(r"from = \[.*?\]", f'from = ["{name}"]', text, flags=re.DOTALL)
     text, region = re.subn(
@@ -103,7 +105,7 @@ def line(runs: list[Grasped]) -> str:
 
 
 def write(lines: dict[str, str]) -> None:
-    """Put objects' lines into the document; those of other objects stay."""
+    """Write lines of objects into the document; the other lines stay."""
     if DOCUMENT.exists():
         old = [line for line in DOCUMENT.read_text().splitlines() if line.startswith("| ")]
         lines = {line.split(" | ")[0].removeprefix("| "): line for line in old[1:]} | lines
@@ -114,15 +116,13 @@ def write(lines: dict[str, str]) -> None:
 
 
 def main() -> None:
-    """Play what is missing and write the table."""
+    """Play the missing runs and write the table."""
     known = catalogue()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--only", choices=known, action="append", metavar="NAME", help="an object's name")
-    parser.add_argument(
-        "--for-s", type=float, default=math.inf, help="begin no object after that many seconds"
-    )
+    parser.add_argument("--for-s", type=float, default=math.inf, help="begin no object after this time, s")
     options = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()

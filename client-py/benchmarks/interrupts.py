@@ -1,8 +1,8 @@
-"""How long Ctrl-C takes in calls that would go on for minutes: from the signal to the exception in Python.
+"""Delay of Ctrl-C in calls of several minutes: from the signal to the exception in Python.
 
     python client-py/benchmarks/interrupts.py --times 20
 
-Every call is made in a process of its own, which is interrupted at a random moment of its first second.
+Each call has its own process, which is interrupted at a random moment of its first second.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CHILD = """
 import signal, sys, time
 import numpy as np
 from palmares import sim
-# What a shell starts in the background ignores Ctrl-C, and so would this.
+# A shell makes background processes ignore Ctrl-C; undo that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 call = sys.argv[1]
 if "batch" in call:
@@ -51,7 +51,7 @@ except KeyboardInterrupt:
 
 
 def answer_s(call: str, wait_s: float) -> float:
-    """Interrupt a call; return how long the exception takes, s."""
+    """Interrupt a call; return the delay of the exception, s."""
     with subprocess.Popen([sys.executable, "-c", CHILD, call], stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
         if child.stdout.readline() != "ready\n":

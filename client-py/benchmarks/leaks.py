@@ -1,10 +1,10 @@
-"""Whether memory stays as it is over very many resets, in one process.
+"""Growth of memory over many resets, in one process.
 
     python client-py/benchmarks/leaks.py --resets 100000
 
-Each reset opens a run, steps it and goes on to the next, by turns as a `World` that is also kept, restored,
-forked and counted, through a `Client`, in a `Batch`, and as an environment of gymnasium. The resident memory
-(RSS) is read after every tenth of them. The first tenth does not count: caches and pools fill in it.
+Each reset opens a run and steps it, alternately as a `World` (with a snapshot, a restored and a forked world,
+and a result), through a `Client`, in a `Batch`, and as an environment of gymnasium. The resident memory (RSS)
+is read after every tenth of the resets. The first tenth does not count: caches and pools grow in it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def resident() -> int:
 
 
 def world(seed: int) -> sim.World:
-    """Open a `World`, use and return it."""
+    """Open a `World`, use it and return it."""
     made = sim.World("grasp", "pinch", seed, noise="real")
     made.step(hand=[0.5, 0.5], repeat=2)
     kept = made.snapshot()
@@ -54,7 +54,7 @@ def client(seed: int) -> None:
 
 
 def batch() -> Callable[[int], object]:
-    """Return what resets a world of a `Batch` that lives on."""
+    """Return a function that resets a world of one `Batch`."""
     made = sim.Batch("grasp", "pinch", 4, threads=1)
     made.reset(range(4))
     actions = np.zeros((4, 8))
@@ -69,7 +69,7 @@ def batch() -> Callable[[int], object]:
 
 
 def environment() -> Callable[[int], object]:
-    """Return what resets an environment of gymnasium that lives on."""
+    """Return a function that resets one environment of gymnasium."""
     import gymnasium
 
     import palmares.gym
@@ -85,7 +85,7 @@ def environment() -> Callable[[int], object]:
 
 
 def measured(resets: int, hold: bool) -> list[int]:
-    """Do so many resets; return the resident memory after each part of them, bytes."""
+    """Do the resets; return the resident memory after each tenth of them, bytes."""
     ways: list[Callable[[int], object]] = [world, client, batch(), environment()]
     found, held = [], []
     begun, done = time.perf_counter(), 0
@@ -103,12 +103,12 @@ def measured(resets: int, hold: bool) -> list[int]:
 
 
 def main() -> int:
-    """Measure, and tell whether it grows."""
+    """Measure and print the growth."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--resets", type=int, default=100_000, help="how many (default 100000)")
-    parser.add_argument("--hold", action="store_true", help="drop no `World`: what a leak would look like")
+    parser.add_argument("--resets", type=int, default=100_000, help="number of resets (default 100000)")
+    parser.add_argument("--hold", action="store_true", help="keep every `World`, as a leak would")
     options = parser.parse_args()
     found = measured(options.resets, options.hold)
     grown = found[-1] - found[0]

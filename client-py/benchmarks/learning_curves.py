@@ -1,9 +1,9 @@
-"""Draw the learning curves of the examples that learn, from the files that they wrote.
+"""Draw the learning curves of the examples that learn, from their files.
 
     pip install 'palmares[learn]'
     python learning_curves.py ../../docs/training/cem_*.json --output ../../docs/pictures/learning_cem.svg
 
-A line for each training; beside the picture it prints what they came to.
+The drawing has a line for each training; the program also prints the final scores.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ def draw(trainings: list[dict[str, Any]], title: str, out: Path) -> None:
 
 
 def main() -> None:
-    """Draw as the command line says."""
+    """Read the command line and draw."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("curves", type=Path, nargs="+", help="files that trainings wrote with --curve")
-    parser.add_argument("--title", default="", help="above the picture")
-    parser.add_argument("--output", type=Path, required=True, help="SVG")
+    parser.add_argument("curves", type=Path, nargs="+", help="files of trainings with --curve")
+    parser.add_argument("--title", default="", help="title of the drawing")
+    parser.add_argument("--output", type=Path, required=True, help="file for the drawing, SVG")
     args = parser.parse_args()
     trainings = sorted((json.loads(path.read_text()) for path in args.curves), key=lambda one: one["seed"])
     draw(trainings, args.title, args.output)

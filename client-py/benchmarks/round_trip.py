@@ -1,12 +1,14 @@
-"""Overhead of lockstep: what a call of `Client.step` takes beside the physics of its tick.
+"""Overhead of lockstep: time of a call of `Client.step` without the physics of its tick.
 
-In every scene each kind of client plays one run tick by tick, and one run is played in calls of 20 ticks. All
-of them send the same actions and so compute the same physics, bit for bit. The physics of a block of 200
+    palmares serve                                # in another terminal, on an idle machine
+    python round_trip.py
+
+In every scene each kind of client plays one run tick by tick, and one client plays a run in calls of 20
+ticks. All send the same actions and so compute the same physics, bit for bit. The physics of a block of 200
 ticks is the server's own time for them, recording included (`palmares_tick_compute_seconds` at ``/metrics``).
-The rest of the calls' time is the overhead: encoding, system calls, the server's reading, observing and
-writing, decoding. Blocks of all runs take turns, so that other load on the machine affects all of them alike.
-The tables have the medians over the blocks and, in brackets, their quartiles. Start a server first, on an
-idle machine.
+The rest of the calls' time is the overhead: encoding, system calls, reading, observing and writing in the
+server, decoding. Blocks of all runs alternate, so that other load on the machine affects all of them equally.
+The tables have the medians over the blocks and, in brackets, their quartiles.
 """
 
 from __future__ import annotations
@@ -23,14 +25,14 @@ from typing import Literal
 
 import palmares
 from palmares.net.codec import Encoding
-from palmares.net.requests import Step
 from palmares.targets import action_of
+from palmares.wire import StepRequest
 
 TASK, HAND = "balls", "softhand"
-# Ticks with one target, and of one call in the run that is played in long steps.
+# Ticks with one target, and ticks of one call in the run with long calls.
 MOVE = 20
-# Ticks that one run plays before the next has its turn: few, so that the load of the machine is the same for
-# all runs, but enough that the first call, for which the server's thread has to wake up, does not matter.
+# Ticks of a block: few, so that the load of the machine is the same for all runs, but enough to make the
+# first call, which wakes the server's thread, negligible.
 BLOCK = 200
 PALM_DOWN = (0.0, 1.0, 0.0, 0.0)
 # Position of the hand's base, m.
@@ -77,7 +79,7 @@ class Played:
 
 
 def ticks_and_seconds(url: str) -> tuple[int, float]:
-    """Return how many ticks the server has stepped, and how long they took, s."""
+    """Return the number of ticks that the server has stepped, and their time, s."""
     with urllib.request.urlopen(f"{url}/metrics") as answer:
         lines = answer.read().decode().splitlines()
     values = dict(line.rsplit(" ", 1) for line in lines if line.startswith("palmares_tick_compute_seconds_"))
@@ -86,7 +88,7 @@ def ticks_and_seconds(url: str) -> tuple[int, float]:
 
 
 def open_run(client: palmares.Client, case: Case) -> None:
-    """Open a run and bring the hand to its place."""
+    """Open a run and move the hand to its place."""
     client.reset(TASK, HAND, seed=1, sensing=case.sensing)
     base = palmares.pose(case.base, PALM_DOWN)
     for tick in range(0, LEAD_IN_TICKS, MOVE):
@@ -94,12 +96,12 @@ def open_run(client: palmares.Client, case: Case) -> None:
 
 
 def target(tick: int) -> list[float]:
-    """Return σ of the motor at a tick: it moves all the time."""
+    """Return σ of the motor at a tick; it always moves."""
     return [0.5 + 0.2 * (tick // MOVE % 2)]
 
 
 def measure(url: str, cases: list[Case], blocks: int) -> None:
-    """Play all cases by turns and print the table of their overhead."""
+    """Play all cases alternately and print the table of their overhead."""
     with contextlib.ExitStack() as stack:
 
         def played(case: Case, repeat: int) -> Played:
@@ -141,14 +143,14 @@ def parts(url: str, case: Case, ticks: int) -> dict[str, float]:
 
 
 def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, list[float]], int]:
-    """Do the parts of `Client.step` one by one; return the times of each, s, and the size of a reply."""
+    """Do the parts of `Client.step` one by one; return the time of each, s, and the size of a reply."""
     times: dict[str, list[float]] = {name: [] for name in ("encode", "send", "wait", "decode")}
     transport, codec = client._link._transport, client._link._codec
     tick, size, motors = client.tick or 0, 0, len(client.welcome.hand(HAND).motors)
     for count in range(ticks):
         marks = [time.perf_counter()]
         action = action_of(palmares.pose(case.base, PALM_DOWN), target(count), motors)
-        request = codec.encode(Step(id=1_000_000 + count, tick=tick, action=action))
+        request = codec.encode(StepRequest(id=1_000_000 + count, tick=tick, action=action))
         marks.append(time.perf_counter())
         transport.send(request, binary=codec.binary)
         marks.append(time.perf_counter())
@@ -165,7 +167,7 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
 
 
 def asking(url: str, encoding: Encoding) -> float:
-    """Return the median time, µs, of a `time` request, which needs no physics: the least overhead."""
+    """Return the median time, µs, of a `time` request, which needs no physics: the smallest overhead."""
     with palmares.Client(url, encoding=encoding) as client:
         times = []
         for _ in range(2000):

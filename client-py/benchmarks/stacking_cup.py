@@ -1,11 +1,11 @@
-"""Close on a stacking cup in 0.5 s, lift it by 0.1 m in 1.5 s, and draw what motor, joints and wrist do.
+"""Close on a stacking cup in 0.5 s, lift it by 0.1 m in 1.5 s, and draw curves of motor, joints and wrist.
 
     palmares serve &
     pip install matplotlib
     python stacking_cup.py --output ../../docs/pictures/stacking_cup.svg
 
-The protocol is that of an experiment of Rocchi and Hauser (2016). What is drawn is the simulation's, without
-the errors of sensors.
+The protocol is that of an experiment of Rocchi and Hauser (2016). The curves are those of the simulation,
+without errors of sensors.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ GRASP = TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.9, 0.
 CUP = "065-e_cups"
 CLOSE_S, LIFT_S, LIFT_M, HOLD_S = 0.5, 1.5, 0.1, 0.5
 ABOVE_M = 0.02
-"""Higher than with the palm on the object, which would press on it"""
+"""A grasp with the palm above the object, so that it does not press on it"""
 FINGERS = ("thumb", "index", "middle", "ring", "little", "palm")
 
 
@@ -44,7 +44,7 @@ def seed_with_cup(client: palmares.Client) -> int:
 
 
 class Recorder(Mover):
-    """Moves the hand and writes down every tick."""
+    """Moves the hand and records every tick."""
 
     rows: dict[str, list[float]]
 
@@ -53,14 +53,14 @@ class Recorder(Mover):
         self.write()
 
     def close(self, duration_s: float) -> None:
-        """Wind the tendon up evenly."""
+        """Wind up the tendon at constant speed."""
         ticks, start = round(duration_s / self.client.run.tick_s), self.sigma
         for tick in range(1, ticks + 1):
             self.sigma = start + (1.0 - start) * tick / ticks
             self._step()
 
     def write(self) -> None:
-        """Write a row."""
+        """Append a row."""
         obs, truth = self.obs, self.obs.truth
         assert truth is not None
         hand, joints = obs.hand, np.asarray(truth.joints.position)
@@ -129,7 +129,7 @@ def draw(rows: dict[str, Array], out: Path) -> None:
     t = rows["t"][shown]
     figure, axes = plt.subplots(4, 1, sharex=True, figsize=(7, 8.5), constrained_layout=True)
     panels: list[tuple[str, dict[str, Array]]] = [
-        ("motor σ", {"asked": rows["command"], "reached": rows["sigma"]}),
+        ("motor σ", {"commanded": rows["command"], "reached": rows["sigma"]}),
         ("mean joint angle, °", {"simulated": rows["joints"], "free hand's equilibrium": rows["predicted"]}),
         ("contact forces, N", {name: rows[name] for name in FINGERS}),
         ("wrist, vertical force, N", {"hand and cup": rows["weight"]}),

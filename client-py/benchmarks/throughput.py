@@ -1,10 +1,12 @@
-"""Control ticks per second of many worlds in one process, and what Python and observations take of it.
+"""Control ticks per second of many worlds in one process, and the share of Python and observations.
+
+    python throughput.py
 
 A control tick is 10 ms: ten steps of the physics, the referee, and an observation of every world as arrays.
-In the air the hands open and close where they start; among the objects they have come down into them first.
-Each row is the median of several blocks that take turns with those of all other rows of the scene, quartiles
-in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside; with ``--mjcf``, the
-`rollout` of MuJoCo over as many worlds of the same scene, as ``palmares-bench mjcf`` writes it.
+In the air the hands open and close at their start; among the objects they first go down into them. Each row
+is the median of several blocks, which alternate with those of all other rows of the scene, quartiles in
+brackets. ``--url`` adds rows for a server and for `AsyncVectorEnv` on it; ``--mjcf`` adds the `rollout` of
+MuJoCo with the same number of worlds of the same scene, written by ``palmares-bench mjcf``.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ import palmares.gym
 from palmares.sim import Batch
 
 SCENES = {
-    # Task, speed down (m/s) and for how many ticks.
+    # Task, speed down (m/s) and ticks of this motion.
     "air": ("balls", 0.0, 0),
     "balls": ("balls", -0.5, 110),
     "shelf": ("shelf", 0.0, 0),
@@ -43,18 +45,18 @@ MOVE = 25
 
 @dataclass
 class Row:
-    """A way to play, and what its blocks gave."""
+    """A way to play, and the outcomes of its blocks."""
 
     name: str
     block: Callable[[int], int]
-    """Plays so many ticks of each of its worlds; returns how many in all"""
+    """Plays a number of ticks of each of its worlds; returns the sum of all ticks"""
     physics_s: Callable[[], float] = field(default=lambda: 0.0)
-    """Seconds of physics and referee so far, all threads together"""
+    """Time of physics and referee up to now, all threads together, s"""
     threads: int = 1
     rates: list[float] = field(default_factory=list)
     micros: list[float] = field(default_factory=list)
     extra: list[float] = field(default_factory=list)
-    """What is beside the physics, as a part of it"""
+    """Time outside the physics, relative to it"""
 
     def play(self, ticks: int) -> None:
         """Play a block."""
@@ -151,7 +153,7 @@ def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
 
 
 def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
-    """Return worlds in MuJoCo, all from one state, under the same set points; states are told every tick."""
+    """Return worlds in MuJoCo, all from one state, under the same set points; each tick returns its state."""
     import mujoco
     from mujoco.rollout import Rollout
 
@@ -182,7 +184,7 @@ def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
 
 
 def heading() -> str:
-    """Return what was measured with what."""
+    """Return versions and processor of this measurement."""
     named = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
     cpu = named[0].partition(":")[2].strip() if named else platform.processor()
     versions = [f"{name} {metadata.version(name)}" for name in ("gymnasium", "numpy")]
@@ -202,7 +204,7 @@ def quartiles(values: list[float], form: str) -> str:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--url", help="a server to be measured beside")
+    parser.add_argument("--url", help="address of a server to measure, too")
     parser.add_argument(
         "--mjcf",
         type=Path,
@@ -211,7 +213,7 @@ def main() -> None:
     )
     parser.add_argument("--worlds", type=int, default=64)
     parser.add_argument("--blocks", type=int, default=7)
-    parser.add_argument("--ticks", type=int, default=50, help="of each world in a block")
+    parser.add_argument("--ticks", type=int, default=50, help="ticks of each world in a block")
     parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
     parser.add_argument("--scene", action="append", choices=[*SCENES])
     args = parser.parse_args()
@@ -232,7 +234,7 @@ def main() -> None:
                 for row in rows:
                     row.play(args.ticks)
             print(f"\n## {scene}, {hand}\n")
-            print("| how | control ticks/s | µs a tick | beside the physics |")
+            print("| way | control ticks/s | µs a tick | outside the physics |")
             print("|---|---|---|---|")
             for row in rows:
                 extra = quartiles(row.extra, "+.1%") if row.extra else ""

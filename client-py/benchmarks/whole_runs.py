@@ -1,9 +1,11 @@
 """Overhead of lockstep in whole runs of the example controllers.
 
-Every call of `Client.step` is timed; the server's own time for the same ticks
-(`palmares_tick_compute_seconds` at ``/metrics``) is subtracted. Unlike in `round_trip.py` the controller
-computes between its calls, the hand digs, carries and flies, and every call is one tick. Start a server
-first, on an idle machine.
+    palmares serve                                # in another terminal, on an idle machine
+    python whole_runs.py
+
+The overhead is the time of all calls of `Client.step` minus the server's own time for the same ticks
+(`palmares_tick_compute_seconds` at ``/metrics``). Unlike in `round_trip.py` the controller computes between
+its calls, the hand touches and carries objects, and every call is one tick.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ CONTROLLERS = {"balls": "balls_softhand", "shelf": "shelf_softhand"}
 
 
 class Timed(palmares.Client):
-    """A client that measures how long its steps take."""
+    """A client that measures the time of its steps."""
 
     seconds = 0.0
     calls = 0
@@ -60,7 +62,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--url", default="http://127.0.0.1:8080")
     parser.add_argument("--only", choices=[*CONTROLLERS], action="append", help="tasks (default: all)")
-    parser.add_argument("--seed", type=int, default=1, help="scene of the first run; the next runs count up")
+    parser.add_argument("--seed", type=int, default=1, help="scene of the first run; later runs count up")
     parser.add_argument("--runs", type=int, default=3, help="runs of every task")
     args = parser.parse_args()
     sys.path.append(str(Path(__file__).parent.parent / "src/palmares/examples"))

@@ -22,7 +22,7 @@ from websockets.typing import Subprotocol
 
 @dataclass
 class FakeServer:
-    """A fake server; tests set its behaviour and read the requests it got."""
+    """A fake server; tests set its behaviour and read its requests."""
 
     requests: list[dict[str, Any]] = field(default_factory=list)
     replies: list[dict[str, Any]] = field(default_factory=list)
@@ -32,18 +32,18 @@ class FakeServer:
     drop_after: set[str] = field(default_factory=set)
     """Operations at which the connection breaks once, after they were processed."""
     subprotocols: tuple[str, ...] = ("palmares.v1.json", "palmares.v1.msgpack")
-    """What the server speaks, its preferred one first."""
+    """Subprotocols of the server, its preferred one first."""
     token: str | None = None
     """The token that a client needs; ``None`` for none."""
     ping_interval_s: float | None = 20.0
     note: str | None = None
     """`welcome.note`"""
     forget: bool = False
-    """Tell a client that reconnects that there is no run, as after a restart."""
+    """Greet a reconnected client without a run, as after a restart."""
     closed_meanwhile: bool = False
-    """Tell a client that reconnects that its run has ended and waits for `stop`."""
+    """Greet a reconnected client with an ended run, which waits for `stop`."""
     ticks: int = 20
-    """Length of a real-time run; then it is truncated."""
+    """Ticks until a real-time run is truncated."""
     realtime_tick_s: float = 0.002
     events: dict[int, str] = field(default_factory=dict)
     """Events of a real-time run: their kinds by tick."""
@@ -58,7 +58,7 @@ class FakeServer:
 
     @property
     def url(self) -> str:
-        """The address at which it listens."""
+        """Address of the server."""
         assert self.server is not None
         host, port = self.server.socket.getsockname()[:2]
         return f"http{'s' if self.tls else ''}://{host}:{port}"
@@ -92,6 +92,8 @@ class FakeServer:
         return socket.respond(401, json.dumps(problem))
 
     def _say(self, socket: ServerConnection, message: dict[str, Any]) -> None:
+        if message.get("op") == "error":
+            message = {"fatal": False} | message
         if socket.subprotocol == "palmares.v1.msgpack":
             truth = {"truth": packed(message["truth"])} if "truth" in message else {}
             socket.send(msgspec.msgpack.encode(message | truth))
@@ -145,6 +147,7 @@ class FakeServer:
                     "run_id": "run-1",
                     "task": "balls",
                     "hand": "softhand",
+                    "mode": "lockstep",
                     "tick": self.tick,
                     "open": not self.closed_meanwhile,
                 }
@@ -153,6 +156,7 @@ class FakeServer:
                     "session_id": "s",
                     "resume_token": "r",
                     "team": request["client"]["name"],
+                    "session_left_s": None,
                     **GREETING,
                     "run": run if self.running and not self.forget else None,
                     **({} if self.note is None else {"note": self.note}),
@@ -167,6 +171,7 @@ class FakeServer:
                     "hand": "softhand",
                     "mode": "lockstep",
                     "sensing": "truth",
+                    "noise": "none",
                 }
                 opened |= {"seed": request.get("seed", 77), "tick_s": 0.01, "time_limit_s": 600.0}
                 return {**self._obs(), "run": opened, "scene": SCENE}
@@ -190,7 +195,9 @@ class FakeServer:
                     "op": "result",
                     "run_id": "run-1",
                     "task": "balls",
+                    "task_hash": "0" * 64,
                     "hand": "softhand",
+                    "mode": "lockstep",
                     "score": 0.0,
                     "in_goal": 0,
                     "outside": 0,
@@ -198,12 +205,18 @@ class FakeServer:
                     "reason": "stopped",
                     "ticks": self.tick,
                     "sim_time_s": self.tick * 0.01,
+                    "missed_ticks": 0,
+                    "late_ticks": 0,
+                    "late_max_s": 0.0,
+                    "dropped_obs": 0,
                     "state_hash": "0" * 16,
                     "events": [],
+                    "session_left_s": None,
                 }
             case "time":
-                clock = {"session_left_s": None, "session_s": None, "elapsed_s": 0.0}
-                return {"op": "time", **clock, "wall_s": 0.0, "simulated_s": 0.0}
+                clock = dict.fromkeys(("elapsed_s", "wall_s", "simulated_s", "refunded_s"), 0.0)
+                session = {"session_left_s": None, "session_s": None, "paused": False, "run": None}
+                return {"op": "time", **clock, **session, "server_unix_ms": 0}
             case op:
                 return {"op": "error", "code": "unknown_op", "message": op, "fatal": False}
 
@@ -219,6 +232,7 @@ class FakeServer:
         return {
             "op": "obs",
             "run_id": "run-1",
+            "session_left_s": None,
             "tick": self.tick,
             "sim_time_s": self.tick * 0.01,
             "applied_action": {"base": self.base, "hand": [self.sigma]},
@@ -251,7 +265,7 @@ class FakeServer:
 
 
 def packed(tables: Any) -> Any:
-    """Return tables of numbers as MessagePack has them: as bytes."""
+    """Return tables of numbers as bytes, as in MessagePack."""
     if isinstance(tables, dict):
         return {name: packed(table) for name, table in tables.items()}
     strings = any(isinstance(entry, str) for entry in tables)
@@ -260,14 +274,47 @@ def packed(tables: Any) -> Any:
 
 GREETING: dict[str, Any] = {
     "server": {"version": "0.1.0", "build_hash": "0" * 12},
-    "tasks": [{"name": "balls", "description": "", "tick_s": 0.01, "step_s": 0.001, "time_limit_s": 600.0}],
-    "hands": [{"name": "softhand", "description": "", "motors": ["synergy"], "joints": ["thumb", "index"]}],
+    "competition": {
+        "name": "Practice",
+        "mode": "practice",
+        "session_s": None,
+        "reset_cost_s": 0.0,
+        "noise": "none",
+        "sensors_only": [],
+    },
+    "tasks": [
+        {
+            "name": "balls",
+            "description": "",
+            "tick_s": 0.01,
+            "step_s": 0.001,
+            "time_limit_s": 600.0,
+            "cameras": [],
+            "hash": "0" * 64,
+        }
+    ],
+    "hands": [
+        {
+            "name": "softhand",
+            "description": "",
+            "motors": ["synergy"],
+            "joints": ["thumb", "index"],
+            "encoders": [],
+            "taxels": [],
+            "cameras": [],
+        }
+    ],
     "limits": {
         "message_bytes": 65536,
         "repeat": 1000,
         "requests_per_s": 5000.0,
         "requests_burst": 1000.0,
         "resume_grace_s": 30.0,
+        "ping_interval_s": 5.0,
+        "ping_timeout_s": 10.0,
+        "hello_timeout_s": 10.0,
+        "hold_ticks": 20,
+        "outbox_obs": 8,
     },
     "specs": {
         "action": [
@@ -287,6 +334,7 @@ SCENE: dict[str, Any] = {
             "name": f"ball_{i}",
             "free": True,
             "mass": 1.0,
+            "com": [0, 0, 0],
             "friction": 1.0,
             "position": p,
             "quat_xyzw": [0, 0, 0, 1],

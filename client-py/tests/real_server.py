@@ -1,4 +1,4 @@
-"""The real server as a child process, which can be killed and restarted."""
+"""The real server as a child process that tests can kill and restart."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ needs_server = pytest.mark.skipif(
 
 
 class RealServer(Server):
-    """A server that is told by the environment, and ends well after every test that does."""
+    """The server of `PALMARES_SERVER_BIN`; after a passed test it must end with exit code 0."""
 
     def __init__(self, data: Path, *args: str) -> None:
         super().__init__(data, args, program=PROGRAM)

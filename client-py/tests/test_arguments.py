@@ -1,4 +1,4 @@
-"""What is wrong with an argument is told by its name, and changes nothing."""
+"""Errors of arguments name the argument, and change nothing."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tests.real_server import RealServer, needs_server
 
 sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
-# NumPy's whole numbers are as good as Python's own.
+# NumPy's whole numbers are accepted.
 MANY: Any = np.int64(REPEAT)
 HALF: Any = 0.5
 SEEDS: Any = [1, -1]
 
 
-def test_a_seed_that_is_none_changes_nothing() -> None:
+def test_an_invalid_seed_changes_nothing() -> None:
     world = sim.World("balls", "softhand", 3)
     world.step(hand=[0.5], repeat=5)
     before = world.state_hash()
@@ -83,7 +83,7 @@ def test_the_limit_is_that_of_a_server(tmp_path: Path) -> None:
         assert far.step(repeat=MANY).tick == REPEAT
 
 
-def test_a_run_that_is_over_says_what_to_do() -> None:
+def test_a_step_after_the_end_names_the_remedy() -> None:
     with palmares.Client("local") as client:
         client.reset("grasp", "pinch", seed=1)
         assert client.world is not None
@@ -94,7 +94,7 @@ def test_a_run_that_is_over_says_what_to_do() -> None:
             client.world.step()
 
 
-def test_numbers_that_are_not_finite_are_told_as_they_are() -> None:
+def test_the_error_shows_numbers_that_are_not_finite() -> None:
     with palmares.Client("local") as client:
         client.reset("balls", "softhand", seed=1)
         for thing in (client, client.world):
@@ -126,12 +126,12 @@ def test_training_is_checked_where_it_is_given() -> None:
     for make in made:
         with pytest.raises(ValueError, match=r"training: found 5; wanted a palmares\.Training, or None"):
             make()
-    with FakeServer() as server, pytest.raises(ValueError, match="no server offers it"):
+    with FakeServer() as server, pytest.raises(ValueError, match="servers do not offer it"):
         palmares.Client(server.url, training=Training())
 
 
 def refused(call: Callable[[], object], message: str) -> None:
-    """Let a call be refused with this message, without a warning before."""
+    """Expect a call to be refused with this message, without a warning before."""
     with warnings.catch_warnings(action="error"), pytest.raises(ValueError, match=message):
         call()
 
@@ -182,7 +182,7 @@ def test_seeds_and_masks_are_checked_where_they_are_given() -> None:
         refused(lambda world=world: batch.events(world), "world: found")  # type: ignore[misc]
     refused(lambda: batch.step(np.zeros((3, 7)), ticks=HALF), "ticks: found 0.5")
     assert batch.state_hashes() == before
-    # Those of worlds that are not reset are not looked at.
+    # Seeds of worlds outside the mask are ignored.
     batch.reset([-1, 2, -1], [False, True, False])
     many = gymnasium.make_vec("palmares/Balls-SoftHand-v1", num_envs=2, threads=1)
     for seed, found in ((-1, "seed: found -1"), (1.5, "seed: found 1.5"), ("a", "seed: found 'a'")):
@@ -204,5 +204,5 @@ def test_environments_check_their_arguments_when_they_are_made() -> None:
     env = gymnasium.make("palmares/Grasp-SoftHand-v1", cameras="table")
     assert "depth.table" in env.reset(seed=1)[0]
     for single in ({"cameras": ["wrist"]}, {"url": "http://127.0.0.1:8080"}, {"render_mode": "rgb_array"}):
-        with pytest.raises(TypeError, match=rf"many worlds at once have no {next(iter(single))}; .*make"):
+        with pytest.raises(TypeError, match=rf"a vector environment has no {next(iter(single))}; .*make"):
             gymnasium.make_vec("palmares/Balls-SoftHand-v1", num_envs=1, **single)

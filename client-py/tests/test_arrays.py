@@ -1,4 +1,4 @@
-"""How numbers become arrays."""
+"""Conversion of numbers to arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever Python gives the engine: an exception, never a panic, and nothing has changed.
+"""Bad input to the engine: an exception, never a panic, and no change of the state.
 
 `PALMARES_EXAMPLES=10000 pytest tests/test_bad_input.py` tries many, others every time.
 """
@@ -36,7 +36,7 @@ settings.register_profile(
 )
 settings.load_profile("palmares")
 
-# A panic of the compiled part is none of these, nor an `Exception`.
+# A panic of the compiled part is neither one of these nor an `Exception`.
 REFUSED = (ValueError, TypeError, OverflowError, palmares.PalmaresError)
 HANDS = Path(__file__).parents[2] / "models/hands"
 TASKS = Path(__file__).parents[2] / "tasks"
@@ -60,7 +60,7 @@ arrays = hnp.arrays(
     hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=8),
 )
 anything = st.one_of(odd, arrays)
-# Of the right shape, and mostly finite: what the engine itself must cope with.
+# Actions of the right shape, mostly finite, which reach the engine itself.
 actions = hnp.arrays(np.float64, (2, 8), elements=st.floats(allow_nan=False, allow_infinity=False))
 GRASP = sim.World("grasp", "pinch", 1)
 SNAPSHOT = bytes(GRASP.snapshot())
@@ -82,7 +82,7 @@ def batch() -> Any:
 
 @contextlib.contextmanager
 def refused_or_done(thing: Any) -> Iterator[None]:
-    """Let the block be refused, without a change, or do something."""
+    """Expect the block to succeed, or to be refused without a change."""
     hashes = getattr(thing, "state_hashes", None) or thing.state_hash
     before, kept = hashes(), thing.snapshot(*([0] if hasattr(thing, "count") else []))
     try:
@@ -90,7 +90,7 @@ def refused_or_done(thing: Any) -> Iterator[None]:
     except REFUSED:
         assert hashes() == before
     else:
-        # Whatever it did, it can go on, and back.
+        # The world can continue and be restored.
         thing.restore(*([0, kept] if hasattr(thing, "count") else [kept]))
 
 
@@ -135,13 +135,13 @@ def test_seeds_of_a_batch(batch: Any, seeds: Any, mask: Any) -> None:
 
 
 @given(st.one_of(st.just("grasp"), odd), st.one_of(st.just("pinch"), odd), odd, odd, odd)
-def test_what_a_world_is_made_of(task: Any, hand: Any, seed: Any, sensing: Any, noise: Any) -> None:
+def test_arguments_of_a_world(task: Any, hand: Any, seed: Any, sensing: Any, noise: Any) -> None:
     with contextlib.suppress(*REFUSED):
         sim.World(task, hand, seed, sensing=sensing, noise=noise)
 
 
 @given(st.one_of(st.integers(-(2**70), 3), st.integers(100_001, 2**70), odd), odd)
-def test_what_a_batch_is_made_of(count: Any, threads: Any) -> None:
+def test_arguments_of_a_batch(count: Any, threads: Any) -> None:
     with contextlib.suppress(*REFUSED):
         sim.Batch("grasp", "pinch", count, threads=threads)
 
@@ -175,7 +175,7 @@ def test_bytes_as_snapshots(world: Any, batch: Any, data: bytes) -> None:
 
 @given(st.data())
 def test_broken_snapshots(world: Any, data: st.DataObject) -> None:
-    # Damaged, but not forged: their digest tells.
+    # The digest detects damage, but not forgery.
     broken = bytearray(SNAPSHOT)
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(broken) - 1))
@@ -199,7 +199,7 @@ def test_broken_snapshots(world: Any, data: st.DataObject) -> None:
 
 
 def broken(data: st.DataObject, text: bytes) -> bytes:
-    """Return a text with up to three pieces exchanged."""
+    """Return a text with up to three pieces replaced."""
     found = bytearray(text)
     for _ in range(data.draw(st.integers(0, 3))):
         at = data.draw(st.integers(0, len(found) - 1))

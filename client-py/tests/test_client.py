@@ -11,7 +11,7 @@ import pytest
 
 import palmares
 from palmares.net import link as link_module
-from palmares.net.requests import Time
+from palmares.wire import TimeRequest
 from tests.fake_server import BALLS, FakeServer
 
 
@@ -129,8 +129,8 @@ def test_late_replies_are_skipped(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         server.replies.append({"op": "obs", "id": 999})
         server.requests.clear()
-        # The fake server sends one reply per request; that to the second request answers the first.
-        client._link._send(Time())
+        # The fake server sends one reply per request; the second request gets that of the first.
+        client._link._send(TimeRequest())
         assert client.time().session_left_s is None
 
 
@@ -195,7 +195,7 @@ def test_a_pause_is_waited_for_however_long(server: FakeServer, caplog: pytest.L
 def test_warnings_are_logged(server: FakeServer, caplog: pytest.LogCaptureFixture) -> None:
     with palmares.Client(server.url) as client:
         server.replies.append({"op": "warning", "id": None, "mark_s": 60, "session_left_s": 59.9})
-        client._link._send(Time())
+        client._link._send(TimeRequest())
         client.time()
     assert "60 s of the session are left" in caplog.text
 
@@ -219,7 +219,7 @@ def test_a_lost_server_is_given_up(server: FakeServer, monkeypatch: pytest.Monke
             client.time()
 
 
-def test_no_server_says_what_to_do() -> None:
+def test_a_missing_server_is_an_error_with_a_remedy() -> None:
     with pytest.raises(palmares.NoServerError, match="is `palmares serve` running"):
         palmares.Client("http://127.0.0.1:1")
 

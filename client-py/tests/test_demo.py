@@ -26,7 +26,7 @@ def test_it_plays_a_run_and_keeps_the_replay(tmp_path: Path) -> None:
     assert verified.returncode == 0
 
 
-def test_a_program_that_is_none_is_told(tmp_path: Path) -> None:
+def test_a_wrong_program_is_an_error(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "palmares", "demo", "--program", "/bin/false"]
     done = subprocess.run(
         [*command, "--replay", str(tmp_path)], capture_output=True, text=True, check=False, cwd=tmp_path

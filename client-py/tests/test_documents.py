@@ -1,4 +1,4 @@
-"""What the documents point to is there."""
+"""Links and names in the documents exist."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def anchors(page: Path) -> set[str]:
-    """Return what stands behind # in links to a page's headings."""
+    """Return the anchors of a page's headings."""
     heads = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
@@ -35,6 +35,6 @@ def test_the_guide_names_every_id_of_gymnasium() -> None:
     assert told == set(names())
 
 
-def test_nobody_is_told_to_run_an_example_by_a_path_of_the_sources() -> None:
+def test_no_document_runs_an_example_by_a_path_of_the_sources() -> None:
     for page in PAGES:
         assert "python client-py/src" not in page.read_text(), page

@@ -1,4 +1,4 @@
-"""What people see while they work: views of observations, scenes and results, warnings, bars."""
+"""Output for people: text and tables of observations, scenes and results, warnings, progress bars."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FAST = palmares.twist([3.0, 4.0, 0.0], [0.0, 0.0, 0.0])
 
 
 class Cells(HTMLParser):
-    """The text of a table, and that every element is closed."""
+    """Collects the text of a table, and checks that every element is closed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -34,19 +34,19 @@ class Cells(HTMLParser):
         self.cells: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:  # noqa: ARG002
-        """Note what is open."""
+        """Push an open element."""
         self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
-        """Close it."""
+        """Pop the element."""
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        """Keep the text."""
+        """Collect the text."""
         self.cells.append(data)
 
 
-def test_observations_scenes_and_results_are_told_in_words_and_as_tables() -> None:
+def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
     with palmares.Client("local") as client:
         obs = client.reset("balls", "softhand", seed=1)
         obs = client.step(base=STILL, hand=[0.5], repeat=30)
@@ -71,7 +71,7 @@ def test_observations_scenes_and_results_are_told_in_words_and_as_tables() -> No
     assert "sphere, 100 × 100 × 100 mm, 1000 g" in repr(client.scene)
 
 
-def test_a_view_escapes_what_is_no_html() -> None:
+def test_a_table_escapes_html() -> None:
     from palmares import views
 
     assert "<b>" not in views.html("<b>", [("<b>", "a & b")])
@@ -79,7 +79,7 @@ def test_a_view_escapes_what_is_no_html() -> None:
 
 
 @pytest.mark.parametrize("url", ["local", "server"])
-def test_the_first_clipped_action_is_told_and_no_other(url: str) -> None:
+def test_only_the_first_clipped_action_warns(url: str) -> None:
     with FakeServer() as server, palmares.Client("local" if url == "local" else server.url) as client:
         client.reset("balls", "softhand", seed=1)
         with warnings.catch_warnings():
@@ -162,7 +162,7 @@ def test_a_long_call_shows_a_bar_and_a_short_one_does_not(monkeypatch: pytest.Mo
     assert file.getvalue() == ""
 
 
-def test_the_engine_tells_how_far_it_has_got() -> None:
+def test_the_engine_reports_its_progress() -> None:
     from palmares import _native
 
     batch = _native.Batch("balls", "softhand", 6, "truth", "none", 1, None)

@@ -1,4 +1,4 @@
-"""Controllers over many scenes."""
+"""Evaluation of controllers in many scenes."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def run(client, seed):
         raise ArithmeticError("two is too many")
     client.stop()
 """
-# Ends in every way there is.
+# Ends in every possible way.
 ENDS = """
 import os, sys
 def run(client, seed):
@@ -86,7 +86,7 @@ def test_the_report_is_the_same_for_any_number_of_processes(idle: str) -> None:
     assert len({run[4] for run in one}) == len(one) == 12
 
 
-def test_a_run_that_fails_is_told_and_the_others_count(
+def test_a_failed_run_is_reported_and_the_others_count(
     fails: str, idle: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     folder = tmp_path / "replays"
@@ -118,7 +118,7 @@ def test_however_a_controller_ends_its_run_is_counted(
     assert (row.task, row.hand, row.failed) == ("balls", "softhand", 4)
 
 
-def test_each_controller_sees_the_modules_beside_it(tmp_path: Path) -> None:
+def test_each_controller_imports_modules_of_its_own_folder(tmp_path: Path) -> None:
     text = """
 import helper
 STEPS = []
@@ -149,7 +149,7 @@ def test_a_file_may_have_the_name_of_a_module(tmp_path: Path) -> None:
     assert str(tmp_path) not in sys.path
 
 
-def test_a_hand_of_ones_own_stands_under_its_path(idle: str, fails: str, tmp_path: Path) -> None:
+def test_a_users_hand_is_reported_by_its_path(idle: str, fails: str, tmp_path: Path) -> None:
     hand = tmp_path / "changed"
     shutil.copytree(HANDS / "softhand", hand)
     report = evaluate(idle, "grasp", ["softhand", str(hand)], [1], pool=processes(1))
@@ -182,7 +182,7 @@ def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        # What a shell starts in the background ignores Ctrl-C, and so would this.
+        # A shell makes background processes ignore Ctrl-C; undo that.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as child:
         while not reached.exists():
@@ -191,7 +191,7 @@ def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
         os.killpg(child.pid, signal.SIGINT)
         out, err = child.communicate(timeout=20)
     assert child.returncode == 130
-    assert f"interrupted after 2 of 4 runs\nbeing played: {slow} seed 3\n" in err
+    assert f"interrupted after 2 of 4 runs\nopen: {slow} seed 3\n" in err
     assert "Traceback" not in err
     assert [run["seed"] for run in json.loads(out)["rows"][0]["runs"]] == [1, 2]
 
@@ -227,7 +227,7 @@ def test_a_run_that_cannot_be_called_so_is_refused_before(tmp_path: Path, line: 
         evaluate(written(tmp_path / "other.py", f"{line}\n    pass\n"), seeds=[1], pool=processes(1))
 
 
-def test_nobody_who_reads_it_is_no_error(idle: str) -> None:
+def test_a_closed_reader_is_no_error(idle: str) -> None:
     command = [sys.executable, "-m", "palmares", "evaluate", idle, "--seeds", "1", "--quiet"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
@@ -270,7 +270,7 @@ def test_over_the_socket_it_is_the_same_and_names_the_replays(idle: str, tmp_pat
             evaluate(idle, hands="fist", url=server.url)
 
 
-def test_what_cannot_be_played_is_refused(
+def test_invalid_evaluations_are_refused(
     fails: str, idle: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(ControllerError, match="no parameter `task`"):
@@ -323,7 +323,7 @@ def test_seeds_are_a_number_a_range_or_a_list() -> None:
             seeds(wrong)
 
 
-def test_what_follows_ray_is_an_address_or_a_controller() -> None:
+def test_the_word_after_ray_is_an_address_or_a_controller() -> None:
     def told(*arguments: str) -> tuple[str | None, list[str]]:
         options = parser().parse_args(list(separated(arguments)))
         return options.ray, options.controllers
@@ -335,7 +335,7 @@ def test_what_follows_ray_is_an_address_or_a_controller() -> None:
 
 
 def test_the_paired_test_counts_every_sign_of_few_differences() -> None:
-    # Of the 8 ways to sign three differences of 1, two have a sum as far from 0 as 3.
+    # Two of the 8 sign patterns of three differences of 1 have a sum of ±3.
     found = Comparison.of([2.0, 3.0, 4.0], [1.0, 2.0, 3.0])
     assert found.p_value == pytest.approx(2 / 8)
     assert (found.better, found.equal, found.worse, found.mean) == (3, 0, 0, 1.0)

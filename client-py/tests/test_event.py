@@ -33,7 +33,7 @@ mode = "official"
 session_s = 900
 tasks = ["balls", "shelf"]
 """
-# The longest that the server may take to simulate all runs again.
+# Longest time in which the server simulates all runs again.
 VERIFY_WITHIN_S = 240.0
 
 balls = load("balls_softhand")
@@ -48,7 +48,7 @@ class Organizer:
 
     @property
     def token(self) -> str:
-        """For the HTTP addresses that have no command."""
+        """Token for the HTTP addresses without a command."""
         return self._token_file.read_text().strip()
 
     def __call__(self, *args: str) -> Any:
@@ -61,7 +61,7 @@ class Organizer:
         return json.loads(done.stdout)
 
     def get(self, path: str) -> Any:
-        """Read an address."""
+        """GET an address."""
         return http.get_json(self._server.url, path, self.token)
 
     def runs(self) -> dict[str, dict[str, Any]]:
@@ -77,7 +77,7 @@ class Organizer:
 
 
 def all_at_once(*parts: Callable[[], Any]) -> list[Any]:
-    """Run the parts of several teams at the same time; return what they return."""
+    """Run the parts of several teams at the same time; return their results."""
     with ThreadPoolExecutor(len(parts)) as pool:
         return [future.result() for future in [pool.submit(part) for part in parts]]
 
@@ -147,7 +147,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
             assert ibexes.step(hand=[0.1 * cut]).run_id == obs.run_id
         assert ibexes.stop().ticks == 2
 
-        # One pause: the session's clock stands still, and so does the run.
+        # A pause stops the session's clock and the run.
         otters.reset("balls", "softhand")
         otters.step(repeat=5)
         own = organizer.session("otters")["session_id"]
@@ -159,7 +159,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         assert otters.step().tick == 6
         assert otters.stop().ticks == 6
 
-        # The server dies in the middle of two runs. They are void, their time is given back.
+        # The server is killed during two runs. They are void, and their time is given back.
         before = {}
         for client in (crabs, otters):
             before[client] = client.time().session_left_s
@@ -173,10 +173,10 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
             left, left_before = client.time().session_left_s, before[client]
             assert left is not None
             assert left_before is not None
-            # Not more than before the run, and not much less: time passes between the two requests.
+            # At most the time before the run, and a little less: time passes between the two requests.
             assert left_before - 20.0 < left <= left_before
 
-        # The other task; and one token has leaked: its connections close, and it opens no new one.
+        # The other task; a leaked token is rotated: its connections close, and it opens no new one.
         leaked = tokens["geckos"]
         second = all_at_once(
             lambda: shelf.run(crabs, None, 1),
@@ -195,7 +195,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         organizer("close")
         verified(organizer)
 
-        # An intruder with access to the disk raises a score.
+        # An intruder with access to the disk changes a score.
         best = max(organizer.runs().values(), key=lambda run: (run["task"] == "balls", run["score"] or 0.0))
         replays = data / "replays"
         forge(replays / f"{best['run_id']}.mcap")
@@ -203,7 +203,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         runs = verified(organizer)
         assert runs[best["run_id"]]["status"] == "rejected"
 
-        # The audit: the server's results, and those of the replays.
+        # The audit compares the server's results with those of the replays.
         states = [run["status"] for run in runs.values()]
         aborted = [run_id for run_id, run in runs.items() if run["status"] == "aborted"]
         recorded = [
@@ -259,6 +259,6 @@ def from_replays(
 
 
 def without_times(row: dict[str, Any]) -> dict[str, Any]:
-    """Keep what both leaderboards have."""
+    """Return the fields of both leaderboards."""
     best = {task: (run["score"], run["run_id"]) for task, run in row["tasks"].items()}
     return {key: row[key] for key in ("rank", "team", "total", "runs", "sensors_only")} | {"tasks": best}

@@ -18,7 +18,7 @@ NODE = shutil.which("node")
 
 
 def has_websocket() -> bool:
-    """Return whether there is a Node that knows the flag, or needs none."""
+    """Return whether Node is installed and supports WebSocket, with the flag or without."""
     if NODE is None:
         return False
     asked = [
@@ -58,7 +58,7 @@ def test_it_brings_balls_to_box_b(tmp_path: Path) -> None:
 
 @needs_node
 @needs_server
-def test_what_the_server_refuses_is_one_line(tmp_path: Path) -> None:
+def test_a_refusal_of_the_server_is_one_line(tmp_path: Path) -> None:
     with RealServer(tmp_path) as server:
         done = run("--url", server.url, "--seed", "0.5")
     assert done.returncode == 1
@@ -67,7 +67,7 @@ def test_what_the_server_refuses_is_one_line(tmp_path: Path) -> None:
 
 
 @needs_node
-def test_without_a_server_it_says_so() -> None:
+def test_a_missing_server_is_one_line() -> None:
     done = run("--url", "http://127.0.0.1:9")
     assert done.returncode == 1
     assert done.stderr == "no server at http://127.0.0.1:9\n"

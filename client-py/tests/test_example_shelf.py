@@ -1,4 +1,4 @@
-"""What is fetched from the shelf, and what is pushed in, as far as it can be tested without physics."""
+"""Choices of objects to fetch from the shelf or to push in, without physics."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_a_lone_can_in_the_middle_has_room() -> None:
     assert plan.rotation[1, 2] > 0.8
 
 
-def test_what_stands_in_front_is_taken_first() -> None:
+def test_objects_in_front_come_first() -> None:
     tall_in_front = [standing(0, 0.0, 0.7, CAN), standing(1, 0.0, 0.47, (0.07, 0.07, 0.2))]
     plan = fetching.choose(tall_in_front, SHELF, [])
     assert plan is not None
@@ -51,11 +51,11 @@ def test_a_failure_changes_the_plan_and_some_give_up() -> None:
     assert fetching.choose([moved], SHELF, tried) is not None
 
 
-def test_what_is_out_of_the_shelf_is_left_alone() -> None:
+def test_objects_outside_the_shelf_are_ignored() -> None:
     assert fetching.choose([standing(0, 0.0, 0.3, CAN)], SHELF, []) is None
 
 
-def test_what_stands_at_the_opening_is_pushed_in_once() -> None:
+def test_an_object_at_the_opening_is_pushed_in_once() -> None:
     can = standing(0, 0.0, 0.45, CAN)
     plan = pushing.choose([can], SHELF, [], frozenset())
     assert plan is not None
@@ -66,11 +66,11 @@ def test_what_stands_at_the_opening_is_pushed_in_once() -> None:
     assert pushing.choose([standing(0, 0.0, 0.6, CAN)], SHELF, [], frozenset()) is None
 
 
-def test_nothing_that_rolls_is_pushed_and_nothing_into_the_rear_wall() -> None:
+def test_no_rolling_object_is_pushed_and_none_into_the_rear_wall() -> None:
     can, behind = standing(0, 0.0, 0.45, CAN), standing(1, 0.0, 0.53, CAN)
     assert pushing.choose([can], SHELF, [], frozenset({0})) is None
     assert pushing.choose([can, behind], SHELF, [], frozenset({1})) is None
     assert pushing.choose([can, behind], SHELF, [], frozenset()) is not None
-    # There is a centimetre between the can, what is behind it and the rear wall.
+    # There is a centimetre between the can, the object behind it and the rear wall.
     long = standing(1, 0.0, 0.637, (0.07, 0.3, 0.1))
     assert pushing.choose([can, long], SHELF, [], frozenset()) is None

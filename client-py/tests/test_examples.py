@@ -27,7 +27,7 @@ def load(name: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # Where dataclasses look their annotations up.
+    sys.modules[name] = module  # Dataclasses look up their annotations here.
     spec.loader.exec_module(module)
     return module
 
@@ -61,7 +61,7 @@ def test_a_lone_ball_in_the_middle_has_room() -> None:
 
 
 def test_the_hand_comes_from_the_free_side() -> None:
-    # A ball by the +x wall: the hand's base must stand on the -x side of it.
+    # For a ball at the +x wall the hand's base must be on its -x side.
     by_the_wall = np.array([[0.19, 0.0, 0.05]])
     choice = balls.choose(by_the_wall, [0], 0.05, BOX, [])
     assert choice is not None
@@ -119,12 +119,12 @@ def test_the_reflex_closes_along_the_wall() -> None:
     plan = reflex.choose(by_the_wall, [0], 0.05, BOX, [])
     assert plan is not None
     assert plan.room_m > 0.005
-    # Fingers 1 and 2 stand towards +x of the hand: there the wall is, and the housing is on the other side.
+    # Fingers 1 and 2 are at +x of the hand, where the wall is; the housing is on the other side.
     assert plan.rotation[0, 0] > 0.8
     assert plan.at[0] < by_the_wall[0, 0]
 
 
-def test_the_reflex_fits_into_a_corner_and_beside_another_ball() -> None:
+def test_the_reflex_fits_into_a_corner_next_to_another_ball() -> None:
     two = np.array([[0.195, 0.195, 0.05], [0.095, 0.195, 0.05]])
     plan = reflex.choose(two, [0, 1], 0.05, BOX, [])
     assert plan is not None

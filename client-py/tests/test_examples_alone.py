@@ -1,4 +1,4 @@
-"""Every example as a copy in another folder, with nothing but the package installed."""
+"""Every example as a copy in another folder, with only the package installed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "src/palmares/examples").glob("[!_]*.py"))
-# They play in their own process, with the compiled part of the package.
+# These play in their own process, with the compiled part of the package.
 LEARNERS = [path for path in EXAMPLES if path.stem.startswith("train_")]
 
 
@@ -42,7 +42,7 @@ def test_a_copied_example_explains_itself(example: Path, tmp_path: Path) -> None
 @pytest.mark.parametrize(
     "example", [path for path in EXAMPLES if path not in LEARNERS], ids=lambda path: path.stem
 )
-def test_without_a_server_it_says_so_in_one_line(example: Path, tmp_path: Path) -> None:
+def test_a_missing_server_is_reported_in_one_line(example: Path, tmp_path: Path) -> None:
     shutil.copy(example, tmp_path)
     if example.stem == "leaderboard_from_replays":
         done = run(tmp_path, example.name, str(tmp_path), "--key", "00" * 32)
@@ -54,7 +54,7 @@ def test_without_a_server_it_says_so_in_one_line(example: Path, tmp_path: Path) 
     assert done.returncode == 1
 
 
-def test_without_its_library_a_learner_says_so_in_one_line(tmp_path: Path) -> None:
+def test_a_missing_library_is_reported_in_one_line(tmp_path: Path) -> None:
     pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
     shutil.copy(next(path for path in LEARNERS if path.stem == "train_lift_sb3"), tmp_path)
     done = run(tmp_path, "train_lift_sb3.py")

@@ -1,4 +1,4 @@
-"""Worlds that fail: Python says of what, when, and what to try."""
+"""Worlds that fail: Python reports cause, time and remedies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.fake_server import FakeServer
 from tests.real_server import RealServer, needs_server
 
 PINCH = Path(__file__).parents[2] / "models/hands/pinch"
-# The limits of a competition that the hand below is beyond.
+# Limits of a competition that the hand below exceeds.
 BOUND = (
     "joint_torque_nm",
     "moment_arm",
@@ -35,7 +35,7 @@ WORDS = "the world failed ({fault}) in tick {tick}, step "
 
 @pytest.fixture
 def billion(tmp_path: Path) -> str:
-    """Write a hand that no world can compute: 1e9 for force, stiffness, winding and speed."""
+    """Write a hand on which every world fails: 1e9 for force, stiffness, winding and speed."""
     folder = tmp_path / "billion"
     folder.mkdir()
     urdf = re.sub(r"(<offset>)[^<]*", r"\g<1>0", (PINCH / "hand.urdf").read_text())
@@ -58,7 +58,7 @@ def failure(step: Callable[[int], Any]) -> palmares.WorldFaultError:
 
 
 def told(error: palmares.WorldFaultError, result: Result, before: int) -> None:
-    """Check what an error and a result say of a world that failed in the tick after `before`."""
+    """Check error and result of a world that failed in the tick after `before`."""
     assert error.code == "internal"
     assert isinstance(error, palmares.InternalError)
     assert not error.fatal
@@ -78,7 +78,7 @@ def test_every_fault_has_words() -> None:
     assert all("; " in words for words in sim.FAULTS.values())
 
 
-def test_a_world_says_of_what_it_failed(billion: str) -> None:
+def test_a_world_reports_the_cause_of_its_failure(billion: str) -> None:
     world, ticks = sim.World("grasp", billion, seed=1), [0]
 
     def step(sigma: int) -> None:
@@ -95,7 +95,7 @@ def test_a_world_says_of_what_it_failed(billion: str) -> None:
     assert (sound.result().fault, sound.result().note) == (None, None)
 
 
-def test_a_batch_says_of_what_its_worlds_failed(billion: str) -> None:
+def test_a_batch_reports_the_causes_of_failures(billion: str) -> None:
     batch = sim.Batch("grasp", billion, 2, threads=1)
     batch.reset([1, 2])
     for k in range(500):
@@ -118,7 +118,7 @@ def test_a_batch_says_of_what_its_worlds_failed(billion: str) -> None:
     assert (sound["fault"], sound["note"]) == (None, None)
 
 
-def test_environments_say_it(billion: str) -> None:
+def test_environments_report_the_cause(billion: str) -> None:
     env = palmares.gym.PalmaresEnv("local", task="grasp", hand=billion, ticks=1)
     env.reset(seed=1)
     error = failure(lambda sigma: env.step({"twist": np.zeros(6), "hand": np.full(2, float(sigma))}))
@@ -140,7 +140,7 @@ def test_environments_say_it(billion: str) -> None:
     assert result["fault"][failed] in result["note"][failed]
 
 
-def test_a_local_client_says_it(billion: str) -> None:
+def test_a_local_client_reports_the_cause(billion: str) -> None:
     with palmares.Client("local") as client:
         client.reset("grasp", billion, seed=1)
         error = failure(lambda sigma: client.step(hand=[sigma, sigma]))
@@ -151,7 +151,7 @@ def test_a_local_client_says_it(billion: str) -> None:
 
 
 @needs_server
-def test_a_server_says_it_in_lockstep_and_in_real_time(billion: str, tmp_path: Path) -> None:
+def test_a_server_reports_the_cause_in_lockstep_and_in_real_time(billion: str, tmp_path: Path) -> None:
     limits = tmp_path / "limits.toml"
     limits.write_text("[hand_limits]\n" + "".join(f"{figure} = inf\n" for figure in BOUND))
     arguments = ["--config", str(limits), "--hand", billion]
@@ -172,7 +172,7 @@ def test_a_server_says_it_in_lockstep_and_in_real_time(billion: str, tmp_path: P
         assert f"({result.fault})" in result.note
 
 
-def test_what_another_server_says_of_a_fault_is_kept() -> None:
+def test_faults_of_another_server_are_kept() -> None:
     with FakeServer() as server, palmares.Client(server.url) as client:
         client.reset("balls", "softhand")
         message = "the world failed (melted) in tick 1, step 3: it is too warm; try ice"
@@ -188,11 +188,12 @@ def test_what_another_server_says_of_a_fault_is_kept() -> None:
 
 
 @pytest.mark.parametrize("given_back", [True, False])
-def test_a_lost_run_tells_its_note(given_back: bool) -> None:
+def test_the_error_of_a_lost_run_has_its_note(given_back: bool) -> None:
     note = "the world failed (unsolvable)" + ("" if given_back else ". Its time is not given back: why")
     result = Result(
         run_id="r", task="t", hand="h", status="voided", score=0.0, in_goal=0, outside=0,
-        reason="world_fault", ticks=3, sim_time_s=0.03, state_hash="0", note=note,
+        reason="world_fault", ticks=3, sim_time_s=0.03, state_hash="0", note=note, task_hash="",
+        mode="lockstep", missed_ticks=0, late_ticks=0, late_max_s=0.0, dropped_obs=0, events=[],
     )  # fmt: skip
     text = str(RunLostError.of("r", result))
     assert note in text

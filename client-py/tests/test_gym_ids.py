@@ -1,4 +1,4 @@
-"""The environments that gymnasium makes of an id: in this process, many at once, and on a server."""
+"""Environments by their ids of gymnasium: in this process, many at once, and on a server."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from gymnasium.vector import AutoresetMode
 
 import palmares.gym
 from tests.real_server import RealServer, needs_server
+from tests.short_task import short_grasp
 
 pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
@@ -24,12 +25,12 @@ IDS = [
         ["Balls", "Shelf", "Grasp", "Pan", "Peg"], ["SoftHand", "ReFlex", "Pinch"]
     )
 ]
-# Half of a run of the grasp task.
-HALF = 6_000
+# Half of a run of the short task, ticks.
+HALF = 60
 
 
 def same(a: dict[str, Any], b: dict[str, Any]) -> bool:
-    """Bit for bit, but for what a client computes of the scene's shapes itself."""
+    """Return whether two observations are equal; half extents, which clients compute, to rounding."""
     rounded = "object_half_extents"
     if rounded in a and not np.allclose(a[rounded], b[rounded], rtol=0.0, atol=1e-15):
         return False
@@ -37,7 +38,7 @@ def same(a: dict[str, Any], b: dict[str, Any]) -> bool:
 
 
 @pytest.mark.parametrize("name", [IDS[0], IDS[4], IDS[8], IDS[9], IDS[14]])
-def test_gymnasium_has_nothing_to_say(name: str) -> None:
+def test_the_checker_of_gymnasium_accepts_an_environment(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make(name, render_mode="rgb_array")
@@ -79,23 +80,29 @@ def test_a_batch_plays_as_single_environments_do(options: dict[str, Any]) -> Non
         assert found in many.observation_space
 
 
-def episodes(mode: AutoresetMode, threads: int) -> list[Any]:
-    """Play four steps of half a run; return what each gave."""
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return the path of a task whose runs have two halves of `HALF` ticks."""
+    return short_grasp(tmp_path_factory.mktemp("short"), 2 * HALF * 0.01)
+
+
+def episodes(task: str, mode: AutoresetMode, threads: int) -> list[Any]:
+    """Play four steps of half a run; return the outcome of each."""
     envs = gymnasium.make_vec(
-        "palmares/Grasp-Pinch-v1", num_envs=2, ticks=HALF, threads=threads, autoreset_mode=mode
+        "palmares/Grasp-Pinch-v1", task=task, num_envs=2, ticks=HALF, threads=threads, autoreset_mode=mode
     )
     envs.reset(seed=3)
     rest = np.array([[0.0] * 6 + [-1.0, -1.0]] * 2)
-    told: list[Any] = []
+    outcomes: list[Any] = []
     for _ in range(4):
-        if mode is AutoresetMode.DISABLED and told and told[-1][3].any():
+        if mode is AutoresetMode.DISABLED and outcomes and outcomes[-1][3].any():
             envs.reset(options={"reset_mask": np.array([True, True])})
-        told.append(envs.step(rest))
-    return told
+        outcomes.append(envs.step(rest))
+    return outcomes
 
 
-def test_every_way_to_begin_again_loses_nothing() -> None:
-    next_step, same_step, by_hand = (episodes(mode, 2) for mode in AutoresetMode)
+def test_every_way_to_begin_again_loses_nothing(short: str) -> None:
+    next_step, same_step, by_hand = (episodes(short, mode, 2) for mode in AutoresetMode)
     assert [list(step[3]) for step in next_step] == [[False] * 2, [True] * 2, [False] * 2, [False] * 2]
     assert [list(step[3]) for step in same_step] == [[False] * 2, [True] * 2, [False] * 2, [True] * 2]
     assert [list(step[3]) for step in by_hand] == [[False] * 2, [True] * 2, [False] * 2, [True] * 2]
@@ -109,13 +116,17 @@ def test_every_way_to_begin_again_loses_nothing() -> None:
     assert same(same_step[2][0], by_hand[2][0])
     # Another scene than before, the same for any number of threads.
     assert not np.array_equal(same_step[1][0]["objects"], next_step[0][0]["objects"])
-    again = episodes(AutoresetMode.SAME_STEP, 1)
+    again = episodes(short, AutoresetMode.SAME_STEP, 1)
     assert all(same(a[0], b[0]) for a, b in zip(same_step, again, strict=True))
 
 
-def test_those_who_begin_again_by_hand_are_told_when_they_do_not() -> None:
+def test_a_missing_reset_is_an_error_when_resets_are_by_hand(short: str) -> None:
     envs = gymnasium.make_vec(
-        "palmares/Grasp-Pinch-v1", num_envs=1, ticks=2 * HALF, autoreset_mode=AutoresetMode.DISABLED
+        "palmares/Grasp-Pinch-v1",
+        task=short,
+        num_envs=1,
+        ticks=2 * HALF,
+        autoreset_mode=AutoresetMode.DISABLED,
     )
     with pytest.raises(RuntimeError, match="call reset"):
         envs.step(np.zeros((1, 8)))
@@ -129,7 +140,7 @@ def test_those_who_begin_again_by_hand_are_told_when_they_do_not() -> None:
         envs.reset(seed=[1, 2])  # type: ignore[arg-type]
 
 
-def test_what_only_a_server_has_is_refused_without_one() -> None:
+def test_arguments_for_a_server_are_refused_without_one() -> None:
     with pytest.raises(ValueError, match="give the server's url"):
         palmares.gym.PalmaresEnv(None, render_mode="human")
     with pytest.raises(ValueError, match="render_mode: found 'ansi'"):

@@ -1,4 +1,4 @@
-"""Clients that violate the protocol beside a client that plays, which must not be affected."""
+"""Clients that violate the protocol must not affect a client that plays."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import pytest
 
 import palmares
 from palmares.net.codec import CODECS
-from palmares.net.requests import Hello, Time
 from palmares.net.transport import Closed, Transport
+from palmares.wire import HelloRequest, TimeRequest
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server
@@ -70,14 +70,14 @@ def a_frame_that_claims_to_be_endless(url: str) -> None:
 
 def requests_whose_replies_are_not_read(url: str) -> None:
     transport = connection(url, timeout_s=0.5)
-    transport.send(JSON.encode(Hello(id=1, client={"name": "deaf"})), binary=False)
-    request = JSON.encode(Time(id=2))
+    transport.send(JSON.encode(HelloRequest(id=1, client={"name": "deaf"})), binary=False)
+    request = JSON.encode(TimeRequest(id=2))
 
     def ask_on() -> None:
         for _ in range(2_000_000):
             transport.send(request, binary=False)
 
-    # The server reads no request before it has sent the last reply: in the end this client has to wait.
+    # The server reads no request before it has sent the last reply, so this client has to wait at the end.
     with pytest.raises(Closed):
         ask_on()
 

@@ -16,7 +16,7 @@ import pytest
 
 import palmares
 from palmares.net import link as link_module
-from palmares.net.requests import Request, Time
+from palmares.wire import Request, TimeRequest
 from tests.fake_server import FakeServer
 
 
@@ -129,7 +129,7 @@ def test_a_restart_that_voids_the_run_is_an_error(server: FakeServer) -> None:
         assert client.reset("balls", "softhand").tick == 0
 
 
-def test_a_restart_seen_by_the_heartbeat_just_before_a_request_is_an_error(
+def test_a_restart_found_by_the_heartbeat_just_before_a_request_is_an_error(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with palmares.Client(server.url) as client:
@@ -155,7 +155,7 @@ def test_a_result_that_came_without_a_request_is_what_stop_returns(server: FakeS
         server.running = server.forget = True
         server.replies.append(result)
         server.drop_before.add("stop")
-        client._link._send(Time())
+        client._link._send(TimeRequest())
         time.sleep(0.1)
         assert client.stop().score == 4.0
 
@@ -169,10 +169,10 @@ def test_a_run_left_open_by_an_earlier_program_is_stopped(
             assert client.reset("balls", "softhand").tick == 0
             client.stop()
     assert [request["op"] for request in server.requests][:5] == ["hello", "stop", "reset", "stop", "reset"]
-    assert [record.message for record in caplog.records if "left open at tick 7" in record.message]
+    assert [record.message for record in caplog.records if "open at tick 7" in record.message]
 
 
-def test_a_lost_run_says_how_it_ended() -> None:
+def test_the_error_of_a_lost_run_has_its_outcome() -> None:
     result = palmares.Result(
         run_id="r1",
         task="balls",
@@ -185,6 +185,13 @@ def test_a_lost_run_says_how_it_ended() -> None:
         ticks=3,
         sim_time_s=0.03,
         state_hash="",
+        task_hash="",
+        mode="lockstep",
+        missed_ticks=0,
+        late_ticks=0,
+        late_max_s=0.0,
+        dropped_obs=0,
+        events=[],
     )
     assert "counts for nothing and its time is given back" in str(palmares.RunLostError.of("r1", result))
     result.status, result.reason, result.score = "practice", "disconnected", 2.0

@@ -51,7 +51,7 @@ def test_an_example_plays_without_a_server() -> None:
         assert summary.seed == 3
 
 
-def test_its_world_can_be_asked_for_more() -> None:
+def test_the_world_of_a_local_client_is_accessible() -> None:
     with palmares.Client("local") as client:
         assert client.world is None
         client.reset("balls", "softhand", seed=1)
@@ -93,7 +93,7 @@ def test_it_refuses_as_a_server_does() -> None:
         with pytest.raises(palmares.UnknownCameraError):
             client.step(cameras="nose")
         with pytest.raises(palmares.WrongStateError):
-            client.latest()  # What a real-time run has.
+            client.latest()  # Only in real time.
         with pytest.raises(palmares.WrongStateError):
             client.leaderboard()
         with pytest.raises(palmares.WrongStateError):

@@ -1,4 +1,4 @@
-"""The helpers for controllers, without physics."""
+"""Parts of controllers, without physics."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_extents_are_those_of_the_shapes_corners() -> None:
 
 
 def test_distances_of_points_from_a_capsule() -> None:
-    # From (0, 0, 0) to (0, 0, 1), turned to lie along x and moved to z = 2.
+    # From (0, 0, 0) to (0, 0, 1), turned into the direction x and moved to z = 2.
     upright = Capsules(array([[0, 0, 0]]), array([[0, 0, 1]]), array([0.1]))
     lying = upright.at(rot_y(math.pi / 2), array([0, 0, 2]))
     points = array([[0.5, 0.0, 2.0], [0.5, 0.3, 2.0], [1.3, 0.0, 2.4], [-1.0, 0.0, 2.0]])
@@ -152,7 +152,7 @@ def test_spheres_and_bounds_of_the_softhand() -> None:
     count = len(hand.radius)
     centres, radii = hand.spheres(5)
     assert (centres.shape, radii.shape) == ((5 * count, 3), (5 * count,))
-    # The centres lie on the axes of their capsules.
+    # The centres are on the axes of their capsules.
     own = hand.distances(centres)[np.tile(np.arange(count), 5), np.arange(5 * count)]
     assert own == pytest.approx(-radii)
     low, high = hand.bounds()

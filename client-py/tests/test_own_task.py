@@ -1,4 +1,4 @@
-"""A task of one's own, by its path."""
+"""Tasks of a user, by their paths."""
 
 import shutil
 import subprocess
@@ -63,9 +63,7 @@ def test_environments_take_it_too(folder: Path) -> None:
 
 
 @needs_server
-def test_a_server_that_has_it_is_told_its_name_and_the_folder_plays_on_both(
-    folder: Path, tmp_path: Path
-) -> None:
+def test_the_folder_of_a_task_plays_on_a_server_and_locally(folder: Path, tmp_path: Path) -> None:
     controller = tmp_path / "push.py"
     controller.write_text(
         "def run(client, seed):\n"
@@ -88,7 +86,7 @@ def test_a_server_that_has_it_is_told_its_name_and_the_folder_plays_on_both(
             client.reset(str(tmp_path), "pinch")
 
 
-def test_the_name_of_a_folder_is_what_its_file_says(folder: Path) -> None:
+def test_the_name_of_a_task_is_that_in_its_file(folder: Path) -> None:
     assert own_task.name_of(folder, ["balls"]) == "cube"
     assert own_task.name_of(folder / "task.toml", ["balls"]) == "cube"
     assert own_task.name_of("balls", ["balls"]) == "balls"
@@ -113,7 +111,7 @@ def test_a_client_without_a_server_takes_it_and_its_replay_verifies_with_the_fol
     assert "other_task" in refused.stdout
 
 
-def test_what_is_wrong_is_told(folder: Path) -> None:
+def test_errors_of_a_users_task(folder: Path) -> None:
     with pytest.raises(ValueError, match="neither a task of the program"):
         World("no-such-task", "pinch")
     text = (folder / "task.toml").read_text()

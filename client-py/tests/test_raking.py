@@ -1,4 +1,4 @@
-"""Where a hand is put down to rake, and what comes of it."""
+"""Places of the hand for raking, and a few pulls in the physics."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_nothing_fits_behind_a_tin_at_the_rear_wall(shape: raking.RakeShape) -> 
 
 
 @HANDS
-def test_what_failed_is_tried_in_another_way_and_left_in_the_end(shape: raking.RakeShape) -> None:
+def test_after_failures_other_ways_are_tried_and_then_none(shape: raking.RakeShape) -> None:
     can = standing(0, 0.0, 0.55)
     tried: list[Attempt] = []
     for _ in range(4):
@@ -58,7 +58,7 @@ def test_what_failed_is_tried_in_another_way_and_left_in_the_end(shape: raking.R
         again = (plan.kind, plan.yaw_rad) in [(attempt.grasp, attempt.yaw_rad) for attempt in tried]
         assert shape is clearing.RAKE or not again or len(tried) >= 3
         tried.append(Attempt(0, can.middle, plan.yaw_rad, plan.kind))
-    # A hand that pulls badly when it is turned tries the same a few times before.
+    # With a high cost of turning, the hand first repeats the straight pull.
     assert len({(attempt.grasp, attempt.yaw_rad) for attempt in tried}) >= 2
     assert raking.choose([can], SHELF, shape, tried, tries=4) is None
     assert raking.choose([standing(0, 0.05, 0.55)], SHELF, shape, tried, tries=4) is not None
@@ -68,7 +68,7 @@ def test_what_failed_is_tried_in_another_way_and_left_in_the_end(shape: raking.R
 def test_a_ball_is_not_touched_in_passing(shape: raking.RakeShape) -> None:
     target, ball = standing(0, 0.0, 0.6), standing(1, 0.06, 0.45, (0.07, 0.07, 0.07))
     alone = raking.choose([target], SHELF, shape, [])
-    # The ball is left out of what is to be taken by as many attempts as it gets.
+    # After all its attempts the ball is no candidate.
     tried = [Attempt(1, ball.middle, 0.0, "rake")] * 8
     beside = raking.choose([target, ball], SHELF, shape, tried, rolls=frozenset({1}))
     assert alone is not None

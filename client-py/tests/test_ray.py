@@ -33,7 +33,7 @@ def run(client, seed, task="grasp", hand="softhand"):
     client.step(repeat=3)
     return client.stop()
 """
-# With parts beside it, one of them imported late.
+# A controller with modules in its folder, one of them imported late.
 PARTED = """
 import os
 from parts import ticks
@@ -46,7 +46,7 @@ def run(client, seed, task, hand):
     client.step(repeat=ticks.FEW + MORE)
     return client.stop()
 """
-# Runs on a node wait until there are others on the other; those on the one to be killed wait for its end.
+# Runs on a node wait for runs on the other node; those on the node to be killed wait for its end.
 HELD = """
 import os, pathlib, time
 NODES = pathlib.Path({folder!r})
@@ -96,7 +96,7 @@ def told(report: Report) -> list[tuple[str, str, int, float, str, str | None]]:
 
 
 @pytest.mark.usefixtures("cluster")
-def test_what_a_controller_needs_is_sent_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_a_controller_are_sent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     here = tmp_path / "here"
     written(here / "parted.py", PARTED.format(forbidden=str(here)))
     written(here / "late.py", "MORE = 2")
@@ -176,7 +176,7 @@ def test_the_command_plays_on_a_cluster(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def closing(width: int) -> Callable[[dict[str, Any]], Any]:
-    """Return a policy that counts its calls: a copy that is used twice would go on from the first."""
+    """Return a policy that counts its calls, which shows a copy that is used twice."""
     calls = [0]
 
     def policy(observations: dict[str, Any]) -> Any:
@@ -258,4 +258,4 @@ def test_tune_searches_a_grasp(tmp_path: Path, capfd: pytest.CaptureFixture[str]
     assert search(words) == 0
     told = capfd.readouterr().out
     assert "Trial status: 3 TERMINATED" in told
-    assert "in 2 scenes it has not seen: " in told
+    assert "in 2 other scenes: " in told

@@ -1,4 +1,4 @@
-"""Without Ray, whoever wants it is told in one line what to install."""
+"""Without Ray the error is one line with the command to install it."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
 
 
-def test_the_package_says_so(tmp_path: Path) -> None:
+def test_the_package_names_the_remedy(tmp_path: Path) -> None:
     done = run(tmp_path, "-c", "import palmares, palmares.evaluate")
     assert (done.returncode, done.stderr) == (0, "")
     done = run(tmp_path, "-c", "import palmares.ray")
     assert done.stderr.splitlines()[-1] == f"ImportError: {INSTALL}"
 
 
-def test_the_command_says_so(tmp_path: Path) -> None:
+def test_the_command_names_the_remedy(tmp_path: Path) -> None:
     done = run(tmp_path, "-m", "palmares", "evaluate", "any.py", "--quiet", "--ray")
     assert (done.returncode, done.stderr) == (1, f"palmares evaluate: {INSTALL}\n")
 
 
-def test_the_example_says_so(tmp_path: Path) -> None:
+def test_the_example_names_the_remedy(tmp_path: Path) -> None:
     pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
     done = run(tmp_path, "-m", "palmares.examples.train_grasp_tune")
     assert (done.returncode, done.stderr) == (1, f"{TUNE}\n")

@@ -42,7 +42,7 @@ def test_a_slow_controller_sees_the_newest_and_every_event(server: FakeServer) -
             time.sleep(0.05)
         behind = server.tick
         obs = next(client.observations())
-        # The newest that had come, not the first: the backlog was skipped.
+        # The newest received observation, not the first: the backlog was skipped.
         assert behind > 40
         assert obs.tick >= behind - 20
         assert [event.kind for event in obs.events] == ["in_goal", "left_goal"]
@@ -55,7 +55,7 @@ def test_the_backlog_is_read_while_the_controller_thinks(server: FakeServer) -> 
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand", mode="realtime")
         deadline = time.monotonic() + 20.0
-        # The sockets' buffers are far too small for this run: it ends only because the heartbeat reads.
+        # The sockets' buffers are too small for this run: it ends only because the heartbeat reads.
         while server.tick < 2000 and time.monotonic() < deadline:
             time.sleep(0.05)
         assert server.tick == 2000
@@ -66,7 +66,7 @@ def test_the_backlog_is_read_while_the_controller_thinks(server: FakeServer) -> 
         client.stop()
 
 
-def test_latest_repeats_itself_when_nothing_came(server: FakeServer) -> None:
+def test_latest_returns_the_last_observation_again(server: FakeServer) -> None:
     server.ticks = 1
     with palmares.Client(server.url) as client:
         with pytest.raises(palmares.WrongStateError):
@@ -79,7 +79,7 @@ def test_latest_repeats_itself_when_nothing_came(server: FakeServer) -> None:
         client.stop()
 
 
-def test_an_action_after_the_end_is_no_error_before_the_end_was_seen(server: FakeServer) -> None:
+def test_an_action_after_the_end_is_no_error_before_the_end_is_read(server: FakeServer) -> None:
     server.ticks = 1
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand", mode="realtime")

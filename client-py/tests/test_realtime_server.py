@@ -83,7 +83,7 @@ def test_a_pulled_cable_in_real_time(url: str) -> None:
         for _ in range(2):
             client._link.abort()
             obs = next(client.observations())
-            # The world went on meanwhile.
+            # The world continued meanwhile.
             assert obs.run_id == run_id
             assert obs.tick > seen
             seen = obs.tick

@@ -1,4 +1,4 @@
-"""Replays, read with the official MCAP package as Foxglove reads them."""
+"""Replays, read with the official MCAP package, as Foxglove does."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def replay_of_a_run(server: RealServer, data: Path) -> Path:
     return data / "replays" / f"{result.run_id}.mcap"
 
 
-def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
+def test_the_records_are_readable_for_foxglove(tmp_path: Path) -> None:
     began = time.time()
     with RealServer(tmp_path) as server:
         path = replay_of_a_run(server, tmp_path)
@@ -95,7 +95,7 @@ def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
             known.add(child)
     assert parents["hand/base"] == parents["ball_3"] == "world"
     assert known == {entity["frame_id"] for entity in entities.values()} - {"world"}
-    # 30 pictures a second while the hand moves, and only of what moves: the balls lie still.
+    # 30 frames a second while the hand moves, only with moving bodies: the balls are at rest.
     moving = [picture for _, picture in messages["/tf"][1:-1]]
     times = [when for when, _ in messages["/tf"][:12]]
     assert {after - before for before, after in pairwise(times)} == {30_000_000, 40_000_000}

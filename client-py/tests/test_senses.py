@@ -1,4 +1,4 @@
-"""What a controller feels and sees, over a real socket."""
+"""Readings of the sensors and images of the cameras, over a real socket."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ def test_a_depth_picture_shows_the_balls_where_they_are(url: str) -> None:
             seen += 1
             radius = body.parts[0].shape.radius
             assert radius is not None
-            # On the sphere, to half a step of depth.
+            # The points are on the sphere, to half a step of depth.
             away = np.linalg.norm(points[shown] - np.array(state.position), axis=1)
             assert np.abs(away - radius).max() < 0.6 * image.depth_unit
-            # What the camera shows of it lies around its projection.
+            # Its pixels are around its projection.
             u, v = image.pixel(state.position)
             rows, columns = np.nonzero(shown)
             assert np.hypot(columns + 0.5 - u, rows + 0.5 - v).max() < 1.1 * image.fx * radius / 0.9
@@ -68,14 +68,14 @@ def test_both_encodings_bring_the_same_pictures(url: str, noise: Literal["none",
     assert (first.tick == 20) == (noise == "none")
 
 
-def test_what_is_not_there_cannot_be_seen(url: str) -> None:
+def test_missing_cameras_are_refused(url: str) -> None:
     with palmares.Client(url) as client:
         with pytest.raises(palmares.UnknownCameraError, match="box_a"):
             client.reset("balls", "softhand", cameras=["eye"])
         obs = client.reset("balls", "softhand", sensing="sensors")
         with pytest.raises(palmares.PalmaresError, match="truth"):
             client.step(cameras=["box_a.bodies"])
-        # Nothing was stepped.
+        # No tick was made.
         assert client.step().tick == obs.tick + 1
         with pytest.raises(ValueError, match="wrist\\.rgb"):
             _ = client.step(cameras=["wrist"]).cameras["wrist"].rgb
@@ -108,31 +108,31 @@ def test_the_example_finds_the_balls_in_noise(url: str, monkeypatch: pytest.Monk
     monkeypatch.syspath_prepend(Path(__file__).parent.parent / "src/palmares/examples")
     example = importlib.import_module("balls_sensors")
     with palmares.Client(url) as client:
-        # The truth is for the test: the picture comes with the errors of a real camera.
+        # The truth is for the test; the image has the errors of a real camera.
         hand = example.Senses(client, client.reset("balls", "softhand", noise="real", seed=11))
         points = hand.look()
         balls = example.find_balls(points, largest_radius(client.scene), client.scene.region("box_a"))
         truth = hand.obs.truth
         assert truth is not None
         nearest = [float(np.linalg.norm(truth.positions - ball, axis=1).min()) for ball in balls]
-        # Some hide below others; what is found is there.
+        # Some objects are hidden under others; all found ones exist.
         assert len(balls) >= 6
         assert max(nearest) < 0.01
 
 
-def test_the_example_finds_what_stands_in_the_shelf(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_example_finds_the_objects_in_the_shelf(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(Path(__file__).parent.parent / "src/palmares/examples")
     example = importlib.import_module("shelf_sensors")
     with palmares.Client(url) as client:
-        # The truth is for the test: the picture comes with the errors of a real camera.
+        # The truth is for the test; the image has the errors of a real camera.
         hand = example.Senses(client, client.reset("shelf", "softhand", noise="real", seed=2))
         image = hand.look()
         found = example.find_objects(image, client.scene.free, client.scene.region("shelf"))
         true = object_bounds(client.scene, hand.obs)
-        # Some hide behind others.
+        # Some are hidden behind others.
         assert len(found) >= 6
         errors = [np.abs([box.low - true[box.index].low, box.high - true[box.index].high]) for box in found]
-        # What is seen of the fronts is right; of some a part is hidden.
+        # The visible fronts are correct; some are partly hidden.
         assert np.median(errors) < 0.005
         assert np.median([error[0, 1] for error in errors]) < 0.005
         assert np.median([error[1, 1] for error in errors]) < 0.02

@@ -74,7 +74,7 @@ def test_limits_and_constants_come_from_the_server(url: str) -> None:
         assert [motor.name for motor in obs.hand.actuators] == hand.motors
         assert obs.truth is not None
         assert obs.truth.joints.position.shape == (len(hand.joints),)
-        # Faster than the limit is clipped to it.
+        # A velocity beyond the limit is clipped.
         obs = client.step(base=palmares.twist([10.0 * high, 0, 0], [0, 0, 0]))
         assert obs.applied_action.base is not None
         assert obs.applied_action.base.linear == pytest.approx((high, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""The engine in this process: the same bits as through a server, whatever is asked of it."""
+"""The engine in this process: the same bits as through a server, for every way to play."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ import pytest
 import palmares
 from palmares.arrays import Array
 from tests.real_server import PROGRAM, RealServer, needs_server
+from tests.short_task import short_grasp
 
 sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
 PAIRS = list(itertools.product(["balls", "shelf", "grasp"], ["softhand", "reflex"]))
-# Of the test that compares all ways to play; `PALMARES_EPISODES=1000 pytest tests/test_sim.py` plays many.
+# Episodes of the test that compares all ways to play; `PALMARES_EPISODES=1000` plays many.
 EPISODES = int(os.environ.get("PALMARES_EPISODES", "12"))
 # Ticks under each action of an episode.
 TICKS = [1, 7, 20, 40, 3, 30, 60, 15]
@@ -120,7 +121,7 @@ def test_a_world_goes_on_from_where_it_was_kept() -> None:
         world.restore(bytes(kept)[:-1])
 
 
-def test_a_replay_tells_of_pushes_and_of_what_was_kept(tmp_path: Path) -> None:
+def test_a_replay_has_pushes_and_snapshots(tmp_path: Path) -> None:
     world = sim.World("grasp", "reflex", seed=2)
     world.step(hand=[0.5] * 4, repeat=30)
     kept = world.snapshot()
@@ -145,7 +146,7 @@ def test_a_replay_tells_of_pushes_and_of_what_was_kept(tmp_path: Path) -> None:
         sim.World("grasp", "reflex").save_replay("/proc/missing/x.mcap")
 
 
-def test_a_batch_resets_and_steps_those_it_is_told_to() -> None:
+def test_a_batch_resets_and_steps_the_masked_worlds() -> None:
     batch = sim.Batch("grasp", "softhand", 4, sensing="sensors")
     with pytest.raises(ValueError, match="world 0 has no run yet"):
         batch.step(np.zeros((4, 7)))
@@ -167,11 +168,13 @@ def test_a_batch_resets_and_steps_those_it_is_told_to() -> None:
         batch.restore(1, kept)
 
 
-def test_a_run_in_a_batch_ends_with_its_count() -> None:
-    batch = sim.Batch("grasp", "softhand", 2)
+def test_a_run_in_a_batch_ends_with_its_count(tmp_path: Path) -> None:
+    short = short_grasp(tmp_path, 3.0)
+    batch = sim.Batch(short, "softhand", 2)
     batch.reset([1, 2])
-    world = sim.World("grasp", "softhand", 2)
-    limit = int(world.run.time_limit_s / world.run.tick_s)
+    world = sim.World(short, "softhand", 2)
+    limit = round(world.run.time_limit_s / world.run.tick_s)
+    assert limit == 300
     stepped = batch.step(np.zeros((2, 7)), limit + 50)
     assert list(stepped.truncated) == [True, True]
     assert batch.ticks == [limit, limit] or min(batch.ticks) >= limit
@@ -237,7 +240,7 @@ LONG = """
 import signal, sys
 import numpy as np
 from palmares import sim
-# What a shell starts in the background ignores Ctrl-C, and so would this.
+# A shell makes background processes ignore Ctrl-C; undo that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 world = sim.World("balls", "softhand", 1)
 batch = sim.Batch("balls", "softhand", 4)

@@ -1,4 +1,4 @@
-"""Shaped rewards, randomised runs and curricula: beside scored play, and never in it."""
+"""Shaped rewards, randomised runs and curricula, which never change scored runs."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def down(count: int, motors: int = 1) -> Array:
 
 
 class Shaped(palmares.Client):
-    """A client that adds up what shaping returns, discounted per step."""
+    """A client that sums up the shaped parts, discounted per step."""
 
     def reset(self, *args: object, **options: object) -> palmares.Observation:
-        """Open a run and begin anew."""
+        """Open a run and set the sum to zero."""
         obs = super().reset(*args, **options)  # type: ignore[arg-type]
         assert self.world is not None
         assert self.world.potential is not None
@@ -43,7 +43,7 @@ class Shaped(palmares.Client):
         return obs
 
     def step(self, *args: object, **options: object) -> palmares.Observation:
-        """Step and add up."""
+        """Step and add the shaped part."""
         obs = super().step(*args, **options)  # type: ignore[arg-type]
         assert self.world is not None
         assert self.world.shaping is not None
@@ -53,8 +53,8 @@ class Shaped(palmares.Client):
         return obs
 
 
-def test_what_shaping_adds_to_an_episode_depends_on_its_first_state_alone() -> None:
-    """A whole run that ends complete: the example lifts the object, holds it, and is shaken."""
+def test_the_sum_of_shaping_depends_on_the_first_state_alone() -> None:
+    """Play a whole run that ends complete: the example lifts the object and holds it through the shake."""
     with Shaped("local", training=SHAPED) as client:
         grasp_softhand.run(client, 1)
         assert client.world is not None
@@ -168,7 +168,7 @@ def test_the_shaped_part_is_in_the_info_and_in_the_reward_if_wanted() -> None:
     with pytest.warns(DeprecationWarning, match='shaping="info"'):
         assert stepped("apart") == only_in_info
     with pytest.raises(ValueError, match="wanted True, False or 'info'"):
-        stepped("beside")
+        stepped("other")
 
 
 def test_a_curriculum_holds_from_the_next_reset_on() -> None:
@@ -188,7 +188,7 @@ def test_a_curriculum_holds_from_the_next_reset_on() -> None:
     assert batch.fraction == 1.0
 
 
-def test_a_task_declares_what_learners_have_as_the_documents_say(tmp_path: Path) -> None:
+def test_tasks_declare_options_for_learners_as_documented(tmp_path: Path) -> None:
     docs = Path(__file__).parents[2] / "docs"
     task, training = (
         re.findall(r"```toml\n(.*?)```", (docs / name).read_text(), re.DOTALL)[0]
@@ -206,14 +206,14 @@ def test_a_task_declares_what_learners_have_as_the_documents_say(tmp_path: Path)
     assert world.potential is not None
     world.step()
     assert world.shaping is not None
-    # One object is all of them.
+    # The task has one object, so a fraction keeps it.
     assert not sim.World(str(tmp_path), "softhand", training=Training(fraction=0.5)).varied
     with pytest.raises(ValueError, match="needs all of them"):
         sim.World("pan", "softhand", training=Training(fraction=0.5))
 
 
-def test_what_cannot_be_is_refused() -> None:
-    with FakeServer() as server, pytest.raises(ValueError, match="no server offers it"):
+def test_invalid_options_are_refused() -> None:
+    with FakeServer() as server, pytest.raises(ValueError, match="servers do not offer it"):
         palmares.Client(server.url, training=Training(shaping=True))
     for wrong, message in (
         ({"discount": 1.5}, "discount: found 1.5"),

@@ -1,4 +1,4 @@
-"""Frames, against a socket that sends what no correct server sends."""
+"""Frames, against a socket that sends frames of an incorrect server."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Talk = Callable[[socket.socket], None]
 
 @contextmanager
 def server(talk: Talk, greeting: bytes = b"") -> Iterator[Transport]:
-    """Yield a connection whose other end does the handshake and then calls `talk`."""
+    """Yield a connection to a peer that does the handshake and then calls `talk`."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
 
         def serve() -> None:

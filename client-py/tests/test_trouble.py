@@ -23,7 +23,7 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def thinker(url: str) -> Iterator[tuple[palmares.Client, palmares.Observation, float]]:
-    """Let a controller compute while the other tests of this file run."""
+    """Yield a client that sends nothing while the other tests of this file run."""
     with palmares.Client(url, team="thinker") as client:
         client.reset("balls", "softhand", seed=2)
         yield client, client.step(), time.monotonic()
@@ -47,7 +47,7 @@ def test_a_cable_pulled_while_the_world_computes(url: str) -> None:
         run_id = client.reset("balls", "softhand", seed=3).run_id
         threading.Timer(0.005, client._link.abort).start()
         obs = client.step(hand=[0.2], repeat=100)
-        # The step was made but its observation was lost, so one more tick; or it was answered just in time.
+        # The step was made but its observation was lost, so one more tick; or the reply came just in time.
         assert obs.tick in (100, 101)
         assert obs.run_id == run_id
         assert obs.applied_action.hand == [0.2]
@@ -85,7 +85,7 @@ def test_a_controller_that_thinks_for_long_keeps_its_connection(
 ) -> None:
     client, obs, since = thinker
     before = client._link._transport
-    # Longer than the server keeps a connection that is silent.
+    # Longer than the server keeps a silent connection.
     assert client.welcome.limits.ping_timeout_s is not None
     pause_s = client.welcome.limits.ping_timeout_s + 3.0
     time.sleep(max(0.0, pause_s - (time.monotonic() - since)))

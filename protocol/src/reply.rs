@@ -1,4 +1,7 @@
-//! What the server says.
+//! The server's messages.
+//!
+//! A field that a later version of v1 added has `#[schemars(default)]`: clients read its default where an earlier server does
+//! not send it.
 
 use crate::code::{Code, Refusal};
 use crate::obs::Obs;
@@ -79,10 +82,13 @@ pub struct Competition {
     /// Length of a session, s; null for none.
     pub session_s: Option<f64>,
     /// What each `reset` that opens a run takes from the session, s.
+    #[schemars(default)]
     pub reset_cost_s: f64,
     /// How good the sensors of a run are that does not ask for others; in a competition, of every run.
+    #[schemars(default)]
     pub noise: Noise,
     /// Tasks that are played with `sensors` only.
+    #[schemars(default)]
     pub sensors_only: Vec<String>,
 }
 
@@ -166,8 +172,10 @@ pub struct TaskInfo {
     /// Longest run, s of simulated time.
     pub time_limit_s: f64,
     /// Its cameras.
+    #[schemars(default)]
     pub cameras: Vec<CameraInfo>,
     /// SHA-256 of everything that it is, 64 hexadecimal digits.
+    #[schemars(default)]
     pub hash: String,
 }
 
@@ -198,10 +206,13 @@ pub struct HandInfo {
     /// Names of the joint coordinates, in the order of `truth.joints`.
     pub joints: Vec<String>,
     /// Names of the joints that have an encoder, in the order of `hand.joints`.
+    #[schemars(default)]
     pub encoders: Vec<String>,
     /// Names of the taxels, in the order of `hand.touch`.
+    #[schemars(default)]
     pub taxels: Vec<String>,
     /// Its cameras.
+    #[schemars(default)]
     pub cameras: Vec<CameraInfo>,
 }
 
@@ -230,6 +241,7 @@ pub struct RunInfo {
     /// Its hand.
     pub hand: String,
     /// How time passes in it.
+    #[schemars(default)]
     pub mode: Mode,
     /// The current tick, which the next `step` must name.
     pub tick: u64,
@@ -257,10 +269,12 @@ pub struct RunResult {
     /// Its task.
     pub task: String,
     /// SHA-256 of everything that the task is, 64 hexadecimal digits.
+    #[schemars(default)]
     pub task_hash: String,
     /// Its hand.
     pub hand: String,
     /// How time passed in it.
+    #[schemars(default)]
     pub mode: Mode,
     /// `practice`, or `voided` after a fault of the server.
     pub status: String,
@@ -283,16 +297,21 @@ pub struct RunResult {
     /// s of simulated time played.
     pub sim_time_s: f64,
     /// In real time: ticks for which no new action had come.
+    #[schemars(default)]
     pub missed_ticks: u64,
     /// In real time: ticks that the server began more than half a tick after they were due.
+    #[schemars(default)]
     pub late_ticks: u64,
     /// In real time: the latest beginning of a tick, s.
+    #[schemars(default)]
     pub late_max_s: f64,
     /// In real time: observations that the client did not take in time.
+    #[schemars(default)]
     pub dropped_obs: u64,
     /// Hash of the final state, 16 hexadecimal digits.
     pub state_hash: String,
     /// Everything the referee noted.
+    #[schemars(default)]
     pub events: Vec<Event>,
     /// Its replay; absent when the run was not recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -357,12 +376,15 @@ pub struct TimeReport {
     /// Simulated time of all runs, s.
     pub simulated_s: f64,
     /// Time given back for faults of the server, s; the other times are without it.
+    #[schemars(default)]
     pub refunded_s: f64,
     /// Whether an organizer has stopped the clock.
+    #[schemars(default)]
     pub paused: bool,
     /// The session's run, if any.
     pub run: Option<RunInfo>,
     /// The server's clock, ms since 1970 UTC.
+    #[schemars(default)]
     pub server_unix_ms: u64,
 }
 

@@ -5,6 +5,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 use std::borrow::Cow;
 
+/// The schema's word for the form that a table has in MessagePack.
+const BINARY: &str = "float64-le";
+
 fn bytes<'a>(numbers: impl ExactSizeIterator<Item = &'a f64>) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(8 * numbers.len());
     numbers.for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
@@ -43,7 +46,8 @@ impl<const N: usize> JsonSchema for Table<N> {
         let number = json_schema!({"type": "number", "format": "double"});
         json_schema!({
             "type": "array",
-            "items": {"type": "array", "items": number, "minItems": N, "maxItems": N}
+            "items": {"type": "array", "items": number, "minItems": N, "maxItems": N},
+            "x-msgpack": BINARY,
         })
     }
 }
@@ -76,8 +80,8 @@ impl JsonSchema for Numbers {
     fn schema_name() -> Cow<'static, str> {
         "Numbers".into()
     }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        Vec::<f64>::json_schema(generator)
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"type": "array", "items": {"type": "number", "format": "double"}, "x-msgpack": BINARY})
     }
 }
 

@@ -1,10 +1,10 @@
-/** The leaderboard and the wall with sixty teams whose names are as long as they may be. */
+/** The leaderboard and the wall with sixty teams whose names have the maximum length. */
 import { expect, type Page } from '@playwright/test';
 import { APPLE, Control, grasp } from './control';
 import { complaints, screen, sideways } from './looks';
 import { CROWD, test } from './server';
 
-/** Boxes of the ranking's rows and of the names in them, px. */
+/** Sizes of the ranking's rows and names, px. */
 const rows = (page: Page): Promise<{ height: number; name: number; beyond: boolean; size: number }[]> => page.evaluate(() =>
   [...document.querySelectorAll('main table tbody tr')].map((row) => {
     const name = row.querySelector('th[scope=row], th') ?? row;
@@ -13,7 +13,7 @@ const rows = (page: Page): Promise<{ height: number; name: number; beyond: boole
   }));
 
 for (const javaScriptEnabled of [true, false]) {
-  test(`sixty teams are readable on a telephone ${javaScriptEnabled ? 'with scripts' : 'without scripts'}`, async ({ browser, crowded }) => {
+  test(`sixty teams are readable on a phone ${javaScriptEnabled ? 'with scripts' : 'without scripts'}`, async ({ browser, crowded }) => {
     const page = await (await browser.newContext({ viewport: { width: 390, height: 844 }, javaScriptEnabled })).newPage();
     await page.goto(`${crowded.url}/`);
     await expect(page.locator('main table tbody tr')).toHaveCount(CROWD);
@@ -24,14 +24,14 @@ for (const javaScriptEnabled of [true, false]) {
       expect(Math.min(...seen.map((row) => row.name))).toBeGreaterThan(100);
       expect(seen.filter((row) => row.beyond)).toEqual([]);
       expect(await sideways(page)).toBe(0);
-      // Its figures stand below a name, not beside it.
+      // The figures are below the name.
       expect(await page.locator('main table tbody tr').first().evaluate((row) => getComputedStyle(row).display)).toBe('grid');
     } else {
       const first = await page.locator('main table tbody tr th').first().boundingBox();
       expect(first?.width).toBeGreaterThan(100);
       expect((first?.x ?? 0) + (first?.width ?? 999)).toBeLessThanOrEqual(390);
     }
-    // Markup in a name is text.
+    // Markup in a name stays text.
     await expect(page.getByText('<img src=x onerror=alert(1)>').first()).toBeVisible();
     expect(await page.locator('main table img').count()).toBe(0);
     await page.screenshot({ path: screen(`sixty-390-${javaScriptEnabled ? 'scripts' : 'plain'}`) });
@@ -39,7 +39,7 @@ for (const javaScriptEnabled of [true, false]) {
   });
 }
 
-test('a score changes ranking and wall at once, says who moved, and opens its replay', async ({ browser, crowded }) => {
+test('a new score updates ranking and wall at once, marks who moved, and links to its replay', async ({ browser, crowded }) => {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
   const board = await context.newPage();
   const wall = await context.newPage();
@@ -55,11 +55,11 @@ test('a score changes ranking and wall at once, says who moved, and opens its re
   const control = await Control.open(crowded.url);
   const run = await control.begin(team, 'grasp', { seed: APPLE });
   await grasp(control, 260);
-  const told = Date.now();
+  const stopped = Date.now();
   await control.ask('stop');
   const row = board.locator('table tbody tr', { has: board.getByText(team, { exact: true }) });
   await expect(row.locator('.total')).toHaveText('4.0');
-  console.warn(`the ranking showed a score ${Date.now() - told} ms after it was asked for`);
+  console.warn(`the ranking showed the score ${Date.now() - stopped} ms after the run was stopped`);
   control.end();
   await expect(row.locator('.rank')).toHaveText('1');
   await expect(row.locator('.move.up')).toContainText('▲30');
@@ -77,13 +77,13 @@ test('a score changes ranking and wall at once, says who moved, and opens its re
   await context.close();
 });
 
-test('the wall shows one thing after the other, so large that it is read at 10 m', async ({ browser, crowded }) => {
+test('the wall shows its panes in turn, readable from 10 m', async ({ browser, crowded }) => {
   const page = await (await browser.newContext({ viewport: { width: 1920, height: 1080 } })).newPage();
   const wrong = complaints(page);
   await page.clock.install();
   await page.goto(`${crowded.url}/wall`);
   await expect(page.locator('.ranking tbody tr')).toHaveCount(8);
-  // At least a thirtieth of the picture's height: the width of three fingers on a screen of 1.5 m.
+  // Text is at least a thirtieth of the height: 5 cm on a screen 1.5 m high.
   const sizes = await rows(page);
   expect(Math.min(...sizes.slice(0, 8).map((row) => row.size))).toBeGreaterThanOrEqual(1080 / 30);
   expect(sizes.slice(0, 8).some((row) => row.beyond)).toBe(false);
@@ -100,7 +100,7 @@ test('the wall shows one thing after the other, so large that it is read at 10 m
   await expect(page.getByText('9–16 of 60 teams')).toBeVisible();
   await page.clock.runFor(10_000);
   await expect(page.getByText('17–24 of 60 teams')).toBeVisible();
-  // By hand: back, and held.
+  // By keyboard: back, and paused.
   await page.keyboard.press('ArrowLeft');
   await expect(page.getByText('9–16 of 60 teams')).toBeVisible();
   await page.keyboard.press(' ');

@@ -1,4 +1,4 @@
-/** A controller of the client carries balls: what a person sees of it live, and in its replay. */
+/** A controller carries balls: the live page and the replay show it. */
 import { expect, type Page } from '@playwright/test';
 import { Example } from './client';
 import { test } from './server';
@@ -9,7 +9,7 @@ interface Shown {
 }
 interface Point { x: number; y: number; set(x: number, y: number, z: number): Point; project(camera: unknown): Point }
 
-/** How many balls are drawn within the picture of the box with a role: each its place on the screen within the box's. */
+/** Number of balls whose screen position is inside the projected region with this role. */
 const drawnIn = (page: Page, role: string): Promise<number> => page.evaluate((wanted) => {
   const { stage, live } = window.palmares as unknown as Shown;
   const box = live.info?.regions.find((region) => region.role === wanted);
@@ -25,7 +25,7 @@ const drawnIn = (page: Page, role: string): Promise<number> => page.evaluate((wa
   }).length;
 }, role);
 
-test('balls go from box to box on the screen, and an event of the replay shows its moment', async ({ page, server }) => {
+test('balls move from box to box on the screen, and an event of the replay opens its moment', async ({ page, server }) => {
   const example = Example.start('balls_softhand.py', server.url, '--seed', '1', '--team', 'carriers');
   const atFirst = async (): Promise<void> => {
     await page.goto(`${server.url}/live/featured`);
@@ -36,8 +36,8 @@ test('balls go from box to box on the screen, and an event of the replay shows i
   expect(await drawnIn(page, 'goal')).toBe(0);
   await expect.poll(() => drawnIn(page, 'goal'), { timeout: 60_000 }).toBeGreaterThan(1);
   await expect(page.getByText('is in the goal').first()).toBeVisible();
-  // Why a ball counts, when it is chosen.
-  await page.getByLabel('Mark').selectOption({ index: 1 });
+  // The page explains why the chosen ball counts or not.
+  await page.getByLabel('Highlight').selectOption({ index: 1 });
   await expect(page.getByText(/^ball.*counts|^ball.*does not count/)).toBeVisible();
 
   const { run_id: run, score } = await example.played;

@@ -1,18 +1,18 @@
-/** Controllers of the Python client, where there is one: `PALMARES_CLIENT_PYTHON` names the interpreter. */
+/** Controllers of the Python client; `PALMARES_CLIENT_PYTHON` is the interpreter. */
 import { type ChildProcess, spawn } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
 import { test } from '@playwright/test';
 
 const EXAMPLES = fileURLToPath(new URL('../../client-py/src/palmares/examples/', import.meta.url));
 
-/** What an example prints of its run with `--json`. */
+/** Output of an example with `--json`. */
 export interface Played { run_id: string; score: number }
 
-/** An example that plays one run. */
+/** A running example that plays one run. */
 export class Example {
   private constructor(private readonly process: ChildProcess, readonly played: Promise<Played>) {}
 
-  /** Starts one; without an interpreter the test is skipped, and says so. */
+  /** Starts an example; without an interpreter the test is skipped with a message. */
   static start(name: string, url: string, ...options: string[]): Example {
     const python = process.env['PALMARES_CLIENT_PYTHON'];
     test.skip(!python, 'PALMARES_CLIENT_PYTHON names no Python with the client');
@@ -26,12 +26,12 @@ export class Example {
         else reject(new Error(`${name} ended with ${code}: ${last}`));
       });
     });
-    // Whoever waits for it is told; nobody else has to be.
+    // Only a test that awaits it must fail.
     played.catch(() => undefined);
     return new Example(started, played);
   }
 
-  /** It works a tenth of the time, until what is given has been seen: a run of a minute may else be over before a page has loaded. */
+  /** Slows the example to a tenth until `seen` resolves: otherwise its run could be over before a page has loaded. */
   async slowedUntil(seen: Promise<void>): Promise<void> {
     const turns = setInterval(() => {
       this.process.kill('SIGCONT');
@@ -41,12 +41,12 @@ export class Example {
       await seen;
     } finally {
       clearInterval(turns);
-      // The last turn may have its stop still to come.
+      // The last SIGSTOP may still be pending.
       setTimeout(() => this.process.kill('SIGCONT'), 50);
     }
   }
 
-  /** Its world stands still until it is stopped. */
+  /** Suspends the example; its world waits. */
   hold(): void {
     this.process.kill('SIGSTOP');
   }

@@ -1,6 +1,6 @@
 /**
- * A team's control socket as programs open it, with the token in the header, which a page cannot send: RFC 6455 over Node's own
- * upgrade. Lengths in m, times in s.
+ * A control socket with the token in the header, as programs use it (a page cannot send headers): RFC 6455 over Node's
+ * HTTP upgrade. Lengths in m, times in s.
  */
 import { randomBytes } from 'node:crypto';
 import { request } from 'node:http';
@@ -12,7 +12,7 @@ interface Waiting { resolve(message: Message): void; reject(error: Error): void 
 
 const [TEXT, CLOSE, PING, PONG] = [1, 8, 9, 10];
 
-/** Frames that a client sends are masked. */
+/** A client's frame, which must be masked. */
 function frame(kind: number, body: Buffer): Buffer {
   const mask = randomBytes(4);
   const head = body.length < 126 ? Buffer.from([0x80 | kind, 0x80 | body.length]) : Buffer.from([0x80 | kind, 0xfe, body.length >> 8, body.length & 255]);
@@ -25,7 +25,7 @@ export class Control {
   private id = 0;
   private gone: string | null = null;
   tick = 0;
-  /** Code of the close frame; null while the connection stands. */
+  /** Code of the close frame; null while the connection is open. */
   closed: number | null = null;
 
   private constructor(private readonly socket: Duplex, head: Buffer) {
@@ -35,21 +35,21 @@ export class Control {
     if (head.length > 0) this.take(head);
   }
 
-  /** Refused with the status of the answer. */
+  /** Connects; throws the HTTP status of a refusal. */
   static open(url: string, token?: string): Promise<Control> {
     return new Promise((resolve, reject) => {
-      const asked = request(`${url}/v1/control`, { headers: {
+      const upgrade = request(`${url}/v1/control`, { headers: {
         Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': randomBytes(16).toString('base64'),
         'Sec-WebSocket-Protocol': 'palmares.v1.json', ...(token === undefined ? {} : { Authorization: `Bearer ${token}` }),
       } });
-      asked.on('upgrade', (_, socket, head) => { resolve(new Control(socket, head)); });
-      asked.on('response', (answer) => { answer.resume(); reject(new Error(`the handshake was answered with ${answer.statusCode}`)); });
-      asked.on('error', reject);
-      asked.end();
+      upgrade.on('upgrade', (_, socket, head) => { resolve(new Control(socket, head)); });
+      upgrade.on('response', (answer) => { answer.resume(); reject(new Error(`the handshake was answered with ${answer.statusCode}`)); });
+      upgrade.on('error', reject);
+      upgrade.end();
     });
   }
 
-  /** Asks, and waits for the reply; an error is thrown in the server's words. */
+  /** Sends a request and waits for the reply; throws the server's error. */
   ask(op: string, fields: object = {}): Promise<Message> {
     this.id += 1;
     const id = this.id;
@@ -60,20 +60,20 @@ export class Control {
     });
   }
 
-  /** One action for some ticks. */
+  /** Steps `repeat` ticks with one action. */
   async step(repeat: number, action: object = {}): Promise<Message> {
     const seen = await this.ask('step', { tick: this.tick, repeat, action });
     this.tick = seen.tick ?? 0;
     return seen;
   }
 
-  /** Greets and opens a run. */
+  /** Sends hello and opens a run; returns its id. */
   async begin(team: string, task: string, more: object = {}): Promise<string> {
     await this.ask('hello', { client: { name: team } });
     return await this.again(task, more);
   }
 
-  /** Opens a run; answers its id. */
+  /** Opens a run; returns its id. */
   async again(task: string, more: object = {}): Promise<string> {
     const seen = await this.ask('reset', { task, hand: 'softhand', ...more });
     this.tick = 0;
@@ -104,10 +104,10 @@ export class Control {
   }
 
   private read(message: Message): void {
-    const asked = message.id === undefined ? undefined : this.waiting.get(message.id);
+    const waiting = message.id === undefined ? undefined : this.waiting.get(message.id);
     if (message.id !== undefined) this.waiting.delete(message.id);
-    if (message.op === 'error') asked?.reject(new Error(`${String(message['code'])}: ${message.message}`));
-    else asked?.resolve(message);
+    if (message.op === 'error') waiting?.reject(new Error(`${String(message['code'])}: ${message.message}`));
+    else waiting?.resolve(message);
   }
 
   private fail(why: string): void {
@@ -117,12 +117,12 @@ export class Control {
   }
 }
 
-/** A scene of the task `grasp`, an apple, and the pose of the SoftHand's base when it closes. */
+/** Seed of a scene of the task `grasp` with an apple, and the pose of the SoftHand's base for its grasp. */
 export const APPLE = 2;
 const [X, Y, Z] = [0.1756, 0.1009, 0.0789];
 const quat_xyzw = [0.7127, -0.1257, -0.6797, 0.1199];
 
-/** Grasps it, lifts it and holds it for some ticks, in a run of the scene `APPLE`: 60 make a point, 260 make four. */
+/** Grasps the apple of a run with seed `APPLE`, lifts it and holds it: 60 ticks give one point, 260 give four. */
 export async function grasp(control: Control, ticks: number): Promise<void> {
   const at = (height: number): object => ({ position: [X, Y, Z + height], quat_xyzw });
   await control.step(100, { base: at(0.12), hand: [0.02] });
@@ -132,7 +132,7 @@ export async function grasp(control: Control, ticks: number): Promise<void> {
   for (let left = ticks; left > 0; left -= 100) await control.step(Math.min(left, 100));
 }
 
-/** A run that goes on beside a test, at about the speed of the clock, down into the box and closing; the returned function ends it. */
+/** A run that continues during a test, at about real time: the hand moves down into the box and up. `stop` ends it. */
 export async function playing(url: string, team: string, token?: string): Promise<{ run: string; over: Promise<void>; control: Control; stop(): Promise<void> }> {
   const control = await Control.open(url, token);
   const run = await control.begin(team, 'balls');

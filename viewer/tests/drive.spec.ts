@@ -1,4 +1,4 @@
-/** A person drives a hand with keys, handles, sliders and pushes; what was sent runs again as a controller of its own. */
+/** The drive page: keys, handles, sliders and pushes; the downloaded recording replays as a Python program. */
 import { execFileSync } from 'node:child_process';
 import { expect, type Page } from '@playwright/test';
 import { test } from './server';
@@ -12,14 +12,14 @@ interface Driving {
   };
 }
 
-/** Software draws a small picture at many frames a second, and a large one at few. */
+/** A small window, since software rendering is slow. */
 test.use({ viewport: { width: 900, height: 560 } });
 
 const tick = (page: Page): Promise<number> => page.evaluate(() => (window.palmares as unknown as Driving).drive.driver.tick);
 const base = (page: Page): Promise<number[]> => page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.base.position);
 const pushes = (page: Page): Promise<number> => page.evaluate(() => (window.palmares as unknown as Driving).drive.driver.recording.entries.filter((entry) => entry.kind === 'push').length);
 
-/** Place of a body in the window, px. */
+/** Position of a body in the window, px. */
 async function onScreen(page: Page, body: string): Promise<{ x: number; y: number }> {
   const at = await page.evaluate((wanted) => {
     const { stage, drive } = window.palmares as unknown as Driving;
@@ -53,13 +53,13 @@ async function drag(page: Page, from: { x: number; y: number }, by: { x: number;
   await page.mouse.up();
 }
 
-test('a hand is driven, and its recording does the same again', async ({ page, server }) => {
+test('a person drives a hand, and the recording repeats the run', async ({ page, server }) => {
   const wrong: string[] = [];
   page.on('pageerror', (error) => { wrong.push(error.message); });
   page.on('console', (message) => { if (message.type() === 'error') wrong.push(message.text()); });
   await start(page, server.url);
 
-  // Keys move it, and it stays where they left it.
+  // Keys move the hand.
   const first = await onScreen(page, 'base');
   await hold(page, 'd', 500);
   await expect.poll(async () => { const now = await onScreen(page, 'base'); return Math.hypot(now.x - first.x, now.y - first.y); }).toBeGreaterThan(10);
@@ -87,14 +87,14 @@ test('a hand is driven, and its recording does the same again', async ({ page, s
   await page.getByRole('button', { name: 'Push once' }).click();
   await expect(page.getByText('at most 200 N')).toBeVisible();
 
-  // The world stands still, and goes on by single ticks.
+  // Pause and single steps.
   await page.keyboard.press('.');
   await page.getByRole('button', { name: 'Pause' }).click();
   await page.waitForTimeout(200);
   const still = await tick(page);
   await page.getByRole('button', { name: 'Single step' }).click();
   await expect.poll(() => tick(page)).toBe(still + 1);
-  await page.getByRole('button', { name: 'Go on' }).click();
+  await page.getByRole('button', { name: 'Resume' }).click();
   await hold(page, 's', 300);
 
   await page.getByRole('button', { name: 'Finish' }).click();
@@ -113,19 +113,19 @@ test('a hand is driven, and its recording does the same again', async ({ page, s
     return;
   }
   const said = execFileSync(python, [file, '--url', server.url], { encoding: 'utf8' });
-  expect(said).toContain('as it was driven');
+  expect(said).toContain('the same result as when it was driven');
   expect(said).toContain(`${result?.ticks} ticks, state ${result?.state_hash}`);
 });
 
-test('from an input to the frame that shows it', async ({ page, server }) => {
+test('the latency from an input to its frame is measured', async ({ page, server }) => {
   await start(page, server.url);
-  // Software takes most of the time for the drawing itself; the second row is without it.
+  // Software rendering takes most of the time; the second measurement is without it.
   for (const drawn of [true, false]) {
     await page.evaluate((draws) => {
       const { stage } = window.palmares as unknown as Driving;
       if (!draws) stage.renderer.render = () => undefined;
     }, drawn);
-    // Frames that were handed over before are still being drawn.
+    // Earlier frames may still be in the rendering queue.
     await page.waitForTimeout(1000);
     await page.evaluate(() => { (window.palmares as unknown as Driving).drive.latencies.length = 0; });
     for (let k = 0; k < 12; k += 1) for (const key of ['d', 'a']) {
@@ -135,12 +135,12 @@ test('from an input to the frame that shows it', async ({ page, server }) => {
     const measured = await page.evaluate(() => (window.palmares as unknown as Driving).drive.latencies.slice().sort((a, b) => a - b));
     const of = (share: number): string => (measured[Math.min(Math.floor(share * measured.length), measured.length - 1)] ?? NaN).toFixed(1);
     expect(measured.length).toBeGreaterThan(5);
-    // Nothing is asserted of the times, which are those of this machine; they are printed for whoever reads.
+    // The times depend on the machine: they are printed, not asserted.
     console.warn(`${drawn ? 'drawn by software' : 'handed over, not drawn'}: ${measured.length} inputs, half within ${of(0.5)} ms, 95 of 100 within ${of(0.95)} ms`);
   }
 });
 
-test('fields keep their keys', async ({ page, server }) => {
+test('keys in a text field do not move the hand', async ({ page, server }) => {
   await start(page, server.url);
   await page.getByText('Start a run').click();
   const name = page.getByLabel('Name on the leaderboard');
@@ -163,7 +163,7 @@ test('a gamepad moves the hand', async ({ page, server }) => {
   await expect.poll(async () => Math.hypot(...(await base(page)).map((x, k) => x - (before[k] ?? 0)))).toBeGreaterThan(0.05);
 });
 
-test('a broken connection is told, and the recording stays', async ({ page, server }) => {
+test('a lost connection is reported, and the recording stays', async ({ page, server }) => {
   let hangUp = (): void => undefined;
   await page.routeWebSocket(/\/v1\/control$/, (socket) => {
     socket.connectToServer();
@@ -172,7 +172,7 @@ test('a broken connection is told, and the recording stays', async ({ page, serv
   await start(page, server.url);
   await hold(page, 'a', 300);
   hangUp();
-  await expect(page.getByRole('status').getByText('The run is lost, what was recorded is not')).toBeVisible();
+  await expect(page.getByRole('status').getByText('The run is lost, but its recording is kept')).toBeVisible();
   const saving = page.waitForEvent('download');
   await page.getByRole('button', { name: 'Download as Python' }).click();
   expect((await saving).suggestedFilename()).toBe('driven.py');
@@ -180,15 +180,15 @@ test('a broken connection is told, and the recording stays', async ({ page, serv
   await expect.poll(() => page.evaluate(() => (window.palmares as unknown as Driving).drive.driver.phase)).toBe('running');
 });
 
-test('what the server refuses is said in its words', async ({ page, server }) => {
+test('a refusal shows the server’s message', async ({ page, server }) => {
   await page.goto(`${server.url}/drive`);
   await page.getByLabel('Name on the leaderboard').fill('\u2014');
   await page.getByRole('button', { name: 'Start' }).click();
   await expect(page.getByRole('alert')).not.toBeEmpty();
 });
 
-test('a competition sends drivers to a practice server', async ({ page, server }) => {
+test('in a competition the page points to a practice server', async ({ page, server }) => {
   await page.route('**/v1/competition', (route) => route.fulfill({ json: { name: 'the finals', mode: 'official' } }));
   await page.goto(`${server.url}/drive`);
-  await expect(page.getByText('Driving by hand is for practice servers')).toBeVisible();
+  await expect(page.getByText('Only practice servers have this page')).toBeVisible();
 });

@@ -1,4 +1,4 @@
-/** Every page at both widths and in both themes: readable, silent, from this server alone. Screenshots are kept to be looked at. */
+/** Every page at two widths and in both themes: readable, without errors or external requests. Screenshots are kept. */
 import { expect, type Page } from '@playwright/test';
 import { claw } from './claw';
 import { APPLE, Control, grasp, playing } from './control';
@@ -10,28 +10,28 @@ const THEMES = ['light', 'dark'] as const;
 
 test.setTimeout(150_000);
 
-/** Looks at what a page shows now. */
+/** Checks a page at both widths and in both themes. */
 async function look(page: Page, name: string): Promise<void> {
   for (const [width, height] of SIZES) {
     await page.setViewportSize({ width, height });
     for (const colorScheme of THEMES) {
       await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
-      // The new colours are there after a frame.
+      // The theme changes after a frame.
       await page.evaluate(() => new Promise((go) => { requestAnimationFrame(() => { requestAnimationFrame(go); }); }));
       const where = `${name}, ${width} px, ${colorScheme}`;
       expect.soft(await sideways(page), `${where}: moved sideways`).toBe(0);
-      // Where the picture takes what is left of the window, nothing is below it.
+      // On a 3D page nothing is below the window.
       if (width > 1000 && await page.locator('main.stage-page').count() > 0) {
         await expect.soft.poll(() => page.evaluate(() => document.documentElement.scrollHeight - innerHeight), { message: `${where}: longer than the window` }).toBeLessThanOrEqual(0);
       }
-      // Colours do not depend on the width: what is wide is read in both themes, what is narrow in one.
+      // Colours do not depend on the width: both themes are checked for wide windows, one for narrow ones.
       if (width > 1000 || colorScheme === 'dark') expect.soft(await barriers(page), where).toEqual([]);
       await page.screenshot({ path: screen(`${name}-${width}-${colorScheme}`), fullPage: true });
     }
   }
 }
 
-/** Pages of a practice server, and what is seen when they are there. */
+/** Pages of a practice server, and how to wait for each. */
 const pages = (run: string): [name: string, address: string, ready: (page: Page) => Promise<unknown>][] => [
   ['leaderboard', '/', (page) => page.getByText('Live.').waitFor()],
   ['live', '/live', (page) => page.getByRole('link', { name: /^Watch/ }).first().waitFor()],
@@ -50,7 +50,7 @@ test('pages of a practice server', async ({ page, server }) => {
   await grasp(control, 60);
   await control.ask('stop');
   control.end();
-  // One more goes on; it stands still, so that what is looked at is the page.
+  // A second run stays open and pauses.
   const going = await Control.open(server.url);
   await going.begin('<b>lobsters</b>', 'grasp', { seed: APPLE });
   await grasp(going, 1);
@@ -64,10 +64,10 @@ test('pages of a practice server', async ({ page, server }) => {
     await ready(page);
     await look(page, name);
   }
-  // What the wall turns to.
+  // The wall's live pane.
   await page.keyboard.press('ArrowRight');
   await page.locator('.pane.live.shown').waitFor();
-  // The world stands still: it is shown as it stands all the same.
+  // It shows the paused run.
   await expect(page.locator('.pane.live .score')).toHaveText('Score 1.0');
   await expect.poll(() => page.evaluate(() => (window.palmares as { live: { drawing: { placeOf(id: number): number[] } } }).live.drawing.placeOf(0)[2])).toBeGreaterThan(0.1);
   await look(page, 'wall-live');
@@ -75,7 +75,7 @@ test('pages of a practice server', async ({ page, server }) => {
   expect(wrong).toEqual([]);
 });
 
-/** Something in every tab. */
+/** Creates content for every tab. */
 async function furnish(official: Official): Promise<() => Promise<void>> {
   const { phase } = await official.get('/v1/competition');
   if (phase === 'closed') await official.post('/v1/admin/competition/open', { reason: 'a look around' });
@@ -104,13 +104,13 @@ test('tabs of the organizers’ page', async ({ page, official }) => {
     await page.waitForLoadState('networkidle');
     if (name === 'verification') await page.getByLabel('all runs').check();
     if (name === 'hands') {
-      await page.getByRole('button', { name: 'Look at it' }).first().click();
+      await page.getByRole('button', { name: 'Details' }).first().click();
       await page.getByRole('img', { name: /turned$/ }).waitFor();
     }
     await look(page, `admin-${name}`);
   }
   await tabs.first().click();
-  await page.getByRole('button', { name: 'Give time…' }).first().click();
+  await page.getByRole('button', { name: 'Add time…' }).first().click();
   await look(page, 'admin-asks');
   await done();
   expect(wrong).toEqual([]);

@@ -1,4 +1,4 @@
-/** A hand is closed, pushed and held without a world; one that is sent in is checked and turned right there. */
+/** The hand pages: close, push and hold a hand; upload and check a team's own hand. */
 import { readFileSync } from 'node:fs';
 import { expect, type Page } from '@playwright/test';
 import { test } from './server';
@@ -15,7 +15,7 @@ interface Shown {
 }
 interface Place { x: number; y: number }
 
-/** Software draws a small picture at many frames a second, and a large one at few. */
+/** A small window, since software rendering is slow. */
 test.use({ viewport: { width: 1000, height: 700 } });
 
 /** The built-in gripper's files, under another name. */
@@ -35,13 +35,13 @@ async function open(page: Page, url: string, hand: string): Promise<void> {
   await expect.poll(() => page.evaluate(() => ((window.palmares as unknown as Shown | undefined)?.hand.rest?.q.length ?? 0))).toBeGreaterThan(0);
 }
 
-/** In the window: a place that is told in the picture's px. */
+/** A position on the canvas (px), in the window. */
 async function inWindow(page: Page, at: Place | null): Promise<Place> {
   const box = await page.locator('.stage').boundingBox();
   return { x: (box?.x ?? 0) + (at?.x ?? NaN), y: (box?.y ?? 0) + (at?.y ?? NaN) };
 }
 
-/** Where the origin of a link is in the window, px. */
+/** Position of a link's origin in the window, px. */
 async function onScreen(page: Page, link: string): Promise<Place> {
   return inWindow(page, await page.evaluate((wanted) => {
     const { stage, hand } = window.palmares as unknown as Shown;
@@ -69,26 +69,26 @@ test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   await expect(page.getByRole('heading', { name: 'pinch', level: 1 })).toBeVisible();
   await expect(page).toHaveURL(/\/hands\/pinch$/);
 
-  // Sliders, by keyboard: fingers close on the screen, by the closed form.
+  // Sliders, by keyboard: the fingers close, by the closed form.
   const wide = await onScreen(page, 'left_distal');
   await page.getByRole('slider', { name: 'close_motor' }).focus();
   for (let k = 0; k < 30; k += 1) await page.keyboard.press('ArrowRight');
   await page.getByRole('slider', { name: 'curl_motor' }).fill('0.3');
   await expect.poll(async () => apart(await onScreen(page, 'left_distal'), wide)).toBeGreaterThan(5);
-  await expect(page.getByText('Rests by the closed form')).toBeVisible();
+  await expect(page.getByText('Equilibrium by the closed form')).toBeVisible();
   const free = await shown(page, ({ hand }) => hand.rest);
-  // The closed form of this hand at σ = 0.3, as the guide prints it.
+  // The closed form of this hand at σ = 0.3, as in docs/hands.md.
   expect(free?.tension[0]).toBeCloseTo(5.378386, 5);
   await expect(page.getByRole('row', { name: /^left_base/ })).toContainText(`${((free?.q[0] ?? 0) * 180 / Math.PI).toFixed(1)}°`);
 
-  // An arrow dragged from a link turns its joints; its size stands beside it.
+  // An arrow dragged from a link turns its joints; a label shows its force.
   await page.getByRole('button', { name: 'Push', exact: true }).click();
   await drag(page, await onScreen(page, 'left_distal'), { x: 25, y: 0 });
   await expect.poll(async () => Math.hypot(...(await loads(page))[0]?.force ?? [])).toBeGreaterThan(0.2);
   const [push] = await loads(page);
   await expect(page.locator('.load-tag')).toHaveText(`1: ${Math.hypot(...push?.force ?? []).toFixed(2)} N`);
   await expect.poll(async () => Math.abs(((await q(page))[0] ?? 0) - (free?.q[0] ?? 0))).toBeGreaterThan(0.01);
-  // Its head is dragged on.
+  // The arrow's head can be dragged again.
   const head = await inWindow(page, await shown(page, ({ hand }) => hand.handleOf(1)));
   await drag(page, head, { x: 12, y: -6 });
   await expect.poll(async () => (await loads(page)).length).toBe(1);
@@ -96,22 +96,22 @@ test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   await page.getByRole('button', { name: 'Remove this push of left_distal' }).click();
   await expect.poll(async () => Math.abs(((await q(page))[0] ?? 0) - (free?.q[0] ?? 0))).toBeLessThan(1e-9);
 
-  // By numbers alone: a fingertip is pinned where it is, and takes force as the hand closes.
+  // By keyboard: a fingertip is pinned, and the pin's force grows as the hand closes.
   await page.getByLabel('Link', { exact: true }).selectOption('right_distal');
   await page.getByRole('button', { name: 'Hold it' }).focus();
   await page.keyboard.press('Enter');
   await expect(page.getByText(/^Held by 0\.00 N/)).toBeVisible();
   await page.getByRole('slider', { name: 'close_motor' }).fill('0.4');
   await expect.poll(() => reaction(page)).toBeGreaterThan(0.1);
-  await expect(page.getByText('Rests by Newton’s method')).toBeVisible();
-  await expect(page.getByText('link \'right_distal\' is held: a pin holds a point of it')).toBeVisible();
-  // The pin is typed somewhere else, and the finger follows.
+  await expect(page.getByText('Equilibrium by Newton’s method')).toBeVisible();
+  await expect(page.getByText('link \'right_distal\' is held: a pin holds one of its points')).toBeVisible();
+  // A typed position moves the pin, and the finger follows.
   const before = await shown(page, ({ hand }) => hand.rest?.links.find((link) => link.name === 'right_distal')?.position ?? []);
   const held = page.getByRole('group', { name: /^Held at/ });
   const y = held.getByLabel('y, mm');
   await y.fill(String(Number(await y.inputValue()) - 3));
   await expect.poll(async () => { const now = await shown(page, ({ hand }) => hand.rest?.links.find((link) => link.name === 'right_distal')?.position ?? []); return Math.hypot(...now.map((x, k) => x - (before[k] ?? 0))); }).toBeGreaterThan(1e-3);
-  // Pins are dragged as well.
+  // Pins can be dragged, too.
   const place = (await loads(page))[0]?.place ?? [];
   await drag(page, await inWindow(page, await shown(page, ({ hand }) => hand.handleOf(2))), { x: 0, y: 12 });
   expect((await loads(page))[0]?.place).not.toEqual(place);
@@ -122,7 +122,7 @@ test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   expect(wrong).toEqual([]);
 });
 
-test('one question at a time, and the newest wins', async ({ page, server }) => {
+test('one request at a time, and the latest wins', async ({ page, server }) => {
   let [awaited, most, sent] = [0, 0, 0];
   await page.route('**/equilibrium', async (route) => {
     awaited += 1;
@@ -142,14 +142,14 @@ test('one question at a time, and the newest wins', async ({ page, server }) => 
   expect(await q(page)).toEqual(exact);
 });
 
-test('from an input to the pose that is shown', async ({ page, server }) => {
+test('the latency from an input to its pose is measured', async ({ page, server }) => {
   await open(page, server.url, 'softhand');
   const took = await page.evaluate(async () => {
     const { hand, stage } = window.palmares as unknown as Shown;
     const slider = document.getElementById('motor-0') as HTMLInputElement;
     const all: number[] = [];
     const stats = stage.stats();
-    // Software takes most of the time for the drawing itself: it is left out.
+    // Software rendering takes most of the time: it is switched off.
     stage.renderer.render = () => undefined;
     await new Promise((resolve) => { setTimeout(resolve, 1000); });
     for (let k = 0; k < 60; k += 1) {
@@ -162,27 +162,27 @@ test('from an input to the pose that is shown', async ({ page, server }) => {
     }
     return { all: all.sort((a, b) => a - b), stats };
   });
-  // Nothing is asserted of times, which are those of this machine; they are printed for whoever reads.
+  // The times depend on the machine: they are printed, not asserted.
   console.warn(`half within ${took.all[30]?.toFixed(1)} ms, 95 of 100 within ${took.all[57]?.toFixed(1)} ms; ${took.stats.drawCalls} draw calls, ${took.stats.scriptMs.toFixed(1)} ms of script`);
 });
 
-test('what the server refuses is said, and the pose stays', async ({ page, server }) => {
+test('a refusal is shown, and the pose stays', async ({ page, server }) => {
   await open(page, server.url, 'pinch');
   const before = await q(page);
   await page.route('**/equilibrium', (route) => route.fulfill({ status: 409, contentType: 'application/problem+json', body: JSON.stringify({ status: 409, title: 'Conflict', detail: 'the hand has no such equilibrium: nothing holds it', code: 'wrong_state' }) }));
   await page.getByRole('button', { name: 'Close' }).click();
-  await expect(page.getByRole('status').getByText('nothing holds it. The pose before stays.')).toBeVisible();
+  await expect(page.getByRole('status').getByText('nothing holds it. The previous pose is shown.')).toBeVisible();
   expect(await q(page)).toEqual(before);
   await page.goto(`${server.url}/hands/paw`);
   await expect(page.getByRole('alert')).toContainText('no hand `paw`');
 });
 
-test('a hand that is sent in is checked and turns', async ({ page, server }) => {
+test('an uploaded hand is checked and can be used', async ({ page, server }) => {
   await page.goto(`${server.url}/hands`);
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml)]);
-  await expect(page.getByText('First say above whose hand it is')).toBeVisible();
+  await expect(page.getByText('Enter your team’s name first')).toBeVisible();
   await page.getByLabel('Name of your team').fill('crabs');
-  await page.getByRole('button', { name: 'Use it' }).click();
+  await page.getByRole('button', { name: 'Use this name' }).click();
 
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf.replace(/radius="[\d.]+"/g, 'radius="-1"')), file('hand.toml', toml)]);
   const refused = page.locator('.notice.bad');
@@ -193,9 +193,9 @@ test('a hand that is sent in is checked and turns', async ({ page, server }) => 
   await page.setInputFiles('#hand-files', { name: 'hand.zip', mimeType: 'application/zip', buffer: Buffer.from('no archive') });
   await expect(refused).toContainText('not valid ZIP');
 
-  // Without what its file says of inertia the check warns of it.
+  // Without the entry about inertia the check warns.
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml.replace(/^inertia.*$/m, ''))]);
-  const check = page.getByRole('region', { name: 'What the check says' });
+  const check = page.getByRole('region', { name: 'Result of the check' });
   await expect(check).toContainText("link 'palm'");
   await expect(check).toContainText('usable, ');
   await expect(page).toHaveURL(/\/hands\/claw$/);
@@ -210,22 +210,22 @@ test('a hand that is sent in is checked and turns', async ({ page, server }) => 
   for (let k = 0; k < 8; k += 1) await page.keyboard.press('ArrowRight');
   await expect.poll(async () => apart(await onScreen(page, 'left_distal'), tip) + apart(await onScreen(page, 'palm'), turned)).toBeGreaterThan(5);
 
-  // The better one, from the page of the hand; then the list has it.
-  await page.getByText('A hand of your own').click();
+  // The corrected file, uploaded from the hand's page; then the list has it.
+  await page.getByText('Your own hand').click();
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml)]);
-  // The first answer was pending, too: the second one is there once the warning is gone.
+  // The first hand was pending, too: the second is shown once the warning is gone.
   await expect(check).not.toContainText("link 'palm'");
   await expect(check).toContainText('pending');
-  await check.getByText('Its figures').click();
+  await check.getByText('Figures, compared').click();
   await expect(check.getByRole('row', { name: 'number of motors' })).toContainText('≤ 24');
-  await page.getByText('A hand of your own').click();
+  await page.getByText('Your own hand').click();
   await page.getByRole('link', { name: 'All hands' }).click();
-  await expect(page.locator('.hand-card', { hasText: 'claw' })).toContainText('your own');
+  await expect(page.locator('.hand-card', { hasText: 'claw' })).toContainText('your team’s');
   await page.goBack();
   await expect(page.getByRole('heading', { name: 'claw', level: 1 })).toBeVisible();
 });
 
-test('in a competition a hand is sent in with the team’s token, which stays in memory', async ({ page, server }) => {
+test('in a competition the team’s token uploads a hand, and stays in memory', async ({ page, server }) => {
   await page.route('**/v1/competition', (route) => route.fulfill({ json: { name: 'the finals', mode: 'official' } }));
   const sent: { url: string; token: string | undefined; zip: string | undefined }[] = [];
   await page.route((url) => url.pathname === '/v1/hands', async (route) => {
@@ -236,9 +236,9 @@ test('in a competition a hand is sent in with the team’s token, which stays in
   });
   await page.goto(`${server.url}/hands`);
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml)]);
-  await expect(page.getByText('type its token')).toBeVisible();
+  await expect(page.getByText('Enter your team’s token first')).toBeVisible();
   await page.getByLabel('Token of your team').fill('secret-of-crabs');
-  await page.getByRole('button', { name: 'Use it' }).click();
+  await page.getByRole('button', { name: 'Use this token' }).click();
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml)]);
   await expect(page.locator('.notice.bad')).toContainText('no hands are taken any more');
   expect(sent).toEqual([{ url: `${server.url}/v1/hands`, token: 'Bearer secret-of-crabs', zip: 'PK' }]);

@@ -1,11 +1,11 @@
-/** Whoever has no pointer reaches everything, and sees where they are. */
+/** Everything is reachable by keyboard, with a visible focus. */
 import { expect, type Page } from '@playwright/test';
 import { playing } from './control';
 import { test } from './server';
 
 interface Found { all: string[]; missed: string[]; unseen: string[] }
 
-/** Tabs once around the page. `unseen`: what has the focus without showing it, or outside the window. */
+/** Tabs once around the page. `unseen`: focused elements without an outline, or outside the window. */
 async function around(page: Page): Promise<Found> {
   await page.evaluate(() => {
     const all = [...document.querySelectorAll<HTMLElement>('a[href], button, input, select, textarea, summary, [tabindex]')].filter((one) =>
@@ -37,7 +37,7 @@ async function around(page: Page): Promise<Found> {
   });
 }
 
-test('a world is watched without a pointer', async ({ page, server }) => {
+test('the live page works without a pointer', async ({ page, server }) => {
   const going = await playing(server.url, 'keys');
   await page.goto(`${server.url}/live/featured`);
   await page.waitForFunction(() => ((window.palmares?.['live'] as { newest?: { tick: number } } | undefined)?.newest?.tick ?? 0) > 0);
@@ -45,22 +45,22 @@ test('a world is watched without a pointer', async ({ page, server }) => {
   expect(all.length).toBeGreaterThan(15);
   expect(missed).toEqual([]);
   expect(unseen).toEqual([]);
-  // The camera is turned, an object is marked, an overlay is switched.
+  // Turn the camera, highlight an object, switch an overlay.
   const camera = (): Promise<number[]> => page.evaluate(() => (window.palmares as { stage: { camera: { position: { toArray(): number[] } } } }).stage.camera.position.toArray());
   const before = await camera();
   await page.locator('.stage canvas').focus();
   await page.keyboard.press('ArrowLeft');
   await expect.poll(camera).not.toEqual(before);
-  await page.getByLabel('Mark').focus();
+  await page.getByLabel('Highlight').focus();
   await page.keyboard.press('ArrowDown');
-  await expect(page.getByLabel('Mark')).not.toHaveValue('');
+  await expect(page.getByLabel('Highlight')).not.toHaveValue('');
   await page.getByLabel('Names').focus();
   await page.keyboard.press('Space');
   await expect(page.locator('.stage-label').first()).toBeAttached();
   await going.stop();
 });
 
-test('an organizer works without a pointer', async ({ page, official }) => {
+test('the organizers’ page works without a pointer', async ({ page, official }) => {
   const { token } = await official.post('/v1/admin/team/add', { team: 'keyboarders', reason: null });
   const { phase } = await official.get('/v1/competition');
   if (phase === 'closed') await official.post('/v1/admin/competition/open', { reason: 'keys' });
@@ -79,7 +79,7 @@ test('an organizer works without a pointer', async ({ page, official }) => {
     await expect(page.getByRole('tab', { selected: true })).toBeFocused();
   }
   await expect(page.getByRole('tab', { name: 'Sessions' })).toBeFocused();
-  // A question is opened, answered and left by keys; the focus comes back to where it was asked.
+  // A dialog is opened, cancelled and confirmed by keys; the focus returns to its button.
   const pause = page.getByRole('row').filter({ hasText: 'keyboarders' }).getByRole('button', { name: 'Pause…' });
   await pause.focus();
   await page.keyboard.press('Enter');

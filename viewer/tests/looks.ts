@@ -1,8 +1,8 @@
-/** What is asked of every page: it says nothing on the console, asks nobody else, and reads well. */
+/** Checks for every page: no console errors, no requests to other servers, no accessibility problems. */
 import { AxeBuilder } from '@axe-core/playwright';
 import type { Page } from '@playwright/test';
 
-/** All that these pages complain of from now on, and every request of theirs that leaves the server. */
+/** Collects console errors of these pages from now on, and requests to other servers. */
 export function complaints(...pages: Page[]): string[] {
   const heard: string[] = [];
   for (const page of pages) {
@@ -16,14 +16,14 @@ export function complaints(...pages: Page[]): string[] {
   return heard;
 }
 
-/** What axe calls serious or critical. Legacy mode: it opens no page of its own for its sum, for there are no frames here. */
+/** Serious and critical findings of axe. Legacy mode opens no extra page, which only frames would need. */
 export async function barriers(page: Page): Promise<string[]> {
   const { violations } = await new AxeBuilder({ page }).setLegacyMode(true).options({ preload: false, resultTypes: ['violations'] }).analyze();
   return violations.filter((one) => one.impact === 'serious' || one.impact === 'critical').map((one) => `${one.id}: ${one.nodes[0]?.html} ${one.nodes[0]?.failureSummary ?? ''}`);
 }
 
-/** By how much the page can be moved sideways, px. */
+/** Horizontal overflow of the page, px. */
 export const sideways = (page: Page): Promise<number> => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
 
-/** Where a screenshot is kept. */
+/** Path of a screenshot. */
 export const screen = (name: string): string => `../target/viewer-tests/screens/${name}.png`;

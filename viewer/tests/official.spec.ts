@@ -1,11 +1,11 @@
-/** A day of an organizer: teams, phases, clocks, runs, hands, announcements, tokens; each through the page that organizers use. */
+/** The organizers' page: teams, phases, clocks, runs, hands, announcements, tokens. */
 import { expect, type Locator, type Page } from '@playwright/test';
 import { claw } from './claw';
 import { Control, playing } from './control';
 import { complaints } from './looks';
 import { EVENT, type Official, test } from './server';
 
-/** Names that would be markup, or turn what stands beside them. */
+/** Names with markup and right-to-left text. */
 const TEAM = '<img src=x onerror=alert(1)> \u0642\u0631\u062f\u0629 crabs';
 const OTHER = '\u05e1\u05e8\u05d8\u05e0\u05d9\u05dd & "friends" <script>';
 
@@ -28,7 +28,7 @@ async function logIn(page: Page, official: Official, token = official.organizer)
 
 const tab = (page: Page, name: string): Promise<void> => page.getByRole('tab', { name, exact: true }).click();
 
-/** Presses a button that asks, says why, and does it. */
+/** Presses a button, enters a reason in its dialog, and confirms. */
 async function decide(page: Page, pressed: Locator, verb: string, reason: string, fill: (dialog: Locator) => Promise<void> = () => Promise.resolve()): Promise<void> {
   await pressed.click();
   const dialog = page.getByRole('dialog');
@@ -38,7 +38,7 @@ async function decide(page: Page, pressed: Locator, verb: string, reason: string
   await expect(dialog.getByLabel('Reason')).toHaveCount(0);
 }
 
-/** Seconds that a clock in a row shows. */
+/** Seconds left, as shown in a row. */
 async function left(row: Locator): Promise<number> {
   const parts = (await row.locator('[data-clock=left]').innerText()).split(':').map(Number);
   return parts.reduce((sum, part) => sum * 60 + part, 0);
@@ -54,10 +54,10 @@ test('only an organizer gets in, and the token stays in memory', async ({ page, 
   const [field, go, alert] = [page.getByLabel('Token'), page.getByRole('button', { name: 'Log in' }), page.getByRole('alert')];
   await field.fill('not a token');
   await go.click();
-  await expect(alert).toContainText('That is no token');
+  await expect(alert).toContainText('This is not a token');
   await field.fill(`plm_0123456789abcdef_${'0'.repeat(64)}`);
   await go.click();
-  await expect(alert).toContainText('That token is not valid here');
+  await expect(alert).toContainText('This token is not valid here');
   await field.fill(await addTeam(official, OTHER));
   await go.click();
   await expect(alert).toContainText('not an organizer’s');
@@ -70,7 +70,7 @@ test('only an organizer gets in, and the token stays in memory', async ({ page, 
   await expect(page.getByRole('button', { name: 'Log in' })).toBeVisible();
 });
 
-test('a team is made, and its token is shown this once', async ({ page, official }) => {
+test('a team is added, and its token is shown once', async ({ page, official }) => {
   const wrong = complaints(page);
   await logIn(page, official);
   await tab(page, 'Teams');
@@ -78,31 +78,31 @@ test('a team is made, and its token is shown this once', async ({ page, official
   const token = await page.getByRole('dialog').getByLabel('Token').inputValue();
   expect(token).toMatch(/^plm_[0-9a-f]+_[0-9a-f]+$/);
   tokens.set(TEAM, token);
-  await page.getByRole('button', { name: 'I have it' }).click();
+  await page.getByRole('button', { name: 'I have copied it' }).click();
   const row = page.getByRole('table', { name: 'Teams' }).getByRole('row').filter({ hasText: TEAM });
   await expect(row).toBeVisible();
   expect(await page.content()).not.toContain(token);
-  // One that looks like another is refused, in the server's words, and the dialog stays.
+  // A similar name is refused with the server's message, and the dialog stays.
   await page.getByRole('button', { name: 'Add a team…' }).click();
   await page.getByRole('dialog').getByLabel('Name').fill(TEAM.replace('crabs', 'cr\u0430bs'));
   await page.getByRole('dialog').getByRole('button', { name: 'Add', exact: true }).click();
   await expect(page.getByRole('dialog').getByRole('alert')).toContainText('looks like');
   await page.getByRole('button', { name: 'Cancel' }).click();
-  // The browser reports the refusal by itself.
+  // The browser itself logs the refusal.
   expect(wrong.filter((text) => !text.includes('status of 409'))).toEqual([]);
 });
 
-test('a session is opened, held, given time and ended; a run is voided; the audit knows why', async ({ page, official }) => {
+test('a session is opened, paused, extended and ended; a run is voided; the audit has the reasons', async ({ page, official }) => {
   const wrong = complaints(page);
   await logIn(page, official);
   await tab(page, 'Competition');
   await page.getByRole('button', { name: 'Open…' }).click();
-  await page.getByRole('dialog').getByLabel('To go on').fill('Cup');
+  await page.getByRole('dialog').getByLabel('To confirm').fill('Cup');
   await page.getByRole('dialog').getByRole('button', { name: 'Open' }).click();
-  await expect(page.getByRole('alert').filter({ hasText: 'not what stands there' })).toBeVisible();
+  await expect(page.getByRole('alert').filter({ hasText: 'does not match' })).toBeVisible();
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await decide(page, page.getByRole('button', { name: 'Open…' }), 'Open', 'nine o’clock', (dialog) => dialog.getByLabel('To go on').fill(EVENT));
-  await expect(page.getByText('Open: a team’s first hello opens its session.')).toBeVisible();
+  await decide(page, page.getByRole('button', { name: 'Open…' }), 'Open', 'nine o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await expect(page.getByText('Open: a team’s session begins when its client connects.')).toBeVisible();
 
   const control = await Control.open(official.url, tokens.get(TEAM));
   await control.begin('whatever', 'balls');
@@ -121,12 +121,12 @@ test('a session is opened, held, given time and ended; a run is voided; the audi
   expect(await left(row)).toBe(held);
   await decide(page, row.getByRole('button', { name: 'Resume…' }), 'Resume', 'a false alarm');
   await expect(row.getByText('running')).toBeVisible();
-  await decide(page, row.getByRole('button', { name: 'Give time…' }), 'Give', 'the alarm', (dialog) => dialog.getByLabel('Seconds').fill('120'));
+  await decide(page, row.getByRole('button', { name: 'Add time…' }), 'Add', 'the alarm', (dialog) => dialog.getByLabel('Seconds').fill('120'));
   await expect.poll(() => left(row)).toBeGreaterThan(held + 60);
-  // Pausing needs no reason; giving time does.
-  await row.getByRole('button', { name: 'Give time…' }).click();
-  await page.getByRole('dialog').getByRole('button', { name: 'Give' }).click();
-  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('Say why');
+  // Adding time needs a reason.
+  await row.getByRole('button', { name: 'Add time…' }).click();
+  await page.getByRole('dialog').getByRole('button', { name: 'Add', exact: true }).click();
+  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('Enter a reason');
   await page.getByRole('button', { name: 'Cancel' }).click();
 
   const run = (await control.ask('stop'))['run_id'] as string;
@@ -144,14 +144,14 @@ test('a session is opened, held, given time and ended; a run is voided; the audi
 
   await tab(page, 'Audit');
   const audit = page.getByRole('table', { name: 'Audit' });
-  for (const [deed, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant', 'the alarm'],
+  for (const [action, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant', 'the alarm'],
     ['run.void', 'the ball was <b>pushed</b>'], ['session.end', 'the team went home'], ['team.add', 'paid its fee']] as const) {
-    await expect(audit.getByRole('row').filter({ hasText: deed }).filter({ hasText: reason }).first()).toBeVisible();
+    await expect(audit.getByRole('row').filter({ hasText: action }).filter({ hasText: reason }).first()).toBeVisible();
   }
   expect(wrong).toEqual([]);
 });
 
-test('what is announced stands on leaderboard and wall without a reload, until it is taken away', async ({ browser, official }) => {
+test('an announcement appears on leaderboard and wall without a reload, until it is hidden', async ({ browser, official }) => {
   const context = await browser.newContext();
   const [page, board, wall] = [await context.newPage(), await context.newPage(), await context.newPage()];
   const wrong = complaints(page, board, wall);
@@ -162,21 +162,21 @@ test('what is announced stands on leaderboard and wall without a reload, until i
   await expect(wall.getByRole('heading', { name: EVENT })).toBeVisible();
   await logIn(page, official);
   await tab(page, 'Announcements');
-  // What is in the background is slow.
+  // A background page is slow.
   await page.bringToFront();
   const said = 'Lunch at noon <i>in the hall</i> \u063a\u062f\u0627\u0621';
-  await decide(page, page.getByRole('button', { name: 'Tell everybody…' }), 'Announce', 'so that all come', (dialog) => dialog.getByLabel('What').fill(said));
+  await decide(page, page.getByRole('button', { name: 'New announcement…' }), 'Announce', 'so that all come', (dialog) => dialog.getByLabel('Text').fill(said));
   await expect(page.getByRole('listitem').filter({ hasText: said })).toBeVisible();
   await expect(board.getByText(said)).toBeVisible();
   await expect(wall.getByText(said)).toBeVisible();
-  await decide(page, page.getByRole('button', { name: 'Take it away…' }), 'Take away', 'all have eaten');
+  await decide(page, page.getByRole('button', { name: 'Hide the newest…' }), 'Hide', 'all have eaten');
   await expect(board.getByText(said)).toBeHidden();
   await expect(wall.getByText(said)).toBeHidden();
   expect(wrong).toEqual([]);
   await context.close();
 });
 
-test('a team’s hand is looked at, approved and rejected', async ({ page, official }) => {
+test('a team’s hand is inspected, approved and rejected', async ({ page, official }) => {
   const wrong = complaints(page);
   const team = { Authorization: `Bearer ${tokens.get(OTHER)}` };
   const sent = await fetch(`${official.url}/v1/hands`, { method: 'POST', headers: team, body: claw() });
@@ -185,7 +185,7 @@ test('a team’s hand is looked at, approved and rejected', async ({ page, offic
   await tab(page, 'Hands');
   const row = page.getByRole('table', { name: 'Teams’ own hands' }).getByRole('row').filter({ hasText: OTHER });
   await expect(row.getByText('pending')).toBeVisible();
-  await row.getByRole('button', { name: 'Look at it' }).click();
+  await row.getByRole('button', { name: 'Details' }).click();
   const turning = page.getByRole('img', { name: 'claw-1, turned' });
   await expect(turning).toBeVisible();
   expect(await page.getByRole('img', { name: /^claw-1/ }).count()).toBe(4);
@@ -200,7 +200,7 @@ test('a team’s hand is looked at, approved and rejected', async ({ page, offic
   await expect(row.getByText('approved')).toBeVisible();
   await row.getByRole('button', { name: 'Reject…' }).click();
   await page.getByRole('dialog').getByRole('button', { name: 'Reject' }).click();
-  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('Say why');
+  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('Enter a reason');
   await page.getByRole('dialog').getByLabel('Reason').fill('its fingers are <u>blades</u>');
   await page.getByRole('dialog').getByRole('button', { name: 'Reject' }).click();
   await expect(row.getByText('rejected')).toBeVisible();
@@ -210,7 +210,7 @@ test('a team’s hand is looked at, approved and rejected', async ({ page, offic
   expect(wrong).toEqual([]);
 });
 
-test('a viewer’s token shows clocks and worlds; once it is revoked, neither', async ({ browser, official }) => {
+test('a viewer’s token shows clocks and runs, until it is revoked', async ({ browser, official }) => {
   const context = await browser.newContext();
   const [wall, live] = [await context.newPage(), await context.newPage()];
   const wrong = complaints(wall, live);
@@ -220,10 +220,10 @@ test('a viewer’s token shows clocks and worlds; once it is revoked, neither', 
   await wall.goto(`${official.url}/wall`);
   await wall.keyboard.press('t');
   await wall.getByRole('textbox', { name: 'Token' }).fill(`plm_0123456789abcdef_${'0'.repeat(64)}`);
-  await wall.getByRole('button', { name: 'Use it' }).click();
-  await expect(wall.getByRole('alert')).toContainText('That token does not work');
+  await wall.getByRole('button', { name: 'Use this token' }).click();
+  await expect(wall.getByRole('alert')).toContainText('This token does not work');
   await wall.getByRole('textbox', { name: 'Token' }).fill(token as string);
-  await wall.getByRole('button', { name: 'Use it' }).click();
+  await wall.getByRole('button', { name: 'Use this token' }).click();
   await expect(wall.getByRole('dialog')).toHaveCount(0);
   await expect.poll(() => wall.evaluate(() => (window.palmares as { live: { ready: boolean } }).live.ready)).toBe(true);
   const time = wall.locator('.clock-card').filter({ hasText: OTHER }).locator('.time');
@@ -234,11 +234,11 @@ test('a viewer’s token shows clocks and worlds; once it is revoked, neither', 
 
   await live.bringToFront();
   await live.goto(`${official.url}/live`);
-  await expect(live.getByText('Nothing is played now')).toBeVisible();
+  await expect(live.getByText('No run is being played')).toBeVisible();
   await live.getByText('I have a token').click();
   await live.getByLabel('Token').fill(token as string);
-  await live.getByRole('button', { name: 'Use it' }).click();
-  // The token stays in this page's memory while a world is chosen.
+  await live.getByRole('button', { name: 'Use this token' }).click();
+  // The document keeps the token when a run is opened.
   await live.getByRole('link', { name: `Watch ${OTHER}` }).click();
   await expect(live.getByRole('heading', { level: 1 })).toContainText(OTHER);
   expect(live.url()).toContain('/live/ses_');
@@ -250,7 +250,7 @@ test('a viewer’s token shows clocks and worlds; once it is revoked, neither', 
   await expect(wall.locator('.clocks .who')).toHaveCount(0);
   await expect(live.getByText(/revoked/).first()).toBeVisible();
 
-  // A team's token: its connection ends.
+  // Revoking a team's token ends its connection.
   const { tokens: known } = await official.get('/v1/admin/tokens') as { tokens: { token_id: string; team: string | null }[] };
   await official.post('/v1/admin/token/revoke', { token_id: known.find((one) => one.team === OTHER)?.token_id, reason: 'it leaked' });
   await expect(over).rejects.toThrow();
@@ -261,40 +261,40 @@ test('a viewer’s token shows clocks and worlds; once it is revoked, neither', 
   await context.close();
 });
 
-test('an organizer whose token is revoked is back at the door', async ({ page, official }) => {
+test('an organizer whose token is revoked is logged out', async ({ page, official }) => {
   const { token } = await official.post('/v1/admin/token/add', { role: 'organizer', label: 'anna', reason: null });
   await logIn(page, official, token as string);
   await tab(page, 'Teams');
-  const own = page.getByRole('table', { name: 'Tokens' }).getByRole('row').filter({ hasText: 'this one' });
+  const own = page.getByRole('table', { name: 'Tokens' }).getByRole('row').filter({ hasText: 'yours' });
   await expect(own).toContainText('anna');
   await decide(page, own.getByRole('button', { name: 'Revoke…' }), 'Revoke', 'it leaked');
-  await expect(page.getByRole('alert')).toContainText('it was revoked');
+  await expect(page.getByRole('alert')).toContainText('was revoked');
   await expect(page.getByRole('button', { name: 'Log in' })).toBeVisible();
   expect(await page.getByRole('table').count()).toBe(0);
 
-  // Also by somebody else, and while nothing is pressed.
+  // Also without any input.
   const other = await official.post('/v1/admin/token/add', { role: 'organizer', label: 'bert', reason: null });
   await logIn(page, official, other['token'] as string);
-  await page.getByRole('button', { name: 'Open ones only' }).or(page.getByLabel('Open ones only')).first().waitFor();
+  await page.getByLabel('only open sessions').waitFor();
   await official.post('/v1/admin/token/revoke', { token_id: other['token_id'], reason: 'bert left' });
-  await expect(page.getByRole('alert')).toContainText('it was revoked', { timeout: 6000 });
+  await expect(page.getByRole('alert')).toContainText('was revoked', { timeout: 6000 });
 });
 
 test('the end opens seeds and replays, after the name was typed', async ({ page, official }) => {
   await logIn(page, official);
   await tab(page, 'Competition');
-  await expect(page.getByText('hidden until the reveal')).toBeVisible();
+  await expect(page.getByText('hidden until revealed')).toBeVisible();
   // Not before the last session is over; the page says so in the server's words.
   await page.getByRole('button', { name: 'Reveal…' }).click();
-  await page.getByRole('dialog').getByLabel('To go on').fill(EVENT);
+  await page.getByRole('dialog').getByLabel('To confirm').fill(EVENT);
   await page.getByRole('dialog').getByRole('button', { name: 'Reveal' }).click();
   await expect(page.getByRole('dialog').getByRole('alert')).toContainText('end or void them first');
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await decide(page, page.getByRole('button', { name: 'Close…' }), 'Close', 'six o’clock', (dialog) => dialog.getByLabel('To go on').fill(EVENT));
+  await decide(page, page.getByRole('button', { name: 'Close…' }), 'Close', 'six o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
   const { sessions } = await official.get('/v1/sessions') as { sessions: { session_id: string; status: string }[] };
   for (const one of sessions.filter((session) => session.status === 'open')) await official.post('/v1/admin/session/end', { session_id: one.session_id, reason: null });
-  await decide(page, page.getByRole('button', { name: 'Reveal…' }), 'Reveal', 'six o’clock', (dialog) => dialog.getByLabel('To go on').fill(EVENT));
-  await expect(page.getByText('Over: seeds and replays are open to everybody.')).toBeVisible();
+  await decide(page, page.getByRole('button', { name: 'Reveal…' }), 'Reveal', 'six o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await expect(page.getByText('Over: seeds and replays are public.')).toBeVisible();
   const { seed_secret } = await official.get('/v1/competition');
   await expect(page.getByText(seed_secret as string)).toBeVisible();
   await page.goto(`${official.url}/`);

@@ -1,17 +1,17 @@
-/** What a person sees: a world that moves, a ranking that changes by itself, a replay that shows what its file says. */
+/** The live page, the leaderboard and the replay of one run. */
 import { expect, type Page } from '@playwright/test';
 import { complaints } from './looks';
 import { drive, test } from './server';
 
 interface Driven { driven: { stop: boolean; result: { run_id: string; score: number } | null } }
 
-/** Place of a link of the hand in the live picture, px. */
+/** Position of the hand's base on the live page, px. */
 const handOnScreen = (page: Page): Promise<{ x: number; y: number }> => page.evaluate(() => {
   const { stage, live } = window.palmares as { stage: { screenPosition(id: number): { x: number; y: number } }; live: { info: { bodies: { id: number; kind: string }[] } } };
   return stage.screenPosition(live.info.bodies.find((body) => body.kind === 'hand')?.id ?? -1);
 });
 
-test('a world moves, the ranking follows, and the replay shows it again', async ({ browser, server }) => {
+test('a run is live, enters the ranking, and has a replay', async ({ browser, server }) => {
   const driver = await browser.newPage();
   await driver.goto(`${server.url}/`);
   const [board, live, replay] = [await browser.newPage(), await browser.newPage(), await browser.newPage()];
@@ -32,10 +32,10 @@ test('a world moves, the ranking follows, and the replay shows it again', async 
 
   await driver.evaluate(() => { (window as unknown as Driven).driven.stop = true; });
   await driver.waitForFunction(() => (window as unknown as Driven).driven.result !== null);
-  const told = Date.now();
+  const stopped = Date.now();
   await expect(board.getByRole('rowheader', { name: 'crabs' })).toBeVisible();
-  // Nothing is asserted of the time; it is printed for whoever reads.
-  console.warn(`the ranking showed it after ${Date.now() - told} ms`);
+  // The time is printed, not asserted.
+  console.warn(`the ranking showed the run after ${Date.now() - stopped} ms`);
   const run = await driver.evaluate(() => (window as unknown as Driven).driven.result?.run_id ?? '');
 
   await replay.bringToFront();
@@ -55,8 +55,8 @@ test('a world moves, the ranking follows, and the replay shows it again', async 
   expect(wrong).toEqual([]);
 });
 
-test('a file that is no replay is told so', async ({ page, server }) => {
+test('a file that is not a replay is refused', async ({ page, server }) => {
   await page.goto(`${server.url}/replay`);
   await page.setInputFiles('#file', { name: 'a.mcap', mimeType: 'application/octet-stream', buffer: Buffer.from('not a replay') });
-  await expect(page.getByText('This is not a finished MCAP file')).toBeVisible();
+  await expect(page.getByText('This is not a complete MCAP file')).toBeVisible();
 });

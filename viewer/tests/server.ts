@@ -1,4 +1,4 @@
-/** Servers on free ports with folders of their own, and a controller that a page runs. */
+/** Test servers on free ports with temporary folders, and a controller that runs in a page. */
 import { type ChildProcess, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -9,15 +9,15 @@ import { APPLE, Control, grasp } from './control';
 
 export interface Server { url: string }
 
-/** A competition, and what its organizer asks of it. */
+/** A competition server, with requests of its organizer. */
 export interface Official extends Server {
   organizer: string;
-  /** A POST with the organizer's token, or another; the answer's JSON. */
+  /** A POST with the organizer's or another token; returns the JSON response. */
   post(path: string, body: object, token?: string): Promise<Record<string, unknown>>;
   get(path: string, token?: string): Promise<Record<string, unknown>>;
 }
 
-/** Starts the program and waits until it says where it listens. */
+/** Starts the program and waits until it prints its address. */
 async function start(more: string[]): Promise<{ process: ChildProcess; url: string }> {
   const program = process.env['PALMARES_SERVER_BIN'];
   if (!program) throw new Error('PALMARES_SERVER_BIN names no server');
@@ -34,7 +34,7 @@ async function start(more: string[]): Promise<{ process: ChildProcess; url: stri
   return { process: started, url };
 }
 
-/** A server while it is used; `prepare` writes into its folder and says how it is started. */
+/** Runs a server for `use`; `prepare` writes into its folder and returns the arguments. */
 async function serve(prepare: (folder: string) => string[], use: (url: string, folder: string) => Promise<void>): Promise<void> {
   const folder = mkdtempSync(join(tmpdir(), 'palmares-viewer-'));
   const { process: started, url } = await start(prepare(folder));
@@ -46,7 +46,7 @@ async function serve(prepare: (folder: string) => string[], use: (url: string, f
 
 const practice = (folder: string): string[] => ['--listen', '127.0.0.1:0', '--data-dir', folder];
 
-/** As docs/organizers.md says; what a team's name is allowed to be, the competition's is. */
+/** Name of the competition, with markup and right-to-left text. */
 export const EVENT = '<b onclick=alert(1)>Cup</b> \u0643\u0623\u0633 2027';
 const competition = (folder: string): string[] => {
   const file = join(folder, 'competition.toml');
@@ -62,15 +62,15 @@ async function answered(asked: Promise<Response>): Promise<Record<string, unknow
   return body;
 }
 
-/** Teams of the crowded server, with names as long as they may be. */
+/** Number of teams on the crowded server; their names have the maximum length. */
 export const CROWD = 60;
 
-/** Sixty teams with a run of one tick each, and two that lifted something. */
+/** Creates sixty teams with a run of one tick each; two of them lift an object. */
 async function crowd(url: string): Promise<void> {
   const letters = ['\u0642\u0631\u062f\u0629 ', 'crab ', '\u87f9 ', '<img src=x onerror=alert(1)> '];
   for (let k = 0; k < CROWD; k += 1) {
     const control = await Control.open(url);
-    // Some can be broken between words, some cannot.
+    // Half of the names have no spaces, so that they cannot wrap.
     const start = `${k % 3 === 0 ? letters[k % letters.length] ?? '' : ''}${'abcdefghijklmnopqrstuvwxyz'.charAt(k % 26)}${k}`;
     await control.begin((start + (k % 2 === 0 ? ' of many words' : 'W')).padEnd(64, k % 2 === 0 ? ' and legs' : 'W'), 'grasp', { seed: APPLE });
     if (k === 20 || k === 41) await grasp(control, 60);
@@ -80,9 +80,9 @@ async function crowd(url: string): Promise<void> {
   }
 }
 
-/** Each server is started for the first test that wants it, and stays for all. */
+/** Each server starts for the first test that uses it, and stays for the others. */
 export const test = base.extend<object, { server: Server; crowded: Server; official: Official }>({
-  // eslint-disable-next-line no-empty-pattern -- Playwright reads from it which fixtures are wanted
+  // eslint-disable-next-line no-empty-pattern -- Playwright requires a destructured argument
   server: [async ({}, use) => { await serve(practice, (url) => use({ url })); }, { scope: 'worker' }],
   /** A practice server with sixty teams on its leaderboard. */
   // eslint-disable-next-line no-empty-pattern -- as above
@@ -106,7 +106,7 @@ export const test = base.extend<object, { server: Server; crowded: Server; offic
   }, { scope: 'worker' }],
 });
 
-/** Runs in a page: greets, opens `balls`, and steps until it is told to stop. Returns when the run is open. */
+/** Runs in a page: opens a run of `balls`, and steps until `stop` is set. Resolves when the run is open. */
 export function drive(team: string): Promise<void> {
   return new Promise((resolve, reject) => {
     const socket = new WebSocket(`ws://${location.host}/v1/control`, 'palmares.v1.json');
@@ -115,7 +115,7 @@ export function drive(team: string): Promise<void> {
     const say = (message: object): void => { socket.send(JSON.stringify(message)); };
     const step = (): void => {
       state.id += 1;
-      // Down into the box and closing, over and over.
+      // Down into the box and up again, repeatedly.
       const z = 0.55 + 0.2 * Math.cos(state.tick / 60);
       say({ op: 'step', id: state.id, tick: state.tick, repeat: 2, action: { base: { position: [0.15 * Math.sin(state.tick / 90), 0, z], quat_xyzw: [0, 1, 0, 0] }, hand: [0.5] } });
     };

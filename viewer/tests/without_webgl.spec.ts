@@ -1,4 +1,4 @@
-/** A browser that cannot draw in three dimensions: one sentence says so, and the rest of each page works. */
+/** Without WebGL a message replaces the 3D view, and the rest of each page works. */
 import { expect } from '@playwright/test';
 import { APPLE, Control, grasp, playing } from './control';
 import { complaints } from './looks';
@@ -6,7 +6,7 @@ import { test } from './server';
 
 const SENTENCE = 'This browser has no WebGL';
 
-test('pages do without WebGL', async ({ page, server }) => {
+test('pages work without WebGL', async ({ page, server }) => {
   await page.addInitScript(() => {
     const real = HTMLCanvasElement.prototype.getContext;
     Object.assign(HTMLCanvasElement.prototype, {
@@ -30,7 +30,7 @@ test('pages do without WebGL', async ({ page, server }) => {
   const clock = page.locator('dt:text("Run") + dd').first();
   const first = await clock.innerText();
   await expect.poll(() => clock.innerText()).not.toBe(first);
-  await page.getByLabel('Mark').selectOption({ index: 1 });
+  await page.getByLabel('Highlight').selectOption({ index: 1 });
   await expect(page.getByText(/counts:|does not count:/)).toBeVisible();
 
   await page.goto(`${server.url}/wall`);

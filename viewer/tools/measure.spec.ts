@@ -14,7 +14,7 @@ interface Measured {
 
 const OVERLAYS = ['ghost', 'tension', 'contacts', 'regions', 'frames', 'names', 'com'];
 
-/** A figure below which a share of all lies. */
+/** The value at a quantile. */
 function quantile(sorted: readonly number[], share: number): number {
   return sorted[Math.min(Math.floor(share * sorted.length), sorted.length - 1)] ?? NaN;
 }
@@ -35,7 +35,7 @@ test('first load', async ({ browser, server }) => {
   }
 });
 
-/** Switches everything on, and takes the script of each frame for some seconds, ms, sorted; and what was drawn last. */
+/** Shows all overlays and measures the script time of each frame for some seconds, ms, sorted; and the last draw calls. */
 function frames(page: Page, seconds: number): Promise<{ script: number[]; drawCalls: number; triangles: number }> {
   return page.evaluate(async ([names, wait]) => {
     const { stage } = window.palmares as unknown as Measured;
@@ -53,7 +53,7 @@ test('a frame with everything switched on', async ({ browser, server }) => {
   for (const task of ['balls', 'shelf']) for (const drawn of [false, true]) {
     const example = Example.start(`${task}_softhand.py`, server.url, '--seed', '1');
     const page = await browser.newPage({ viewport: { width: 640, height: 400 } });
-    // Where software draws, waiting for it would be counted as script.
+    // Without this, waiting for the software renderer would count as script.
     if (!drawn) await page.addInitScript(() => {
       const nothing = (): void => undefined;
       const context = WebGL2RenderingContext.prototype;

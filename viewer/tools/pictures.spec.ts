@@ -1,4 +1,4 @@
-/** The pictures of README and docs, taken from the running program: `cargo xtask pictures`. Each is looked at before it is committed. */
+/** Screenshots for README and docs, from the running program: `cargo xtask pages pictures`. Look at each before committing it. */
 import { fileURLToPath } from 'node:url';
 import type { Page } from '@playwright/test';
 import { Example } from '../tests/client';
@@ -9,7 +9,7 @@ const WIDE = { width: 1280, height: 800 };
 
 test.use({ viewport: WIDE, colorScheme: 'light' });
 
-/** Nothing but the picture, from nearer: `near` is the share of the distance that is left. */
+/** Shows only the 3D view, from nearer: `near` is the share of the camera's distance. */
 async function alone(page: Page, near: number): Promise<void> {
   await page.evaluate((share) => {
     const { stage } = window.palmares as unknown as { stage: { camera: { position: { lerp(to: unknown, share: number): void } }; controls: { target: unknown; update(): void } } };
@@ -17,11 +17,11 @@ async function alone(page: Page, near: number): Promise<void> {
     stage.controls.update();
     for (const card of document.querySelectorAll<HTMLElement>('.hud')) card.hidden = true;
   }, near);
-  // Shadows and labels are there after a few frames.
+  // Shadows and labels appear after a few frames.
   await page.waitForTimeout(2000);
 }
 
-/** Time of an event of a kind, s; the n-th of them. */
+/** Time of the n-th event of a kind, s. */
 function timeOf(page: Page, kind: string, n: number): Promise<number> {
   return page.evaluate(([wanted, place]) => {
     const { recording } = window.palmares as unknown as { recording: { events: { kind: string; time: number }[]; duration: number } };
@@ -56,10 +56,10 @@ test('a world as it is played', async ({ page, server }) => {
   const example = Example.start('balls_softhand.py', server.url, '--seed', '3', '--team', 'crabs');
   await page.goto(`${server.url}/live/featured`);
   for (const label of ['Contact forces', 'Names']) await page.getByLabel(label).check();
-  await page.getByLabel('Mark').selectOption({ index: 4 });
+  await page.getByLabel('Highlight').selectOption({ index: 4 });
   await page.locator('.side').evaluate((side) => { side.scrollTop = 0; });
   await page.getByText('is in the goal').nth(1).waitFor();
-  // Software draws late: the picture catches up with the figures.
+  // Software rendering is behind the numbers: wait for it.
   example.hold();
   await page.waitForTimeout(2000);
   await page.screenshot({ path: `${FOLDER}live.png` });

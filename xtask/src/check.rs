@@ -6,7 +6,6 @@ use crate::dependencies;
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
-use crate::schema;
 use crate::viewer::Viewer;
 use anyhow::{Context, Result};
 use std::fmt;
@@ -85,9 +84,6 @@ pub(crate) fn run() -> Result<bool> {
         server = Some(build_server(false)?);
         Ok(PASSED)
     }));
-    if let Some(program) = &server {
-        steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
-    }
     steps.push(step("compiled part of the Python package", || build_extension(false).map(|_| PASSED)));
     let mut environment = None;
     steps.push(step("Python environment", || {
@@ -121,7 +117,8 @@ pub(crate) fn run() -> Result<bool> {
         steps.push(step("Python formatting", || whole(&mut python(&["ruff", "format", "--check"]))));
         steps.push(step("Python types", || whole(&mut python(&["mypy"]))));
         steps.push(step("Python tests", || {
-            let mut pytest = python(&["pytest", "--color=no"]);
+            // A file's tests share servers, so a file stays with one of the two workers.
+            let mut pytest = python(&["pytest", "--color=no", "--numprocesses=2", "--dist=loadfile"]);
             if let Some(program) = &server {
                 pytest.env("PALMARES_SERVER_BIN", program);
             }

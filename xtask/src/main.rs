@@ -6,12 +6,12 @@ mod check;
 mod demo;
 mod dependencies;
 mod docker;
+mod generate;
 mod http;
 mod instructions;
 mod pages;
 mod python;
 mod report;
-mod schema;
 mod viewer;
 mod wheel;
 mod workspace;
@@ -32,6 +32,8 @@ enum Task {
     Demo(demo::Options),
     /// Build the container image from source, start it with compose, play on it, stop and start it again.
     Docker(docker::Options),
+    /// Write docs/schema and the types of Python and TypeScript from the Rust types of messages and HTTP bodies.
+    Generate,
     /// Run the pages in a browser: take the pictures of README and docs anew, or measure what the pages cost.
     Pages {
         /// What is wanted.
@@ -40,8 +42,6 @@ enum Task {
     },
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
-    /// Write the descriptions of messages and addresses in docs/schema anew.
-    Schema,
     /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
     /// Build the pages' scripts, which the server takes in when it is compiled next.
@@ -54,9 +54,11 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
+        Task::Generate => {
+            cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
+        }
         Task::Pages { wanted } => pages::run(wanted).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
-        Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),
         Task::Viewer => viewer::run().map(|()| true),
         Task::Wheel(options) => wheel::run(&options).map(|()| true),

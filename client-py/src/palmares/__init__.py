@@ -1,18 +1,20 @@
-"""Control a simulated compliant hand on a Palmares server.
+"""Control a simulated compliant hand, on a Palmares server or in this process.
 
->>> with palmares.Client("http://127.0.0.1:8080") as client:      # doctest: +SKIP
+>>> with palmares.Client("local") as client:      # doctest: +SKIP
 ...     obs = client.reset("balls", "softhand", seed=1)
 ...     obs = client.step(hand=[1.0], repeat=100)
 ...     print(client.stop().score)
 
-Units are SI. A scalar's name ends in its unit (``tick_s``, ``distance_m``, ``yaw_rad``, ``speed_m_s``); names
-that the protocol gives have these: ``position`` m, ``linear`` m/s, ``angular`` rad/s, ``force`` N, ``torque``
+With the address of a server, such as ``http://127.0.0.1:8080``, the same lines play there.
+
+Units are SI. A scalar's name ends in its unit (``tick_s``, ``distance_m``, ``yaw_rad``, ``speed_m_s``). Names
+of the protocol have these units: ``position`` m, ``linear`` m/s, ``angular`` rad/s, ``force`` N, ``torque``
 N·m, ``mass`` kg, lengths of a `Shape` m. Vectors are in the world frame unless stated otherwise; quaternions
 are x, y, z, w.
 
 Fields of messages are tuples, as they come over the wire. Arrays are NumPy arrays of float64; every function
-and property that takes or returns one states its shape. `array` makes one of any numbers; ``xyz`` and
-``rotation`` of everything that has a pose are arrays already.
+and property states the shapes it takes and returns. `array` makes an array of any numbers; ``xyz`` and
+``rotation`` of every pose are arrays.
 """
 
 from palmares.arrays import Array, array
@@ -46,37 +48,34 @@ from palmares.errors import (
     WorldFaultError,
     WrongStateError,
 )
-from palmares.messages import (
+from palmares.messages import FieldSpec, HandState, Observation, Result, Specs, Welcome
+from palmares.net.codec import Encoding
+from palmares.scene import Region, Scene, SceneBody, ScenePart
+from palmares.targets import pose, twist
+from palmares.training import Training
+from palmares.truth import BodyState, Contact, ObjectState, Truth
+from palmares.version import VERSION as __version__
+from palmares.wire import (
     Action,
     Actuator,
     BaseTarget,
     CameraInfo,
     Competition,
     Event,
-    FieldSpec,
     HandInfo,
-    HandState,
+    Joints,
     LeaderboardRow,
     Limits,
-    Observation,
     Opened,
     Replay,
-    Result,
     RunInfo,
     ServerInfo,
-    Specs,
+    Shape,
     TaskBest,
     TaskInfo,
     Time,
-    Welcome,
     Wrench,
 )
-from palmares.net.codec import Encoding
-from palmares.scene import Region, Scene, SceneBody, ScenePart, Shape
-from palmares.targets import pose, twist
-from palmares.training import Training
-from palmares.truth import BodyState, Contact, Joints, ObjectState, Truth
-from palmares.version import VERSION as __version__
 
 __all__ = [
     "Action",

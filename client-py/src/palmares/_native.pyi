@@ -86,7 +86,7 @@ class Batch:
 def main(argv: list[str]) -> int: ...
 def welcome(team: str, own_hands: Sequence[str], own_tasks: Sequence[str]) -> bytes: ...
 def faults() -> list[tuple[str, str]]:
-    """Return what a world can fail of: its code, and what that means and what to try."""
+    """Return the causes of a world's failure: each code, with its meaning and remedies."""
 
 def describe_hand(name: str) -> str:
-    """Return a hand, by name or path, as JSON: what ``GET /v1/hands/{name}`` tells."""
+    """Return a hand, by name or path, as JSON: the response of ``GET /v1/hands/{name}``."""

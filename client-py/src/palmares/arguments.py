@@ -1,4 +1,4 @@
-"""Arguments, checked where they are given: what is wrong is told by their name."""
+"""Checks of arguments; an error names the argument, the value found and the values wanted."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 from palmares.arrays import Array
 
 MAX_SEED = 2**53 - 1
-"""Every JSON reader holds it exactly."""
+"""The largest whole number that every JSON reader keeps exactly"""
 MAX_COUNT = 2**32 - 1
-"""Of ticks in one call."""
+"""Most ticks in one call"""
 
 
 def whole(name: str, value: Any, least: int, most: int) -> int:
-    """Return a whole number as Python's own, also of one of NumPy's.
+    """Return a whole number as an `int`; NumPy's whole numbers are accepted.
 
     Raises:
-        ValueError: It is something else, or out of range.
+        ValueError: The value is no whole number, or out of range.
 
     """
     if type(value) is not int and isinstance(value, int | np.integer) and not isinstance(value, bool):
@@ -32,10 +32,10 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 
 
 def one_of(name: str, value: Any, words: Sequence[str]) -> None:
-    """Refuse what is none of these words.
+    """Check that the value is one of these words.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not.
 
     """
     if not isinstance(value, str) or value not in words:
@@ -46,7 +46,7 @@ def table(name: str, value: Any, *shape: int) -> Array:
     """Return finite numbers as an array of this shape.
 
     Raises:
-        ValueError: They are others.
+        ValueError: The shape differs, or an entry is not a finite number.
 
     """
     try:
@@ -66,10 +66,10 @@ def table(name: str, value: Any, *shape: int) -> Array:
 
 
 def mask_of(name: str, value: Any, count: int) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Return a mask of so many worlds.
+    """Return a mask (count,) of worlds.
 
     Raises:
-        ValueError: It is something else.
+        ValueError: The shape differs, or the entries are not bools.
 
     """
     mask = np.asarray(value)
@@ -79,12 +79,12 @@ def mask_of(name: str, value: Any, count: int) -> np.ndarray[Any, np.dtype[np.bo
 
 
 def short(value: object) -> str:
-    """Return what was found, on one line."""
+    """Return the value on one line, at most 40 characters."""
     text = repr(value).replace("\n", " ")
     return text if len(text) <= 40 else f"{text[:39]}…"
 
 
 def is_real(value: Any) -> bool:
-    """Whether it is a finite number."""
+    """Whether the value is a finite number."""
     real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
     return real and math.isfinite(value)

@@ -1,14 +1,20 @@
-"""How numbers become NumPy arrays: one type and one function."""
+"""The array type of this package, and the function that makes such arrays."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
-"""Every array of this package. Its shape is stated where it is taken or returned."""
+"""Every array of this package; each function states the shapes it takes and returns."""
+
+Vec3: TypeAlias = tuple[float, float, float]
+Quat: TypeAlias = tuple[float, float, float, float]
+"""x, y, z, w"""
+Table: TypeAlias = bytearray | list[Any]
+"""Numbers as they come over the wire: binary in MessagePack, lists in JSON; `array` reads both."""
 
 _LITTLE_ENDIAN = np.dtype("<f8")
 

@@ -1,4 +1,4 @@
-"""What the cameras saw, as arrays."""
+"""Images of cameras, as arrays."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from palmares.arrays import Array, array
+from palmares import wire
+from palmares.arrays import Array, Vec3, array
 from palmares.rotation import matrix_of
-from palmares.scene import Quat, Vec3
 
 
 class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
@@ -32,27 +32,8 @@ class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
         return array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
 
-class CameraImage(msgspec.Struct, kw_only=True, dict=True):
-    """What a camera saw. The optical frame has x to the right, y down and z forward."""
-
-    camera: str
-    tick: int
-    """The tick after which it was exposed; with ``noise="real"`` some ticks before that of the observation"""
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    position: Vec3
-    """Origin of the optical frame in the world when it was exposed, m"""
-    quat_xyzw: Quat
-    """Orientation of the optical frame in the world"""
-    depth_unit: float
-    """A step of the depth as it is sent, m"""
-    _depth: bytes | None = msgspec.field(name="depth", default=None)
-    _rgb: bytes | None = msgspec.field(name="rgb", default=None)
-    _bodies: bytes | None = msgspec.field(name="bodies", default=None)
+class CameraImage(wire.CameraImage, kw_only=True, dict=True):
+    """An image of a camera. The optical frame has x to the right, y down and z forward."""
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -66,7 +47,7 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
         """Distances along the optical axis, shape (height, width), m; NaN where there is no reading.
 
         Raises:
-            ValueError: Depth was not asked for: ``cameras=["wrist"]``.
+            ValueError: The request had no depth: ``cameras=["wrist"]``.
 
         """
         steps = np.frombuffer(self._pixels("depth", self._depth), "<u2").reshape(self.height, self.width)
@@ -79,7 +60,7 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
         """Colours, shape (height, width, 3), sRGB.
 
         Raises:
-            ValueError: Colours were not asked for: ``cameras=["wrist.rgb"]``.
+            ValueError: The request had no colours: ``cameras=["wrist.rgb"]``.
 
         """
         return np.frombuffer(self._pixels("rgb", self._rgb), np.uint8).reshape(self.height, self.width, 3)
@@ -89,19 +70,19 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
         """Body in every pixel by its id, shape (height, width); 65535 for none. With ``sensing="truth"``.
 
         Raises:
-            ValueError: It was not asked for: ``cameras=["wrist.bodies"]``.
+            ValueError: The request had no bodies: ``cameras=["wrist.bodies"]``.
 
         """
         return np.frombuffer(self._pixels("bodies", self._bodies), "<u2").reshape(self.height, self.width)
 
     def points(self) -> Array:
-        """Return where every pixel is in the world, shape (height, width, 3), m; NaN without a reading."""
+        """Return the world point of every pixel, shape (height, width, 3), m; NaN without a reading."""
         v, u = np.mgrid[: self.height, : self.width] + 0.5
         rays = np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u)], axis=-1)
         return (rays * self.depth[..., None]) @ matrix_of(self.quat_xyzw).T + array(self.position)
 
     def pixel(self, point: Vec3 | Array) -> tuple[float, float]:
-        """Return where a point of the world (m) is seen: u, v in pixels; NaN if it is behind the camera."""
+        """Return the pixel u, v of a point of the world (m); NaN if the point is behind the camera."""
         x, y, z = (array(point) - array(self.position)) @ matrix_of(self.quat_xyzw)
         if z <= 0.0:
             return (float("nan"), float("nan"))
@@ -109,6 +90,6 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
 
     def _pixels(self, channel: str, pixels: bytes | None) -> bytes:
         if pixels is None:
-            message = f'{channel} was not asked for: cameras=["{self.camera}.{channel}"]'
+            message = f'the request had no {channel}: cameras=["{self.camera}.{channel}"]'
             raise ValueError(message)
         return pixels

@@ -22,39 +22,45 @@ from palmares.errors import (
     SessionOverError,
     WrongStateError,
 )
-from palmares.messages import (
-    Ack,
-    Action,
-    Competition,
-    LeaderboardRow,
-    Observation,
-    Opened,
-    Reply,
-    Result,
-    Time,
-    Welcome,
-)
+from palmares.messages import Observation, Result, Welcome
 from palmares.net.codec import Encoding, Message
 from palmares.net.link import Link, Resumed, raise_if_fatal
-from palmares.net.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench, names, whole_of
-from palmares.net.requests import Time as AskTime
+from palmares.net.requests import names, whole_of
 from palmares.net.stream import Stream
 from palmares.net.transport import Closed
 from palmares.scene import Scene
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
 from palmares.version import VERSION
+from palmares.wire import (
+    Ack,
+    Action,
+    ActRequest,
+    Competition,
+    HelloRequest,
+    LeaderboardRow,
+    Opened,
+    PerturbRequest,
+    PushWrench,
+    Reply,
+    Request,
+    ResetRequest,
+    StepRequest,
+    StopRequest,
+    Time,
+    TimeRequest,
+)
 
 if TYPE_CHECKING:
     from palmares.sim import World
 
 LOG = logging.getLogger("palmares")
-# Instead of a server's address: this process.
+# The address of runs in this process.
 LOCAL = "local"
-NO_TRAINING = "training: no server offers it; wanted url='local'"
-# How often a single request is repeated after the rate limit or a broken connection.
+NO_TRAINING = "training: servers do not offer it; use url='local'"
+# Most repetitions of one request after the rate limit or a broken connection.
 MAX_RETRIES = 20
-# How long to wait for an observation before checking that the server is still alive.
+# Longest wait for an observation before a check that the server is alive.
 LISTEN_S = 1.0
 
 Answer = TypeVar("Answer", bound=Reply)
@@ -64,21 +70,21 @@ class Client:
     """A session with a Palmares server. Use it from one thread.
 
     Args:
-        url: Where the server listens: ``http://host:port`` (or https, ws, wss). ``local``: no server;
-            lockstep runs are played in this process, as `palmares.sim` does, and the `hand` of a `reset` may
-            be the path of one of your own.
+        url: Address of the server: ``http://host:port`` (or https, ws, wss). ``local`` needs no server:
+            lockstep runs are played in this process by `palmares.sim`, and the `hand` of a `reset` may be a
+            path.
         team: The name on a practice server's leaderboard, 1 to 64 characters. In a competition the token
             identifies the team.
         token: The team's token; the environment variable ``PALMARES_TOKEN`` when left out. A
             practice server needs none.
-        session_s: Practice only: length of the session. Left out, it has no limit.
+        session_s: Practice only: length of the session; no limit when left out.
         encoding: ``json`` or ``msgpack``; left out, the fastest that the server supports.
-        timeout_s: How long to wait for a reply.
-        reconnect_s: How long to try to reconnect when the connection breaks or the server restarts.
-        training: Only with ``local``: what learners may have in its runs, a `palmares.sim.Training`.
+        timeout_s: Longest wait for a reply.
+        reconnect_s: Longest time to reconnect after the connection breaks or the server restarts.
+        training: Only with ``local``: shaped rewards and varied runs, a `palmares.sim.Training`.
 
     Attributes:
-        clipping: What warns when the first action is clipped.
+        clipping: Warns when the first action is clipped.
 
     Raises:
         NoServerError: There is no server at `url`.
@@ -124,7 +130,7 @@ class Client:
         self._link = Link(
             http_url,
             ws_url,
-            Hello(client={"name": team, "version": VERSION}, session_s=session_s),
+            HelloRequest(client={"name": team, "version": VERSION}, session_s=session_s),
             token=token if token is not None else os.environ.get("PALMARES_TOKEN"),
             encoding=encoding,
             timeout_s=timeout_s,
@@ -150,26 +156,25 @@ class Client:
         """Open a run and return its first observation, of tick 0.
 
         Args:
-            task: Name of the task, such as ``balls``, or the folder of your own: a server, which must have
-                been started with it, is told its name.
+            task: Name of the task, such as ``balls``, or the folder of your own; a server must have been
+                started with that folder.
             hand: Name of the hand, such as ``softhand``.
             mode: ``lockstep``: the world waits for every `step`. ``realtime``: it runs by the clock;
                 `act` sets targets, `observations` and `latest` return observations.
-            sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
-            noise: ``none``: sensors without errors, ``real``: with noise, bias, latency and drop-outs of real
-                ones. Left out: what the server has, see `Competition.noise`; in a competition nothing else
-                is allowed.
-            seed: Practice only: selects the scene; left out, the server draws one, see `run`.
-            cameras: Whose pictures of tick 0 to return, as in `step`.
+            sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
+            noise: ``none`` for sensors without errors, ``real`` for the noise, bias, latency and drop-outs of
+                real ones. Left out, the server decides (`Competition.noise`); a competition allows no other.
+            seed: Practice only: selects the scene. Left out, the server draws one; `run` has it.
+            cameras: Cameras that return an image of tick 0, as in `step`.
 
-        A run that is still open must be stopped first.
+        An open run must be stopped first.
 
         """
         seed = None if seed is None else whole_of("seed", seed, 0, MAX_SEED)
         self._stop_earlier_run()
         if not self.is_local:
             task = own_task.name_of(task, [known.name for known in self.welcome.tasks])
-        request = Reset(
+        request = ResetRequest(
             task=task,
             hand=hand,
             mode=mode,
@@ -199,25 +204,25 @@ class Client:
 
         Args:
             base: `palmares.pose(…)` or `palmares.twist(…)`, or a pose as ``(position, quat_xyzw)`` or seven
-                numbers; left out, the last target stands.
-            hand: σ of every motor in [0, 1], of a single motor also as a number; left out, the last command
-                stands.
-            repeat: How many ticks, at most `Limits.repeat`; fewer when the run ends before.
-            cameras: Whose pictures to return in `Observation.cameras`: ``"wrist"`` for depth, ``"wrist.rgb"``
-                for colours, ``"wrist.bodies"`` for the bodies seen (with ``sensing="truth"`` only). The
-                cameras are those of the task and of the hand: `TaskInfo.cameras`, `HandInfo.cameras`.
+                numbers; left out, the last target holds.
+            hand: σ of every motor in [0, 1], for a single motor also a number; left out, the last command
+                holds.
+            repeat: Number of ticks, at most `Limits.repeat`; fewer when the run ends before.
+            cameras: Images to return in `Observation.cameras`: ``"wrist"`` for depth, ``"wrist.rgb"`` for
+                colours, ``"wrist.bodies"`` for the body in each pixel (only with ``sensing="truth"``).
+                `TaskInfo.cameras` and `HandInfo.cameras` list the cameras.
 
         Raises:
-            BadActionError: `base` or `hand` has another shape or is not finite; nothing was sent.
+            BadActionError: `base` or `hand` has a wrong shape or is not finite; nothing was sent.
             BadRequestError: `repeat` is out of range; nothing was sent.
-            WorldFaultError: The world failed; its `fault` says of what. `stop` returns the void result.
+            WorldFaultError: The world failed; `fault` is the cause. `stop` returns the void result.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         action = action_of(base, hand, self._motors)
         repeat = whole_of("repeat", repeat, 1, self.welcome.limits.repeat)
-        request = Step(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
+        request = StepRequest(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
         try:
             obs = self._ask(request, Observation)
         except (WrongStateError, SessionOverError):
@@ -227,28 +232,28 @@ class Client:
                 raise
             return last
         self._tick, self._newest = obs.tick, self._named(obs)
-        self.clipping.ask(action)
-        self.clipping.see(obs.applied_action, obs.tick, stacklevel=2)
+        self.clipping.request(action)
+        self.clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
         return obs
 
     def act(self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()) -> int:
         """Set the targets of a real-time run from the next tick on; return that tick.
 
         Args:
-            base: As in `step`; left out, the last target stands.
-            hand: As in `step`; left out, the last command stands.
-            cameras: Whose pictures the next observation shall have, as in `step`.
+            base: As in `step`; left out, the last target holds.
+            hand: As in `step`; left out, the last command holds.
+            cameras: Images that the next observation has, as in `step`.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
             action = action_of(base, hand, self._motors)
-            tick = self._ask(Act(action=action, cameras=names(cameras)), Ack).tick
-            self.clipping.ask(action, tick)
+            tick = self._ask(ActRequest(action=action, cameras=names(cameras)), Ack).tick
+            self.clipping.request(action, tick)
             return tick
         except WrongStateError:
-            # The run ended meanwhile, and the observation that says so has not been read yet.
+            # The run ended meanwhile; its last observation is not read yet.
             if self._stream.over:
                 return self._tick
             raise
@@ -257,28 +262,28 @@ class Client:
         """Yield the observations of a real-time run until it is over.
 
         Each is the newest one. A controller that is slower than real time does not fall behind: it misses
-        observations, which `skipped` counts; their events come with the next one. Of a world that fails the
-        last one is truncated, with the reason ``world_fault``; `Result.fault` of `stop` says of what.
+        observations, which `skipped` counts; their events come with the next one. When the world fails, the
+        last observation is truncated with the reason ``world_fault``; `Result.fault` of `stop` is the cause.
 
         """
         while self._run_id is not None:
             obs = self._next()
-            self.clipping.see(obs.applied_action, obs.tick, stacklevel=2)
+            self.clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
             yield obs
             if obs.done:
                 return
 
     def latest(self) -> Observation:
-        """Return the newest observation of a real-time run at once; the same again if none came."""
+        """Return the newest observation of a real-time run at once; the last one again if none came."""
         if self._newest is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            self._check_resumed(Stop())
+            self._check_resumed(StopRequest())
             self._link.listen(0.0)
         except Closed as lost:
             raise_if_fatal(lost)
             self._link.resume(lost)
-            self._check_resumed(Stop())
+            self._check_resumed(StopRequest())
         return self._take() or self._newest
 
     def perturb(
@@ -294,17 +299,17 @@ class Client:
             link: Name of the link, as in `describe_hand`.
             force: (3,), N, world frame, at the link's origin.
             torque: (3,), N·m, world frame.
-            duration_s: How long, simulated time.
+            duration_s: Duration, simulated time.
 
         """
-        wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
-        return self._ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+        wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
+        return self._ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def stop(self) -> Result:
-        """Close the run and return its result: the objects settle and are counted."""
+        """Close the run; the objects settle and are counted. Return the result."""
         run_id = self._run_id
         try:
-            result = self._ask(Stop(), Result)
+            result = self._ask(StopRequest(), Result)
         except RunLostError as lost:
             if lost.result is None or lost.result.run_id != run_id:
                 raise
@@ -315,7 +320,7 @@ class Client:
         return result
 
     def abandon(self) -> None:
-        """Close the run without wanting its result, which in this process saves its counting."""
+        """Close the run without a result; in this process nothing settles and nothing is counted."""
         if self.is_local:
             self._link.close()
             self._forget_run()
@@ -324,7 +329,7 @@ class Client:
 
     def time(self) -> Time:
         """Return the session's clock."""
-        return self._ask(AskTime(), Time)
+        return self._ask(TimeRequest(), Time)
 
     def leaderboard(self) -> list[LeaderboardRow]:
         """Return the rows of the leaderboard, best first."""
@@ -335,7 +340,7 @@ class Client:
         return self._link.describe_hand(name)
 
     def save_replay(self, path: str | os.PathLike[str]) -> None:
-        """Write the replay of the last run that was stopped to a file, for ``palmares verify`` and the pages.
+        """Write the replay of the last stopped run to a file, for ``palmares verify`` and the pages.
 
         Raises:
             WrongStateError: No run was stopped yet.
@@ -348,7 +353,7 @@ class Client:
 
     @property
     def result(self) -> Result | None:
-        """What the last `stop` returned."""
+        """Result of the last `stop`."""
         return self._result
 
     @property
@@ -363,7 +368,7 @@ class Client:
 
     @property
     def training(self) -> Training | None:
-        """With ``url="local"`` what learners have in the runs that are opened from now on; it can be set."""
+        """Only with ``url="local"``: options for learners in later runs; can be set."""
         return self._link.training
 
     @training.setter
@@ -413,7 +418,7 @@ class Client:
         return self._stream.skipped
 
     def close(self) -> None:
-        """End the session. A run still open is stopped and scored by the server."""
+        """End the session. The server stops and scores an open run."""
         self._link.close()
 
     def __enter__(self) -> Self:
@@ -430,7 +435,7 @@ class Client:
     # --- requests and replies ---
 
     def _ask(self, request: Request, kind: type[Answer]) -> Answer:
-        """Repeat a request until it is answered: wait when told to, resume the session when it breaks."""
+        """Repeat a request until a reply comes; wait as the server demands, resume a broken session."""
         last: Exception | None = None
         retries = 0
         while retries < MAX_RETRIES:
@@ -439,19 +444,19 @@ class Client:
                     request = self._check_resumed(request)
                 return self._link.exchange(request, kind)
             except Resumed:
-                continue  # By the heartbeat, after the check above: check again.
+                continue  # The heartbeat resumed after the check above: check again.
             except RateLimitedError as slower:
-                # A request that fails has changed nothing, so it can be sent again.
+                # A refused request has changed nothing: send it again.
                 time.sleep(0.1 if slower.retry_after_s is None else slower.retry_after_s)
                 last = slower
             except WrongStateError as paused:
-                # Only the refusals of a paused session say when to ask again.
+                # Only the refusals of a paused session have a time to retry.
                 if paused.retry_after_s is None:
                     raise
                 LOG.log(logging.DEBUG if last else logging.WARNING, "waiting: %s", paused)
                 time.sleep(paused.retry_after_s)
                 last = paused
-                continue  # The session's clock stands still: wait for as long as the pause takes.
+                continue  # The session's clock is stopped, too: wait until the pause ends.
             except Closed as lost:
                 raise_if_fatal(lost)
                 self._link.resume(lost)
@@ -462,28 +467,28 @@ class Client:
         raise ConnectionLostError(f"the connection broke {MAX_RETRIES} times during one request") from last
 
     def _check_resumed(self, request: Request) -> Request:
-        """Return what to send after a reconnection; the server may have processed `request` before."""
+        """Return the request to send after a reconnection; the server may have processed `request`."""
         welcome = self._link.take_resumed()
         if welcome is None:
             return request
         run = welcome.run
         if self._run_id is None:
-            if run is not None and isinstance(request, Reset):
-                # The run was opened but the reply with its scene was lost: close it and open another.
-                self._link.exchange(Stop(), Result)
+            if run is not None and isinstance(request, ResetRequest):
+                # The run was opened, but the reply with its scene was lost: close it and open another.
+                self._link.exchange(StopRequest(), Result)
         elif run is None or run.run_id != self._run_id:
             raise self._run_lost()
         elif not run.open and self._newest is not None:
-            # The observation that said so was lost: make one.
+            # The run's last observation was lost: make one.
             closed = structs.replace(self._newest, tick=run.tick, truncated=True, reason="closed", events=[])
             self._stream.put(closed)
-        elif isinstance(request, Step) and run.tick != request.tick:
-            # The step was made but its observation was lost: make one more tick with the same targets.
-            return Step(tick=run.tick, action=Action())
+        elif isinstance(request, StepRequest) and run.tick != request.tick:
+            # The step was made, but its observation was lost: make one more tick with the same targets.
+            return StepRequest(tick=run.tick, action=Action())
         return request
 
     def _run_lost(self) -> RunLostError:
-        """Forget the run, which the server no longer has open; return the error that says how it ended."""
+        """Forget a run that the server has closed; return the error with its outcome."""
         run_id = self._run_id or ""
         result = self._unrequested
         if result is None or result.run_id != run_id:
@@ -492,14 +497,14 @@ class Client:
         return RunLostError.of(run_id, result)
 
     def _stop_earlier_run(self) -> None:
-        """Stop a run that an earlier program of this team left open in the session that was resumed."""
+        """Stop a run that an earlier program of this team left open in the resumed session."""
         left = self.welcome.run
         if left is None or self._run_id is not None:
             return
         LOG.warning(
-            "run %s was left open at tick %d by an earlier program: it is stopped", left.run_id, left.tick
+            "an earlier program left run %s open at tick %d; it is stopped now", left.run_id, left.tick
         )
-        self._ask(Stop(), Result)
+        self._ask(StopRequest(), Result)
         self.welcome.run = None
 
     def _named(self, obs: Observation) -> Observation:
@@ -532,7 +537,7 @@ class Client:
         while True:
             try:
                 if self._link.resumed is not None:
-                    self._check_resumed(Stop())
+                    self._check_resumed(StopRequest())
                 self._link.listen(LISTEN_S)
             except Closed as lost:
                 raise_if_fatal(lost)

@@ -47,7 +47,7 @@ class ConnectionLostError(PalmaresError):
 
 
 class RunLostError(PalmaresError):
-    """The run ended while the connection was broken, such as by a restart of the server.
+    """The run ended while the connection was broken, for example by a restart of the server.
 
     The session goes on: `Client.reset` opens another run.
 
@@ -77,7 +77,7 @@ class RunLostError(PalmaresError):
 
 
 class ProtocolError(PalmaresError):
-    """The server sent a message that this client cannot decode; the versions may not match."""
+    """The client cannot decode a message of the server; the versions may not match."""
 
     code = "protocol"
 
@@ -107,7 +107,7 @@ class BadActionError(PalmaresError):
 
 
 class StaleTickError(PalmaresError):
-    """The step was meant for another tick than the current one."""
+    """The step names another tick than the current one."""
 
     code = "stale_tick"
 
@@ -137,7 +137,7 @@ class UnknownCameraError(PalmaresError):
 
 
 class HandInTheWayError(PalmaresError):
-    """At its start the hand touches something, or reaches into a region of the rules."""
+    """At its start the hand touches something, or is inside a region of the rules."""
 
     code = "hand_in_the_way"
 
@@ -167,7 +167,7 @@ class SessionOverError(PalmaresError):
 
 
 class CapacityError(PalmaresError):
-    """The server has no room for another world or connection; see ``retry_after_s``."""
+    """The server has no capacity for another world or connection; see ``retry_after_s``."""
 
     code = "capacity"
 
@@ -193,16 +193,16 @@ class InternalError(PalmaresError):
 class WorldFaultError(InternalError):
     """The world of the run failed. The run is void; `Client.reset` or `World.reset` opens another.
 
-    What the world failed of, in which tick, what that means and what to try is the error's text.
+    The text has the cause, the tick, its meaning and possible remedies.
 
     Attributes:
-        fault: What it failed of: ``not_finite``, ``out_of_bounds``, ``unsolvable``, ``work_exhausted``, or
-            ``crashed`` for the program itself; `palmares.sim.FAULTS` has all of them in words.
+        fault: Cause: ``not_finite``, ``out_of_bounds``, ``unsolvable``, ``work_exhausted``, or ``crashed``
+            for the program itself; `palmares.sim.FAULTS` explains each.
 
     """
 
-    def __init__(self, message: str, *, fault: str = "unknown", **told: Any) -> None:
-        super().__init__(message, **told)
+    def __init__(self, message: str, *, fault: str = "unknown", **others: Any) -> None:
+        super().__init__(message, **others)
         self.fault = fault
 
 

@@ -1,4 +1,4 @@
-"""Tasks of one's own, which are given by the folder they lie in."""
+"""Tasks of a user, named by their folder."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 def read(task: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return what the ``task.toml`` of this folder, or this file, says; nothing if there is none."""
+    """Return the contents of a task's folder or ``task.toml``; empty if there is none."""
     path = Path(task)
     try:
         with (path / "task.toml" if path.is_dir() else path).open("rb") as file:
@@ -20,6 +20,6 @@ def read(task: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def name_of(task: str | os.PathLike[str], known: Iterable[str]) -> str:
-    """Return the name by which a server knows a task: one of the `known`, or what its folder tells."""
+    """Return the name of a task on a server: one of the `known`, or the name in its ``task.toml``."""
     given = os.fspath(task)
     return given if given in known else str(read(given).get("name", given))

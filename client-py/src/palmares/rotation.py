@@ -1,4 +1,4 @@
-"""The few rotations a controller needs. Angles are in rad, quaternions are x, y, z, w."""
+"""Rotations for controllers. Angles are in rad, quaternions are x, y, z, w."""
 
 from __future__ import annotations
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, TypeAlias, TypeVar
+from typing import Protocol, TypeVar
 
-import msgspec
 import numpy as np
 
-from palmares.arrays import Array, array
+from palmares import wire
+from palmares.arrays import Array, Quat, Vec3, array
 from palmares.rotation import matrix_of
 from palmares.views import Rows, Viewed, first, vector
-
-Vec3: TypeAlias = tuple[float, float, float]
-Quat: TypeAlias = tuple[float, float, float, float]
 
 
 class HasName(Protocol):
@@ -35,28 +32,11 @@ def named(kind: str, name: str, entries: Sequence[Named]) -> Named:
     raise KeyError(f"no {kind} {name!r}; there are: {known}")
 
 
-class Shape(msgspec.Struct, kw_only=True):
-    """A convex shape; which fields it has depends on `type`. Cylinders and capsules stand along z."""
+class Placed:
+    """Something with a pose in another frame."""
 
-    type: str
-    """``sphere``, ``capsule``, ``cylinder``, ``box`` or ``hull``"""
-    radius: float | None = None
-    """m"""
-    half_length: float | None = None
-    """m, without the caps of a capsule"""
-    half_extents: Vec3 | None = None
-    """m, including the rounding"""
-    points: list[Vec3] | None = None
-    """Vertices of a hull, m"""
-    rounding: float = 0.0
-    """Radius of edges and corners, m: inside the extents of a box, added around a hull"""
-
-
-class Placed(msgspec.Struct, kw_only=True):
-    """Pose of a frame in another frame."""
-
+    __slots__ = ()
     position: Vec3
-    """Origin, m."""
     quat_xyzw: Quat
 
     @property
@@ -70,34 +50,14 @@ class Placed(msgspec.Struct, kw_only=True):
         return matrix_of(self.quat_xyzw)
 
 
-class ScenePart(Placed, kw_only=True):
+class ScenePart(Placed, wire.ScenePart, kw_only=True):
     """A convex part of a body, placed in the body frame."""
 
-    shape: Shape
 
-
-class SceneBody(msgspec.Struct, kw_only=True):
+class SceneBody(wire.SceneBody, kw_only=True):
     """A body and its shapes, in the world frame at tick 0."""
 
-    id: int
-    name: str
-    position: Vec3 | None = None
-    """Origin, m; ``None`` of free bodies in a run with ``sensing="sensors"``"""
-    quat_xyzw: Quat | None = None
-    """Orientation; ``None`` where the position is"""
-    free: bool
-    """False for furniture."""
-    mass: float
-    """kg; 0 for furniture"""
-    friction: float
-    """Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs"""
-    com: Vec3 = (0.0, 0.0, 0.0)
-    """Centre of mass in the body frame, m"""
-    endless: bool = False
-    """Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing"""
     parts: list[ScenePart]
-    color: Vec3
-    """sRGB, 0 to 1"""
 
     @property
     def xyz(self) -> Array:
@@ -141,16 +101,8 @@ def _ends(part: ScenePart) -> tuple[Array, Array]:
     return part.xyz - reach, part.xyz + reach
 
 
-class Region(msgspec.Struct, kw_only=True):
+class Region(wire.Region, kw_only=True):
     """An axis-aligned region that the rules refer to, such as the inside of ``box_b``."""
-
-    name: str
-    min: Vec3
-    """m"""
-    max: Vec3
-    """m"""
-    role: str | None = None
-    """Its role in the rules: ``start``, ``goal``; ``None`` for others"""
 
     @property
     def center(self) -> Array:
@@ -163,18 +115,15 @@ class Region(msgspec.Struct, kw_only=True):
         return array(self.max) - array(self.min)
 
     def contains(self, point: Array) -> bool:
-        """Tell whether `point` (3,), m, lies inside or on the border."""
+        """Return whether `point` (3,), m, is inside or on the border."""
         return bool(np.all(point >= self.min) and np.all(point <= self.max))
 
 
-class Scene(Viewed, msgspec.Struct, kw_only=True):
+class Scene(Viewed, wire.Scene, kw_only=True):
     """The world at tick 0."""
 
     bodies: list[SceneBody]
-    """Free ones first, in the order of `Truth.objects`."""
     regions: list[Region]
-    gravity: Vec3
-    """m/s²"""
 
     def region(self, name: str) -> Region:
         """Return the region with this name; `KeyError` lists the names there are."""
@@ -205,7 +154,7 @@ class Scene(Viewed, msgspec.Struct, kw_only=True):
         return [body for body in self.bodies if not body.free]
 
     def _lines(self) -> tuple[str, Rows]:
-        """Return what the scene shows when it is printed."""
+        """Return the title and the lines of a printed scene."""
         free, fixed = self.free, self.furniture
         title = f"Scene of {len(free)} objects, {len(fixed)} fixed bodies, {len(self.regions)} regions"
         rows = first([(body.name, _in_words(body)) for body in free], "objects")

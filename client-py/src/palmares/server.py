@@ -1,4 +1,4 @@
-"""A practice server of one's own, started and ended by this process."""
+"""A practice server as a child process."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class Server:
     ...     client = palmares.Client(server.url)
 
     Args:
-        data: Where it keeps its database, replays and log, ``server.log``; made if missing.
+        data: Folder of its database, replays and log (``server.log``); made if missing.
         args: Further arguments of ``palmares serve``.
         program: The ``palmares`` program; left out, the one of this package.
-        listen: Address and port; any free one when left out.
+        listen: Address and port; any free port when left out.
 
     Attributes:
-        url: Where it listens; `start` after `kill` listens there again.
+        url: Its address; `start` after `kill` uses the same one.
 
     Raises:
-        NoServerError: It does not start; the message has what it said.
+        NoServerError: It does not start; the message has its output.
 
     """
 
@@ -50,7 +50,7 @@ class Server:
         self.start()
 
     def start(self) -> None:
-        """Start it, or start it again after `kill`."""
+        """Start the server, also after `kill`."""
         listen = self.url.removeprefix("http://") or self._listen
         self._data.mkdir(parents=True, exist_ok=True)
         command = [*self._program, "serve", "--listen", listen, "--data-dir", str(self._data), *self._args]
@@ -67,12 +67,12 @@ class Server:
         self.url = line.removeprefix("listening on ").strip()
 
     def kill(self) -> None:
-        """Kill it, which leaves it no time to save anything."""
+        """Kill the server; it saves nothing."""
         self._child.kill()
         self._child.wait()
 
     def stop(self) -> int:
-        """Let it stop and score what is open, end it and return its exit code."""
+        """End the server, which first stops and scores open runs; return its exit code."""
         self._child.send_signal(signal.SIGTERM)
         try:
             return self._child.wait(timeout=STOP_WITHIN_S)
@@ -82,7 +82,7 @@ class Server:
                 self._child.stdout.close()
 
     def wait(self) -> int:
-        """Wait until it ends by itself, as by Ctrl-C, and return its exit code."""
+        """Wait until the server ends, for example by Ctrl-C; return its exit code."""
         return self._child.wait()
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""Targets of a controller: pose or velocity of the base, positions of the motors."""
+"""Targets in an action: pose or velocity of the base, positions of the motors."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from palmares.arguments import short
-from palmares.arrays import Array
+from palmares.arrays import Array, Vec3
 from palmares.errors import BadActionError
-from palmares.messages import Action, BaseTarget
-from palmares.scene import Vec3
+from palmares.wire import Action, BaseTarget
 
 Numbers: TypeAlias = Iterable[float] | Array
 """A list, a tuple, an array or another iterable of numbers"""
@@ -51,7 +50,7 @@ def numbers(field: str, value: Any, count: int, meaning: str) -> list[float]:
     """Return `count` numbers as floats.
 
     Raises:
-        BadActionError: `value` is something else; the message names the field and both shapes.
+        BadActionError: The shape differs or a number is not finite; the message names field and shapes.
 
     """
     if (

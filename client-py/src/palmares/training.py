@@ -1,4 +1,4 @@
-"""What learners may have in this process that official play has not."""
+"""Options for learners: shaped rewards and varied runs, only in this process."""
 
 from __future__ import annotations
 
@@ -10,28 +10,27 @@ from palmares import own_task
 from palmares.arguments import is_real, short
 
 QUANTITIES = ("mass", "friction", "size", "sensor_noise", "hand_pose", "object_poses")
-"""What a task may declare ranges of, in ``[training.randomise]`` of its ``task.toml``"""
+"""Quantities for which ``[training.randomise]`` of a ``task.toml`` may declare ranges"""
 
 
 @dataclass(frozen=True)
 class Training:
-    """Shaped rewards, and runs that differ from the task's; docs/training.md tells what they are.
+    """Shaped rewards, and runs that differ from the task's; docs/training.md explains them.
 
-    Without an argument nothing differs: a run is the task's own, bit for bit. Shaping changes no bit of a run
-    either. A run of which something is drawn anew, or that has some of the objects, counts as ``training``
-    and has no replay.
+    Without arguments a run is the task's own, bit for bit. Shaping changes no bit of a run either. A run with
+    randomised quantities or fewer objects has the status ``training`` and no replay.
 
     Args:
-        shaping: Tell the shaped part of each step's reward, beside the change of the score.
-        discount: γ of the learner, 0 to 1, by which the potential after a step is multiplied; left out, that
-            of the task.
-        randomise: What is drawn anew for every run, from the ranges of the task: some of `QUANTITIES`, or
-            ``True`` for all that it declares. ``sensor_noise`` needs sensors with ``noise="real"``.
-        fraction: Part of the task's objects that are there, above 0 and at most 1; one at least is.
+        shaping: Compute the shaped part of each step's reward, next to the change of the score.
+        discount: γ of the learner, 0 to 1, which multiplies the potential after a step; that of the task when
+            left out.
+        randomise: Quantities drawn for every run from the ranges of the task: some of `QUANTITIES`, or
+            ``True`` for all that the task declares. ``sensor_noise`` needs sensors with ``noise="real"``.
+        fraction: Part of the task's objects in the scene, above 0 and at most 1; at least one object is left.
 
     Raises:
-        ValueError: An argument is out of range. What a task does not declare is a `ValueError` where its
-            world is made.
+        ValueError: An argument is out of range. A quantity that the task does not declare is a `ValueError`
+            when its world is made.
 
     """
 
@@ -59,15 +58,15 @@ class Training:
 
     @property
     def varies(self) -> bool:
-        """Whether runs differ from those of their task."""
+        """Whether runs differ from the task's."""
         return bool(self.randomise) or self.fraction < 1.0
 
 
 def checked(training: Any, task: str = "") -> None:
-    """Refuse what is no `Training`, or asks a task of one's own to draw what it does not declare.
+    """Check the argument `training` for a task.
 
     Raises:
-        ValueError: It is something else.
+        ValueError: It is no `Training`, or the task of a user declares nothing to randomise.
 
     """
     if not isinstance(training, Training | None):

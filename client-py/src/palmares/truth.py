@@ -8,21 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, TypeAlias
 
 import msgspec
 
-from palmares.arrays import Array, array
-from palmares.scene import Placed, Vec3, named
+from palmares import wire
+from palmares.arrays import Array, Vec3
+from palmares.scene import Placed, named
 
 
-class BodyState(Placed, kw_only=True, gc=False):
+class BodyState(Placed, wire.BodyState, kw_only=True):
     """Pose and velocity of a body in the world frame."""
-
-    linear: Vec3
-    """Velocity of the origin, m/s."""
-    angular: Vec3
-    """rad/s"""
 
 
 class ObjectState(BodyState, kw_only=True, gc=False):
@@ -31,27 +26,6 @@ class ObjectState(BodyState, kw_only=True, gc=False):
     id: int
     """Index in the scene."""
     name: str
-
-
-Table: TypeAlias = bytearray | list[Any]
-"""Numbers as they come over the wire: binary in MessagePack, lists in JSON; `array` reads both."""
-
-
-class Joints(msgspec.Struct, kw_only=True, dict=True):
-    """Joint coordinates of the hand, in its joint order."""
-
-    _position: Table = msgspec.field(name="position")
-    _velocity: Table = msgspec.field(name="velocity")
-
-    @cached_property
-    def position(self) -> Array:
-        """Shape (n,), rad."""
-        return array(self._position)
-
-    @cached_property
-    def velocity(self) -> Array:
-        """Shape (n,), rad/s."""
-        return array(self._velocity)
 
 
 class Contact(msgspec.Struct, kw_only=True, gc=False):
@@ -63,52 +37,28 @@ class Contact(msgspec.Struct, kw_only=True, gc=False):
     force: Vec3
 
 
-class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
-    """The objects as they come over the wire; `Truth` gives them as arrays or one by one."""
-
-    position: Table
-    quat_xyzw: Table
-    linear: Table
-    angular: Table
-
-
-class ContactTables(msgspec.Struct, kw_only=True, gc=False):
-    """The contacts as they come over the wire; `Truth.contacts` gives them one by one."""
-
-    a: list[str]
-    b: list[str]
-    position: Table
-    force: Table
-
-
-class Truth(msgspec.Struct, kw_only=True, dict=True):
+class Truth(wire.Truth, kw_only=True, dict=True):
     """The full state; only with ``sensing="truth"``. Each part is decoded when it is first read."""
-
-    _objects: ObjectTables = msgspec.field(name="objects")
-    joints: Joints
-    """Joint coordinates of the hand."""
-    _contacts: ContactTables = msgspec.field(name="contacts")
-    _equilibrium: Table = msgspec.field(name="predicted_equilibrium")
 
     @cached_property
     def positions(self) -> Array:
         """Centres of all objects in scene order, shape (n, 3), m."""
-        return array(self._objects.position, -1, 3)
+        return self._objects.position
 
     @cached_property
     def quats_xyzw(self) -> Array:
         """Orientations of all objects in scene order, shape (n, 4)."""
-        return array(self._objects.quat_xyzw, -1, 4)
+        return self._objects.quat_xyzw
 
     @cached_property
     def linear(self) -> Array:
         """Velocities of all objects' origins, shape (n, 3), m/s."""
-        return array(self._objects.linear, -1, 3)
+        return self._objects.linear
 
     @cached_property
     def angular(self) -> Array:
         """Angular velocities of all objects, shape (n, 3), rad/s."""
-        return array(self._objects.angular, -1, 3)
+        return self._objects.angular
 
     @cached_property
     def objects(self) -> list[ObjectState]:
@@ -135,16 +85,11 @@ class Truth(msgspec.Struct, kw_only=True, dict=True):
     def contacts(self) -> list[Contact]:
         """All contacts."""
         table = self._contacts
-        positions, forces = (array(column, -1, 3).tolist() for column in (table.position, table.force))
+        positions, forces = table.position.tolist(), table.force.tolist()
         return [
             Contact(a=a, b=b, position=tuple(position), force=tuple(force))
             for a, b, position, force in zip(table.a, table.b, positions, forces, strict=True)
         ]
-
-    @cached_property
-    def predicted_equilibrium(self) -> Array:
-        """Joint angles of the untouched hand at the same motor position, shape (n,), rad; may be empty."""
-        return array(self._equilibrium)
 
     @property
     def names(self) -> list[str]:
@@ -153,7 +98,7 @@ class Truth(msgspec.Struct, kw_only=True, dict=True):
 
     @property
     def contact_count(self) -> int:
-        """How many contacts there are."""
+        """Number of contacts."""
         return len(self._contacts.a)
 
     def name_objects(self, names: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-/** The organizer's desk: whoever is logged in, with the token in memory alone, and what every tab asks of the server. */
+/** The API client of a logged-in organizer, with the token only in memory; and the interface of a tab. */
 import { getJson, postJson, ApiError, saveFile } from '../net/api';
 import { toast } from '../ui/elements';
 
@@ -8,13 +8,13 @@ export interface Tab {
   readonly id: string;
   readonly title: string;
   readonly element: HTMLElement;
-  /** How often it is read again while it is seen, ms. */
+  /** Time between two refreshes while the tab is visible, ms. */
   readonly period: number;
-  /** Reads what it shows. */
+  /** Reads its data again. */
   refresh(): Promise<void>;
 }
 
-/** Asks with the token. When the server does not take it any more, everything ends. */
+/** Sends requests with the token. When the server no longer accepts the token, it logs out. */
 export class AdminClient {
   #token: string;
   #over = false;
@@ -23,7 +23,7 @@ export class AdminClient {
     this.#token = token;
   }
 
-  /** A GET; the type as in docs/schema/openapi.json. */
+  /** A GET; the types are in docs/schema/openapi.json. */
   get<T>(path: string): Promise<T> {
     return this.#guard(() => getJson<T>(path, this.#token));
   }
@@ -33,7 +33,7 @@ export class AdminClient {
     return this.#guard(() => postJson<T>(path, body, this.#token));
   }
 
-  /** Fetches a file and lets the browser keep it. */
+  /** Downloads a file. */
   async save(path: string, fileName: string): Promise<void> {
     try {
       await this.#guard(() => saveFile(path, fileName, this.#token));
@@ -42,7 +42,7 @@ export class AdminClient {
     }
   }
 
-  /** The public half of the token, by which it is listed. */
+  /** The public part of the token, which lists show. */
   get tokenId(): string {
     return this.#token.split('_')[1] ?? '';
   }
@@ -54,22 +54,22 @@ export class AdminClient {
   }
 
   async #guard<T>(act: () => Promise<T>): Promise<T> {
-    if (this.#over) throw new ApiError('nobody is logged in', 401, 'not_authorized');
+    if (this.#over) throw new ApiError('you are logged out', 401, 'not_authorized');
     try {
       return await act();
     } catch (error) {
       if (error instanceof ApiError && error.status === 401 && !this.#over) {
         this.leave();
-        this.lost('The server does not take this token any more: it was revoked. Log in with another one.');
+        this.lost('Your token was revoked. Log in with another one.');
       }
       throw error;
     }
   }
 }
 
-/** An error in words. */
+/** An error as text. */
 export function errorText(error: unknown): string {
   if (error instanceof ApiError) return error.message;
   console.error(error);
-  return 'this page has a fault; its console says more';
+  return 'this page has an error; details are in the browser console';
 }

@@ -1,4 +1,4 @@
-/** Who decided what, when and why; a page at a time, the newest first. */
+/** The audit: organizers' actions with time and reason; the newest first, one page at a time. */
 import { dateTime } from '../ui/format';
 import { button, copyText, el } from '../ui/elements';
 import type { AdminClient, Tab } from './admin_client';
@@ -8,7 +8,7 @@ import type { AuditEntry } from './types';
 /** Records on a page. */
 export const PAGE = 50;
 
-/** The number of the last record: doubling until there is none behind, then halving. `has(n)`: whether one comes after n. */
+/** The number of the last record, by doubling and bisection. `has(n)`: whether there is a record after n. */
 export async function lastOf(has: (after: number) => Promise<boolean>, known = 0): Promise<number> {
   if (!await has(known)) return known;
   let [low, step] = [known + 1, 1];
@@ -16,7 +16,7 @@ export async function lastOf(has: (after: number) => Promise<boolean>, known = 0
     low += step;
     step *= 2;
   }
-  // The last lies from low to low + step - 1.
+  // The last is between low and low + step - 1.
   let high = low + step - 1;
   while (low < high) {
     const middle = Math.floor((low + high) / 2);
@@ -27,11 +27,11 @@ export async function lastOf(has: (after: number) => Promise<boolean>, known = 0
 }
 
 /** The tab. */
-export function auditTab(desk: AdminClient): Tab {
+export function auditTab(admin: AdminClient): Tab {
   let last = 0;
   let page = 0;
   const fetched = (after: number, limit: number): Promise<AuditEntry[]> =>
-    desk.get<{ records: AuditEntry[] }>(`/v1/admin/audit?after=${after}&limit=${limit}`).then((answer) => answer.records);
+    admin.get<{ records: AuditEntry[] }>(`/v1/admin/audit?after=${after}&limit=${limit}`).then((answer) => answer.records);
   const line = el('span', { class: 'soft', role: 'status' });
   const turn = (by: number) => (): void => { page = Math.max(0, page + by); void tab.refresh(); };
   const newer = button('Newer', turn(-1), { class: 'small' });
@@ -40,7 +40,7 @@ export function auditTab(desk: AdminClient): Tab {
     [{ head: '#', class: 'n' }, { head: 'When' }, { head: 'Who' }, { head: 'What' }, { head: 'Subject', class: 'wide' }, { head: 'Why', class: 'wide' }],
     (entry) => String(entry.seq),
     (entry) => [entry.seq, dateTime(entry.unix_ms), el('code', {}, entry.actor), entry.action, el('bdi', {}, entry.subject), entry.reason === null ? '–' : el('bdi', {}, entry.reason)],
-    { label: 'Audit', empty: 'Nothing has been decided yet.', head: 3 });
+    { label: 'Audit', empty: 'No actions yet.', head: 3 });
 
   const tab: Tab = {
     id: 'audit', title: 'Audit', period: 5000,

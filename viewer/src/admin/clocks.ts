@@ -1,32 +1,32 @@
-/** Session clocks between two readings: one that has moved goes on by the wall clock, one that stood stands. s. */
+/** Session clocks between two readings: a clock that moved continues with wall-clock time. s. */
 import type { Session } from './types';
 
-/** A clock as it was read, at a time of performance.now(). */
+/** A reading of a clock; `at` as of performance.now(). */
 export interface ClockReading { at: number; left: number | null; elapsed: number; going: boolean }
 
-/** What a new reading says about a session, with the reading before it. */
+/** A new reading; `before` is the previous one. */
 export function readClock(session: Pick<Session, 'status' | 'paused_unix_ms' | 'elapsed_s' | 'left_s'>, at: number, before: ClockReading | undefined): ClockReading {
   const open = session.status === 'open' && session.paused_unix_ms === null;
   const going = open && before !== undefined && session.elapsed_s > before.elapsed + 1e-3;
   return { at, left: session.left_s, elapsed: session.elapsed_s, going };
 }
 
-/** What the clock shows at a time: never below zero. */
+/** Time left at a moment, never below zero. */
 export function leftAt(reading: ClockReading, at: number): number | null {
   if (reading.left === null) return null;
   return Math.max(0, reading.left - (reading.going ? Math.max(0, at - reading.at) / 1000 : 0));
 }
 
-/** A state in a word, and how it is coloured. */
+/** The state of a session as a word and a colour. */
 export function state(session: Pick<Session, 'status' | 'paused_unix_ms' | 'elapsed_s' | 'left_s'>, going: boolean): { word: string; colour: 'ok' | 'warn' | 'info' | 'soft' } {
   if (session.status !== 'open') return { word: session.status, colour: 'soft' };
   if (session.paused_unix_ms !== null) return { word: 'paused', colour: 'warn' };
   if (session.left_s !== null && session.left_s <= 0) return { word: 'time is up', colour: 'soft' };
-  if (session.elapsed_s <= 0) return { word: 'not begun', colour: 'info' };
+  if (session.elapsed_s <= 0) return { word: 'not started', colour: 'info' };
   return going ? { word: 'running', colour: 'ok' } : { word: 'open', colour: 'info' };
 }
 
-/** Open ones first, by team, so that rows stay where they are; then the newest. */
+/** Open sessions first, by team, so that rows keep their places; then the newest. */
 export function inOrder(sessions: readonly Session[]): Session[] {
   const open = (one: Session): number => one.status === 'open' ? 0 : 1;
   return [...sessions].sort((a, b) => open(a) - open(b)

@@ -1,85 +1,85 @@
-/** Asks before something is done: a dialog with a reason, further fields, and a name to type where there is no way back. */
+/** Dialogs that ask before an action: with a reason, further fields, and a name to type if the action cannot be undone. */
 import { ApiError } from '../net/api';
 import { button, type Child, copyText, el, name, toast } from '../ui/elements';
 import { errorText } from './admin_client';
 
-/** A further field. */
+/** A field besides the reason. */
 export interface Field {
   name: string; label: string; hint?: string; type?: 'text' | 'number' | 'select' | 'textarea';
   value?: string; options?: readonly string[]; min?: number; max?: number; maxlength?: number;
 }
 
-/** What is asked. */
+/** A dialog and its action. */
 export interface ActionDialog {
   title: string | Child[];
-  /** What will happen, in words. */
+  /** Describes the effect. */
   text: Child;
-  /** On the button that does it. */
+  /** Label of the button that does it. */
   verb: string;
   danger?: boolean;
-  /** Whether the server insists on a reason. */
+  /** Whether the server requires a reason. */
   needsReason?: boolean;
   fields?: readonly Field[];
-  /** Must be typed before. */
+  /** Text that must be typed first. */
   typed?: string;
-  /** Does it. What it throws is shown, and the dialog stays open. */
+  /** The action. If it throws, the dialog shows the error and stays open. */
   act: (reason: string | null, values: Readonly<Record<string, string>>) => Promise<string | undefined>;
 }
 
 let counted = 0;
 
-/** Opens the dialog; true when it was done. */
-export function confirmAction(question: ActionDialog): Promise<boolean> {
+/** Opens the dialog; resolves to true after the action. */
+export function confirmAction(options: ActionDialog): Promise<boolean> {
   counted += 1;
   const id = `ask-${counted}`;
   const error = el('p', { class: 'error', role: 'alert', hidden: true });
-  const fields = (question.fields ?? []).map((field) => ({ field, input: control(field, `${id}-${field.name}`) }));
-  const reason = el('input', { id: `${id}-reason`, required: question.needsReason === true, maxlength: 500, autocomplete: 'off' });
-  const typed = question.typed === undefined ? null : el('input', { id: `${id}-typed`, required: true, autocomplete: 'off', spellcheck: 'false' });
-  const go = el('button', { type: 'submit', class: question.danger === true ? 'danger' : 'primary' }, question.verb);
+  const fields = (options.fields ?? []).map((field) => ({ field, input: control(field, `${id}-${field.name}`) }));
+  const reason = el('input', { id: `${id}-reason`, required: options.needsReason === true, maxlength: 500, autocomplete: 'off' });
+  const typed = options.typed === undefined ? null : el('input', { id: `${id}-typed`, required: true, autocomplete: 'off', spellcheck: 'false' });
+  const go = el('button', { type: 'submit', class: options.danger === true ? 'danger' : 'primary' }, options.verb);
   const form = el('form', { method: 'dialog', novalidate: true },
-    el('h2', { id: `${id}-title` }, ...[question.title].flat()), el('p', {}, question.text),
+    el('h2', { id: `${id}-title` }, ...[options.title].flat()), el('p', {}, options.text),
     ...fields.map(({ field, input }) => labelled(field.label, input, field.hint)),
-    labelled('Reason', reason, question.needsReason === true ? 'Kept in the audit; needed here.' : 'Kept in the audit.'),
-    typed === null ? null : labelled(['To go on, type: ', name(question.typed ?? '')], typed),
+    labelled('Reason', reason, options.needsReason === true ? 'Required; recorded in the audit.' : 'Recorded in the audit.'),
+    typed === null ? null : labelled(['To confirm, type: ', name(options.typed ?? '')], typed),
     error, el('div', { class: 'actions' }, button('Cancel', () => { dialog.close(); }), go));
   const dialog = el('dialog', { 'aria-labelledby': `${id}-title` }, form);
   document.body.append(dialog);
-  const asked = document.activeElement;
-  const row = asked?.closest('tr') ?? null;
+  const opener = document.activeElement;
+  const row = opener?.closest('tr') ?? null;
 
   return new Promise((resolve) => {
     let done = false;
     dialog.addEventListener('close', () => {
       dialog.remove();
-      // The browser gives the focus back to the button, unless what was done has put another in its place.
-      if (asked?.isConnected !== true) (row?.querySelector<HTMLElement>('button, a') ?? document.querySelector<HTMLElement>('[role=tab][aria-selected=true]'))?.focus();
+      // The browser returns the focus to the button, unless the action has replaced it.
+      if (opener?.isConnected !== true) (row?.querySelector<HTMLElement>('button, a') ?? document.querySelector<HTMLElement>('[role=tab][aria-selected=true]'))?.focus();
       resolve(done);
     });
     form.addEventListener('submit', (event) => {
       event.preventDefault();
-      // In words of the page's own, below: the browser's bubbles hide the buttons.
+      // Shown in the page: the browser's bubbles would hide the buttons.
       for (const { field, input } of fields) {
         if (input.validity.valid) continue;
         show(error, `${field.label}: ${input.validationMessage}`);
         input.focus();
         return;
       }
-      if (typed !== null && typed.value !== question.typed) {
-        show(error, 'That is not what stands there.');
+      if (typed !== null && typed.value !== options.typed) {
+        show(error, 'The text does not match.');
         typed.focus();
         return;
       }
       const text = reason.value.trim();
-      if (question.needsReason === true && text === '') {
-        show(error, 'Say why: the server keeps it in the audit.');
+      if (options.needsReason === true && text === '') {
+        show(error, 'Enter a reason: the server records it in the audit.');
         reason.focus();
         return;
       }
       error.hidden = true;
       go.disabled = true;
       const values = Object.fromEntries(fields.map(({ field, input }) => [field.name, input.value]));
-      question.act(text === '' ? null : text, values).then((message) => {
+      options.act(text === '' ? null : text, values).then((message) => {
         done = true;
         dialog.close();
         if (message !== undefined) toast(message);
@@ -118,14 +118,14 @@ function control(field: Field, id: string): HTMLInputElement | HTMLSelectElement
   });
 }
 
-/** Shows a new token, this once, with a button that copies it. */
+/** Shows a new token once, with a button to copy it. */
 export function showToken(whose: Child, token: string): Promise<void> {
   const field = el('input', { id: 'new-token', readonly: true, value: token, class: 'mono', 'aria-describedby': 'new-token-hint' });
-  const close = button('I have it', () => { dialog.close(); });
+  const close = button('I have copied it', () => { dialog.close(); });
   const dialog = el('dialog', { 'aria-labelledby': 'new-token-title' },
     el('h2', { id: 'new-token-title' }, 'New token of ', whose),
     el('div', { class: 'field' }, el('label', { for: 'new-token' }, 'Token'), field,
-      el('p', { class: 'hint', id: 'new-token-hint' }, 'It is shown this once: the server keeps only its hash. Give it to nobody else.')),
+      el('p', { class: 'hint', id: 'new-token-hint' }, 'It is shown only once: the server keeps only its hash. Give it only to its owner.')),
     el('div', { class: 'actions' }, button('Copy', () => { field.select(); void copyText(token); }, { class: 'primary' }), close));
   document.body.append(dialog);
   dialog.showModal();

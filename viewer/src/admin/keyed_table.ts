@@ -1,13 +1,13 @@
-/** A table whose rows keep their place, and their focus, while what they show changes. */
+/** A table whose rows keep their place and focus while their content changes. */
 import { type Child, el } from '../ui/elements';
 
 /** A column; `n` for numbers. */
 export interface Column { head: string; class?: string }
 
-/** A cell with what stands in it. */
+/** Content of a cell. */
 export type Cell = Child | Child[];
 
-/** Keeps a table of things. */
+/** A table of items, each identified by its key. */
 export class KeyedTable<T> {
   readonly element: HTMLElement;
   private readonly body = el('tbody');
@@ -18,12 +18,12 @@ export class KeyedTable<T> {
   /** `head`: index of the column that names a row. */
   constructor(
     private readonly columns: readonly Column[],
-    private readonly key: (thing: T) => string,
-    private readonly cells: (thing: T) => Cell[],
-    options: { label: string; empty: string; head?: number; signature?: (thing: T) => string },
+    private readonly key: (item: T) => string,
+    private readonly cells: (item: T) => Cell[],
+    options: { label: string; empty: string; head?: number; signature?: (item: T) => string },
   ) {
     this.head = options.head ?? 0;
-    this.signature = options.signature ?? ((thing) => JSON.stringify(thing));
+    this.signature = options.signature ?? ((item) => JSON.stringify(item));
     const heads = columns.map((column) => el('th', { scope: 'col', class: column.class },
       column.head === '' ? el('span', { class: 'visually-hidden' }, 'Actions') : column.head));
     this.table = el('table', { class: 'cards dense admin' }, el('caption', { class: 'visually-hidden' }, options.label), el('thead', {}, el('tr', {}, ...heads)), this.body);
@@ -32,26 +32,26 @@ export class KeyedTable<T> {
   }
 
   private readonly head: number;
-  private readonly signature: (thing: T) => string;
+  private readonly signature: (item: T) => string;
 
-  /** Shows these, in this order. */
-  show(things: readonly T[]): void {
+  /** Shows these items, in this order. */
+  show(items: readonly T[]): void {
     const gone = new Set(this.lines.keys());
     let after: Element | null = null;
-    for (const thing of things) {
-      const key = this.key(thing);
+    for (const item of items) {
+      const key = this.key(item);
       gone.delete(key);
-      const signature = this.signature(thing);
+      const signature = this.signature(item);
       let kept = this.lines.get(key);
       if (kept === undefined) {
         kept = { line: el('tr', { 'data-key': key }), signature: '' };
         this.lines.set(key, kept);
       }
       if (kept.signature !== signature) {
-        this.write(kept.line, thing);
+        this.write(kept.line, item);
         kept.signature = signature;
       }
-      // Only what stands elsewhere is moved: moving takes the focus away.
+      // Only rows in the wrong place are moved: moving takes the focus away.
       const next: Element | null = after === null ? this.body.firstElementChild : after.nextElementSibling;
       if (next !== kept.line) this.body.insertBefore(kept.line, next);
       after = kept.line;
@@ -60,18 +60,18 @@ export class KeyedTable<T> {
       this.lines.get(key)?.line.remove();
       this.lines.delete(key);
     }
-    this.table.hidden = things.length === 0;
-    this.empty.hidden = things.length > 0;
+    this.table.hidden = items.length === 0;
+    this.empty.hidden = items.length > 0;
   }
 
-  /** The row of a thing. */
+  /** The row of an item. */
   row(key: string): HTMLTableRowElement | undefined {
     return this.lines.get(key)?.line;
   }
 
-  private write(line: HTMLTableRowElement, thing: T): void {
+  private write(line: HTMLTableRowElement, item: T): void {
     const focused = line.contains(document.activeElement) ? document.activeElement?.textContent : null;
-    line.replaceChildren(...this.cells(thing).map((cell, index) => {
+    line.replaceChildren(...this.cells(item).map((cell, index) => {
       const column = this.columns[index] ?? { head: '' };
       const content = Array.isArray(cell) ? cell : [cell];
       if (index === this.head) return el('th', { scope: 'row' }, ...content);

@@ -1,4 +1,4 @@
-/** Runs whose verdict is awaited or doubtful: verify again, void, look at the replay. */
+/** Verification of runs: verify again, void, open the replay. */
 import { dateTime, points } from '../ui/format';
 import { button, type Child, el, name } from '../ui/elements';
 import { confirmAction, type ActionDialog } from './dialog';
@@ -7,16 +7,16 @@ import { KeyedTable } from './keyed_table';
 import type { Run } from './types';
 
 const COLOUR: Record<string, string> = { provisional: 'warn', verified: 'ok', rejected: 'bad', void: 'soft', voided: 'soft', open: 'info', aborted: 'soft' };
-/** Most rows at once. */
-const MOST = 300;
+/** Maximum number of rows. */
+const MAX_ROWS = 300;
 
-/** Whether somebody should look at a run. */
+/** Whether an organizer should look at a run. */
 export function needsReview(run: Pick<Run, 'status' | 'similar'>): boolean {
   return run.status === 'provisional' || run.status === 'rejected' || (run.similar ?? []).length > 0;
 }
 
 /** The tab. */
-export function runsTab(desk: AdminClient): Tab {
+export function runsTab(admin: AdminClient): Tab {
   let all: Run[] = [];
   const everything = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
   const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => { show(); } } });
@@ -29,26 +29,26 @@ export function runsTab(desk: AdminClient): Tab {
       el('span', { class: `badge ${COLOUR[run.status] ?? ''}` }, run.status), dateTime(run.ended_unix_ms), notes(run),
       el('div', { class: 'row' },
         run.ended_unix_ms !== null && el('a', { class: 'button small', href: `/replay/${encodeURIComponent(run.run_id)}` }, 'Replay'),
-        run.ended_unix_ms !== null && button('File', () => { void desk.save(`/v1/runs/${encodeURIComponent(run.run_id)}/replay`, `${run.run_id}.mcap`); }, { class: 'small' }),
+        run.ended_unix_ms !== null && button('File', () => { void admin.save(`/v1/runs/${encodeURIComponent(run.run_id)}/replay`, `${run.run_id}.mcap`); }, { class: 'small' }),
         ['provisional', 'verified', 'rejected'].includes(run.status) && button('Verify again…', () => { void confirmAction(again(run)); }, { class: 'small' }),
         !run.status.startsWith('void') && button('Void…', () => { void confirmAction(voided(run)); }, { class: 'small danger' })),
     ],
-    { label: 'Runs', empty: 'Nothing waits: every run is verified and none is like another team’s.' });
+    { label: 'Runs', empty: 'Nothing to do: every run is verified, and none resembles another team’s run.' });
 
   function notes(run: Run): Child[] {
     const texts = [run.note, run.verify_note].filter((text): text is string => text !== null && text !== undefined && text !== '');
-    const similar = (run.similar ?? []).map((other) => el('div', {}, 'like ', el('span', { class: 'id' }, other.run_id), ' of ', name(other.team ?? '?'), `: ${String(other['changes'] ?? '')} changes alike`));
+    const similar = (run.similar ?? []).map((other) => el('div', {}, 'similar to ', el('span', { class: 'id' }, other.run_id), ' of ', name(other.team ?? '?'), `: ${String(other['changes'] ?? '')} equal changes`));
     return [...texts.map((text) => el('div', {}, text)), ...similar, texts.length + similar.length === 0 ? '–' : null];
   }
 
-  const deed = (path: string, run: Run) => async (reason: string | null): Promise<string> => {
-    await desk.post(`/v1/admin/run/${path}`, { run_id: run.run_id, reason });
+  const action = (path: string, run: Run) => async (reason: string | null): Promise<string> => {
+    await admin.post(`/v1/admin/run/${path}`, { run_id: run.run_id, reason });
     await tab.refresh();
     return 'Done.';
   };
-  const again = (run: Run): ActionDialog => ({ title: 'Verify again', text: el('span', {}, 'The server plays the replay of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: deed('reverify', run) });
+  const again = (run: Run): ActionDialog => ({ title: 'Verify again', text: el('span', {}, 'The server replays the run of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: action('reverify', run) });
   const voided = (run: Run): ActionDialog => ({
-    title: 'Void a run', text: el('span', {}, 'The run of ', name(run.team), `, ${run.task}, counts for nothing; its time is given back.`), verb: 'Void', danger: true, needsReason: true, act: deed('void', run),
+    title: 'Void a run', text: el('span', {}, 'The run of ', name(run.team), `, ${run.task}, does not count any more; the team gets its time back.`), verb: 'Void', danger: true, needsReason: true, act: action('void', run),
   });
 
   function show(): void {
@@ -56,15 +56,15 @@ export function runsTab(desk: AdminClient): Tab {
     const fits = (run: Run): boolean => word === '' || `${run.run_id} ${run.team} ${run.task} ${run.status}`.toLowerCase().includes(word);
     const found = all.filter((run) => (everything.checked || word !== '' || needsReview(run)) && fits(run));
     const waiting = all.filter((run) => run.status === 'provisional').length;
-    line.textContent = `${waiting} of ${all.length} runs wait for their verdict.${found.length > MOST ? ` The newest ${MOST} of ${found.length} are shown.` : ''}`;
-    table.show(found.slice(0, MOST));
+    line.textContent = `${waiting} of ${all.length} runs are not verified yet.${found.length > MAX_ROWS ? ` The newest ${MAX_ROWS} of ${found.length} are shown.` : ''}`;
+    table.show(found.slice(0, MAX_ROWS));
   }
 
   const tab: Tab = {
     id: 'runs', title: 'Verification', period: 5000,
     element: el('div', {}, el('div', { class: 'row head' }, line, el('label', { class: 'check end' }, everything, 'all runs'), el('span', { class: 'filter' }, filter)), table.element),
     async refresh() {
-      all = await desk.get<Run[]>('/v1/admin/export/runs?format=json');
+      all = await admin.get<Run[]>('/v1/admin/export/runs?format=json');
       all.sort((a, b) => b.started_unix_ms - a.started_unix_ms);
       show();
     },

@@ -1,4 +1,4 @@
-/** Sessions with their clocks: hold, let go on, give time, end, void. */
+/** Sessions with their clocks: pause, resume, add time, end, void. */
 import { clock, clockInWords, dateTime } from '../ui/format';
 import { button, el, name, setText } from '../ui/elements';
 import { confirmAction, type ActionDialog } from './dialog';
@@ -8,17 +8,17 @@ import { KeyedTable } from './keyed_table';
 import type { Session } from './types';
 
 /** The tab. */
-export function sessionsTab(desk: AdminClient): Tab {
+export function sessionsTab(admin: AdminClient): Tab {
   const readings = new Map<string, ClockReading>();
   let all: Session[] = [];
   const openOnly = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
   const table = new KeyedTable<Session>(
-    [{ head: 'Team' }, { head: 'State' }, { head: 'Left', class: 'n' }, { head: 'Used', class: 'n' }, { head: 'Given back', class: 'n' },
-      { head: 'Pauses', class: 'n' }, { head: 'Runs', class: 'n' }, { head: 'Began' }, { head: '', class: 'wide' }],
+    [{ head: 'Team' }, { head: 'State' }, { head: 'Left', class: 'n' }, { head: 'Used', class: 'n' }, { head: 'Added', class: 'n' },
+      { head: 'Pauses', class: 'n' }, { head: 'Runs', class: 'n' }, { head: 'Started' }, { head: '', class: 'wide' }],
     (session) => session.session_id, (session) => cells(session),
     {
-      label: 'Sessions', empty: 'No session yet: a team’s first hello opens one while the competition is open.',
-      // All but the clocks, which are written by tick().
+      label: 'Sessions', empty: 'No session yet. While the competition is open, a team’s session begins when its client connects.',
+      // Without the clocks, which tick() updates.
       signature: (session) => JSON.stringify([{ ...session, elapsed_s: session.elapsed_s > 0, left_s: (session.left_s ?? 1) > 0, clock_wall_s: 0, clock_simulated_s: 0 }, readings.get(session.session_id)?.going]),
     });
 
@@ -31,35 +31,35 @@ export function sessionsTab(desk: AdminClient): Tab {
       el('span', { class: 'clock', 'data-clock': 'left' }), el('span', { class: 'num', 'data-clock': 'used' }),
       clock(session.refunded_s), session.pauses, session.runs, dateTime(session.created_unix_ms),
       el('div', { class: 'row' },
-        open && session.paused_unix_ms === null && act(session, 'Pause', 'pause', 'Clock and worlds stand still until it goes on.'),
-        open && session.paused_unix_ms !== null && act(session, 'Resume', 'resume', 'Clock and worlds go on.'),
-        session.status !== 'voided' && button('Give time…', () => { void confirmAction(grant(session)); }, { class: 'small' }),
-        open && act(session, 'End', 'end', 'An open run is scored; the session is over.', { danger: true }),
-        session.status !== 'voided' && act(session, 'Void', 'void', 'All of its runs count for nothing, and the team may have another session.', { danger: true, needsReason: true }),
+        open && session.paused_unix_ms === null && act(session, 'Pause', 'pause', 'Its clock and its runs stop until it is resumed.'),
+        open && session.paused_unix_ms !== null && act(session, 'Resume', 'resume', 'Its clock and its runs continue.'),
+        session.status !== 'voided' && button('Add time…', () => { void confirmAction(grant(session)); }, { class: 'small' }),
+        open && act(session, 'End', 'end', 'The open run is scored, and the session is over.', { danger: true }),
+        session.status !== 'voided' && act(session, 'Void', 'void', 'None of its runs counts any more, and the team may have another session.', { danger: true, needsReason: true }),
         open && el('a', { class: 'button small', href: `/live/${encodeURIComponent(session.session_id)}` }, 'Watch')),
     ];
   }
 
   function act(session: Session, verb: string, path: string, text: string, more: Partial<ActionDialog> = {}): HTMLButtonElement {
-    const question: ActionDialog = {
+    const dialog: ActionDialog = {
       title: [`${verb} the session of `, name(session.team)], text, verb, ...more,
       act: async (reason) => {
-        await desk.post(`/v1/admin/session/${path}`, { session_id: session.session_id, reason });
+        await admin.post(`/v1/admin/session/${path}`, { session_id: session.session_id, reason });
         await tab.refresh();
         return `${verb}: done.`;
       },
     };
-    return button(`${verb}…`, () => { void confirmAction(question); }, { class: more.danger === true ? 'small danger' : 'small' });
+    return button(`${verb}…`, () => { void confirmAction(dialog); }, { class: more.danger === true ? 'small danger' : 'small' });
   }
 
   function grant(session: Session): ActionDialog {
     return {
-      title: ['Give time to ', name(session.team)], text: 'Also when its time is spent.', verb: 'Give', needsReason: true,
+      title: ['Add time for ', name(session.team)], text: 'Adds time; an expired session reopens.', verb: 'Add', needsReason: true,
       fields: [{ name: 'seconds', label: 'Seconds', type: 'number', value: '60', min: 1, max: 86_400 }],
       act: async (reason, { seconds }) => {
-        await desk.post('/v1/admin/session/grant', { session_id: session.session_id, reason, seconds: Number(seconds) });
+        await admin.post('/v1/admin/session/grant', { session_id: session.session_id, reason, seconds: Number(seconds) });
         await tab.refresh();
-        return `Given: ${seconds ?? ''} s.`;
+        return `Added: ${seconds ?? ''} s.`;
       },
     };
   }
@@ -69,7 +69,7 @@ export function sessionsTab(desk: AdminClient): Tab {
     tick();
   }
 
-  /** The clocks alone. */
+  /** Updates the clocks. */
   function tick(): void {
     const now = performance.now();
     for (const session of all) {
@@ -88,9 +88,9 @@ export function sessionsTab(desk: AdminClient): Tab {
 
   const tab: Tab = {
     id: 'sessions', title: 'Sessions', period: 2000,
-    element: el('div', {}, el('label', { class: 'check' }, openOnly, 'Open ones only'), table.element),
+    element: el('div', {}, el('label', { class: 'check' }, openOnly, 'only open sessions'), table.element),
     async refresh() {
-      const { sessions } = await desk.get<{ sessions: Session[] }>('/v1/sessions');
+      const { sessions } = await admin.get<{ sessions: Session[] }>('/v1/sessions');
       const now = performance.now();
       for (const session of sessions) readings.set(session.session_id, readClock(session, now, readings.get(session.session_id)));
       all = sessions;

@@ -1,15 +1,15 @@
-/** Tabs as WAI-ARIA describes them: arrows move between them, the chosen one is read again from time to time. */
+/** Tabs after the WAI-ARIA pattern: arrow keys move between them, and the visible one is refreshed. */
 import { el } from '../ui/elements';
 import { errorText, type Tab } from './admin_client';
 
-/** Shows tabs; the first, or the one that the address names. The returned function ends it. */
+/** Shows the tabs, initially the one in the address or the first. The returned function stops the refreshes. */
 export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void {
   const error = el('p', { class: 'notice bad', role: 'alert', hidden: true });
   const buttons = tabs.map((tab) => el('button', {
     type: 'button', role: 'tab', id: `tab-${tab.id}`, 'aria-controls': `panel-${tab.id}`, on: { click: () => { choose(tab); } },
   }, tab.title));
   const panels = tabs.map((tab) => el('div', { role: 'tabpanel', id: `panel-${tab.id}`, 'aria-labelledby': `tab-${tab.id}`, hidden: true }, tab.element));
-  const bar = el('div', { class: 'tabs', role: 'tablist', 'aria-label': 'What to look after', on: { keydown: (event) => { steer(event as KeyboardEvent); } } }, ...buttons);
+  const bar = el('div', { class: 'tabs', role: 'tablist', 'aria-label': 'Organizer tabs', on: { keydown: (event) => { steer(event as KeyboardEvent); } } }, ...buttons);
   parent.append(bar, error, ...panels);
   let chosen: Tab | null = null;
   let timer = 0;
@@ -30,13 +30,13 @@ export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void 
     void again(tab);
   }
 
-  /** Reads it, and once more after its period, while it is seen. */
+  /** Refreshes the tab, and again after its period while it is visible. */
   async function again(tab: Tab): Promise<void> {
     try {
       if (!document.hidden) await tab.refresh();
       error.hidden = true;
     } catch (failure) {
-      error.textContent = `This is not up to date: ${errorText(failure)}.`;
+      error.textContent = `Not up to date: ${errorText(failure)}.`;
       error.hidden = false;
     }
     if (chosen === tab && !over) timer = window.setTimeout(() => { void again(tab); }, tab.period);

@@ -1,4 +1,4 @@
-/** What the organizers' addresses answer; the schemas are in docs/schema/openapi.json. Times in ms since 1970 UTC, lengths in s. */
+/** Responses of the organizers' API; the schemas are in docs/schema/openapi.json. Times in ms since 1970 UTC, durations in s. */
 import type { Figure } from '../hands/figure_table';
 import type { HandDescription } from '../model/hand';
 

@@ -1,9 +1,9 @@
-/** What the server says about the ranking, as in `GET /v1/leaderboard` and the watch socket's `leaderboard`. */
+/** Leaderboard and competition, as in the server's HTTP API and the watch socket's `leaderboard`. */
 
 /** A team's best run of a task. Points; times in ms since 1970 UTC. */
 export interface TaskBest { score: number; run_id: string; status: string; ended_unix_ms: number }
 
-/** A team's place. */
+/** A team's row. */
 export interface BoardRow {
   rank: number; team: string; total: number; runs: number; reached_unix_ms: number;
   sensors_only: boolean; sensors_rank: number | null; tasks: Record<string, TaskBest>;
@@ -12,10 +12,10 @@ export interface BoardRow {
 /** The ranking. */
 export interface Board { tasks: string[]; rows: BoardRow[] }
 
-/** A task in short; lengths in s of simulated time. */
+/** A task; durations in s of simulated time. */
 export interface TaskInfo { name: string; description: string; tick_s: number; step_s: number; time_limit_s: number }
 
-/** What is being played here. */
+/** The competition. */
 export interface CompetitionInfo {
   name: string; mode: 'practice' | 'official'; session_s: number | null; reset_cost_s: number;
   tasks: string[]; hands: string[]; replay_key?: string | null;
@@ -23,17 +23,17 @@ export interface CompetitionInfo {
   seed_secret_sha256?: string | null; seed_secret?: string | null;
 }
 
-/** Something that an organizer told everybody; ms since 1970 UTC. */
+/** An organizer's announcement; ms since 1970 UTC. */
 export interface Announcement { id: number | string; text: string; unix_ms: number }
 
-/** The columns: tasks of today first, then those that only old runs know. */
+/** The task columns: current tasks first, then tasks that only older runs have. */
 export function columns(board: Board): string[] {
   const old = new Set(board.rows.flatMap((row) => Object.keys(row.tasks)));
   for (const task of board.tasks) old.delete(task);
   return [...board.tasks, ...[...old].sort()];
 }
 
-/** Whether anybody may open the replay of a run: of official runs only when the seeds are public. */
+/** Whether replays are public: for official runs only after the seeds are revealed. */
 export function replayIsOpen(info: Pick<CompetitionInfo, 'mode' | 'phase'>): boolean {
   return info.mode === 'practice' || info.phase === 'revealed';
 }

@@ -23,7 +23,7 @@ test('who overtakes goes up, who is overtaken goes down, others stand', () => {
   expect(announcementOf(moves, now)).toBe('c is 1st with 4.0 points');
 });
 
-test('a new team is new, whose total falls is told so', () => {
+test('a new team is new, a falling total has a mark', () => {
   const moves = movement([row(1, 'a', 3)], [row(1, 'a', 2), row(2, 'b', 1)]);
   expect(moves.get('b')).toEqual({ places: null, gained: 1 });
   expect(moves.get('a')).toEqual({ places: 0, gained: -1 });

@@ -1,11 +1,11 @@
-/** What a new ranking changed: who went up, who went down, whose total or runs are others. */
+/** Differences between two rankings. */
 import type { BoardRow } from './model';
 import { ordinal, points } from '../ui/format';
 
-/** How a team moved. `places` is positive for up; null for a team that was not there before. `gained` in points. */
+/** A team's change. `places` is positive for up, null for a new team; `gained` is in points. */
 export interface Move { places: number | null; gained: number }
 
-/** Only teams for which something moved. Before the first ranking nothing has. */
+/** The teams whose rank or total changed; none without an earlier ranking. */
 export function movement(before: readonly BoardRow[] | null, now: readonly BoardRow[]): Map<string, Move> {
   const moves = new Map<string, Move>();
   if (before === null) return moves;
@@ -20,12 +20,12 @@ export function movement(before: readonly BoardRow[] | null, now: readonly Board
   return moves;
 }
 
-/** Whether anything that is shown differs. */
+/** Whether two rankings differ. */
 export function differs(before: readonly BoardRow[], now: readonly BoardRow[]): boolean {
   return JSON.stringify(before) !== JSON.stringify(now);
 }
 
-/** The mark beside a name, and the same in words. */
+/** The mark next to a name, and its text for screen readers. */
 export function moveMark(move: Move): { sign: string; words: string; way: 'up' | 'down' | 'new' | 'same' } {
   if (move.places === null) return { sign: 'new', words: 'new', way: 'new' };
   if (move.places > 0) return { sign: `▲${move.places}`, words: `up ${places(move.places)}`, way: 'up' };
@@ -38,17 +38,17 @@ function places(n: number): string {
   return n === 1 ? '1 place' : `${n} places`;
 }
 
-/** Points with their sign. */
+/** Points with a sign. */
 export function signed(gained: number): string {
   const text = points(gained);
   return gained > 0 ? `+${text}` : text;
 }
 
-/** One sentence for those who hear the page: who gained, the best of them first, at most three. */
+/** One sentence for screen readers: at most three teams that gained points, the best first. */
 export function announcementOf(moves: ReadonlyMap<string, Move>, now: readonly BoardRow[]): string {
-  const told = now.filter((row) => {
+  const gained = now.filter((row) => {
     const move = moves.get(row.team);
     return move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9);
   });
-  return told.slice(0, 3).map((row) => `${row.team} is ${ordinal(row.rank)} with ${points(row.total)} points`).join('; ');
+  return gained.slice(0, 3).map((row) => `${row.team} is ${ordinal(row.rank)} with ${points(row.total)} points`).join('; ');
 }

@@ -1,30 +1,30 @@
-/** Beside the ranking: each task's rules in words with a picture, and how to connect. */
+/** Panels next to the ranking: each task with a drawing, how to connect, and the legend. */
 import type { CompetitionInfo, TaskInfo } from './model';
 import { clock } from '../ui/format';
 import { button, copyText, el, name } from '../ui/elements';
-import balls from './pictures/balls.svg';
-import grasp from './pictures/grasp.svg';
-import shelf from './pictures/shelf.svg';
+import ballsDrawing from './pictures/balls.svg';
+import graspDrawing from './pictures/grasp.svg';
+import shelfDrawing from './pictures/shelf.svg';
 
-const PICTURES: Record<string, [string, string]> = {
-  balls: [balls, 'Balls in box A, an arrow to box B.'],
-  shelf: [shelf, 'Objects in a shelf, an arrow into a box.'],
-  grasp: [grasp, 'An object, lifted off a table and held by fingers.'],
+const DRAWINGS: Record<string, [string, string]> = {
+  balls: [ballsDrawing, 'Balls in box A, and an arrow to box B.'],
+  shelf: [shelfDrawing, 'Objects on a shelf, and an arrow into a box.'],
+  grasp: [graspDrawing, 'Fingers hold an object above a table.'],
 };
 
 /** A card for each task. */
 export function taskCards(tasks: readonly TaskInfo[]): HTMLElement[] {
   return tasks.map((task) => {
-    const picture = PICTURES[task.name];
+    const drawing = DRAWINGS[task.name];
     return el('section', { class: 'panel task' },
-      picture === undefined ? null : el('img', { src: picture[0], alt: picture[1], width: 320, height: 150 }),
+      drawing === undefined ? null : el('img', { src: drawing[0], alt: drawing[1], width: 320, height: 150 }),
       el('h3', {}, name(task.name)),
       el('p', {}, task.description),
-      el('p', { class: 'soft' }, `A run lasts at most ${clock(task.time_limit_s)} of simulated time, a tick ${Math.round(task.tick_s * 1000)} ms.`));
+      el('p', { class: 'soft' }, `Time limit of a run: ${clock(task.time_limit_s)} of simulated time. Tick: ${Math.round(task.tick_s * 1000)} ms.`));
   });
 }
 
-/** How a program gets in. */
+/** How a program connects. */
 export function connect(info: CompetitionInfo): HTMLElement {
   const official = info.mode === 'official';
   const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/control`;
@@ -33,20 +33,20 @@ export function connect(info: CompetitionInfo): HTMLElement {
     : ['pip install ./client-py', `python -m palmares.examples.balls_softhand --url ${location.origin}`];
   return el('section', { class: 'panel' },
     el('h3', {}, 'Connect'),
-    official && el('p', {}, 'A team needs its token: the organizers make it and give it to the team. Keep it out of programs and addresses; the client reads it from the environment:'),
+    official && el('p', {}, 'Your team needs its token, which the organizers give you. Do not write it into programs or addresses; the client reads it from the environment:'),
     !official && el('p', {}, 'No token is needed. With the Python client:'),
     el('pre', { tabindex: 0 }, lines.join('\n')),
-    el('p', {}, 'Or any program that speaks WebSocket, subprotocol ', el('code', {}, 'palmares.v1.json'), ', to ', el('code', {}, socket),
-      official ? ' with the token in the header Authorization.' : '.'),
+    el('p', {}, 'Or with any WebSocket program: subprotocol ', el('code', {}, 'palmares.v1.json'), ', address ', el('code', {}, socket),
+      official ? ', and the token in the header Authorization.' : '.'),
     button('Copy the address', () => { void copyText(socket); }, { class: 'small' }));
 }
 
-/** What the marks mean. */
+/** The meaning of the columns and status marks. */
 export function legend(info: Pick<CompetitionInfo, 'mode' | 'phase'>): HTMLElement {
   const official = info.mode === 'official';
   return el('p', {},
-    'Best score of each task; equal totals: the earlier first. Sensors: place among the teams that never saw the true state of the world. ',
-    official && el('span', {}, el('b', {}, '✓ verified'), ': the server has played the run’s replay again and found the same score. ',
-      el('b', {}, '… provisional'), ': it has not yet; the score may still fall. '),
-    official && info.phase !== 'revealed' ? 'Replays open when the competition is over. ' : 'A score opens its replay. ');
+    'Each task counts with the best score. With equal totals the earlier team is first. Sensors: rank among the teams that used only sensor readings, never the true state. ',
+    official && el('span', {}, el('b', {}, '✓ verified'), ': the server has replayed the run and confirmed its score. ',
+      el('b', {}, '… provisional'), ': not replayed yet; the score may still change. '),
+    official && info.phase !== 'revealed' ? 'Replays become public when the competition is over. ' : 'Click a score to see its replay. ');
 }

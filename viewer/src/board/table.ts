@@ -1,17 +1,17 @@
-/** The ranking as a table that lives: rows move to their new places, and say what has changed. */
+/** The leaderboard table: rows slide to their new places, and changes are marked. */
 import type { Board, BoardRow, CompetitionInfo, TaskBest } from './model';
 import { columns, replayIsOpen } from './model';
 import { points } from '../ui/format';
 import { type Move, moveMark, movement, announcementOf } from './movement';
 import { el, name, setText } from '../ui/elements';
 
-/** How long a row takes to its new place, ms. */
+/** Duration of a row's slide, ms. */
 const SLIDE_MS = 600;
 
-/** Keeps one table. Scores are points. */
+/** One leaderboard table. Scores are in points. */
 export class BoardTable {
   readonly element = el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Leaderboard' });
-  private readonly told = el('p', { class: 'visually-hidden', 'aria-live': 'polite' });
+  private readonly spoken = el('p', { class: 'visually-hidden', 'aria-live': 'polite' });
   private readonly body = el('tbody');
   private readonly head = el('tr');
   private readonly rows = new Map<string, HTMLTableRowElement>();
@@ -19,10 +19,10 @@ export class BoardTable {
   private moves = new Map<string, Move>();
 
   constructor(private readonly info: Pick<CompetitionInfo, 'mode' | 'phase'>) {
-    this.element.append(el('table', { class: 'cards board' }, el('thead', {}, this.head), this.body), this.told);
+    this.element.append(el('table', { class: 'cards board' }, el('thead', {}, this.head), this.body), this.spoken);
   }
 
-  /** Shows a ranking; what moved since the one before is marked until the next change. */
+  /** Shows a ranking; changes since the previous one are marked until the next change. */
   show(board: Board): void {
     const before = this.shown;
     const moves = movement(before, board.rows);
@@ -40,7 +40,7 @@ export class BoardTable {
       const hadFocus = line.contains(document.activeElement);
       line.replaceChildren(...this.cells(row, tasks));
       if (hadFocus) line.querySelector('a')?.focus();
-      // Whoever only made room is marked beside the name, and no more.
+      // A team that others overtook gets only the mark next to its name.
       const move = moves.get(row.team);
       line.classList.toggle('changed', move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9));
       this.body.append(line);
@@ -50,7 +50,7 @@ export class BoardTable {
       this.rows.delete(team);
     }
     if (places !== null) this.slide(places);
-    if (moves.size > 0) setText(this.told, announcementOf(moves, board.rows));
+    if (moves.size > 0) setText(this.spoken, announcementOf(moves, board.rows));
   }
 
   private cells(row: BoardRow, tasks: readonly string[]): HTMLElement[] {
@@ -79,7 +79,7 @@ export class BoardTable {
     return new Map([...this.rows].map(([team, line]) => [team, line.getBoundingClientRect().top]));
   }
 
-  /** From where rows were to where they are. */
+  /** Animates the rows from their old places. */
   private slide(places: ReadonlyMap<string, number>): void {
     if (matchMedia('(prefers-reduced-motion: reduce)').matches) return;
     for (const [team, line] of this.rows) {
@@ -89,7 +89,7 @@ export class BoardTable {
   }
 }
 
-/** ▲2 with its words. */
+/** A mark such as ▲2, with its text for screen readers. */
 export function marked(move: Move): HTMLElement {
   const { sign, words, way } = moveMark(move);
   return el('span', { class: `move ${way}` }, el('span', { 'aria-hidden': 'true' }, sign), el('span', { class: 'visually-hidden' }, `, ${words}`));

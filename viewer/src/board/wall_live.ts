@@ -1,18 +1,19 @@
-/** The wall's live pane: the featured world, its team, its score in large figures and its clocks. */
+/** The wall's live pane: the featured run with team, score and clocks in large type. */
+import { eventWords } from '../model/events';
 import { clock, points } from '../ui/format';
 import { el, name, setText } from '../ui/elements';
 import type { Stage } from '../render/stage';
 import { stageFor, type StageLike } from './wall_stage';
 
-/** Events that are worth a look at once. */
-const THRILLS = new Set(['in_goal', 'lifted', 'held', 'shaken']);
+/** Events that show the live pane early. */
+const HIGHLIGHTS = new Set(['in_goal', 'lifted', 'held', 'shaken']);
 
-/** How long a word stands beside the score, ms. */
+/** Display time of the text next to the score, ms. */
 const NEWS_MS = 6000;
 
 interface Run { run_id: string; team: string; task: string; hand: string; session_id?: string }
 
-/** Takes the watch socket's messages. */
+/** Shows the watch socket's messages. */
 export class LivePane {
   private readonly place = el('div', { class: 'stage' });
   private readonly who = el('div', { class: 'who' });
@@ -23,7 +24,7 @@ export class LivePane {
   readonly element = el('section', { class: 'pane live', 'aria-label': 'Live' }, this.place,
     el('div', { class: 'caption' }, el('div', { class: 'grow' }, this.who, this.what), this.news, this.time, el('div', { class: 'score' }, el('span', { class: 'visually-hidden' }, 'Score '), this.score)));
   private stage: StageLike | null = null;
-  /** What draws, for tests. */
+  /** The stage, for tests. */
   drawing: Stage | null = null;
   private run: Run | null = null;
   private points: number | null = null;
@@ -31,25 +32,25 @@ export class LivePane {
   private newest: Record<string, unknown> | null = null;
   private taken: Promise<void> = Promise.resolve();
   private last: { team: string; left: number | null } | null = null;
-  /** When something worth seeing last happened, performance.now(); null when nothing has. */
-  excited: number | null = null;
+  /** Time of the last highlight, as of performance.now(), or null. */
+  lastHighlight: number | null = null;
 
-  /** Whether there is a world to show. */
+  /** Whether there is a run to show. */
   get ready(): boolean {
     return this.run !== null && this.stage !== null;
   }
 
-  /** The watched session's clock, where the server tells it. */
+  /** The watched session's clock, if the server sends it. */
   get clock(): { team: string; left: number | null } | null {
     return this.last;
   }
 
-  /** A message of the watch socket; what comes while the stage is loaded waits for it. */
+  /** Handles a message of the watch socket; messages wait until the stage is loaded. */
   take(message: Record<string, unknown>): void {
     this.taken = this.taken.then(() => this.read(message)).catch((error: unknown) => { console.error(error); });
   }
 
-  /** The pane comes into sight: a world that stands still sends nothing more. */
+  /** The pane becomes visible: it shows the newest poses, since a paused run sends no more. */
   seen(): void {
     if (this.newest !== null) this.stage?.poses(this.newest, performance.now());
   }
@@ -72,14 +73,14 @@ export class LivePane {
     this.run = message['run'] as Run;
     this.newest = null;
     this.points = null;
-    this.excited = null;
+    this.lastHighlight = null;
     this.who.replaceChildren(name(this.run.team));
     setText(this.what, `${this.run.task}, ${this.run.hand}`);
     setText(this.score, '');
     setText(this.news, '');
   }
 
-  /** While the pane is not seen nothing is drawn. */
+  /** Draws only while the pane is visible. */
   private drawn(message: Record<string, unknown>): void {
     this.newest = message;
     if (this.element.classList.contains('shown')) this.stage?.poses(message, performance.now());
@@ -87,14 +88,14 @@ export class LivePane {
 
   private scored(score: number): void {
     if (this.points !== null && score > this.points) {
-      this.excited = performance.now();
+      this.lastHighlight = performance.now();
       this.say(`+${points(score - this.points)}`);
     }
     this.points = score;
     setText(this.score, points(score));
   }
 
-  /** A word for some seconds. */
+  /** Shows a text for NEWS_MS. */
   private say(text: string): void {
     setText(this.news, text);
     window.clearTimeout(this.silence);
@@ -102,9 +103,9 @@ export class LivePane {
   }
 
   private noted(kinds: readonly string[]): void {
-    const thrill = kinds.findLast((kind) => THRILLS.has(kind));
-    if (thrill === undefined) return;
-    this.excited = performance.now();
-    if (thrill !== 'in_goal') this.say(thrill);
+    const highlight = kinds.findLast((kind) => HIGHLIGHTS.has(kind));
+    if (highlight === undefined) return;
+    this.lastHighlight = performance.now();
+    if (highlight !== 'in_goal') this.say(eventWords(highlight));
   }
 }

@@ -1,4 +1,4 @@
-/** The wall's panes but the live one: the ranking page by page, and the clocks of open sessions. Few things, in large type. */
+/** The wall's ranking pane, page by page, and its pane of session clocks, in large type. */
 import { clock, points } from '../ui/format';
 import { el, name, setText } from '../ui/elements';
 import type { Board } from './model';
@@ -10,7 +10,7 @@ import { marked } from './table';
 /** Teams on a page. */
 export const TEAMS = 8;
 
-/** A name with more characters is written smaller, on two lines. */
+/** A longer name is shown smaller, on two lines; characters. */
 const LONG = 30;
 
 /** The ranking, `TEAMS` at a time. */
@@ -21,7 +21,7 @@ export class RankingPane {
   private known = false;
   page = 0;
 
-  /** How many pages there are. */
+  /** Number of pages. */
   get count(): number {
     return pages(this.board.rows.length, TEAMS).length;
   }
@@ -34,7 +34,7 @@ export class RankingPane {
     this.turn(this.page);
   }
 
-  /** Shows a page, around the corner. */
+  /** Shows a page, cyclically. */
   turn(page: number): void {
     this.page = ((page % this.count) + this.count) % this.count;
     const [from, to] = pages(this.board.rows.length, TEAMS)[this.page] ?? [0, 0];
@@ -53,19 +53,19 @@ export class RankingPane {
   }
 }
 
-/** An open session as the wall shows it; s. */
+/** Clock of an open session; s. */
 export interface WallClock { id: string; team: string; left: number | null; paused: boolean }
 
-/** Most clocks at once. */
-const CLOCKS = 8;
+/** Maximum number of clocks. */
+const MAX_CLOCKS = 8;
 
 /** Clocks of open sessions. */
 export class ClocksPane {
   readonly element = el('section', { class: 'pane clocks', 'aria-label': 'Session clocks' });
 
   show(clocks: readonly WallClock[]): void {
-    const seen = [...clocks].sort((a, b) => (a.left ?? Infinity) - (b.left ?? Infinity)).slice(0, CLOCKS);
-    // Rebuilt only when others are shown; the time alone changes often.
+    const seen = [...clocks].sort((a, b) => (a.left ?? Infinity) - (b.left ?? Infinity)).slice(0, MAX_CLOCKS);
+    // Rebuilt only for other sessions: the time alone changes often.
     const signature = JSON.stringify(seen.map((one) => [one.id, one.team, one.paused]));
     if (this.element.dataset['shown'] !== signature) {
       this.element.dataset['shown'] = signature;

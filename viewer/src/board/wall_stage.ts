@@ -1,23 +1,23 @@
-/** The stage as the wall uses it: loaded when there is a world, so that the ranking stands before it. */
+/** The wall's stage. It is loaded with the first run, so that the ranking appears without waiting for it. */
 import { type Moment, POSE } from '../model/moment';
 import { sceneOf, type WireScene } from '../model/scene';
 import type { Stage } from '../render/stage';
 
-/** Draws messages of the watch socket. */
+/** Shows messages of the watch socket. */
 export interface StageLike { scene(message: Record<string, unknown>): void; poses(message: Record<string, unknown>, at: number): void }
 
-/** A stage in a place, or null where none can be drawn: without WebGL. `stage` is told when it is there. */
-export async function stageFor(place: HTMLElement, told: (stage: Stage) => void = () => undefined): Promise<StageLike | null> {
+/** Creates the stage, or null if that fails. `created` gets the stage. */
+export async function stageFor(place: HTMLElement, created: (stage: Stage) => void = () => undefined): Promise<StageLike | null> {
   let stage: Stage;
   try {
     const { Stage: Drawn } = await import('../render/stage');
     stage = new Drawn(place);
   } catch (error) {
-    console.warn('no world can be drawn here', error);
+    console.warn('the 3D view could not be created', error);
     return null;
   }
   stage.setOverlay('regions', true);
-  told(stage);
+  created(stage);
   return {
     scene(message) {
       stage.setScene(sceneOf(message as unknown as WireScene));
@@ -27,7 +27,7 @@ export async function stageFor(place: HTMLElement, told: (stage: Stage) => void 
   };
 }
 
-/** The message `poses`, whose poses are lists of seven, as a moment. */
+/** Converts the message `poses`, whose poses are lists of seven numbers. */
 export function momentOf(message: Record<string, unknown>): Moment {
   const lists = message['poses'] as number[][];
   const poses = new Float32Array(lists.length * POSE);

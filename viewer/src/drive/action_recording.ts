@@ -1,8 +1,8 @@
-/** What was sent in one run, tick by tick, as changes: enough to send the same again. */
+/** The actions of one run as changes, sufficient to send the same again. */
 import type { RunEvent } from '../net/watch';
 import type { Action, RunInfo, Push, Result } from './messages';
 
-/** A change and for how many ticks nothing else changed; a push begins with the tick that follows; a gap was not recorded. */
+/** A step: changed targets, kept for `ticks`. A push begins with the next tick. A gap was not recorded. */
 export type Entry =
   | { kind: 'step'; ticks: number; action: Action }
   | { kind: 'push'; push: Push }
@@ -11,23 +11,23 @@ export type Entry =
 export class ActionRecording {
   readonly entries: Entry[] = [];
   readonly events: (RunEvent & { name: string | null })[] = [];
-  /** Ticks of the run so far. */
+  /** Ticks of the run up to now. */
   ticks = 0;
   score = 0;
-  /** How the run ended; null while it goes on, or when the connection broke. */
+  /** Result of the run; null while it continues, or after a lost connection. */
   result: Result | null = null;
-  /** The targets as they stand. */
-  private readonly standing: Action = {};
+  /** The current targets. */
+  private readonly targets: Action = {};
   private on = true;
 
-  /** `team`: the name under which it was driven. */
+  /** `team`: the name in the session. */
   constructor(readonly run: RunInfo, readonly team: string, readonly begun: Date) {}
 
   get recording(): boolean {
     return this.on;
   }
 
-  /** Whether playing it again gives the same run: nothing is left out. */
+  /** Whether the recording has no gaps, so that it replays to the same run. */
   get whole(): boolean {
     return this.entries.every((entry) => entry.kind !== 'gap');
   }
@@ -36,15 +36,15 @@ export class ActionRecording {
     return this.entries.some((entry) => entry.kind === 'push');
   }
 
-  /** Switches recording; what stands when it goes on again is written down then. */
+  /** Switches recording on or off; when it resumes it records the current targets. */
   record(on: boolean): void {
-    if (on && !this.on) this.entries.push({ kind: 'step', ticks: 0, action: { ...this.standing } });
+    if (on && !this.on) this.entries.push({ kind: 'step', ticks: 0, action: { ...this.targets } });
     this.on = on;
   }
 
-  /** A step of `ticks` that was made, with the changes it carried. */
+  /** Records a step of `ticks` with its changed targets. */
   step(ticks: number, action: Action): void {
-    Object.assign(this.standing, action);
+    Object.assign(this.targets, action);
     this.ticks += ticks;
     const last = this.entries.at(-1);
     if (!this.on) {
@@ -58,7 +58,7 @@ export class ActionRecording {
     }
   }
 
-  /** A push that the server took. */
+  /** Records a push that the server accepted. */
   push(push: Push): void {
     if (this.on) this.entries.push({ kind: 'push', push });
   }

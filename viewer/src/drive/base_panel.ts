@@ -1,43 +1,43 @@
-/** How the base is moved: along which axes, how fast, by which keys, and with which gamepad. */
+/** Panel for moving the base: axes, speed, keys and gamepad. */
 import { el, setText } from '../ui/elements';
 import { keyList } from './keys';
 import type { Spec } from './messages';
 import type { FrameName } from './motion';
 
-/** Keys and sticks go at this share of what the server allows, at first. */
-const SHARE = 0.2;
+/** Initial speed of keys and sticks, as a share of the server's limit. */
+const INITIAL_SHARE = 0.2;
 
 export class BasePanel {
   readonly element: HTMLElement;
   private readonly frames = el('select', { id: 'axes' },
-    el('option', { value: 'view' }, 'as the camera looks'), el('option', { value: 'world' }, 'of the world'), el('option', { value: 'hand' }, 'of the hand'));
-  private readonly speed = el('input', { type: 'range', id: 'speed', min: 0.02, max: 1, step: 0.02, value: SHARE });
+    el('option', { value: 'view' }, 'of the camera'), el('option', { value: 'world' }, 'of the world'), el('option', { value: 'hand' }, 'of the hand'));
+  private readonly speed = el('input', { type: 'range', id: 'speed', min: 0.02, max: 1, step: 0.02, value: INITIAL_SHARE });
   private readonly speedShown = el('output', { for: 'speed' });
   private readonly keysOn = el('input', { type: 'checkbox', id: 'keys-on', checked: true });
-  private readonly pad = el('p', { class: 'hint', role: 'status' }, 'No gamepad: press one of its buttons.');
-  private linearMost = 0;
-  private angularMost = 0;
+  private readonly pad = el('p', { class: 'hint', role: 'status' }, 'No gamepad yet: press one of its buttons.');
+  private maxLinear = 0;
+  private maxAngular = 0;
 
-  /** `changed` is told when axes change; `keys` whether keys drive. */
+  /** `changed` gets the new axes; `keys` whether keys move the hand. */
   constructor(changed: (frame: FrameName) => void, keys: (on: boolean) => void) {
     this.frames.addEventListener('change', () => { changed(this.frame); });
     this.keysOn.addEventListener('change', () => { keys(this.keysOn.checked); });
     this.speed.addEventListener('input', () => { this.write(); });
     this.element = el('details', { class: 'panel', open: true }, el('summary', {}, 'Move the hand'),
-      el('p', { class: 'hint' }, 'Drag the handles in the picture, hold keys, or take a gamepad.'),
+      el('p', { class: 'hint' }, 'Drag the handles in the image, hold keys, or use a gamepad.'),
       el('div', { class: 'field' }, el('label', { for: 'axes' }, 'Axes'), this.frames),
       el('div', { class: 'slider' }, el('label', { for: 'speed' }, 'Speed'), this.speed, this.speedShown),
-      el('div', { class: 'check' }, this.keysOn, el('label', { for: 'keys-on' }, 'Keys drive the hand')),
+      el('div', { class: 'check' }, this.keysOn, el('label', { for: 'keys-on' }, 'Keys move the hand')),
       keyList(),
       el('h2', {}, 'Gamepad'), this.pad,
-      el('p', { class: 'hint' }, 'Left stick moves; right stick lifts and turns; shoulders roll; the cross tips; triggers close and open the motors; start pauses.'));
+      el('p', { class: 'hint' }, 'Left stick: move. Right stick: lift and turn. Shoulder buttons: roll. D-pad: tilt. Triggers: close and open the motors. Start: pause.'));
     this.write();
   }
 
-  /** The server's limits of speed, m/s and rad/s. */
+  /** Sets the server's speed limits, m/s and rad/s. */
   limit(linear: Spec | undefined, angular: Spec | undefined): void {
-    this.linearMost = linear?.maximum ?? 0;
-    this.angularMost = angular?.maximum ?? 0;
+    this.maxLinear = linear?.maximum ?? 0;
+    this.maxAngular = angular?.maximum ?? 0;
     this.write();
   }
 
@@ -47,19 +47,19 @@ export class BasePanel {
 
   /** m/s at full deflection. */
   get linear(): number {
-    return this.speed.valueAsNumber * this.linearMost;
+    return this.speed.valueAsNumber * this.maxLinear;
   }
 
   /** rad/s at full deflection. */
   get angular(): number {
-    return this.speed.valueAsNumber * this.angularMost;
+    return this.speed.valueAsNumber * this.maxAngular;
   }
 
   gamepad(name: string | null): void {
-    setText(this.pad, name ?? 'No gamepad: press one of its buttons.');
+    setText(this.pad, name ?? 'No gamepad yet: press one of its buttons.');
   }
 
   private write(): void {
-    setText(this.speedShown, this.linearMost > 0 ? `${this.linear.toFixed(2)} m/s` : `${Math.round(100 * this.speed.valueAsNumber)} %`);
+    setText(this.speedShown, this.maxLinear > 0 ? `${this.linear.toFixed(2)} m/s` : `${Math.round(100 * this.speed.valueAsNumber)} %`);
   }
 }

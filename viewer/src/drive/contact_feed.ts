@@ -1,9 +1,9 @@
-/** What only spectators are told: contacts with the use of their friction cones. The watch socket is open while somebody wants it. */
+/** Contacts of the run. Only the watch socket sends them; it is open while they are wanted. */
 import type { Contact } from '../model/moment';
 import { WatchSocket } from '../net/watch';
 
 export class ContactFeed {
-  /** Of the newest frame; undefined while nobody watches. */
+  /** Contacts of the newest frame; undefined while they are not wanted. */
   contacts: Contact[] | undefined;
   private socket: WatchSocket | null = null;
   private run: string | null = null;
@@ -14,7 +14,7 @@ export class ContactFeed {
     this.open();
   }
 
-  /** The run that is driven; null for none. */
+  /** Sets the run; null for none. */
   follow(run: string | null): void {
     this.run = run;
     this.open();

@@ -1,57 +1,57 @@
-/** The control socket: one request, one reply, in order. The page greets, opens runs and steps by nothing else. */
+/** The control socket: one reply to each request, in order. */
 
-/** What the server refuses, in its own words. */
+/** A refused request, with the server's message. */
 export class ControlError extends Error {
   constructor(message: string, readonly code: string) {
     super(message);
   }
 }
 
-/** The connection is gone, and with it the session's open run. */
+/** The connection is lost, and with it the session's open run. */
 export class ConnectionLost extends Error {}
 
 interface Reply { op: string; id?: number; code?: string; message?: string; fatal?: boolean }
 interface Waiting { resolve(reply: unknown): void; reject(error: Error): void }
 
 export class ControlSocket {
-  /** Told when the connection ends without being asked to; called once. */
+  /** Called once, if the connection ends unexpectedly. */
   onLost: (why: string) => void = () => undefined;
-  /** Told of messages that answer nothing: warnings, and the result of a run that the server closed. */
-  onTold: (message: Reply) => void = () => undefined;
+  /** Called for messages that are no replies: warnings, and the result of a run that the server ended. */
+  onMessage: (message: Reply) => void = () => undefined;
   private readonly waiting = new Map<number, Waiting>();
   private id = 0;
   private over = false;
-  /** What the server said before it hung up. */
+  /** The server's last error before it closed the connection. */
   private last = '';
 
   private constructor(private readonly socket: WebSocket) {
     socket.onmessage = (event: MessageEvent<string>) => { this.take(JSON.parse(event.data) as Reply); };
-    socket.onclose = (event) => { this.ended(this.last || event.reason || 'The connection to the server broke.'); };
+    socket.onclose = (event) => { this.ended(this.last || event.reason || 'The connection to the server was lost.'); };
   }
 
-  /** Connects. The token, if any, goes along as a subprotocol: a page cannot send headers with a socket. */
+  /** Connects. The token, if any, is sent as a subprotocol, since a page cannot send headers with a socket. */
   static open(token: string | null): Promise<ControlSocket> {
     const address = new URL('/v1/control', location.href);
     address.protocol = address.protocol.replace('http', 'ws');
     const socket = new WebSocket(address, token ? ['palmares.v1.json', `palmares.token.${token}`] : ['palmares.v1.json']);
     return new Promise((resolve, reject) => {
       socket.onopen = () => { resolve(new ControlSocket(socket)); };
-      // A browser does not tell why a handshake was refused.
-      socket.onerror = () => { reject(new ConnectionLost(token ? 'The server does not answer, or does not take this token.' : 'The server does not answer, or lets nobody in now.')); };
+      // A browser does not report why a handshake was refused.
+      socket.onerror = () => { reject(new ConnectionLost(token ? 'The server does not answer, or refuses this token.' : 'The server does not answer, or accepts no connections now.')); };
     });
   }
 
-  /** Sends a request; its reply, or the refusal. */
+  /** Sends a request and waits for its reply; throws `ControlError` if it is refused. */
   ask<T>(request: object): Promise<T> {
     return new Promise<T>((resolve, reject) => {
-      if (this.over) { reject(new ConnectionLost(this.last || 'The connection to the server broke.')); return; }
+      if (this.over) { reject(new ConnectionLost(this.last || 'The connection to the server was lost.')); return; }
       this.id += 1;
       this.waiting.set(this.id, { resolve: (reply) => { resolve(reply as T); }, reject });
       this.socket.send(JSON.stringify({ ...request, id: this.id }));
     });
   }
 
-  /** Says goodbye: an open run is stopped and scored by the server. */
+  /** Ends the session: the server stops and scores an open run. */
   close(): void {
     if (this.over) return;
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ op: 'bye', id: this.id + 1 }));
@@ -68,7 +68,7 @@ export class ControlSocket {
     } else if (waiting) {
       waiting.resolve(reply);
     } else {
-      this.onTold(reply);
+      this.onMessage(reply);
     }
     if (reply.id !== undefined) this.waiting.delete(reply.id);
   }

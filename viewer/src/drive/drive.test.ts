@@ -24,7 +24,7 @@ describe('the pace', () => {
     expect(ticks).toBeLessThanOrEqual(11);
   });
 
-  it('lends a tick to an input and takes it back', () => {
+  it('takes a tick early for an input, and one less later', () => {
     const pace = new Pace(10);
     expect(pace.due(0, 1, false)).toBe(1);
     expect(pace.due(4, 1, true)).toBe(1);
@@ -33,7 +33,7 @@ describe('the pace', () => {
     expect(pace.due(21, 1, false)).toBe(1);
   });
 
-  it('does not make up for a long absence, nor for a pause', () => {
+  it('does not catch up after a long gap or a pause', () => {
     const pace = new Pace(10);
     pace.due(0, 1, false);
     expect(pace.due(5000, 1, false)).toBe(10);
@@ -43,7 +43,7 @@ describe('the pace', () => {
 });
 
 describe('targets', () => {
-  it('are sent when they change, and only then', () => {
+  it('are sent only when they change', () => {
     const targets = new Targets([0]);
     expect(targets.changes()).toEqual({});
     targets.drive(held);
@@ -53,7 +53,7 @@ describe('targets', () => {
     expect(targets.changes()).toEqual({});
   });
 
-  it('push once, and for as long as somebody holds', () => {
+  it('push once, or while the arrow is held', () => {
     const targets = new Targets([0]);
     targets.push({ link: 'a', force: [1, 0, 0], torque: [0, 0, 0], duration_s: 2 });
     targets.held = () => ({ link: 'b', force: [0, 1, 0], torque: [0, 0, 0] });
@@ -63,7 +63,7 @@ describe('targets', () => {
 });
 
 describe('a recording', () => {
-  it('joins steps that change nothing', () => {
+  it('joins steps without changes', () => {
     const made = recording();
     made.step(2, {});
     made.step(1, { hand: [0.25] });
@@ -79,7 +79,7 @@ describe('a recording', () => {
     expect(made.ticks).toBe(9);
   });
 
-  it('says where it was off, and what stood when it went on', () => {
+  it('has gaps where it was off, and the targets at the end of a gap', () => {
     const made = recording();
     made.step(2, {});
     made.record(false);
@@ -94,7 +94,7 @@ describe('a recording', () => {
     expect(pythonOf(made)).toContain('DRIVEN = None');
   });
 
-  it('is a file of Python with the very numbers', () => {
+  it('becomes a Python file with exactly the same numbers', () => {
     const made = recording();
     made.step(7, { base: { position: [0.12345, -0.5, 0.75], quat_xyzw: [0, 1, 0, 0] }, hand: [0.1] });
     made.push({ link: 'tip', force: [0, 0, -2], torque: [1e-7, 0, 0], duration_s: 0.5 });
@@ -108,19 +108,19 @@ describe('a recording', () => {
   });
 });
 
-describe('what is pressed', () => {
-  it('goes where the camera looks, level with the ground', () => {
+describe('input', () => {
+  it('moves in the direction of the camera, parallel to the ground', () => {
     const { linear } = twistOf({ move: [0, 1, 0], turn: [0, 0, 0] }, 'view', [0, 2, 0.3], [0, 0, 0, 1], 0.5, 1);
     expect(linear).toEqual([-0.5, 0, 0]);
   });
 
-  it('goes along the hand', () => {
+  it('moves along the hand’s axes', () => {
     const { linear, angular } = twistOf({ move: [0, 0, 1], turn: [1, 0, 0] }, 'hand', [1, 0, 0], [0, 1, 0, 0], 0.5, 2);
     expect(linear).toEqual([0, 0, -0.5]);
     expect(angular).toEqual([-2, 0, 0]);
   });
 
-  it('of a gamepad leaves out what trembles', () => {
+  it('of a gamepad ignores small deflections', () => {
     const buttons = Array.from({ length: 17 }, (_, k) => ({ pressed: false, touched: false, value: k === 7 ? 0.5 : 0 }));
     const state = padState({ axes: [0.1, -1, 0, 0.05], buttons });
     expect(state.axes.move).toEqual([0, 1, 0]);

@@ -1,4 +1,4 @@
-/** One session at the control socket: opens runs, steps them in lockstep at the pace of the wall's clock, writes down what it sends. */
+/** One session on the control socket: opens runs, steps them in lockstep at the pace of the wall clock, records the actions. */
 import type { HandDescription } from '../model/hand';
 import { ControlSocket, ConnectionLost } from './control';
 import type { Latency } from './latency';
@@ -7,7 +7,7 @@ import { Pace } from './pace';
 import { ActionRecording } from './action_recording';
 import { Targets } from './targets';
 
-/** `closed`: no session; `over`: the run has ended, the session goes on. */
+/** `closed`: no session; `over`: the run has ended, the session continues. */
 export type RunPhase = 'closed' | 'opening' | 'running' | 'paused' | 'ending' | 'over';
 
 export interface DriverListener {
@@ -15,9 +15,9 @@ export interface DriverListener {
   opened(run: RunInfo, scene: ResetScene, first: Observation): void;
   observed(observation: Observation): void;
   ended(result: Result): void;
-  /** Something was refused, or the connection is gone: in the server's words where it has some. */
+  /** A request was refused, or the connection is lost; the server's message if there is one. */
   failed(message: string, lost: boolean): void;
-  /** What the server finds odd about the name. */
+  /** A note of the server about the name. */
   noted(message: string): void;
 }
 
@@ -28,17 +28,17 @@ export class Driver {
   welcome: Welcome | null = null;
   recording: ActionRecording | null = null;
   targets = new Targets([]);
-  /** Simulated seconds a second. */
+  /** Simulated seconds per second. */
   factor = 1;
   tick = 0;
   private socket: ControlSocket | null = null;
   private pace = new Pace(10);
   private run: RunInfo | null = null;
-  private flying: Promise<void> | null = null;
+  private inFlight: Promise<void> | null = null;
 
-  constructor(private readonly told: DriverListener, private readonly latency: Latency) {}
+  constructor(private readonly listener: DriverListener, private readonly latency: Latency) {}
 
-  /** Greets, and opens the first run. `hand`: description of the hand that is asked for. */
+  /** Connects, and opens the first run. `hand`: description of the hand. */
   async connect(team: string, token: string | null, task: string, hand: HandDescription, seed: number | null): Promise<void> {
     this.set('opening');
     try {
@@ -46,21 +46,21 @@ export class Driver {
       this.socket = socket;
       socket.onLost = (why) => { this.lost(why); };
       this.welcome = await socket.ask<Welcome>({ op: 'hello', client: { name: team, version: 'drive' } });
-      if (this.welcome.note) this.told.noted(this.welcome.note);
+      if (this.welcome.note) this.listener.noted(this.welcome.note);
     } catch (error) {
       this.disconnect();
-      this.told.failed(sentence(error), false);
+      this.listener.failed(sentence(error), false);
       return;
     }
     await this.reset(task, hand, seed);
   }
 
-  /** Opens a run; one that is open is stopped and scored first. Without a seed the server draws one. */
+  /** Opens a run; the open run is stopped and scored first. Without a seed the server chooses one. */
   async reset(task: string, hand: HandDescription, seed: number | null): Promise<void> {
     const { socket } = this;
     if (!socket) return;
     await this.finish();
-    await this.flying;
+    await this.inFlight;
     if (this.socket !== socket) return;
     this.set('opening');
     try {
@@ -71,12 +71,12 @@ export class Driver {
       this.pace = new Pace(1000 * first.run.tick_s);
       this.targets = new Targets(first.hand.actuators.map((actuator) => actuator.command));
       this.recording = new ActionRecording(first.run, this.welcome?.team ?? '', new Date());
-      this.told.opened(first.run, first.scene, first);
+      this.listener.opened(first.run, first.scene, first);
       this.set('running');
     } catch (error) {
       if (error instanceof ConnectionLost) return;
       this.set('over');
-      this.told.failed(sentence(error), false);
+      this.listener.failed(sentence(error), false);
     }
   }
 
@@ -86,23 +86,23 @@ export class Driver {
     this.set(on ? 'paused' : 'running');
   }
 
-  /** Makes one tick of a paused run. */
+  /** Steps a paused run by one tick. */
   single(): void {
-    if (this.phase === 'paused' && !this.flying) this.step(1);
+    if (this.phase === 'paused' && !this.inFlight) this.step(1);
   }
 
-  /** Makes the ticks that are due. Called with every frame, and when the driver does something. */
+  /** Steps the ticks that are due. Called with each frame and each input. */
   pump(): void {
-    if (this.phase !== 'running' || this.flying || !this.welcome) return;
+    if (this.phase !== 'running' || this.inFlight || !this.welcome) return;
     const ticks = this.pace.due(performance.now(), this.factor, this.latency.waiting);
     if (ticks > 0) this.step(Math.min(ticks, this.welcome.limits.repeat));
   }
 
-  /** Stops the run, whose objects settle and are counted. */
+  /** Stops the run: its objects settle and are counted. */
   async finish(): Promise<void> {
     if (this.phase !== 'running' && this.phase !== 'paused') return;
     this.set('ending');
-    await this.flying;
+    await this.inFlight;
     await this.stop();
   }
 
@@ -114,18 +114,18 @@ export class Driver {
   }
 
   private step(ticks: number): void {
-    this.flying = this.exchange(ticks).catch((error: unknown) => {
+    this.inFlight = this.exchange(ticks).catch((error: unknown) => {
       if (error instanceof ConnectionLost) return;
-      // Nothing has changed in the world; the driver decides what to do.
+      // The refused step changed nothing; the run is paused until the next input.
       this.pause(true);
-      this.told.failed(sentence(error), false);
+      this.listener.failed(sentence(error), false);
     }).finally(() => {
-      this.flying = null;
+      this.inFlight = null;
       if (this.latency.waiting) this.pump();
     });
   }
 
-  /** The pushes and the step that carries what has changed, sent in one go and answered in order. */
+  /** Sends the pushes and the step with the changed targets together; the replies come in order. */
   private async exchange(ticks: number): Promise<void> {
     const { socket, run, recording } = this;
     if (!socket || !run || !recording) return;
@@ -133,26 +133,26 @@ export class Driver {
     const action = this.targets.changes();
     const pushes = this.targets.pushes(ticks * run.tick_s).map((push) => [push, this.perturb(socket, push)] as const);
     const stepped = socket.ask<Observation>({ op: 'step', tick: this.tick, repeat: ticks, action });
-    // Whoever fails first is waited for in order; none of them may fail unheard.
+    // The pushes are awaited first: without this the step's error could be an unhandled rejection.
     stepped.catch(() => undefined);
     for (const [push, taken] of pushes) if (await taken) recording.push(push);
     const observation = await stepped;
     recording.step(observation.tick - this.tick, action);
     recording.score = observation.score;
     this.tick = observation.tick;
-    this.told.observed(observation);
+    this.listener.observed(observation);
     this.latency.answered(input);
     if (observation.terminated || observation.truncated) await this.stop();
   }
 
-  /** Whether the server took a push. */
+  /** Sends a push; returns whether the server accepted it. */
   private async perturb(socket: ControlSocket, push: Push): Promise<boolean> {
     const { link, force, torque, duration_s } = push;
     try {
       await socket.ask<Ack>({ op: 'perturb', link, wrench: { force, torque }, duration_s });
       return true;
     } catch (error) {
-      if (!(error instanceof ConnectionLost)) this.told.failed(sentence(error), false);
+      if (!(error instanceof ConnectionLost)) this.listener.failed(sentence(error), false);
       return false;
     }
   }
@@ -164,22 +164,22 @@ export class Driver {
       if (!result) return;
       if (this.recording) this.recording.result = result;
       this.set('over');
-      this.told.ended(result);
+      this.listener.ended(result);
     } catch (error) {
       if (error instanceof ConnectionLost) return;
       this.set('over');
-      this.told.failed(sentence(error), false);
+      this.listener.failed(sentence(error), false);
     }
   }
 
   private lost(why: string): void {
     this.socket = null;
     this.set('closed');
-    this.told.failed(why, true);
+    this.listener.failed(why, true);
   }
 
   private set(phase: RunPhase): void {
     this.phase = phase;
-    this.told.phase(phase);
+    this.listener.phase(phase);
   }
 }

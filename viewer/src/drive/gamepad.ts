@@ -1,23 +1,23 @@
-/** A gamepad with the standard layout: sticks move and turn the base, triggers close and open the motors. */
+/** Gamepads with the standard layout: sticks move and turn the base, triggers close and open the motors. */
 import type { Axes } from './motion';
 
-/** Sticks that stand nearly still stand still. */
-const DEAD = 0.15;
+/** Dead zone of the sticks. */
+const DEAD_ZONE = 0.15;
 
 export interface PadState { axes: Axes; closing: number; pause: boolean }
 
-const live = (value: number | undefined): number => {
+const withDeadZone = (value: number | undefined): number => {
   const size = Math.abs(value ?? 0);
-  return size < DEAD ? 0 : Math.sign(value ?? 0) * ((size - DEAD) / (1 - DEAD));
+  return size < DEAD_ZONE ? 0 : Math.sign(value ?? 0) * ((size - DEAD_ZONE) / (1 - DEAD_ZONE));
 };
 
-/** What a gamepad says: left stick moves, right stick lifts and turns, shoulders roll, the cross tips, triggers close and open. */
+/** The state of a gamepad: left stick moves, right stick lifts and turns, shoulders roll, D-pad tilts, triggers close and open. */
 export function padState(pad: Pick<Gamepad, 'axes' | 'buttons'>): PadState {
   const held = (k: number): number => pad.buttons[k]?.value ?? 0;
   return {
     axes: {
-      move: [live(pad.axes[0]), 0 - live(pad.axes[1]), 0 - live(pad.axes[3])],
-      turn: [held(13) - held(12), held(5) - held(4), 0 - live(pad.axes[2])],
+      move: [withDeadZone(pad.axes[0]), 0 - withDeadZone(pad.axes[1]), 0 - withDeadZone(pad.axes[3])],
+      turn: [held(13) - held(12), held(5) - held(4), 0 - withDeadZone(pad.axes[2])],
     },
     closing: held(7) - held(6),
     pause: held(9) > 0.5,
@@ -32,7 +32,7 @@ export class GamepadReader {
   private stamp = 0;
   private paused = false;
 
-  /** The first gamepad there is; `fresh`: something on it has moved since the last time; `pause`: start has been pressed. */
+  /** Reads the first gamepad; `fresh`: it has changed since the last call; `pause`: start was pressed. */
   read(): { state: PadState; fresh: boolean; pause: boolean } | null {
     const pad = navigator.getGamepads().find((one) => one?.connected);
     this.name = pad?.id ?? null;

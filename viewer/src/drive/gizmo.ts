@@ -1,15 +1,15 @@
-/** Handles at the hand's base that the mouse or a finger drags: they say where the base shall go. */
+/** Handles at the hand's base: dragging them sets the target pose of the base. */
 import { Object3D } from 'three';
 import { TransformControls } from 'three/addons/controls/TransformControls.js';
 import type { Quat, Vec3 } from '../model/scene';
 import type { Stage } from '../render/stage';
 import type { Spec } from './messages';
 
-/** Share of the picture's height that the handles take. */
+/** Size of the handles, as a share of the image's height. */
 const SIZE = 0.7;
-/** Of the axes x, y and z, as where frames are drawn, and of what the pointer is at. */
+/** Colours of the axes x, y and z, as for frames, and of the handle under the pointer. */
 const COLOURS = ['#d55e00', '#009e73', '#0072b2', '#f0e442'] as const;
-/** Digits that are sent: 0.01 mm, and about 0.0001 rad. */
+/** Rounds to 1 / `by`, so that sent numbers are short: 0.01 mm, and about 0.0001 rad. */
 const rounded = (x: number, by: number): number => Math.round(x * by) / by + 0;
 
 export class Gizmo {
@@ -17,13 +17,13 @@ export class Gizmo {
   private readonly controls: TransformControls;
   private readonly limits: [number, number][] = [];
 
-  /** `moved` is told of each change, at the time of the event that made it (ms of `performance.now`). */
+  /** `moved` gets each change, with the time of its event (ms of `performance.now`). */
   constructor(private readonly stage: Stage, moved: (position: Vec3, quat: Quat, at: number) => void) {
     this.controls = new TransformControls(stage.camera, stage.renderer.domElement);
     this.controls.setSize(SIZE);
     this.controls.setColors(...COLOURS);
     stage.three.add(this.place, this.controls.getHelper());
-    // The event is told of the drag before the page is told what it changed.
+    // In the capture phase: before `objectChange`, which needs the event's time.
     let at = performance.now();
     stage.renderer.domElement.addEventListener('pointermove', (event) => { at = event.timeStamp; }, { capture: true });
     this.controls.addEventListener('change', () => { stage.touch(); });
@@ -38,20 +38,20 @@ export class Gizmo {
     this.show(null);
   }
 
-  /** Room that the base may use, as the server tells it. */
+  /** Sets the server's limits of the base's position. */
   limit(spec: Spec | undefined): void {
     this.limits.length = 0;
     if (spec && spec.minimum !== null && spec.maximum !== null) this.limits.push(...Array.from({ length: 3 }, (): [number, number] => [spec.minimum ?? 0, spec.maximum ?? 0]));
   }
 
-  /** Handles to move, to turn, or none. */
+  /** Shows the handles for moving, for turning, or none. */
   show(mode: 'translate' | 'rotate' | null): void {
     if (mode) this.controls.attach(this.place).setMode(mode);
     else this.controls.detach();
     this.stage.touch();
   }
 
-  /** Along the world's axes, or the hand's own. */
+  /** Aligns the handles with the world or with the hand. */
   along(space: 'world' | 'local'): void {
     this.controls.setSpace(space);
   }
@@ -60,7 +60,7 @@ export class Gizmo {
     return this.controls.dragging;
   }
 
-  /** Puts the handles where the base is, or shall go. */
+  /** Moves the handles to the base's pose or target. */
   put(position: Vec3, quat: Quat): void {
     if (this.controls.dragging) return;
     this.place.position.set(...position);

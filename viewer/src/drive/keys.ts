@@ -1,8 +1,8 @@
-/** Keys that drive: which key does what, and which are down now. */
+/** Keyboard control: the meaning of the keys, and the keys that are down. */
 import { el } from '../ui/elements';
 import type { Axes } from './motion';
 
-/** Keys by where they are on the keyboard: [code, which of move or turn, axis, way]. */
+/** Keys by physical position: [code, move or turn, axis, sign]. */
 const AXES: readonly (readonly [string, 'move' | 'turn', 0 | 1 | 2, 1 | -1])[] = [
   ['KeyD', 'move', 0, 1], ['KeyA', 'move', 0, -1], ['KeyW', 'move', 1, 1], ['KeyS', 'move', 1, -1], ['KeyE', 'move', 2, 1], ['KeyQ', 'move', 2, -1],
   ['KeyK', 'turn', 0, 1], ['KeyI', 'turn', 0, -1], ['KeyO', 'turn', 1, 1], ['KeyU', 'turn', 1, -1], ['KeyJ', 'turn', 2, 1], ['KeyL', 'turn', 2, -1],
@@ -11,19 +11,19 @@ const CLOSE = 'KeyX';
 const OPEN = 'KeyZ';
 const HELD = new Set([...AXES.map(([code]) => code), CLOSE, OPEN]);
 
-/** The list that is shown. */
+/** The list in the page. */
 const WORDS: readonly (readonly [string[], string])[] = [
   [['W', 'S'], 'forward, back'], [['A', 'D'], 'left, right'], [['Q', 'E'], 'down, up'],
-  [['I', 'K'], 'tip forward, back'], [['J', 'L'], 'turn left, right'], [['U', 'O'], 'roll left, right'],
-  [['X', 'Z'], 'close, open all motors'], [['Space'], 'pause, go on'], [['.'], 'single step, while paused'],
+  [['I', 'K'], 'tilt forward, back'], [['J', 'L'], 'turn left, right'], [['U', 'O'], 'roll left, right'],
+  [['X', 'Z'], 'close, open all motors'], [['Space'], 'pause, resume'], [['.'], 'single step, while paused'],
   [['1', '2', '3'], 'move, turn, push with the mouse'],
 ];
 
-/** What a key does once. */
+/** Action of a single key press. */
 export type Command = 'pause' | 'step' | 'move' | 'turn' | 'push';
 const COMMANDS: Record<string, Command> = { Space: 'pause', Period: 'step', Digit1: 'move', Digit2: 'turn', Digit3: 'push' };
 
-/** Whether a key belongs to what has the focus: text fields keep all of theirs, buttons and boxes the space bar. */
+/** Whether the focused element uses the key: text fields use all keys, buttons and check boxes the space bar. */
 export function keptBy(target: EventTarget | null, code: string): boolean {
   if (!(target instanceof Element)) return false;
   if (target.closest('dialog[open], textarea, select, [contenteditable]')) return true;
@@ -33,11 +33,11 @@ export function keptBy(target: EventTarget | null, code: string): boolean {
 }
 
 export class Keys {
-  /** Whether keys drive at all. */
+  /** Whether keys move the hand. */
   on = true;
   private readonly down = new Set<string>();
 
-  /** `changed` is told when a key that is held goes down or up, at its time in ms of `performance.now`. */
+  /** `changed` is called when a movement key goes down or up, with its time in ms of `performance.now`. */
   constructor(private readonly changed: (at: number) => void, command: (what: Command) => void) {
     window.addEventListener('keydown', (event) => {
       if (!this.on || event.ctrlKey || event.metaKey || event.altKey || keptBy(event.target, event.code)) return;
@@ -53,7 +53,7 @@ export class Keys {
       }
     });
     window.addEventListener('keyup', (event) => { if (this.down.delete(event.code)) this.changed(event.timeStamp); });
-    // Whoever looks elsewhere holds nothing.
+    // Without focus the page misses key-up events.
     const release = (): void => { this.release(); };
     window.addEventListener('blur', release);
     document.addEventListener('visibilitychange', release);
@@ -78,7 +78,7 @@ export class Keys {
   }
 }
 
-/** What the keys do, to be read. */
+/** A list of the keys and their actions. */
 export function keyList(): HTMLElement {
   return el('dl', { class: 'keys' }, ...WORDS.flatMap(([keys, words]) => [
     el('dt', {}, ...keys.flatMap((key, k) => [k > 0 ? ' ' : null, el('kbd', {}, key)])), el('dd', {}, words)]));

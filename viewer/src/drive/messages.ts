@@ -1,17 +1,17 @@
-/** Messages of the control socket as the page sends and reads them: docs/protocol.md describes them. SI units. */
+/** Messages of the control socket, as far as the page uses them; docs/protocol.md describes them. SI units. */
 import type { Quat, Vec3 } from '../model/scene';
 import type { Shape } from '../model/shape';
 import type { RunEvent } from '../net/watch';
 
 export interface PoseTarget { position: Vec3; quat_xyzw: Quat }
-/** What the base is told: a pose to go to, or a velocity to keep. */
+/** A target of the base: a pose, or a velocity to keep. */
 export type BaseTarget = PoseTarget | { linear: Vec3; angular: Vec3 };
-/** What changes with a step; what is left out keeps its last target. */
+/** Changed targets of a step; omitted targets stay as they are. */
 export interface Action { base?: BaseTarget; hand?: number[] }
-/** A wrench about a link's origin, in the world's frame: N, N·m. */
+/** A wrench on a link, about its origin, world frame: N, N·m. */
 export interface Push { link: string; force: Vec3; torque: Vec3; duration_s: number }
 
-/** One number of an action, with its limits. */
+/** A component of an action, with its limits. */
 export interface Spec { name: string; unit: string; minimum: number | null; maximum: number | null }
 export interface TaskInfo { name: string; description: string; tick_s: number; time_limit_s: number }
 export interface HandInfo { name: string; description: string; motors: string[]; joints: string[] }

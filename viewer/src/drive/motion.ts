@@ -1,10 +1,10 @@
-/** From what is pressed and pushed to velocities of the base. */
+/** Converts the deflection of keys and sticks to a velocity of the base. */
 import { turned } from '../model/pose';
 import type { Quat, Vec3 } from '../model/scene';
 
-/** How far in each direction, −1 to 1: right, forward, up; and turns about these. */
+/** Deflection from −1 to 1: movement right, forward, up; rotation about these axes. */
 export interface Axes { move: Vec3; turn: Vec3 }
-/** Along what the directions are: as the camera looks, the world's axes, or the hand's own. */
+/** The frame of the directions: camera, world or hand. */
 export type FrameName = 'view' | 'world' | 'hand';
 /** m/s and rad/s. */
 export interface Twist { linear: Vec3; angular: Vec3 }
@@ -13,11 +13,11 @@ export const STILL: Axes = { move: [0, 0, 0], turn: [0, 0, 0] };
 
 const clamped = (x: number): number => Math.min(Math.max(x, -1), 1);
 const sum = (a: Vec3, b: Vec3): Vec3 => [clamped(a[0] + b[0]), clamped(a[1] + b[1]), clamped(a[2] + b[2])];
-/** Few digits, so that what is sent and written down is short: 0.1 mm/s, 0.0001 rad/s. */
+/** Rounds, so that sent and recorded numbers are short: 0.1 mm/s, 0.0001 rad/s. */
 const short = (v: Vec3): Vec3 => [Math.round(v[0] * 1e4) / 1e4 + 0, Math.round(v[1] * 1e4) / 1e4 + 0, Math.round(v[2] * 1e4) / 1e4 + 0];
 
-/** Keys and sticks together. */
-export function together(a: Axes, b: Axes): Axes {
+/** The sum of keys and sticks. */
+export function sumOf(a: Axes, b: Axes): Axes {
   return { move: sum(a.move, b.move), turn: sum(a.turn, b.turn) };
 }
 
@@ -25,7 +25,7 @@ export function isStill(axes: Axes): boolean {
   return [...axes.move, ...axes.turn].every((x) => x === 0);
 }
 
-/** A direction of the axes in the world; `right` is where the camera's right is. */
+/** A direction from its frame to the world; `right` is the camera's right. */
 function inWorld(v: Vec3, frame: FrameName, right: Vec3, hand: Quat): Vec3 {
   if (frame === 'hand') return turned(hand, v);
   if (frame === 'world') return v;
@@ -34,7 +34,7 @@ function inWorld(v: Vec3, frame: FrameName, right: Vec3, hand: Quat): Vec3 {
   return [c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]];
 }
 
-/** The velocity that the axes ask for; `linear` (m/s) and `angular` (rad/s) are those of a full deflection. */
+/** The velocity for a deflection; `linear` (m/s) and `angular` (rad/s) are the values at full deflection. */
 export function twistOf(axes: Axes, frame: FrameName, right: Vec3, hand: Quat, linear: number, angular: number): Twist {
   const move = inWorld(axes.move, frame, right, hand);
   const turn = inWorld(axes.turn, frame, right, hand);

@@ -1,52 +1,52 @@
-/** A slider for each motor, and what the motor does. */
+/** A slider for each motor, with its reached position and tension. */
 import { el, name, setText } from '../ui/elements';
 import type { Actuator, Spec } from './messages';
 
-/** What is sent has three digits. */
+/** Sent values have three decimals. */
 const DIGITS = 1000;
 
-interface Row { slider: HTMLInputElement; asked: HTMLOutputElement; does: HTMLElement }
+interface Row { slider: HTMLInputElement; target: HTMLOutputElement; state: HTMLElement }
 
 export class Motors {
   readonly element = el('section', { class: 'panel', hidden: true });
   private rows: Row[] = [];
 
-  /** `closed` is told how far each motor shall be closed, at the time of the input (ms of `performance.now`). */
+  /** `closed` gets the target of each motor, with the time of the input (ms of `performance.now`). */
   constructor(private readonly closed: (hand: number[], at: number) => void) {}
 
-  /** Sliders for these motors, with the server's limits. */
+  /** Shows sliders for these motors, with the server's limits. */
   offer(motors: readonly Actuator[], spec: Spec | undefined): void {
     const [least, most] = [spec?.minimum ?? 0, spec?.maximum ?? 1];
     this.rows = motors.map((motor, k): Row => {
       const slider = el('input', { type: 'range', id: `motor-${k}`, min: least, max: most, step: 'any', value: motor.command });
-      const row = { slider, asked: el('output', { for: `motor-${k}` }), does: el('p', { class: 'hint num' }) };
-      slider.addEventListener('input', (event) => { this.told(event.timeStamp); });
+      const row = { slider, target: el('output', { for: `motor-${k}` }), state: el('p', { class: 'hint num' }) };
+      slider.addEventListener('input', (event) => { this.changed(event.timeStamp); });
       return row;
     });
     const all = (value: number) => (event: Event): void => {
       for (const row of this.rows) row.slider.value = String(value);
-      this.told(event.timeStamp);
+      this.changed(event.timeStamp);
     };
     this.element.hidden = motors.length === 0;
     this.element.replaceChildren(el('h2', {}, 'Motors: 0 open, 1 closed'),
       ...this.rows.flatMap((row, k) => [
-        el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, name(motors[k]?.name ?? '')), row.slider, row.asked), row.does]),
+        el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, name(motors[k]?.name ?? '')), row.slider, row.target), row.state]),
       el('div', { class: 'row' }, el('button', { type: 'button', class: 'small', on: { click: all(least) } }, 'Open all'), el('button', { type: 'button', class: 'small', on: { click: all(most) } }, 'Close all')));
     this.write();
   }
 
-  /** Closes (or opens) all by as much, as keys and triggers do; how far each is to be closed then. */
+  /** Closes (or opens) all motors by the same amount, for keys and triggers; returns the new targets. */
   close(by: number): number[] {
     for (const row of this.rows) row.slider.valueAsNumber += by;
     this.write();
     return this.values();
   }
 
-  /** What the motors have reached and the tension they feel, in the tendon's own unit. */
+  /** Shows reached positions and tensions, in the tendon's own unit. */
   show(motors: readonly Actuator[]): void {
     motors.forEach((motor, k) => {
       const row = this.rows[k];
-      if (row) setText(row.does, `reached ${motor.position.toFixed(2)}, tension ${motor.tension.toPrecision(3)}`);
+      if (row) setText(row.state, `reached ${motor.position.toFixed(2)}, tension ${motor.tension.toPrecision(3)}`);
     });
   }
 
@@ -54,12 +54,12 @@ export class Motors {
     return this.rows.map((row) => Math.round(row.slider.valueAsNumber * DIGITS) / DIGITS);
   }
 
-  private told(at: number): void {
+  private changed(at: number): void {
     this.write();
     this.closed(this.values(), at);
   }
 
   private write(): void {
-    for (const row of this.rows) setText(row.asked, row.slider.valueAsNumber.toFixed(2));
+    for (const row of this.rows) setText(row.target, row.slider.valueAsNumber.toFixed(2));
   }
 }

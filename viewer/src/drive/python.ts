@@ -1,12 +1,12 @@
-/** A recording as a controller in Python, which the client of client-py runs: the start of a program of one's own. */
+/** Writes a recording as a Python program for the client in client-py, as a start for one's own controller. */
 import { printable } from '../ui/format';
 import type { Action } from './messages';
 import type { Entry, ActionRecording } from './action_recording';
 
-/** Text and numbers as Python writes them: JSON is that, for strings and finite numbers. */
+/** A Python literal: for strings and finite numbers it equals JSON. */
 const literal = (value: unknown): string => JSON.stringify(value);
 const tuple = (values: readonly number[]): string => `(${values.map(literal).join(', ')}${values.length === 1 ? ',' : ''})`;
-/** Text within a comment or a docstring. */
+/** Text for a comment or docstring. */
 const plain = (text: string): string => printable(text).replaceAll('\\', '/').replaceAll('"', "'");
 
 function baseOf(action: Action): string {
@@ -23,7 +23,7 @@ function lineOf(entry: Entry): string {
   }
 }
 
-/** The lines of ACTIONS, with a comment where something happened. */
+/** The lines of ACTIONS, with events as comments. */
 function actionLines(recording: ActionRecording): string[] {
   const lines: string[] = [];
   let tick = 0;
@@ -39,19 +39,19 @@ function actionLines(recording: ActionRecording): string[] {
   return lines;
 }
 
-/** What the file says of the run that it came from. */
-function told(recording: ActionRecording): { docs: string[]; driven: string } {
+/** The docstring, and the result of the recorded run. */
+function describe(recording: ActionRecording): { docs: string[]; driven: string } {
   const { result, run } = recording;
   const docs = [
     `Driven by hand: task ${plain(run.task)}, hand ${plain(run.hand)}, seed ${run.seed}, ${recording.ticks} ticks of ${run.tick_s} s.`,
     '',
     '    python driven.py --url http://127.0.0.1:8080',
     '',
-    'It sends to a practice server what was sent then, number by number, and the run ends as it did.',
+    'It sends the same numbers to a practice server, and the run ends in the same state.',
   ];
-  if (recording.pushed) docs.push('The hand was pushed (Push): only practice servers take that.');
-  if (!recording.whole) docs.push('Recording was off for a while, so this run is another than the one that was driven.');
-  if (!result) docs.push('The run was not finished when this was saved: what it scores is not known.');
+  if (recording.pushed) docs.push('The hand was pushed (Push): only practice servers allow this.');
+  if (!recording.whole) docs.push('Recording was off for a while, so this run differs from the one that was driven.');
+  if (!result) docs.push('The run was not finished when this was saved: its score is unknown.');
   const known = result && recording.whole;
   return { docs, driven: known ? `{"ticks": ${result.ticks}, "score": ${literal(result.score)}, "state_hash": ${literal(result.state_hash)}}` : 'None' };
 }
@@ -59,11 +59,11 @@ function told(recording: ActionRecording): { docs: string[]; driven: string } {
 /** The whole file. */
 export function pythonOf(recording: ActionRecording): string {
   const { run } = recording;
-  const { docs, driven } = told(recording);
+  const { docs, driven } = describe(recording);
   return `"""${docs.join('\n')}
 
-Where to begin: ACTIONS is what was done. Change a line, take some out, or repeat some in a loop of your own.
-Then let decide() look at each observation and say what comes next, instead of reading from the list.
+How to start: ACTIONS has the recorded actions. Change a line, remove some, or repeat some in your own loop.
+Then let decide() choose the next action from the observation instead of from the list.
 """
 
 import argparse
@@ -77,7 +77,7 @@ TASK = ${literal(run.task)}
 HAND = ${literal(run.hand)}
 SEED = ${literal(run.seed)}
 DRIVEN = ${driven}
-"""How the run ended that was driven by hand; None where that is not known"""
+"""Result of the run that was driven by hand; None if unknown"""
 
 
 class Push(NamedTuple):
@@ -89,16 +89,16 @@ class Push(NamedTuple):
     duration_s: float
 
 
-# Ticks; where the base goes or how it moves; how far each motor is closed, from 0 to 1. None: as before.
+# Ticks; target pose or velocity of the base; target of each motor, 0 (open) to 1 (closed). None: unchanged.
 ACTIONS = [
 ${actionLines(recording).join('\n')}
 ]
 
 
 def decide(step, observation):
-    """Return the next step, or None to stop. Here it is the next of ACTIONS, whatever is observed.
+    """Return the next step, or None to stop. This version returns the next of ACTIONS and ignores the observation.
 
-    A controller that looks would use observation.truth.objects, observation.hand and observation.score.
+    A real controller would use observation.truth.objects, observation.hand and observation.score.
     """
     return ACTIONS[step] if step < len(ACTIONS) else None
 
@@ -117,14 +117,14 @@ def play(client):
         while ticks > 0 and not observation.done:
             observation = client.step(base=base, hand=hand, repeat=min(ticks, most))
             ticks -= most
-            base = hand = None  # The targets stand.
+            base = hand = None  # The targets stay.
     return client.stop()
 
 
 def main():
-    """Play the run, and say how it ended."""
+    """Play the run and print its result."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="address of the server")
     parser.add_argument("--team", default=${literal(recording.team)}, help="name on a practice server's leaderboard")
     args = parser.parse_args()
     with palmares.Client(args.url, team=args.team) as client:
@@ -132,7 +132,7 @@ def main():
     print(f"score {result.score:g}, {result.ticks} ticks, state {result.state_hash} ({result.reason})")
     if DRIVEN is not None:
         same = all(getattr(result, name) == value for name, value in DRIVEN.items())
-        print("as it was driven" if same else f"another run than was driven: {DRIVEN}")
+        print("the same result as when it was driven" if same else f"a different result; when driven: {DRIVEN}")
 
 
 if __name__ == "__main__":

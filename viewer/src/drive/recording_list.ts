@@ -1,4 +1,4 @@
-/** The runs that were driven since the page was opened: each can be had as a controller, whatever became of its session. */
+/** The runs driven since the page was opened. Each can be downloaded as a Python program, even after a lost session. */
 import { points } from '../ui/format';
 import { button, el, name } from '../ui/elements';
 import { pythonOf } from './python';
@@ -6,11 +6,11 @@ import type { ActionRecording } from './action_recording';
 
 export class RecordingList {
   private readonly list = el('ul', { class: 'takes' });
-  private readonly empty = el('p', { class: 'hint' }, 'What you drive is kept here until the page is closed.');
+  private readonly empty = el('p', { class: 'hint' }, 'Your runs are listed here until you close the page.');
   readonly element = el('section', { class: 'panel' }, el('h2', {}, 'Recordings'), this.empty, this.list);
   private readonly rows = new WeakMap<ActionRecording, HTMLElement>();
 
-  /** Writes what is known of a recording now. */
+  /** Adds a recording, or updates its text. */
   show(recording: ActionRecording): void {
     let row = this.rows.get(recording);
     if (!row) {
@@ -26,7 +26,7 @@ export class RecordingList {
   }
 }
 
-/** Hands the file to the browser to keep. */
+/** Downloads the file. */
 function save(recording: ActionRecording): void {
   const address = URL.createObjectURL(new Blob([pythonOf(recording)], { type: 'text/x-python' }));
   const link = el('a', { href: address, download: 'driven.py' });

@@ -1,4 +1,4 @@
-/** The buttons below the picture: pause, single step, begin again, finish, speed of time, and recording. */
+/** The buttons below the image: pause, single step, restart, finish, speed, and recording. */
 import { button, el } from '../ui/elements';
 import type { RunPhase } from './driver';
 
@@ -27,17 +27,17 @@ export class RunControls {
     this.recorded.addEventListener('change', () => { orders.record(this.recorded.checked); });
     this.pause = button('Pause', () => { orders.pause(); });
     this.step = button('Single step', () => { orders.step(); });
-    this.restarts = [button('Again, same seed', () => { orders.again(true); }), button('New seed', () => { orders.again(false); })];
+    this.restarts = [button('Restart, same seed', () => { orders.again(true); }), button('Restart, new seed', () => { orders.again(false); })];
     this.finish = button('Finish', () => { orders.finish(); });
     this.element = el('div', { class: 'dock row', role: 'group', 'aria-label': 'The run' }, this.pause, this.step, ...this.restarts, this.finish,
-      el('label', { for: 'factor', class: 'row nowrap' }, 'Time', factor),
+      el('label', { for: 'factor', class: 'row nowrap' }, 'Speed', factor),
       el('div', { class: 'check' }, this.recorded, el('label', { for: 'record' }, 'Record')));
     this.show('closed');
   }
 
   show(phase: RunPhase): void {
     const open = phase === 'running' || phase === 'paused';
-    this.pause.textContent = phase === 'paused' ? 'Go on' : 'Pause';
+    this.pause.textContent = phase === 'paused' ? 'Resume' : 'Pause';
     this.pause.disabled = !open;
     this.step.disabled = phase !== 'paused';
     this.finish.disabled = !open;

@@ -1,21 +1,21 @@
-/** Pictures out of what the controller is told: the scene of a run, and each observation. */
+/** Converts the control socket's scene and observations for the 3D view. */
 import { type HandDescription, forwardKinematics } from '../model/hand';
 import { type Moment, POSE } from '../model/moment';
 import type { Body, Quat, SceneInfo, Vec3 } from '../model/scene';
 import type { Observation, ResetScene } from './messages';
 
-/** The hand's links, as the server's own pictures paint them. */
+/** Colour of the hand's links, as in the server's images. */
 const LINK: Vec3 = [0.72, 0.74, 0.78];
-const NOWHERE: Quat = [0, 0, 0, 1];
+const IDENTITY: Quat = [0, 0, 0, 1];
 
-/** Bodies, links and regions of a run that has just been opened. */
+/** The scene of a new run. */
 export function sceneOfReset(scene: ResetScene, hand: HandDescription): SceneInfo {
   const bodies = scene.bodies.map((body): Body => ({
     id: body.id,
     name: body.name,
     kind: body.free ? 'object' : 'furniture',
     position: body.position ?? [0, 0, 0],
-    quat: body.quat_xyzw ?? NOWHERE,
+    quat: body.quat_xyzw ?? IDENTITY,
     parts: body.parts.map((part) => ({ position: part.position, quat: part.quat_xyzw, shape: part.shape })),
     color: body.color,
   }));
@@ -33,7 +33,7 @@ export function sceneOfReset(scene: ResetScene, hand: HandDescription): SceneInf
   return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, hand };
 }
 
-/** Where everything is after a step: objects as told, links from the joints. */
+/** The moment of an observation: objects from its truth, links by forward kinematics. */
 export function momentOf(observation: Observation, hand: HandDescription): Moment {
   const { truth } = observation;
   const { position, quat_xyzw: quat } = observation.hand.base;
@@ -43,7 +43,7 @@ export function momentOf(observation: Observation, hand: HandDescription): Momen
   const poses = new Float32Array(POSE * (objects.length + hand.links.length));
   objects.forEach((at, row) => {
     poses.set(at, POSE * row);
-    poses.set(truth?.objects.quat_xyzw[row] ?? NOWHERE, POSE * row + 3);
+    poses.set(truth?.objects.quat_xyzw[row] ?? IDENTITY, POSE * row + 3);
   });
   hand.links.forEach((link, k) => {
     const at = places.get(link.name);

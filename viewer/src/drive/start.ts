@@ -1,17 +1,17 @@
-/** The form that opens a run: task, hand, seed, and under which name. */
+/** The form that opens a run: task, hand, seed and name. */
 import { getJson, ApiError } from '../net/api';
 import { el, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
 import type { HandInfo, TaskInfo } from './messages';
 
-/** What the driver has chosen. */
+/** The input of the form. */
 export interface Choice { task: string; hand: HandDescription; seed: number | null; team: string; token: string | null }
 
 export class StartForm {
   readonly element: HTMLElement;
   private readonly tasks = el('select', { id: 'task', required: true });
   private readonly hands = el('select', { id: 'hand', required: true });
-  private readonly seed = el('input', { id: 'seed', type: 'number', min: 0, max: Number.MAX_SAFE_INTEGER, step: 1, placeholder: 'drawn by the server' });
+  private readonly seed = el('input', { id: 'seed', type: 'number', min: 0, max: Number.MAX_SAFE_INTEGER, step: 1, placeholder: 'chosen by the server' });
   private readonly team = el('input', { id: 'team', value: 'driver', required: true, maxlength: 64, autocomplete: 'off', spellcheck: 'false' });
   private readonly token = el('input', { id: 'token', type: 'password', autocomplete: 'off', spellcheck: 'false' });
   private readonly taskSays = el('p', { class: 'hint' });
@@ -38,29 +38,29 @@ export class StartForm {
       el('div', { class: 'field' }, el('label', { for: 'seed' }, 'Seed'), this.seed),
       el('div', { class: 'field' }, el('label', { for: 'team' }, 'Name on the leaderboard'), this.team),
       el('details', {}, el('summary', {}, 'I have a token'),
-        el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a team'), this.token, el('p', { class: 'hint' }, 'It is kept in this page\u2019s memory alone.'))),
+        el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a team'), this.token, el('p', { class: 'hint' }, 'This page keeps it only in memory.'))),
       this.error, this.go);
     void this.offer();
   }
 
-  /** Says what went wrong; nothing, when it is empty. */
+  /** Shows an error; an empty text removes it. */
   fail(message: string): void {
     setText(this.error, message);
   }
 
-  /** Not while a run is being opened or played. */
+  /** Enables or disables the start button. */
   enable(on: boolean): void {
     this.go.disabled = !on;
   }
 
-  /** What is chosen, with the hand's description. */
+  /** The input, with the hand's description. */
   async choice(): Promise<Choice> {
     const hand = await getJson<HandDescription>(`/v1/hands/${encodeURIComponent(this.hands.value)}${this.whose()}`, this.secret());
     return { task: this.tasks.value, hand, seed: this.seed.value === '' ? null : this.seed.valueAsNumber, team: this.team.value.trim(), token: this.secret() };
   }
 
-  /** The seed of the run that was opened, so that it can be had again. */
-  tell(seed: number | null): void {
+  /** Shows the seed of the opened run, so that it can be used again. */
+  showSeed(seed: number | null): void {
     this.seed.value = seed === null ? '' : String(seed);
   }
 

@@ -1,4 +1,4 @@
-/** What the hand shall do: targets of base and motors as the driver wants them, and what of it has not been sent. */
+/** Targets of base and motors, and which of them have not been sent. */
 import type { Action, BaseTarget, PoseTarget, Push } from './messages';
 
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
@@ -8,35 +8,35 @@ export class Targets {
   private sentBase: BaseTarget | null = null;
   private sentHand: number[];
   private readonly once: Push[] = [];
-  /** A push as long as somebody holds it: its wrench for the ticks to come. */
+  /** The wrench of a held push; null while there is none. */
   held: (() => Omit<Push, 'duration_s'> | null) | null = null;
 
-  /** `hand`: how far each motor is closed. */
+  /** `hand`: the motors' targets. */
   constructor(public hand: number[]) {
     this.sentHand = hand.slice();
   }
 
-  /** Where the base shall go, or how it shall move. */
+  /** Sets the target of the base. */
   drive(base: BaseTarget): void {
     this.base = base;
   }
 
-  /** Whether the base is told to keep a velocity that is not zero. */
+  /** Whether the base's target is a velocity other than zero. */
   get moving(): boolean {
     return this.base !== null && 'linear' in this.base && [...this.base.linear, ...this.base.angular].some((x) => x !== 0);
   }
 
-  /** The pose that the base is told to go to. */
+  /** The base's target pose; null if it has none. */
   get pose(): PoseTarget | null {
     return this.base && 'position' in this.base ? this.base : null;
   }
 
-  /** Pushes once, for the time it says. */
+  /** Adds a push with its own duration. */
   push(push: Push): void {
     this.once.push(push);
   }
 
-  /** What has changed since this was last asked. */
+  /** The targets that changed since the last call. */
   changes(): Action {
     const action: Action = {};
     if (this.base && !same(this.base, this.sentBase)) action.base = this.sentBase = this.base;
@@ -44,7 +44,7 @@ export class Targets {
     return action;
   }
 
-  /** The pushes that begin with the next step of `seconds` (s). */
+  /** The pushes of the next step, which lasts `seconds`. */
   pushes(seconds: number): Push[] {
     const held = this.held?.();
     return [...this.once.splice(0), ...(held ? [{ ...held, duration_s: seconds }] : [])];

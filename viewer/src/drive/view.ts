@@ -1,4 +1,4 @@
-/** Driving a hand by hand: the picture, what is pressed and dragged, and what the run does. */
+/** `/drive`: a person controls a hand. Connects the 3D view, the inputs and the run. */
 import { DirectionalLight } from 'three';
 import { clock, points } from '../ui/format';
 import { button, el, facts, name, setText, toast } from '../ui/elements';
@@ -16,7 +16,7 @@ import { type Command, Keys } from './keys';
 import { Latency } from './latency';
 import type { Observation, RunInfo, Push, ResetScene, Result, Spec } from './messages';
 import { Motors } from './motors';
-import { isStill, STILL, together, twistOf } from './motion';
+import { isStill, STILL, sumOf, twistOf } from './motion';
 import { PushArrow } from './push_arrow';
 import { PushForm } from './push_form';
 import { type Choice, StartForm } from './start';
@@ -25,12 +25,12 @@ import { RunControls } from './run_controls';
 import { ContactFeed } from './contact_feed';
 import { momentOf, sceneOfReset } from './run_scene';
 
-/** Share of their range that the motors close a second by keys and triggers. */
+/** Closing speed of the motors by keys and triggers, in ranges per second. */
 const CLOSING = 1;
-/** Panels are written so often, ms: the picture is what moves. */
+/** Update interval of the panels, ms; the 3D view updates with every frame. */
 const PANEL_MS = 200;
-/** How much farther than to see the scene the camera stands at first. */
-const AIR = 0.35;
+/** Extra distance of the camera at the start, as a share of the distance that fits the scene. */
+const EXTRA_DISTANCE = 0.35;
 
 type Tool = 'move' | 'turn' | 'push';
 
@@ -41,7 +41,7 @@ declare global {
 export class DriveView implements DriverListener {
   readonly latency = new Latency();
   private readonly place = el('div', { class: 'stage' });
-  private readonly noteText = el('span', { class: 'card' }, 'Choose a task and a hand, and start.');
+  private readonly noteText = el('span', { class: 'card' }, 'Choose a task and a hand, then press Start.');
   private readonly note = el('p', { class: 'stage-note', role: 'status' }, this.noteText);
   private readonly title = el('h1', {}, 'Drive');
   private readonly figures = { score: el('span', {}, '–'), time: el('span', {}, '–'), factor: el('span', {}, '–'), seed: el('span', {}, '–') };
@@ -59,7 +59,7 @@ export class DriveView implements DriverListener {
   private readonly runForm = el('details', { class: 'panel', open: true }, el('summary', {}, 'Start a run'));
   private readonly takes = new RecordingList();
   private readonly transport: RunControls;
-  private readonly witness = new ContactFeed();
+  private readonly contactFeed = new ContactFeed();
   private readonly tools = new Map<Tool, HTMLButtonElement>();
   private chosen: Tool = 'move';
   private choice: Choice | null = null;
@@ -104,7 +104,7 @@ export class DriveView implements DriverListener {
     const switches = overlaySwitches(stages);
     showOverlaySwitches(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
-    contacts?.addEventListener('change', () => { this.witness.want(contacts.checked); });
+    contacts?.addEventListener('change', () => { this.contactFeed.want(contacts.checked); });
     switches.append(plainSwitch(this.stage));
     const tools = el('div', { class: 'group', role: 'group', 'aria-label': 'What the mouse does' });
     for (const [tool, label] of [['move', 'Move'], ['turn', 'Turn'], ['push', 'Push']] as const) {
@@ -117,23 +117,23 @@ export class DriveView implements DriverListener {
     gain.addEventListener('input', () => { this.arrow.gain = 10 * gain.valueAsNumber; setText(gainShown, `${gain.value} N`); });
     this.place.append(this.note, el('div', { class: 'hud top-left' }, tools), el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     app.append(this.transport.element, el('div', { class: 'side' },
-      el('section', { class: 'panel' }, this.title, facts([['Score', this.figures.score], ['Run', this.figures.time], ['Times real time', this.figures.factor], ['Seed', this.figures.seed]])),
+      el('section', { class: 'panel' }, this.title, facts([['Score', this.figures.score], ['Run', this.figures.time], ['Speed', this.figures.factor], ['Seed', this.figures.seed]])),
       this.runForm, this.motors.element, this.base.element,
       el('details', { class: 'panel', open: true }, el('summary', {}, 'Push a link'),
-        el('p', { class: 'hint' }, 'With Push above the picture, drag an arrow away from a link: it is pushed while you hold. Or push it once:'), this.pushForm.element,
-        el('div', { class: 'slider' }, el('label', { for: 'push-gain' }, '10 cm of arrow'), gain, gainShown)),
+        el('p', { class: 'hint' }, 'Choose Push above the image and drag an arrow away from a link: it is pushed while you hold the button. Or push it once:'), this.pushForm.element,
+        el('div', { class: 'slider' }, el('label', { for: 'push-gain' }, '10 cm of arrow ='), gain, gainShown)),
       el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
       this.takes.element, switches));
   }
 
-  // What the driver's session tells.
+  // Events of the session.
 
   phase(phase: RunPhase): void {
     this.transport.show(phase);
     this.tool(this.chosen);
     this.start.enable(phase === 'closed' || phase === 'over' || phase === 'running' || phase === 'paused');
-    if (phase === 'opening') this.say('The run is being opened …');
-    else if (phase === 'ending') this.say('The objects come to rest and are counted …');
+    if (phase === 'opening') this.say('Opening the run …');
+    else if (phase === 'ending') this.say('Waiting until the objects settle, then counting …');
     else if (phase === 'running' || phase === 'paused') this.say(null);
   }
 
@@ -146,8 +146,8 @@ export class DriveView implements DriverListener {
     this.scene = sceneOfReset(scene, hand);
     this.stage.setScene(this.scene);
     void this.dress(this.scene, hand.name);
-    // Room for the hand's handles, and to fly.
-    if (JSON.stringify(before?.regions) !== JSON.stringify(this.scene.regions)) this.stage.camera.position.lerp(this.stage.controls.target, -AIR);
+    // Space for the handles and for moving the hand.
+    if (JSON.stringify(before?.regions) !== JSON.stringify(this.scene.regions)) this.stage.camera.position.lerp(this.stage.controls.target, -EXTRA_DISTANCE);
     this.runForm.open = false;
     this.arrow.setScene(this.scene);
     this.gizmo.limit(spec('base.position'));
@@ -157,8 +157,8 @@ export class DriveView implements DriverListener {
     this.driver.targets.held = () => this.arrow.wrench();
     if (!this.transport.record) this.driver.recording?.record(false);
     if (this.driver.recording) this.takes.show(this.driver.recording);
-    this.witness.follow(first.run_id);
-    this.start.tell(run.seed);
+    this.contactFeed.follow(first.run_id);
+    this.start.showSeed(run.seed);
     this.title.replaceChildren(`${run.task}, `, name(run.hand));
     setText(this.figures.seed, run.seed === null ? 'hidden' : String(run.seed));
     this.log.replaceChildren();
@@ -171,7 +171,7 @@ export class DriveView implements DriverListener {
     if (!hand) return;
     this.observation = observation;
     const moment = momentOf(observation, hand);
-    if (this.witness.contacts) moment.contacts = this.witness.contacts;
+    if (this.contactFeed.contacts) moment.contacts = this.contactFeed.contacts;
     this.newest = moment;
     this.stage.show(moment);
     this.arrow.show(moment);
@@ -181,16 +181,16 @@ export class DriveView implements DriverListener {
   }
 
   ended(result: Result): void {
-    this.witness.follow(null);
+    this.contactFeed.follow(null);
     if (this.driver.recording) this.takes.show(this.driver.recording);
     setText(this.figures.score, points(result.score));
-    this.say(`The run is over: ${points(result.score)} points, ${result.in_goal} in the goal (${result.reason.replaceAll('_', ' ')}). Start again, or take the recording along.`);
+    this.say(`The run is over: ${points(result.score)} points, ${result.in_goal} in the goal (${result.reason.replaceAll('_', ' ')}). Start another run, or download the recording.`);
   }
 
   failed(message: string, lost: boolean): void {
     if (this.driver.recording) this.takes.show(this.driver.recording);
     if (lost) {
-      this.say(`${message} The run is lost, what was recorded is not: start again when you like.`);
+      this.say(`${message} The run is lost, but its recording is kept. You can start another run.`);
       this.start.fail(message);
       this.runForm.open = true;
     } else if (this.driver.phase === 'closed' || this.driver.phase === 'over') {
@@ -206,9 +206,9 @@ export class DriveView implements DriverListener {
     toast(message);
   }
 
-  // What the person does.
+  // Input.
 
-  /** The hand as its own files show it, where they do. */
+  /** Shows the hand's visual shapes, if it has any. */
   private async dress(scene: SceneInfo, hand: string): Promise<void> {
     const seen = withVisuals(scene, await fetchVisuals(hand, this.choice?.team ?? null, this.choice?.token ?? null));
     if (seen === scene || this.scene !== scene) return;
@@ -257,18 +257,18 @@ export class DriveView implements DriverListener {
     if (body?.kind === 'hand') this.pushForm.choose(body.name);
   }
 
-  /** Something was done at `at`, ms of `performance.now`: it goes with the next step, which need not wait. */
+  /** An input at `at`, ms of `performance.now`: the next step carries it, and may be taken early. */
   private input(at: number): void {
     if (this.driver.phase !== 'running') return;
     this.latency.input(at);
     this.driver.pump();
   }
 
-  /** Keys and sticks say how the base moves; what was told before stands while they rest. */
+  /** Sets the base's velocity from keys and sticks; without input the last target stays. */
   private steer(at: number | null): void {
     const pad = this.pads.read();
     if (pad?.pause) this.command('pause');
-    const axes = together(this.keys.axes(), pad?.state.axes ?? STILL);
+    const axes = sumOf(this.keys.axes(), pad?.state.axes ?? STILL);
     const { targets } = this.driver;
     if (this.observation && !this.gizmo.dragging && (!isStill(axes) || targets.moving)) {
       const right = this.stage.camera.matrixWorld.elements;
@@ -288,9 +288,9 @@ export class DriveView implements DriverListener {
     this.driver.pump();
   }
 
-  // What is shown.
+  // Output.
 
-  /** The handles are where the base shall go; with the base while it keeps a velocity. */
+  /** Moves the handles to the base's target pose, or to the base while it keeps a velocity. */
   private handles({ hand: { base } }: Observation): void {
     const target = this.driver.targets.pose;
     this.gizmo.put((target ?? base).position, (target ?? base).quat_xyzw);
@@ -312,7 +312,7 @@ export class DriveView implements DriverListener {
     const seconds = (now - this.wrote.at) / 1000;
     setText(this.figures.score, points(observation.score));
     setText(this.figures.time, `${observation.sim_time_s.toFixed(1)} s, tick ${observation.tick}`);
-    setText(this.figures.factor, this.wrote.at > 0 && this.driver.phase === 'running' ? ((observation.sim_time_s - this.wrote.time) / seconds).toFixed(2) : '–');
+    setText(this.figures.factor, this.wrote.at > 0 && this.driver.phase === 'running' ? `${((observation.sim_time_s - this.wrote.time) / seconds).toFixed(2)}× real time` : '–');
     this.motors.show(observation.hand.actuators);
     if (this.driver.recording) this.takes.show(this.driver.recording);
     this.wrote = { at: now, time: observation.sim_time_s };
@@ -324,7 +324,7 @@ export class DriveView implements DriverListener {
   }
 }
 
-/** For machines that draw slowly: a hand is driven better with a plain picture than with a late one. */
+/** For slow graphics: a hand is easier to control with a simple image than with a late one. */
 function plainSwitch(stage: Stage): HTMLElement {
   const box = el('input', { type: 'checkbox', id: 'plain' });
   box.addEventListener('change', () => {
@@ -332,5 +332,5 @@ function plainSwitch(stage: Stage): HTMLElement {
     stage.renderer.setPixelRatio(box.checked ? 0.5 : Math.min(window.devicePixelRatio, 2));
     stage.touch();
   });
-  return el('div', { class: 'check' }, box, el('label', { for: 'plain' }, 'Plain picture, for slow machines'));
+  return el('div', { class: 'check' }, box, el('label', { for: 'plain' }, 'Simple image, for slow computers'));
 }

@@ -1,4 +1,4 @@
-/** Who asks: a team by its token, on a practice server by its name. Kept in this page's memory alone; never in an address. */
+/** The API of hands. A team is identified by its token, on a practice server by its name. The token is kept only in memory. */
 import type { Figure } from './figure_table';
 import { getJson, postJson, ApiError } from '../net/api';
 import type { HandDescription } from '../model/hand';
@@ -6,15 +6,15 @@ import type { EquilibriumRequest, Equilibrium } from './equilibrium';
 
 export interface Access { token: string | null; team: string | null }
 
-/** A hand in short. */
+/** A hand in the list. */
 export interface HandInfo { name: string; description: string; motors: string[]; joints: string[] }
-/** A hand that a team sent in. */
+/** A hand that a team uploaded. */
 export interface OwnHand { hand_id: string; name: string; status: string; note: string | null; warnings: string[]; sha256: string; bytes: number; figures?: Figure[] }
 export interface HandList { hands: HandInfo[]; own?: OwnHand[] }
 
 export const ANONYMOUS: Access = { token: null, team: null };
 
-/** An address with whose hands are meant; the team's name is no secret. */
+/** An address, with the team's name if there is no token; the name is not secret. */
 function path(rest: string, { token, team }: Access): string {
   return `/v1/hands${rest}${token === null && team !== null ? `?team=${encodeURIComponent(team)}` : ''}`;
 }
@@ -27,19 +27,19 @@ export function describeHand(name: string, access: Access): Promise<HandDescript
   return getJson<HandDescription>(path(`/${encodeURIComponent(name)}`, access), access.token);
 }
 
-export function requestEquilibrium(name: string, asked: EquilibriumRequest, access: Access): Promise<Equilibrium> {
-  return postJson<Equilibrium>(path(`/${encodeURIComponent(name)}/equilibrium`, access), asked, access.token);
+export function requestEquilibrium(name: string, sent: EquilibriumRequest, access: Access): Promise<Equilibrium> {
+  return postJson<Equilibrium>(path(`/${encodeURIComponent(name)}/equilibrium`, access), sent, access.token);
 }
 
-/** Sends a hand in; what the check refuses is thrown as `Refused`. */
-export async function sendHand(archive: Uint8Array<ArrayBuffer>, access: Access): Promise<OwnHand> {
+/** Uploads a hand; throws `ApiError` if the check rejects it. */
+export async function uploadHand(archive: Uint8Array<ArrayBuffer>, access: Access): Promise<OwnHand> {
   const headers: Record<string, string> = { 'Content-Type': 'application/zip' };
   if (access.token !== null) headers['Authorization'] = `Bearer ${access.token}`;
   let response: Response;
   try {
     response = await fetch(path('', access), { method: 'POST', headers, body: archive, credentials: 'omit' });
   } catch {
-    throw new ApiError('the server does not answer, or took no more of the file: is it larger than 32 MiB?', 0, 'unreachable');
+    throw new ApiError('the server does not answer, or stopped the upload: is the file larger than 32 MiB?', 0, 'unreachable');
   }
   const answer: unknown = await response.json().catch(() => null);
   if (response.ok) return answer as OwnHand;

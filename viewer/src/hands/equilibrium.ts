@@ -1,8 +1,8 @@
-/** Where a hand rests: what is asked of the server and what it answers. SI units; tensions in the tendon's own unit. */
+/** The equilibrium of a hand: request and response of the server. SI units; tensions in the tendon's own unit. */
 import { composed, type Pose, turned } from '../model/pose';
 import type { Quat, Vec3 } from '../model/scene';
 
-/** σ of every motor, the base, and what acts. */
+/** σ of every motor, the pose of the base, and the loads. */
 export interface EquilibriumRequest {
   motors: number[];
   base: { position: Vec3; quat_xyzw: Quat };
@@ -10,7 +10,7 @@ export interface EquilibriumRequest {
   contacts: { link: string; point: Vec3; position: Vec3 }[];
 }
 
-/** The answer of `POST /v1/hands/{name}/equilibrium`. */
+/** The response of `POST /v1/hands/{name}/equilibrium`. */
 export interface Equilibrium {
   q: number[];
   tension: number[];
@@ -21,24 +21,24 @@ export interface Equilibrium {
   torque: number[];
 }
 
-/** A virtual force, or a point that is held: on a link, at a point of its frame (m). */
+/** A virtual force or a held point, at `point` in the link's frame (m). */
 export interface Load {
   id: number;
   kind: 'force' | 'hold';
   link: string;
   point: Vec3;
-  /** In the world, N; of a force. */
+  /** Force, N, world frame. */
   force: Vec3;
-  /** In the world, m; where the point is held. */
+  /** Position of a held point, m, world frame. */
   place: Vec3;
 }
 
-/** The server takes so many of each kind. */
+/** Maximum number of loads of each kind. */
 export const MAX_LOADS = 32;
-/** N, the largest force that it takes. */
+/** Maximum force, N. */
 export const MAX_FORCE = 200;
 
-/** The request for what is shown. */
+/** The request for the shown state. */
 export function equilibriumRequest(motors: readonly number[], base: Pose, loads: readonly Load[]): EquilibriumRequest {
   const of = (kind: Load['kind']): Load[] => loads.filter((load) => load.kind === kind);
   return {
@@ -49,29 +49,29 @@ export function equilibriumRequest(motors: readonly number[], base: Pose, loads:
   };
 }
 
-/** What holds a point, out of the answer; null for forces and before the answer. */
+/** The reaction at a held point; null for forces and before the response. */
 export function reactionOf(load: Load, loads: readonly Load[], rest: Equilibrium | null): Equilibrium['reactions'][number] | null {
   if (load.kind !== 'hold') return null;
   return rest?.reactions[loads.filter((one) => one.kind === 'hold').indexOf(load)] ?? null;
 }
 
-/** A point of a link's frame, in the world. */
+/** A point from a link's frame to the world. */
 export function inWorld(link: Pose, point: Vec3): Vec3 {
   return composed(link, { position: point, quat: [0, 0, 0, 1] }).position;
 }
 
-/** A point of the world, in a link's frame. */
+/** A point from the world to a link's frame. */
 export function inLink({ position, quat }: Pose, at: Vec3): Vec3 {
   const away: Vec3 = [at[0] - position[0], at[1] - position[1], at[2] - position[2]];
   return turned([-quat[0], -quat[1], -quat[2], quat[3]], away);
 }
 
-/** Few digits: what is typed and sent stays readable. */
+/** Rounds to 1 / `by`, so that numbers stay readable. */
 export function rounded(v: Vec3, by: number): Vec3 {
   return v.map((x) => Math.round(x * by) / by + 0) as Vec3;
 }
 
-/** A force within what the server takes. */
+/** Limits a force to the server's maximum. */
 export function clampForce(force: Vec3): Vec3 {
   const size = Math.hypot(...force);
   const share = size > MAX_FORCE ? (0.999 * MAX_FORCE) / size : 1;

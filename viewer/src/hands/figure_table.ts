@@ -1,32 +1,32 @@
-/** Figures of a hand beside those of the program's hands and the limits. */
+/** A table of a hand's figures, compared with the built-in hands and the limits. */
 import { figure } from '../ui/format';
 import { el } from '../ui/elements';
 
-/** A figure as the server tells it. */
+/** A figure, as the server sends it. */
 export interface Figure {
   figure: string; unit: string; what: string; value: number | null; place: string | null; others: Record<string, number>;
   limit: number | null; bound: 'most' | 'least' | string; allowed: boolean; beyond_others: boolean;
 }
 
-/** What is odd about a figure, in words. */
-function odd(row: Figure): HTMLElement | null {
-  if (!row.allowed) return el('span', { class: 'badge bad' }, 'beyond the limit');
-  return row.beyond_others ? el('span', { class: 'badge warn' }, 'beyond all') : null;
+/** A badge for an unusual figure. */
+function badge(row: Figure): HTMLElement | null {
+  if (!row.allowed) return el('span', { class: 'badge bad' }, 'over the limit');
+  return row.beyond_others ? el('span', { class: 'badge warn' }, 'beyond all built-in hands') : null;
 }
 
-/** All of them as a table. */
+/** The table; unusual figures come first. */
 export function figureTable(figures: readonly Figure[]): HTMLTableElement {
-  // What is odd comes first; the rest keeps the server's order.
-  const oddness = (row: Figure): number => !row.allowed ? 0 : row.beyond_others ? 1 : 2;
-  const inOrder = [...figures].sort((a, b) => oddness(a) - oddness(b));
+  // Otherwise the server's order.
+  const priority = (row: Figure): number => !row.allowed ? 0 : row.beyond_others ? 1 : 2;
+  const inOrder = [...figures].sort((a, b) => priority(a) - priority(b));
   const others = [...new Set(figures.flatMap((row) => Object.keys(row.others)))].sort();
   const heads: [string, string][] = [['Figure', ''], ['This hand', 'n'], ...others.map((one): [string, string] => [one, 'n']), ['Limit', 'n'], ['', '']];
   return el('table', { class: 'dense cards figures' },
-    el('thead', {}, el('tr', {}, ...heads.map(([head, kind]) => el('th', { scope: 'col', class: kind }, head === '' ? el('span', { class: 'visually-hidden' }, 'Odd') : head)))),
+    el('thead', {}, el('tr', {}, ...heads.map(([head, kind]) => el('th', { scope: 'col', class: kind }, head === '' ? el('span', { class: 'visually-hidden' }, 'Remark') : head)))),
     el('tbody', {}, ...inOrder.map((row) => el('tr', { class: !row.allowed ? 'beyond' : row.beyond_others ? 'odd' : undefined },
       el('th', { scope: 'row', title: row.place ?? undefined }, row.what, row.unit === '' ? null : el('span', { class: 'soft' }, ` ${row.unit}`)),
       el('td', { class: 'n', 'data-label': 'This hand' }, el('b', {}, figure(row.value))),
       ...others.map((one) => el('td', { class: 'n soft', 'data-label': one }, figure(row.others[one]))),
       el('td', { class: 'n', 'data-label': 'Limit' }, row.limit === null ? '–' : `${row.bound === 'most' ? '≤' : '≥'} ${figure(row.limit)}`),
-      el('td', {}, odd(row))))));
+      el('td', {}, badge(row))))));
 }

@@ -1,4 +1,4 @@
-/** What the check of a hand found, taken apart: the server writes `file: element: what; valid: what would be right`. */
+/** Splits a finding of the server's check, `file: element: problem; valid: valid values`, into its parts. */
 
 export interface Finding { file: string | null; element: string | null; text: string; valid: string | null }
 
@@ -7,7 +7,7 @@ const ELEMENT = /^((?:[\w. -]+ )?'[^']*'|\[+[^\]]+\]+[\w. ]*|[\w.]+): /;
 const VALID = /; (valid: .*|the limit is .*)$/s;
 const UNUSUAL = 'beyond the program\u2019s hands: ';
 
-/** One message; what has another form stays whole. */
+/** Splits one message; a message in another form stays in one piece. */
 export function finding(message: string): Finding {
   let text = message.trim().replace(/^beyond the program's hands: /, '');
   const unusual = text.length < message.trim().length;
@@ -24,15 +24,15 @@ export function finding(message: string): Finding {
       text = text.slice(about[0].length);
     }
   }
-  const right = VALID.exec(text);
-  if (right) {
-    valid = right[1] ?? null;
-    text = text.slice(0, right.index);
+  const values = VALID.exec(text);
+  if (values) {
+    valid = values[1] ?? null;
+    text = text.slice(0, values.index);
   }
   return { file, element, text: unusual ? UNUSUAL + text : text, valid };
 }
 
-/** A refusal may hold several, one a line. */
+/** Splits a refusal, which may have several messages, one a line. */
 export function findings(detail: string): Finding[] {
   return detail.split('\n').filter((line) => line.trim() !== '').map(finding);
 }

@@ -1,4 +1,4 @@
-/** A hand alone as a scene: its links, and where they are. m. */
+/** A hand without objects as a scene, and the poses of its links. m. */
 import { place, surface } from './outline';
 import { type HandDescription, forwardKinematics } from '../model/hand';
 import { type Moment, POSE } from '../model/moment';
@@ -6,23 +6,23 @@ import { composed, type Pose } from '../model/pose';
 import type { Body, Quat, SceneInfo, Vec3 } from '../model/scene';
 import { inWorld, type Equilibrium } from './equilibrium';
 
-/** Links, and the base a little darker. */
+/** Colours of links and, a little darker, of the base. */
 const LINK: Vec3 = [0.78, 0.8, 0.84];
 const BASE: Vec3 = [0.55, 0.58, 0.63];
-/** Air between the ground and the lowest point of the hand, open or closed, m. */
-const AIR = 0.02;
+/** Gap between the ground and the lowest point of the hand, open or closed, m. */
+const GAP_M = 0.02;
 
-/** Where links are at q, in the world. */
+/** World poses of the links at q. */
 export function placesOf(hand: HandDescription, q: readonly number[], base: Pose): Map<string, Pose> {
   return forwardKinematics(hand, q, base);
 }
 
-/** The links with their origins where they are in the answer. */
-export function placesAt(rest: Equilibrium): Map<string, Pose> {
-  return new Map(rest.links.map((link) => [link.name, { position: link.position, quat: link.quat_xyzw }]));
+/** World poses of the links in a response. */
+export function placesAt(equilibrium: Equilibrium): Map<string, Pose> {
+  return new Map(equilibrium.links.map((link) => [link.name, { position: link.position, quat: link.quat_xyzw }]));
 }
 
-/** What is drawn; the base at its pose, the links at rest. Ids are the links' places in the description. */
+/** The scene, with the base at its pose and the links at rest. A link's id is its index in the description. */
 export function sceneOfHand(hand: HandDescription, base: Pose): SceneInfo {
   const links = hand.links.map((link, id): Body => {
     const at = composed(base, { position: link.base_from_link_at_rest.position, quat: link.base_from_link_at_rest.quat_xyzw });
@@ -34,7 +34,7 @@ export function sceneOfHand(hand: HandDescription, base: Pose): SceneInfo {
   return { bodies: links, moving: links.map((link) => link.id), regions: [], hand };
 }
 
-/** How high the base is held, m: the hand stays above the ground, open and with all joints at their upper limits. */
+/** Height of the base, m, at which the hand is above the ground, open and with all joints at their upper limits. */
 export function heightOf(hand: HandDescription, quat: Quat): number {
   let lowest = 0;
   for (const q of [hand.coordinates.map((c) => c.rest), hand.coordinates.map((c) => c.maximum ?? c.rest)]) {
@@ -45,11 +45,11 @@ export function heightOf(hand: HandDescription, quat: Quat): number {
       for (const placed of link.shapes) for (const point of surface(placed.shape)) lowest = Math.min(lowest, inWorld(at, place(placed, point))[2]);
     }
   }
-  // Whole centimetres: the place is read by people.
-  return Math.ceil(100 * (AIR - lowest) - 1e-9) / 100;
+  // Whole centimetres, since the page shows the number.
+  return Math.ceil(100 * (GAP_M - lowest) - 1e-9) / 100;
 }
 
-/** The links where they are. */
+/** The links' poses as a moment. */
 export function momentOf(hand: HandDescription, places: ReadonlyMap<string, Pose>): Moment {
   const poses = new Float32Array(POSE * hand.links.length);
   hand.links.forEach((link, row) => {
@@ -61,7 +61,7 @@ export function momentOf(hand: HandDescription, places: ReadonlyMap<string, Pose
   return { tick: 0, time: 0, score: null, poses };
 }
 
-/** Amid the fingertips: the mean of the last links' centres of mass. */
+/** The grasp centre: the mean of the fingertip links' centres of mass. */
 export function graspCentre(hand: HandDescription, places: ReadonlyMap<string, Pose>): Vec3 | null {
   const parents = new Set(hand.links.map((link) => link.parent));
   const tips = hand.links.filter((link) => link.parent !== null && !parents.has(link.name));

@@ -1,11 +1,11 @@
-/** A hand in pictures: three sides and one that turns, drawn from its shapes at rest, with a scale. */
+/** SVG drawings of a hand at rest: three sides and one that turns, with a scale bar. */
 import { el } from '../ui/elements';
 import { type HandShapes, type Outline, outlines, turntable, type View, VIEWS } from './outline';
 
 const SVG = 'http://www.w3.org/2000/svg';
-/** Edge of a picture, its units. */
+/** Edge of a drawing, SVG units. */
 const EDGE = 200;
-/** Turns per second of the picture that turns. */
+/** Turns per second of the turning drawing. */
 const TURN = 0.08;
 
 function svg(tag: string, attributes: Record<string, string | number>): SVGElement {
@@ -14,7 +14,7 @@ function svg(tag: string, attributes: Record<string, string | number>): SVGEleme
   return made;
 }
 
-/** What is seen in a picture: its middle and the half of its edge, m. */
+/** Centre and half edge of the drawn area, m. */
 interface Frame { x: number; y: number; half: number }
 
 function frameOf(all: readonly Outline[]): Frame {
@@ -30,7 +30,7 @@ function draw(picture: SVGElement, all: readonly Outline[], frame: Frame): void 
     class: one.link === 0 ? 'base' : `link l${one.link % 3}`,
     points: one.corners.map(([x, y]) => `${((x - frame.x) * scale + EDGE / 2).toFixed(1)},${(EDGE / 2 - (y - frame.y) * scale).toFixed(1)}`).join(' '),
   }));
-  // 5 cm.
+  // Scale bar of 5 cm.
   const bar = svg('path', { class: 'scale', d: `M8 ${EDGE - 8}h${(0.05 * scale).toFixed(1)}` });
   picture.replaceChildren(...drawn, bar);
 }
@@ -39,7 +39,7 @@ function picture(label: string): SVGElement {
   return svg('svg', { viewBox: `0 0 ${EDGE} ${EDGE}`, role: 'img', 'aria-label': label, class: 'hand-picture' });
 }
 
-/** One picture with its title. */
+/** One drawing with its title. */
 export function side(hand: HandShapes, title: string, view: View): HTMLElement {
   const made = picture(`${hand.name}, ${title}`);
   const seen = outlines(hand, view);
@@ -47,7 +47,7 @@ export function side(hand: HandShapes, title: string, view: View): HTMLElement {
   return el('figure', {}, made, el('figcaption', {}, title));
 }
 
-/** The four pictures. The one that turns stops when it is taken out of the page. */
+/** The four drawings. The turning one stops when it is removed from the page. */
 export function sides(hand: HandShapes): HTMLElement {
   const moving = picture(`${hand.name}, turned`);
   const angle = el('input', { type: 'range', min: 0, max: 360, step: 1, value: 30, id: 'turned', 'aria-label': 'Angle of the hand, degrees' });
@@ -61,7 +61,7 @@ export function sides(hand: HandShapes): HTMLElement {
   show(30);
   const turn = (now: number): void => {
     if (!own || (last > 0 && !moving.isConnected)) return;
-    // Twenty pictures a second are enough.
+    // At most twenty frames a second.
     if (now - last > 50) {
       const degrees = (Number(angle.value) + (last > 0 ? Math.min(now - last, 200) * 0.36 * TURN : 0)) % 360;
       angle.step = 'any';
@@ -74,5 +74,5 @@ export function sides(hand: HandShapes): HTMLElement {
   if (own) requestAnimationFrame(turn);
   return el('div', { class: 'sides' }, side(hand, 'palm', VIEWS.palm), side(hand, 'side', VIEWS.side), side(hand, 'from the fingertips', VIEWS.top),
     el('figure', {}, moving, el('figcaption', {}, el('div', { class: 'slider' }, el('label', { for: 'turned' }, 'turn'), angle))),
-    el('p', { class: 'hint' }, 'The bar is 5 cm.'));
+    el('p', { class: 'hint' }, 'The bar is 5 cm long.'));
 }

@@ -3,11 +3,11 @@ import { LatestRequest } from './latest_request';
 
 const turn = (): Promise<void> => new Promise((resolve) => { setTimeout(resolve, 0); });
 
-describe('the newest question', () => {
-  it('is the next one, and what lay between is never asked', async () => {
-    const [sent, told]: [number[], number[]] = [[], []];
+describe('the latest request', () => {
+  it('is the next one, and those before it are skipped', async () => {
+    const [sent, received]: [number[], number[]] = [[], []];
     const open: ((answer: number) => void)[] = [];
-    const newest = new LatestRequest<number, number>((question) => { sent.push(question); return new Promise((resolve) => { open.push(resolve); }); }, (answer) => { told.push(answer); }, () => undefined);
+    const newest = new LatestRequest<number, number>((question) => { sent.push(question); return new Promise((resolve) => { open.push(resolve); }); }, (answer) => { received.push(answer); }, () => undefined);
     for (const question of [1, 2, 3, 4]) newest.put(question);
     await turn();
     expect(sent).toEqual([1]);
@@ -16,13 +16,13 @@ describe('the newest question', () => {
     expect(sent).toEqual([1, 4]);
     open[1]?.(40);
     await turn();
-    expect(told).toEqual([10, 40]);
+    expect(received).toEqual([10, 40]);
     newest.put(5);
     await turn();
     expect(sent).toEqual([1, 4, 5]);
   });
 
-  it('is asked after a failure, too', async () => {
+  it('is sent after a failure, too', async () => {
     const failed = vi.fn();
     const newest = new LatestRequest<number, number>((question) => question === 1 ? Promise.reject(new Error('no')) : Promise.resolve(question), () => undefined, failed);
     newest.put(1);
@@ -32,13 +32,13 @@ describe('the newest question', () => {
     expect(newest.count).toBe(1);
   });
 
-  it('is asked again where there was no room', async () => {
+  it('is repeated while the server is busy', async () => {
     vi.useFakeTimers();
-    let asked = 0;
-    const newest = new LatestRequest<number, number>((question) => { asked += 1; return asked === 1 ? Promise.reject(new Error('full')) : Promise.resolve(question); }, () => undefined, () => undefined, () => true);
+    let sent = 0;
+    const newest = new LatestRequest<number, number>((question) => { sent += 1; return sent === 1 ? Promise.reject(new Error('full')) : Promise.resolve(question); }, () => undefined, () => undefined, () => true);
     newest.put(1);
     await vi.advanceTimersByTimeAsync(1000);
     vi.useRealTimers();
-    expect([asked, newest.count]).toEqual([2, 1]);
+    expect([sent, newest.count]).toEqual([2, 1]);
   });
 });

@@ -1,31 +1,31 @@
-/** Asks one thing at a time: while an answer is awaited only the newest question is kept, and it is asked next. */
+/** Sends one request at a time. While it waits for a response it keeps only the latest request, and sends that next. */
 
-/** How long after a refusal for lack of room the newest question is asked again, ms. */
-const AGAIN_MS = 800;
+/** Wait before a refused request is repeated, ms. */
+const RETRY_MS = 800;
 
-export class LatestRequest<Question, Answer> {
-  private waiting: { question: Question } | null = null;
+export class LatestRequest<Request, Response> {
+  private waiting: { request: Request } | null = null;
   private busy = false;
   private closed = false;
-  /** Answers that came, for tests. */
+  /** Number of responses, for tests. */
   count = 0;
 
   /**
-   * `ask` sends; `told` hears of each answer, `failed` of each failure. `later` says whether a failed question may simply be
-   * asked again.
+   * `ask` sends a request; `received` gets each response, `failed` each error. `later` says whether a request with this error
+   * may be repeated.
    */
   constructor(
-    private readonly ask: (question: Question) => Promise<Answer>, private readonly told: (answer: Answer, question: Question) => void,
-    private readonly failed: (error: unknown, question: Question) => void, private readonly later: (error: unknown) => boolean = () => false,
+    private readonly ask: (request: Request) => Promise<Response>, private readonly received: (response: Response, request: Request) => void,
+    private readonly failed: (error: unknown, request: Request) => void, private readonly later: (error: unknown) => boolean = () => false,
   ) {}
 
-  /** Asks, now or as soon as the answer that is awaited has come. */
-  put(question: Question): void {
-    this.waiting = { question };
+  /** Sends a request now, or after the current one. */
+  put(request: Request): void {
+    this.waiting = { request };
     if (!this.busy) void this.run();
   }
 
-  /** Nothing more is told. */
+  /** No callback is called any more. */
   close(): void {
     this.closed = true;
     this.waiting = null;
@@ -34,18 +34,18 @@ export class LatestRequest<Question, Answer> {
   private async run(): Promise<void> {
     this.busy = true;
     while (this.waiting && !this.closed) {
-      const { question } = this.waiting;
+      const { request } = this.waiting;
       this.waiting = null;
       try {
-        const answer = await this.ask(question);
+        const response = await this.ask(request);
         this.count += 1;
-        if (!this.closed) this.told(answer, question);
+        if (!this.closed) this.received(response, request);
       } catch (error) {
         if (this.later(error)) {
-          await new Promise((resolve) => { setTimeout(resolve, AGAIN_MS); });
-          this.waiting ??= { question };
+          await new Promise((resolve) => { setTimeout(resolve, RETRY_MS); });
+          this.waiting ??= { request };
         } else if (!this.closed) {
-          this.failed(error, question);
+          this.failed(error, request);
         }
       }
     }

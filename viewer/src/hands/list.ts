@@ -1,4 +1,4 @@
-/** `/hands`: the hands that can be looked at, each with a picture; and a place to send one in. */
+/** `/hands`: the hands, each with drawings, and the upload form. */
 import { el, name } from '../ui/elements';
 import { VIEWS, turntable } from './outline';
 import { side } from './hand_views';
@@ -6,7 +6,7 @@ import { type Access, describeHand, type HandInfo, type HandList, listHands, typ
 import { uploadForm } from './upload';
 import { teamForm } from './team_form';
 
-/** What the page around does. */
+/** The page around this view. */
 export interface Opener {
   access: Access;
   readonly official: boolean;
@@ -21,12 +21,12 @@ export class HandListView {
   constructor(app: HTMLElement, private readonly page: Opener) {
     const { official } = page;
     app.replaceChildren(
-      el('div', { class: 'title' }, el('h1', {}, 'Hands'), el('p', { class: 'lead' }, 'Close one, push it, and read what it is made of.')),
+      el('div', { class: 'title' }, el('h1', {}, 'Hands'), el('p', { class: 'lead' }, 'Close a hand, push it, and see its joints, tendons and links.')),
       this.says, this.cards, this.own,
       el('div', { class: 'columns' },
         el('section', { class: 'panel' }, el('h2', {}, 'Your team'), teamForm(official, page.access, (access) => { page.access = access; void this.load(); })),
-        el('section', { class: 'panel' }, el('h2', {}, 'A hand of your own'),
-          el('p', { class: 'hint' }, 'It is checked, kept for your team, and turned right here. How to make one: docs/hands.md.'),
+        el('section', { class: 'panel' }, el('h2', {}, 'Your own hand'),
+          el('p', { class: 'hint' }, 'The server checks it and keeps it for your team; then you can use it on this page. How to make one: docs/hands.md.'),
           uploadForm(() => page.access, official, (hand) => { page.open(hand.name, hand); }))));
     void this.load();
   }
@@ -45,7 +45,7 @@ export class HandListView {
     const { own = [] } = list;
     this.cards.replaceChildren(...list.hands.map((hand) => this.card(hand, own.some((one) => one.name === hand.name))));
     this.own.hidden = own.length === 0;
-    this.own.replaceChildren(el('h2', {}, 'Sent in by your team'), el('ul', { class: 'plain' }, ...own.map((hand) => el('li', {},
+    this.own.replaceChildren(el('h2', {}, 'Uploaded by your team'), el('ul', { class: 'plain' }, ...own.map((hand) => el('li', {},
       name(hand.name), ' ', el('span', { class: `badge ${hand.status === 'approved' ? 'ok' : hand.status === 'rejected' ? 'bad' : 'warn'}` }, hand.status),
       hand.note === null ? null : el('span', { class: 'soft' }, ' ', name(hand.note))))));
   }
@@ -58,16 +58,16 @@ export class HandListView {
       event.preventDefault();
       this.page.open(hand.name);
     });
-    const picture = el('div', { class: 'pair' });
-    void this.draw(hand.name, picture);
-    return el('article', { class: 'card hand-card' }, picture, el('h2', {}, link, own ? el('span', { class: 'badge info' }, 'your own') : null),
+    const drawings = el('div', { class: 'pair' });
+    void this.draw(hand.name, drawings);
+    return el('article', { class: 'card hand-card' }, drawings, el('h2', {}, link, own ? el('span', { class: 'badge info' }, 'your team’s') : null),
       el('p', { class: 'soft' }, `${count(hand.joints.length, 'coordinate')}, ${count(hand.motors.length, 'motor')}`), el('p', {}, name(hand.description)));
   }
 
   private async draw(hand: string, into: HTMLElement): Promise<void> {
     try {
       const description = await describeHand(hand, this.page.access);
-      into.replaceChildren(side(description, 'palm', VIEWS.palm), side(description, 'askew', turntable(0.7)));
-    } catch { /* the card stands without a picture */ }
+      into.replaceChildren(side(description, 'palm', VIEWS.palm), side(description, 'at an angle', turntable(0.7)));
+    } catch { /* The card has no drawings. */ }
   }
 }

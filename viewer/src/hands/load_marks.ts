@@ -1,21 +1,21 @@
-/** What acts on the hand, drawn: forces and reactions as arrows, points that are held as pins, and what each is in N. */
+/** Drawn loads of the hand: forces and reactions as arrows, held points as pins, each with its size in N. */
 import { ConeGeometry, CylinderGeometry, Group, LineBasicMaterial, Mesh, MeshBasicMaterial, OctahedronGeometry, Quaternion, SphereGeometry, Vector3 } from 'three';
 import type { Pose } from '../model/pose';
 import type { Vec3 } from '../model/scene';
 import type { Stage } from '../render/stage';
 import { inWorld, type Load, reactionOf, type Equilibrium } from './equilibrium';
 
-/** Vermilion pushes, blue holds; purple is what holding takes. */
+/** Pushes vermilion, pins blue, reactions at pins purple. */
 const COLOURS = { force: '#d55e00', hold: '#0072b2', reaction: '#cc79a7', chosen: '#f0e442' } as const;
 /** Radii of shaft and head, length of the head, radius of points and pins, m. */
 const [SHAFT_M, HEAD_M, TIP_M, DOT_M, PIN_M] = [0.0018, 0.005, 0.014, 0.0035, 0.0065];
-/** Reactions are drawn no longer than this, m. */
-const LONGEST_M = 0.2;
+/** Maximum length of a drawn reaction, m. */
+const MAX_REACTION_M = 0.2;
 const UP = new Vector3(0, 1, 0);
 
 const material = (color: string): MeshBasicMaterial => new MeshBasicMaterial({ color, depthTest: false, transparent: true, opacity: 0.92 });
 
-/** An arrow from a point along a vector, m; seen through what hides it. */
+/** An arrow from a point along a vector, m; drawn over everything. */
 class Arrow {
   readonly group = new Group();
   private readonly shaft: Mesh;
@@ -44,11 +44,11 @@ class Arrow {
   }
 }
 
-/** One load: its point on the link, its arrow or pin, its reaction, its words. */
+/** A drawn load: its point on the link, its arrow or pin, its reaction, its label. */
 class LoadMark {
   readonly group = new Group();
   readonly tag = document.createElement('span');
-  /** Where its handle and its words are, m. */
+  /** Position of its handle and label, m. */
   readonly handle = new Vector3();
   private readonly dot: Mesh<SphereGeometry, MeshBasicMaterial>;
   private readonly pin = new Mesh(new OctahedronGeometry(PIN_M), material(COLOURS.hold));
@@ -75,7 +75,7 @@ class LoadMark {
     };
     const arrow = along(load.force);
     this.arrow.show(at, load.kind === 'force' ? arrow : [0, 0, 0]);
-    this.reaction.show(at, reaction ? along(reaction.force, LONGEST_M) : [0, 0, 0]);
+    this.reaction.show(at, reaction ? along(reaction.force, MAX_REACTION_M) : [0, 0, 0]);
     this.handle.set(...(load.kind === 'hold' ? load.place : at));
     if (load.kind === 'force') this.handle.add(new Vector3(...arrow));
     const newtons = load.kind === 'force' ? load.force : reaction?.force;
@@ -94,7 +94,7 @@ class LoadMark {
   }
 }
 
-/** Newtons as they stand beside an arrow. */
+/** Newtons as text. */
 export function formatNewtons(newtons: number): string {
   return newtons >= 100 ? newtons.toFixed(0) : newtons >= 10 ? newtons.toFixed(1) : newtons.toFixed(2);
 }
@@ -107,7 +107,7 @@ export class LoadMarks {
     stage.onFrame(() => { this.place(); });
   }
 
-  /** Draws what acts, `metres` of arrow for each N. */
+  /** Draws the loads, with `metres` of arrow for each N. */
   show(loads: readonly Load[], places: ReadonlyMap<string, Pose>, rest: Equilibrium | null, metres: number, chosen: number | null): void {
     for (const [id, mark] of this.marks) {
       if (loads.some((load) => load === mark.load)) continue;
@@ -129,18 +129,18 @@ export class LoadMarks {
     this.stage.touch();
   }
 
-  /** Where a load's handle is in the picture, CSS px from its upper left corner. */
+  /** Position of a load's handle on the canvas, CSS px from its upper left corner. */
   handleOf(id: number): { x: number; y: number } | null {
     const mark = this.marks.get(id);
     return mark ? this.onScreen(mark.handle) : null;
   }
 
-  /** Where a load's handle is in the world, m. */
+  /** World position of a load's handle, m. */
   handleAt(id: number): Vector3 | null {
     return this.marks.get(id)?.handle ?? null;
   }
 
-  /** The load whose handle is nearest to a point of the picture, within so many px. */
+  /** The load whose handle is nearest to a point of the canvas, at most `within` px away. */
   nearest(x: number, y: number, within: number): number | null {
     let [best, found]: [number, number | null] = [within, null];
     for (const [id, mark] of this.marks) {

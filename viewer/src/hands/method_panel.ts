@@ -1,4 +1,4 @@
-/** By which law the pose was found, in words, and what the hand's own weight does. */
+/** Explains how the pose was computed, and the effect of the hand's own weight. */
 import { el, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
 import type { Equilibrium } from './equilibrium';
@@ -10,10 +10,10 @@ export class MethodPanel {
   private readonly failed = el('p', { class: 'error' });
 
   constructor(hand: HandDescription) {
-    this.element = el('section', { class: 'panel' }, el('h2', {}, 'How it was found'), this.failed, this.law, this.why,
+    this.element = el('section', { class: 'panel' }, el('h2', {}, 'How it was computed'), this.failed, this.law, this.why,
       el('p', { class: 'hint' }, hand.gravity_compensation
-        ? 'The hand’s own weight is cancelled (gravity compensation): how the base is held changes nothing.'
-        : 'The hand’s own weight acts, downwards in the picture: how the base is held changes where it rests.'));
+        ? 'The hand’s own weight is compensated: the orientation of the base has no effect.'
+        : 'The hand’s own weight acts downwards in the image: the orientation of the base changes the pose.'));
   }
 
   show(rest: Equilibrium): void {
@@ -21,25 +21,25 @@ export class MethodPanel {
     const { beyond_closed_form: beyond } = rest;
     setText(this.law, rest.law === 'closed_form'
       ? 'By the closed form of adaptive synergies: every tendon is taut and below its limit, no joint is at a limit, and moment arms are constant.'
-      : 'By Newton’s method on the energy of springs, tendons and loads. The closed form of adaptive synergies does not know of this:');
+      : 'By Newton’s method on the energy of springs, tendons and loads. The closed form of adaptive synergies does not cover:');
     this.why.hidden = beyond.length === 0;
-    const told = JSON.stringify(beyond);
-    if (this.why.dataset['told'] === told) return;
-    this.why.dataset['told'] = told;
+    const key = JSON.stringify(beyond);
+    if (this.why.dataset['shown'] === key) return;
+    this.why.dataset['shown'] = key;
     this.why.replaceChildren(...beyond.map((reason) => el('li', {}, explainReason(reason))));
   }
 
   fail(message: string): void {
-    setText(this.failed, `${message}. The pose before stays.`);
+    setText(this.failed, `${message}. The previous pose is shown.`);
   }
 }
 
-/** A reason with what it means. */
+/** A reason with its explanation. */
 export function explainReason(reason: string): string {
-  if (reason.endsWith('is slack')) return `${reason}: it pulls nothing`;
-  if (/^tendon .* is at its limit/.test(reason)) return `${reason}: more winding pulls no harder`;
-  if (/^joint .* limit/.test(reason)) return `${reason}: its stop takes part of the torque`;
-  if (reason.startsWith('moment arms vary')) return `${reason}: R below is that at rest`;
-  if (/^link .* is held$/.test(reason)) return `${reason}: a pin holds a point of it`;
+  if (reason.endsWith('is slack')) return `${reason}: it does not pull`;
+  if (/^tendon .* is at its limit/.test(reason)) return `${reason}: winding further does not pull harder`;
+  if (/^joint .* limit/.test(reason)) return `${reason}: the stop carries part of the torque`;
+  if (reason.startsWith('moment arms vary')) return `${reason}: the table shows R at rest`;
+  if (/^link .* is held$/.test(reason)) return `${reason}: a pin holds one of its points`;
   return reason;
 }

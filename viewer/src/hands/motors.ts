@@ -1,4 +1,4 @@
-/** A slider for each motor: σ from 0, open, to 1, closed. */
+/** A slider for each motor: σ from 0 (open) to 1 (closed). */
 import { button, el, name, setText } from '../ui/elements';
 import type { Motor } from '../model/hand';
 

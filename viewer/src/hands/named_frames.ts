@@ -1,4 +1,4 @@
-/** The frames that a hand is spoken of in, drawn larger than those of its links, with their names. */
+/** The named frames of a hand (base, palm, grasp centre), drawn larger than those of its links. */
 import { Quaternion, Vector3 } from 'three';
 import { el } from '../ui/elements';
 import type { Pose } from '../model/pose';
@@ -16,7 +16,7 @@ export class NamedFrames {
   private on = false;
 
   constructor(private readonly stage: Stage, private readonly area: HTMLElement) {
-    // Above the names of links.
+    // An element of its own, above the names of links.
     const names = el('div', { class: 'frame-names' });
     area.append(names);
     this.labels = new Labels(names);
@@ -32,7 +32,7 @@ export class NamedFrames {
     this.show(this.poses);
   }
 
-  /** Base, palm, and grasp centre where there is one. */
+  /** `poses`: base, palm, and the grasp centre if there is one. */
   show(poses: Pose[]): void {
     this.poses = poses;
     if (!this.on) return;

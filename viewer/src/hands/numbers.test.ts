@@ -15,16 +15,16 @@ const hand: HandDescription = {
   tendons: [{ name: 't', motor: 'm', moment_arms: [0.01, -0.02], stiffness: 1, damping: 0, force_limit: 50 }],
 };
 
-it('a hand is measured', () => {
+it('computes size and largest torque', () => {
   const { size, torque, strongest, shapes } = numbersOf(hand);
   [0.2, 0.4, 0.2].forEach((edge, axis) => { expect(size[axis]).toBeCloseTo(edge, 9); });
   expect([shapes, torque, strongest]).toEqual([2, 1, 'b']);
 });
 
-it('angles and lengths are told apart', () => {
+it('distinguishes angles and lengths', () => {
   expect([isAngle(hand, 'a'), isAngle(hand, 'b')]).toEqual([true, false]);
 });
 
-it('arrows fit the hand’s springs', () => {
+it('scales arrows by the hand’s springs', () => {
   expect(usualForce(hand)).toBe(1);
 });

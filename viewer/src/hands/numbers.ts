@@ -1,12 +1,12 @@
-/** A hand in a few numbers, from its description. SI units. */
+/** Key numbers of a hand, from its description. SI units. */
 import { place, surface } from './outline';
 import type { HandDescription } from '../model/hand';
 
 export interface Numbers {
   shapes: number;
-  /** Edges of a box around the hand at rest, m. */
+  /** Edges of the bounding box at rest, m. */
   size: [number, number, number];
-  /** The largest torque that tendons at their limits exert on a joint, by R at rest; and which joint. */
+  /** Largest torque on a joint with all tendons at their limits, from R at rest; `strongest` is that joint. */
   torque: number;
   strongest: string;
 }
@@ -33,17 +33,17 @@ export function numbersOf(hand: HandDescription): Numbers {
   return { shapes, size: [edge(0), edge(1), edge(2)], torque, strongest: hand.coordinates[torques.indexOf(torque)]?.name ?? '–' };
 }
 
-/** Whether a coordinate is an angle; else it is a length. */
+/** Whether a coordinate is an angle; otherwise it is a length. */
 export function isAngle(hand: HandDescription, coordinate: string): boolean {
   return hand.links.every((link) => link.coordinate !== coordinate || link.hinges.every((hinge) => hinge.kind === 'revolute'));
 }
 
-/** N for each m of arrow: 5 cm push a joint of usual stiffness by about half a radian over a finger's length. */
+/** Initial arrow scale, N for 5 cm: at 5 cm from a joint of median stiffness this force turns it by about 0.5 rad. */
 export function usualForce(hand: HandDescription): number {
   const stiff = hand.coordinates.map((c) => c.stiffness).filter((e) => e > 0).sort((a, b) => a - b);
   const wanted = ((stiff[Math.floor(stiff.length / 2)] ?? 1) * 0.5) / 0.05;
   return FORCES.reduce((best, one) => Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best);
 }
 
-/** N of an arrow of 5 cm that can be chosen. */
+/** Arrow scales to choose from, N for 5 cm. */
 export const FORCES: readonly number[] = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];

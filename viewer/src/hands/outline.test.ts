@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import { type HandShapes, hull, outlines, place, turntable, VIEWS } from './outline';
 
-test('the hull of a square has its corners alone', () => {
+test('the hull of a square is its corners', () => {
   const square: [number, number][] = [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5], [0.5, 0]];
   expect(hull(square)).toEqual([[0, 0], [1, 0], [1, 1], [0, 1]]);
 });
@@ -12,7 +12,7 @@ test('a quarter turn about z takes x to y', () => {
   expect([x, y, z].map((v) => Math.round(v * 1e9) / 1e9)).toEqual([1, 1, 0]);
 });
 
-test('a box is seen with its true edges, the nearer one last', () => {
+test('a box has its true edges, and the nearer one is last', () => {
   const box = { position: [0, 0, 0] as [number, number, number], quat_xyzw: [0, 0, 0, 1] as [number, number, number, number], shape: { type: 'box' as const, half_extents: [0.1, 0.2, 0.3] as [number, number, number], rounding: 0 }, friction: 1 };
   const at = (x: number) => ({ position: [x, 0, 0] as [number, number, number], quat_xyzw: [0, 0, 0, 1] as [number, number, number, number] });
   const hand: HandShapes = { name: 'h', links: [{ base_from_link_at_rest: at(1), shapes: [box] }, { base_from_link_at_rest: at(0), shapes: [box] }] };

@@ -1,25 +1,25 @@
-/** Outlines of a hand seen from any side, at rest: each convex shape's points are projected, their hull is what is seen. m. */
+/** Outlines of a hand at rest in any view: the 2D hull of each convex shape's projected points. m. */
 import type { HandDescription, LinkDescription, PoseDescription } from '../model/hand';
 import { turned as rotated, type Vec3 } from '../model/pose';
 import type { Shape } from '../model/shape';
 
-/** The part of a hand's description that a picture of it needs. */
+/** The part of a hand's description that its drawing needs. */
 export type HandShapes = Pick<HandDescription, 'name'> & { links: Pick<LinkDescription, 'base_from_link_at_rest' | 'shapes'>[] };
 
-/** A shape as it is seen: corners in m on the picture (x right, y up), and how near it is (greater is nearer). */
+/** The outline of a shape: corners in m (x right, y up), and depth (greater is nearer). */
 export interface Outline { link: number; depth: number; corners: [number, number][] }
 
-/** A view: the rows of a rotation; right, up, towards the one who looks. */
+/** A view as the rows of a rotation: right, up, towards the viewer. */
 export interface View { right: Vec3; up: Vec3; near: Vec3 }
 
-/** Views of the hand frame: fingers +z, palm normal +x, thumb +y. */
+/** Views for a hand frame with fingers along +z, palm normal +x, thumb +y. */
 export const VIEWS = {
   palm: { right: [0, 1, 0], up: [0, 0, 1], near: [1, 0, 0] },
   side: { right: [1, 0, 0], up: [0, 0, 1], near: [0, -1, 0] },
   top: { right: [0, 1, 0], up: [-1, 0, 0], near: [0, 0, 1] },
 } as const satisfies Record<string, View>;
 
-/** Turned about the fingers' axis by an angle in rad, seen a little from above. */
+/** Turned by an angle (rad) about the fingers' axis, from a little above. */
 export function turntable(angle: number, tilt = 0.35): View {
   const [c, s, ct, st] = [Math.cos(angle), Math.sin(angle), Math.cos(tilt), Math.sin(tilt)];
   return { right: [-s, c, 0], up: [-c * st, -s * st, ct], near: [c * ct, s * ct, st] };
@@ -27,20 +27,20 @@ export function turntable(angle: number, tilt = 0.35): View {
 
 const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-/** Where a point of a frame is in the frame around it. */
+/** A point from a frame to the parent frame. */
 export function place({ position: p, quat_xyzw }: PoseDescription, v: Vec3): Vec3 {
   const t = rotated(quat_xyzw, v);
   return [p[0] + t[0], p[1] + t[1], p[2] + t[2]];
 }
 
-/** Directions all around, for round shapes. */
+/** Evenly distributed directions, for round shapes. */
 const AROUND: Vec3[] = Array.from({ length: 96 }, (_, i) => {
   const z = 1 - (2 * i + 1) / 96;
   const [r, a] = [Math.sqrt(1 - z * z), i * 2.399963];
   return [r * Math.cos(a), r * Math.sin(a), z];
 });
 
-/** Points whose hull is the shape, near enough for a picture. */
+/** Points whose hull approximates the shape. */
 export function surface(shape: Shape): Vec3[] {
   switch (shape.type) {
     case 'sphere': return AROUND.map((d) => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius]);

@@ -9,14 +9,14 @@ const near = (a: Vec3, b: Vec3): void => { a.forEach((x, k) => { expect(x).toBeC
 
 describe('postures', () => {
   const hand = softhand as unknown as HandDescription;
-  it('turn the palm where they say', () => {
+  it('turn the palm to their direction', () => {
     const { direction } = palmOf(hand);
     near(turned(baseTurn(hand, 'palm-up'), direction), [0, 0, 1]);
     near(turned(baseTurn(hand, 'palm-down'), direction), [0, 0, -1]);
     near(turned(baseTurn(hand, 'palm-side'), direction), [0, -1, 0]);
   });
 
-  it('work for a gripper, whose palm looks along its fingers', () => {
+  it('work for a gripper, whose palm faces along its fingers', () => {
     near(turned(turnTo([0, 0, 1], [0, 0, -1], [0, 0, 1], [1, 0, 0]), [0, 0, 1]), [0, 0, -1]);
     near(turned(turnTo([1, 0, 0], [0, 0, 1], [1, 0, 0], [1, 0, 0]), [1, 0, 0]), [0, 0, 1]);
   });

@@ -1,4 +1,4 @@
-/** How the base is held: palm up, down, to the side. Which way the palm looks is guessed from how the fingers close. */
+/** Orientations of the base: palm up, down, to the side. The palm's direction is estimated from how the fingers close. */
 import { Matrix4, Quaternion, Vector3 } from 'three';
 import type { HandDescription } from '../model/hand';
 import { palmOf } from '../model/palm';
@@ -10,7 +10,7 @@ export const POSTURES: readonly (readonly [Posture, string])[] = [
   ['model', 'as in its model'], ['palm-up', 'palm up'], ['palm-down', 'palm down'], ['palm-side', 'palm to the side'], ['fingers-down', 'fingers down'],
 ];
 
-/** A right-handed basis whose first vector is `a` and whose second lies towards `b`, or anywhere if `b` does not say. */
+/** A right-handed basis: first vector `a`, second towards `b`, or any direction if `b` is parallel to `a`. */
 function basis(a: Vec3, b: Vec3): Matrix4 {
   const first = new Vector3(...a).normalize();
   const second = new Vector3(...b).addScaledVector(first, -first.dot(new Vector3(...b)));
@@ -20,7 +20,7 @@ function basis(a: Vec3, b: Vec3): Matrix4 {
   return new Matrix4().makeBasis(first, second, new Vector3().crossVectors(first, second));
 }
 
-/** The turn that takes `a` to `toA`, and `b` as near to `toB` as that leaves. */
+/** The rotation that takes `a` to `toA`, and `b` as close as possible to `toB`. */
 export function turnTo(a: Vec3, toA: Vec3, b: Vec3, toB: Vec3): Quat {
   const turn = basis(toA, toB).multiply(basis(a, b).transpose());
   const q = new Quaternion().setFromRotationMatrix(turn);

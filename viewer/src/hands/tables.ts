@@ -1,4 +1,4 @@
-/** The hand's matrices and figures as tables: what it is, and what holds at the pose that is shown. */
+/** Tables of the hand's joints, matrices, tendons and links, with the values at the shown pose. */
 import { figure } from '../ui/format';
 import { button, type Child, el, name, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
@@ -10,7 +10,7 @@ type Cell = Child | HTMLElement;
 
 interface Column { head: Child; text?: boolean; hint?: string }
 
-/** A table with a heading for each row. */
+/** A table with row headings. */
 function table(label: string, columns: readonly Column[], rows: readonly (readonly Cell[])[]): HTMLElement {
   return el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label },
     el('table', { class: 'dense' },
@@ -57,12 +57,12 @@ export class Tables {
     tabs.querySelector('button')?.click();
   }
 
-  /** The numbers of the pose that is shown. */
+  /** Updates the values of the shown pose. */
   show(rest: Equilibrium, sigma: readonly number[]): void {
     const { coordinates, tendons, motors } = this.hand;
     coordinates.forEach((c, k) => {
       const q = rest.q[k] ?? 0;
-      // At rest springs, loads, and tendons with the stops of the joint balance.
+      // In equilibrium the torques of springs, loads, tendons and joint stops add up to zero.
       const [spring, load] = [c.stiffness * (c.rest - q), rest.torque[k] ?? 0];
       const at = this.now[k];
       if (at) setText(at, this.length(k, q));
@@ -93,7 +93,7 @@ export class Tables {
     ]);
     return el('div', {}, table('Joints', [
       { head: 'Joint', text: true }, { head: 'now' }, { head: 'least' }, { head: 'most' }, { head: 'rest q₀' }, { head: 'stiffness E', hint: 'N·m/rad' }, { head: 'damping D', hint: 'N·m·s/rad' },
-      { head: 'springs', hint: 'E (q₀ − q)' }, { head: 'loads', hint: 'forces, held points, weight' }, { head: 'tendons, stops', hint: 'what balances the other two' },
+      { head: 'springs', hint: 'E (q₀ − q)' }, { head: 'loads', hint: 'forces, held points, weight' }, { head: 'tendons, stops', hint: 'balances the other two' },
     ], rows), el('p', { class: 'hint' }, 'Torques at the pose shown in N·m (of sliding joints N): springs E (q₀ − q); loads are forces, held points and weight; tendons and stops balance both. E in N·m/rad, D in N·m·s/rad.'));
   }
 
@@ -106,8 +106,8 @@ export class Tables {
     })]);
     const any = tendons.some((tendon) => (tendon.elements?.length ?? 0) > 0);
     return el('div', {}, table('R and E', [{ head: 'Joint', text: true }, { head: 'E' }, ...tendons.map((tendon) => ({ head: el('span', {}, 'R ', name(tendon.name)) }))], rows),
-      el('p', { class: 'hint' }, 'A column is a tendon’s row of R, its moment arms at rest: it winds s = R q and pulls with torques Rᵀ f. In m where the hand’s file gives radii in m (f is then in N); where it gives numbers without a unit, f is in N·m.',
-        any ? ' * varies with the joint.' : ''));
+      el('p', { class: 'hint' }, 'Each column is a tendon’s row of R, its moment arms at rest: the tendon winds s = R q and pulls with torques Rᵀ f. If the hand’s file gives radii in m, R is in m and f in N; if it gives numbers without a unit, f is in N·m.',
+        any ? ' * The moment arm varies with the joint.' : ''));
   }
 
   private tendons(): HTMLElement {
@@ -116,7 +116,7 @@ export class Tables {
     ]);
     return el('div', {}, table('Tendons', [
       { head: 'Tendon', text: true }, { head: 'Motor', text: true }, { head: 'tension f' }, { head: 'limit' }, { head: 'wound to s' }, { head: 'stiffness K' }, { head: 'damping b' }, { head: '', text: true },
-    ], rows), el('p', { class: 'hint' }, 'In the hand’s own units, as R. A motor at σ winds to s = scaling · (σ − offset): ',
+    ], rows), el('p', { class: 'hint' }, 'In the hand’s own units, like R. A motor at σ winds to s = scaling · (σ − offset): ',
       this.hand.motors.map((motor) => `${motor.name} ${figure(motor.scaling)} · (σ − ${figure(motor.offset)})`).join(', '), '.'));
   }
 

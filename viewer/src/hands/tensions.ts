@@ -1,4 +1,4 @@
-/** The tension of every tendon, beside its limit. */
+/** The tension of every tendon, and its limit. */
 import { figure } from '../ui/format';
 import { el, name, setText } from '../ui/elements';
 import type { TendonDescription } from '../model/hand';

@@ -1,41 +1,41 @@
-/** A hand of one's own: sent in as the server takes it, answered with what the check says. */
+/** Upload of a team's own hand, and the report of the server's check. */
 import { ApiError } from '../net/api';
 import { figureTable } from './figure_table';
 import { el, facts, name } from '../ui/elements';
-import { type Access, type OwnHand, sendHand } from './access';
+import { type Access, type OwnHand, uploadHand } from './access';
 import { type Finding, findings } from './finding';
 import { pathOf, zip } from './zip';
 
-/** The archive of what was chosen: a ZIP as it is, single files packed as the URDF names them. */
+/** The archive to upload: a ZIP unchanged; single files are packed under the paths in the URDF. */
 export async function archiveOf(files: readonly File[]): Promise<Uint8Array<ArrayBuffer>> {
   const only = files[0];
   if (files.length === 1 && only && /\.zip$/i.test(only.name)) return new Uint8Array(await only.arrayBuffer());
   const urdf = files.find((file) => /\.(urdf|xml)$/i.test(file.name));
-  if (!urdf) throw new Error('Choose one .zip, or a .urdf with its hand.toml and meshes.');
+  if (!urdf) throw new Error('Choose one .zip file, or a .urdf file with its hand.toml and meshes.');
   const text = await urdf.text();
   return zip(await Promise.all(files.map(async (file) => ({ name: file === urdf ? file.name : pathOf(file.name, text), bytes: new Uint8Array(await file.arrayBuffer()) }))));
 }
 
-/** Findings, each with its file and element. */
+/** The findings of a check, each with its file and element. */
 export function findingList(all: readonly Finding[]): HTMLElement {
   return el('ul', { class: 'findings' }, ...all.map(({ file, element, text, valid }) => el('li', {},
     file !== null || element !== null ? el('p', { class: 'where' }, file === null ? null : el('code', {}, file), ' ', element === null ? null : name(element)) : null,
     el('p', {}, text), valid === null ? null : el('p', { class: 'hint' }, valid))));
 }
 
-/** What the check says of a hand that was taken. */
+/** The check's report of an accepted hand. */
 export function checkReport(hand: OwnHand): HTMLElement {
   const many = hand.warnings.length;
-  return el('section', { class: 'panel', tabindex: -1, id: 'check', 'aria-label': 'What the check says' },
+  return el('section', { class: 'panel', tabindex: -1, id: 'check', 'aria-label': 'Result of the check' },
     el('h2', {}, 'Check: ', el('span', { class: many > 0 ? 'badge warn' : 'badge ok' }, many === 0 ? 'usable' : `usable, ${many} ${many === 1 ? 'warning' : 'warnings'}`)),
     many > 0 ? findingList(hand.warnings.flatMap(findings)) : null,
-    facts([['State', hand.status === 'pending' ? 'pending: waits for the organizers' : hand.status], ['Archive', `${hand.bytes} bytes`], ['SHA-256', el('code', {}, hand.sha256)]]),
-    hand.note === null ? null : el('p', {}, 'The organizers say: ', name(hand.note)),
-    hand.figures === undefined ? null : el('details', {}, el('summary', {}, 'Its figures, beside those of the other hands and the limits'),
+    facts([['State', hand.status === 'pending' ? 'pending: the organizers decide' : hand.status], ['Archive', `${hand.bytes} bytes`], ['SHA-256', el('code', {}, hand.sha256)]]),
+    hand.note === null ? null : el('p', {}, 'Note from the organizers: ', name(hand.note)),
+    hand.figures === undefined ? null : el('details', {}, el('summary', {}, 'Figures, compared with the other hands and the limits'),
       el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Figures' }, figureTable(hand.figures))));
 }
 
-/** The form; `sent` is told of a hand that was taken. */
+/** The upload form; `sent` gets the accepted hand. */
 export function uploadForm(access: () => Access, official: boolean, sent: (hand: OwnHand) => void): HTMLElement {
   const files = el('input', { type: 'file', id: 'hand-files', multiple: true, accept: '.zip,.urdf,.toml,.stl,.xml' });
   const says = el('div', { role: 'status' });
@@ -43,24 +43,24 @@ export function uploadForm(access: () => Access, official: boolean, sent: (hand:
     if (chosen.length === 0) return;
     const who = access();
     if (who.token === null && (official || who.team === null)) {
-      says.replaceChildren(el('p', { class: 'error' }, official ? 'First say above which team sends it: type its token.' : 'First say above whose hand it is: type the team’s name.'));
+      says.replaceChildren(el('p', { class: 'error' }, official ? 'Enter your team’s token first.' : 'Enter your team’s name first.'));
       return;
     }
-    says.replaceChildren(el('p', {}, 'It is sent and checked …'));
+    says.replaceChildren(el('p', {}, 'Uploading and checking …'));
     try {
-      const hand = await sendHand(await archiveOf(chosen), who);
+      const hand = await uploadHand(await archiveOf(chosen), who);
       says.replaceChildren();
       sent(hand);
     } catch (error) {
       const checked = error instanceof ApiError && [400, 422].includes(error.status);
-      const heading = checked ? error.code === 'hand_in_the_way' ? 'Not usable: where it starts it touches something' : 'Not usable' : 'It could not be sent';
+      const heading = checked ? error.code === 'hand_in_the_way' ? 'Not usable: it touches something in its start pose' : 'Not usable' : 'The upload failed';
       says.replaceChildren(el('div', { class: 'notice bad' }, el('p', {}, el('b', {}, heading)), findingList(findings(error instanceof Error ? error.message : String(error)))));
     } finally {
       files.value = '';
     }
   };
   files.addEventListener('change', () => { void send([...files.files ?? []]); });
-  const drop = el('div', { class: 'drop' }, el('label', { for: 'hand-files' }, 'Drop a .zip here, or a .urdf with its hand.toml and meshes, or choose them:'), files);
+  const drop = el('div', { class: 'drop' }, el('label', { for: 'hand-files' }, 'Drop or choose one .zip file, or a .urdf file with its hand.toml and meshes:'), files);
   const over = (on: boolean) => (event: Event): void => { event.preventDefault(); drop.classList.toggle('over', on); };
   drop.addEventListener('dragover', over(true));
   drop.addEventListener('dragleave', over(false));

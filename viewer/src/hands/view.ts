@@ -1,4 +1,4 @@
-/** A hand without a world: closed by its sliders, pushed and held by the pointer, explained by its numbers. */
+/** `/hands/NAME`: a hand without objects. Sliders close it, the pointer pushes and holds it, tables show its numbers. */
 import { Matrix4, Quaternion, Vector3 } from 'three';
 import { figure } from '../ui/format';
 import { ApiError } from '../net/api';
@@ -29,7 +29,7 @@ import { Tensions } from './tensions';
 import { checkReport, uploadForm } from './upload';
 import { teamForm } from './team_form';
 
-/** Length that the arrow's scale speaks of, m. */
+/** Length of the arrow in the scale's label, m. */
 const FIVE_CM = 0.05;
 const MODES: readonly (readonly [Mode, string])[] = [['look', 'Look'], ['force', 'Push'], ['hold', 'Hold']];
 const SHOWN: readonly (readonly [OverlayName, string])[] = [['frames', 'Frames: base, palm, grasp centre, links'], ['names', 'Names of links'], ['com', 'Centres of mass']];
@@ -37,13 +37,13 @@ const SHOWN: readonly (readonly [OverlayName, string])[] = [['frames', 'Frames: 
 function touchOf(hand: HandDescription): string {
   const patches = hand.tactile ?? [];
   const taxels = patches.reduce((sum, { taxels: [along, across] }) => sum + along * across, 0);
-  return taxels > 0 ? `${taxels} taxels in ${patches.length} patches` : 'not felt';
+  return taxels > 0 ? `${taxels} taxels in ${patches.length} patches` : 'none';
 }
 
 export class HandView {
   readonly stage: Stage;
   readonly loads: Load[] = [];
-  /** The answer that is shown, for tests. */
+  /** The shown response, for tests. */
   rest: Equilibrium | null = null;
   readonly asking: LatestRequest<EquilibriumRequest, Equilibrium>;
   private readonly place = el('div', { class: 'stage' });
@@ -58,16 +58,16 @@ export class HandView {
   private readonly grip: LoadPointer;
   private readonly posture = el('select', { id: 'posture' }, ...POSTURES.map(([value, label]) => el('option', { value }, label)));
   private readonly scale: HTMLSelectElement;
-  private readonly modes = el('div', { class: 'group', role: 'group', 'aria-label': 'The pointer' });
+  private readonly modes = el('div', { class: 'group', role: 'group', 'aria-label': 'What the pointer does' });
   private readonly baseSays = el('p', { class: 'hint' });
-  private readonly says = el('p', { class: 'card', role: 'status' }, 'Asking where it rests …');
+  private readonly says = el('p', { class: 'card', role: 'status' }, 'Computing the equilibrium …');
   private base: Pose = { position: [0, 0, 0], quat: [0, 0, 0, 1] };
   private places: Map<string, Pose>;
   private chosen: number | null = null;
   private next = 1;
-  /** How its links look, where its files say so. */
-  private looks: ReadonlyMap<string, Part[]> = new Map();
-  /** What the load was whose handle is being dragged. */
+  /** Visual shapes of the links, if the hand has any. */
+  private visuals: ReadonlyMap<string, Part[]> = new Map();
+  /** The dragged load before the drag. */
   private before: Pick<Load, 'force' | 'place'> = { force: [0, 0, 0], place: [0, 0, 0] };
 
   constructor(app: HTMLElement, private readonly hand: HandDescription, private readonly page: Opener, check: OwnHand | null, title: HTMLElement) {
@@ -88,7 +88,7 @@ export class HandView {
           load[what] = what === 'force' ? clampForce(vector) : vector;
         });
       },
-    }, el('div', { class: 'field row nowrap' }, el('label', { for: 'scale' }, '5 cm of arrow are'), this.scale));
+    }, el('div', { class: 'field row nowrap' }, el('label', { for: 'scale' }, '5 cm of arrow ='), this.scale));
     this.tables = new Tables(hand, [['Closing', () => closingTable(hand, page.access)]]);
     const side = el('div', { class: 'side' });
     app.classList.add('stage-page', 'hand-page');
@@ -97,8 +97,8 @@ export class HandView {
     this.marks = new LoadMarks(this.stage, this.place);
     this.frames = new NamedFrames(this.stage, this.place);
     this.grip = new LoadPointer(this.stage, this.marks, this.place, {
-      made: (kind, link, at) => this.made(kind, link, at),
-      taken: (id) => { this.taken(id); },
+      pressed: (kind, link, at) => this.pressed(kind, link, at),
+      grabbed: (id) => { this.grabbed(id); },
       dragged: (id, by) => { this.dragged(id, by); },
     });
     this.place.append(el('div', { class: 'hud top-left' }, this.says, this.picked),
@@ -111,9 +111,9 @@ export class HandView {
     this.asking = new LatestRequest((question) => requestEquilibrium(hand.name, question, page.access), (rest, question) => { this.answered(rest, question); },
       (error) => { this.failed(error instanceof Error ? error.message : String(error)); }, (error) => error instanceof ApiError && (error.status === 503 || error.status === 429));
     this.hold('model');
-    void fetchVisuals(hand.name, page.access.team, page.access.token).then((looks) => {
-      if (looks.size === 0) return;
-      this.looks = looks;
+    void fetchVisuals(hand.name, page.access.team, page.access.token).then((visuals) => {
+      if (visuals.size === 0) return;
+      this.visuals = visuals;
       this.hold(this.posture.value as Posture);
     });
     if (check) document.getElementById('check')?.focus();
@@ -130,12 +130,12 @@ export class HandView {
     return Number(this.scale.value) / FIVE_CM;
   }
 
-  /** Where a load's handle is in the picture, CSS px; for tests. */
+  /** Position of a load's handle on the canvas, CSS px; for tests. */
   handleOf(id: number): { x: number; y: number } | null {
     return this.marks.handleOf(id);
   }
 
-  // What the person does.
+  // Input.
 
   private ask(): void {
     this.asking.put(equilibriumRequest(this.sliders.sigma, this.base, this.loads));
@@ -148,26 +148,26 @@ export class HandView {
     this.next += 1;
     this.loads.push({ id, kind, link, point: rounded(point, 1e5), force: [0, 0, 0], place: [0, 0, 0] });
     const made = this.loads.at(-1);
-    // Where the point is that is sent: held a little beside it, it would take force.
+    // At the rounded point that is sent: any offset from it would cause a force.
     if (made) made.place = inWorld(at, made.point);
     this.choose(id);
     this.ask();
     return id;
   }
 
-  private made(kind: 'force' | 'hold', link: number, at: Vec3): number | null {
+  private pressed(kind: 'force' | 'hold', link: number, at: Vec3): number | null {
     const body = this.hand.links[link];
     const pose = body && this.places.get(body.name);
     return pose ? this.add(kind, body.name, inLink(pose, at)) : null;
   }
 
-  private taken(id: number): void {
+  private grabbed(id: number): void {
     const load = this.loads.find((one) => one.id === id);
     if (load) this.before = { force: load.force, place: load.place };
     this.choose(id);
   }
 
-  /** The force is what the pointer has moved, wherever the link has gone meanwhile: it would swing with it. */
+  /** The force follows the pointer's movement alone; if it followed the moving link, the two would oscillate. */
   private dragged(id: number, by: Vec3): void {
     const { force, place } = this.before;
     const plus = (v: Vec3, times: number): Vec3 => [v[0] + by[0] * times, v[1] + by[1] * times, v[2] + by[2] * times];
@@ -204,20 +204,20 @@ export class HandView {
     this.hold('model');
   }
 
-  /** Holds the base another way; the picture begins anew. */
+  /** Changes the orientation of the base, and resets the camera. */
   private hold(posture: Posture): void {
     const quat = baseTurn(this.hand, posture);
     this.base = { position: [0, 0, heightOf(this.hand, quat)], quat };
-    setText(this.baseSays, `The base’s origin is ${(100 * this.base.position[2]).toFixed(0)} cm above the ground. Where the palm looks is guessed from how the fingers close.`);
+    setText(this.baseSays, `The base’s origin is ${(100 * this.base.position[2]).toFixed(0)} cm above the ground. The palm’s direction is estimated from how the fingers close.`);
     const q = this.rest?.q ?? this.hand.coordinates.map((c) => c.rest);
-    // What holds points in space is left where it was on the hand.
+    // Held points move with the hand.
     const before = this.places;
     this.places = placesOf(this.hand, q, this.base);
     for (const load of this.loads) {
       const [was, is] = [before.get(load.link), this.places.get(load.link)];
       if (was && is) load.place = inWorld(is, inLink(was, load.place));
     }
-    this.stage.setScene(withVisuals(sceneOfHand(this.hand, this.base), this.looks));
+    this.stage.setScene(withVisuals(sceneOfHand(this.hand, this.base), this.visuals));
     this.stage.view('free');
     this.draw();
     this.ask();
@@ -228,20 +228,20 @@ export class HandView {
     this.picked.hidden = link === undefined;
     if (!link) return;
     this.points.choose(link.name);
-    this.picked.replaceChildren(name(link.name), `: ${figure(1000 * link.mass)} g`, ...(link.coordinate === null ? [] : [', moved by ', name(link.coordinate)]));
+    this.picked.replaceChildren(name(link.name), `: ${figure(1000 * link.mass)} g`, ...(link.coordinate === null ? [] : [', moves with ', name(link.coordinate)]));
   }
 
-  // What is shown.
+  // Output.
 
   private answered(rest: Equilibrium, question: EquilibriumRequest): void {
-    // An answer to loads that have since been added or removed says nothing of those.
+    // If held points were added or removed since the request, its reactions cannot be assigned.
     const same = question.contacts.length === this.loads.filter((load) => load.kind === 'hold').length;
     this.rest = same ? rest : { ...rest, reactions: [] };
     this.places = placesAt(rest);
     this.tensions.show(rest.tension);
     this.law.show(rest);
     this.says.classList.remove('bad');
-    setText(this.says, rest.law === 'closed_form' ? 'Rests by the closed form' : 'Rests by Newton’s method');
+    setText(this.says, rest.law === 'closed_form' ? 'Equilibrium by the closed form' : 'Equilibrium by Newton’s method');
     this.tables.show(rest, question.motors);
     this.draw();
   }
@@ -249,7 +249,7 @@ export class HandView {
   private failed(message: string): void {
     this.law.fail(message);
     this.says.classList.add('bad');
-    setText(this.says, `${message[0]?.toUpperCase() ?? ''}${message.slice(1)}. The pose before stays.`);
+    setText(this.says, `${message[0]?.toUpperCase() ?? ''}${message.slice(1)}. The previous pose is shown.`);
   }
 
   private draw(): void {
@@ -261,7 +261,7 @@ export class HandView {
 
   private drawFrames(): void {
     const palm = palmOf(this.hand);
-    // z out of the palm, x towards the fingertips.
+    // z points out of the palm, x to the fingertips.
     const out = new Vector3(...palm.direction);
     const along = new Vector3(...palm.middle).addScaledVector(out, -out.dot(new Vector3(...palm.middle)));
     if (along.length() < 1e-3) along.set(1, 0, 0).addScaledVector(out, -out.x);
@@ -276,7 +276,7 @@ export class HandView {
     const { hand } = this;
     const { shapes, size, torque, strongest } = numbersOf(hand);
     const edges = size.map((edge) => (1000 * edge).toFixed(0)).join(' × ');
-    return el('section', { class: 'panel' }, el('h2', {}, 'In numbers'), facts([
+    return el('section', { class: 'panel' }, el('h2', {}, 'Key numbers'), facts([
       ['Mass', `${figure(1000 * hand.mass)} g`], ['Size at rest', `${edges} mm`],
       ['Links', `${hand.links.length}, with ${shapes} shapes`], ['Coordinates', hand.coordinates.length], ['Tendons', hand.tendons.length], ['Motors', hand.motors.length],
       ['Strongest joint', el('span', {}, name(strongest), `: up to ${figure(torque)} N·m`)],
@@ -298,7 +298,7 @@ export class HandView {
   }
 
   private held(): HTMLElement {
-    return el('section', { class: 'panel' }, el('h2', {}, 'Base'), el('div', { class: 'field' }, el('label', { for: 'posture' }, 'Held'), this.posture, this.baseSays));
+    return el('section', { class: 'panel' }, el('h2', {}, 'Base'), el('div', { class: 'field' }, el('label', { for: 'posture' }, 'Orientation'), this.posture, this.baseSays));
   }
 
   private shown(): HTMLElement {
@@ -309,11 +309,11 @@ export class HandView {
         if (overlay === 'frames') this.frames.visible = box.checked;
       });
       return el('div', { class: 'check' }, box, el('label', { for: `overlay-${overlay}` }, label));
-    }), el('p', { class: 'hint' }, 'Axes x, y, z are vermilion, green, blue. The palm’s frame is guessed, z out of it; the grasp centre lies amid the fingertips and has its axes.'));
+    }), el('p', { class: 'hint' }, 'Axes x, y, z are red, green, blue. The palm’s frame is estimated; its z axis points out of the palm. The grasp centre is between the fingertips, with the palm’s axes.'));
   }
 
   private further(): HTMLElement {
-    return el('details', { class: 'panel' }, el('summary', {}, 'A hand of your own'),
+    return el('details', { class: 'panel' }, el('summary', {}, 'Your own hand'),
       teamForm(this.page.official, this.page.access, (access) => { this.page.access = access; }),
       uploadForm(() => this.page.access, this.page.official, (hand) => { this.page.open(hand.name, hand); }), el('p', {}, el('a', { href: '/hands' }, 'All hands')));
   }

@@ -17,14 +17,14 @@ it('another program reads the archive', ({ skip }) => {
     const file = join(folder, 'hand.zip');
     writeFileSync(file, zip([{ name: 'hand.urdf', bytes: bytes('<robot/>') }, { name: 'meshes/fingertip-é.stl', bytes: new Uint8Array(3000).fill(7) }]));
     const program = 'import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); assert z.testzip() is None; print([(i.filename, i.file_size) for i in z.infolist()])';
-    let told: string;
+    let listed: string;
     try {
-      told = execFileSync('python3', ['-X', 'utf8', '-c', program, file], { encoding: 'utf8' });
+      listed = execFileSync('python3', ['-X', 'utf8', '-c', program, file], { encoding: 'utf8' });
     } catch (error) {
       if ((error as NodeJS.ErrnoException).code === 'ENOENT') return skip('no python3 here');
       throw error;
     }
-    expect(told.trim()).toBe("[('hand.urdf', 8), ('meshes/fingertip-é.stl', 3000)]");
+    expect(listed.trim()).toBe("[('hand.urdf', 8), ('meshes/fingertip-é.stl', 3000)]");
   } finally {
     rmSync(folder, { recursive: true });
   }

@@ -1,4 +1,4 @@
-/** Files as a ZIP archive, stored without compression: a hand given as single files is sent as the server takes it. */
+/** Packs files into a ZIP archive without compression, for a hand that is uploaded as single files. */
 
 export interface Entry { name: string; bytes: Uint8Array }
 
@@ -15,7 +15,7 @@ export function crc32(bytes: Uint8Array): number {
   return (c ^ 0xffffffff) >>> 0;
 }
 
-/** Little endian; [value, bytes] each. */
+/** Little-endian fields, each as [value, bytes]. */
 function fields(...all: [number, 2 | 4][]): Uint8Array {
   const view = new DataView(new ArrayBuffer(all.reduce((sum, [, size]) => sum + size, 0)));
   let at = 0;
@@ -27,7 +27,7 @@ function fields(...all: [number, 2 | 4][]): Uint8Array {
   return new Uint8Array(view.buffer);
 }
 
-/** 1 January 1980, the first day that ZIP knows; and "names are UTF-8". */
+/** 1 January 1980, the first date in ZIP; and the flag for UTF-8 names. */
 const [DAY, UTF8] = [0x21, 0x800];
 
 /** The archive. */
@@ -51,7 +51,7 @@ export function zip(entries: readonly Entry[]): Uint8Array<ArrayBuffer> {
   return whole;
 }
 
-/** Where a file belongs that came without its folder: where the URDF looks for a mesh of its name. */
+/** The archive path of a file chosen without its folder: the path of the mesh with that name in the URDF. */
 export function pathOf(file: string, urdf: string): string {
   for (const [, said] of urdf.matchAll(/filename\s*=\s*["']([^"']+)["']/g)) {
     const path = (said ?? '').replace(/^package:\/\/[^/]+\//, '').replace(/^\.\//, '');

@@ -1,13 +1,13 @@
-/** What the hand does and feels, in figures and bars: motors, tensions, what fingers and skin bear, and how far each joint is from its predicted rest. */
+/** The hand's telemetry as bars: motors, tensions, contact forces on fingers and patches, deviation of joints from the prediction. */
 import { points } from '../ui/format';
 import { el, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
 
-/** Joints that are listed: those farthest from the prediction. */
+/** Number of listed joints: those farthest from the prediction. */
 const LISTED = 6;
 const DEGREES = 180 / Math.PI;
-/** Bars that are full, N. */
+/** Force of a full bar, N. */
 const FINGER_N = 100;
 const PATCH_N = 20;
 
@@ -28,7 +28,7 @@ export class Gauges {
   private joints = el('dl', { class: 'facts' });
   private hand: HandDescription | null = null;
 
-  /** Gauges for the motors and tendons of a hand. */
+  /** Creates the gauges of a hand. */
   setHand(hand: HandDescription | null): void {
     this.hand = hand;
     this.element.hidden = hand === null;
@@ -37,9 +37,9 @@ export class Gauges {
     this.tendons = hand.tendons.map((tendon) => gauge(`${tendon.name}, tension`, tendon.force_limit, ''));
     this.fingers = (hand.fingers ?? []).map((name) => gauge(name, FINGER_N, 'N'));
     this.patches = (hand.tactile ?? []).map((patch) => gauge(patch.name, PATCH_N, 'N'));
-    const skin = this.patches.length > 0 ? [el('h3', {}, 'Pressed on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
+    const skin = this.patches.length > 0 ? [el('h3', {}, 'Force on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
     this.joints = el('dl', { class: 'facts' });
-    this.element.replaceChildren(el('summary', {}, 'Hand: what it does and feels'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
+    this.element.replaceChildren(el('summary', {}, 'Hand: motors and sensors'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
       el('h3', {}, 'Contact force on each finger, N'), ...this.fingers.map((g) => g.row), ...skin,
       el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
   }
@@ -60,12 +60,12 @@ export class Gauges {
     telemetry.tension.forEach((tension, k) => { set(this.tendons[k], Math.abs(tension), tension.toPrecision(3)); });
     const { predicted, q } = telemetry;
     if (!predicted) {
-      this.joints.replaceChildren(el('dt', {}, 'No prediction'), el('dd', {}, 'none is known for this hand here'));
+      this.joints.replaceChildren(el('dt', {}, 'No prediction'), el('dd', {}, 'not available for this hand'));
       return;
     }
-    const apart = q.map((value, k) => ({ name: this.hand?.coordinates[k]?.name ?? String(k), by: (value - (predicted[k] ?? value)) * DEGREES }));
-    apart.sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
-    this.joints.replaceChildren(...apart.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${points(by)}°`)]));
+    const deviations = q.map((value, k) => ({ name: this.hand?.coordinates[k]?.name ?? String(k), by: (value - (predicted[k] ?? value)) * DEGREES }));
+    deviations.sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
+    this.joints.replaceChildren(...deviations.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${points(by)}°`)]));
   }
 }
 

@@ -1,10 +1,10 @@
-/** The runs that can be watched now, as links. */
+/** `/live`: links to the runs that can be watched now. */
 import { el, name, setText } from '../ui/elements';
 import type { RunInfo } from '../model/scene';
 import { WatchSocket } from '../net/watch';
 import { LiveView } from './view';
 
-/** How often the list is asked for, ms. */
+/** Time between two requests of the list, ms. */
 const PERIOD_MS = 2000;
 
 export class RunList {
@@ -22,11 +22,11 @@ export class RunList {
     const token = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
     const form = el('form', { on: { submit: (event) => { event.preventDefault(); this.open(token.value.trim() || null); } } },
       el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), token,
-        el('p', { class: 'hint' }, 'Official runs are shown to those who have one. It is kept in this page\u2019s memory alone.')),
-      el('button', { type: 'submit' }, 'Use it'));
+        el('p', { class: 'hint' }, 'You need one to see official runs. This page keeps it only in memory.')),
+      el('button', { type: 'submit' }, 'Use this token'));
     app.replaceChildren(
-      el('div', { class: 'title' }, el('h1', {}, 'Live'), el('p', { class: 'lead' }, 'Choose a world to watch.')),
-      el('div', { class: 'row' }, this.status, el('a', { class: 'button end', href: '/live/featured' }, 'Whatever is worth watching most')), this.table,
+      el('div', { class: 'title' }, el('h1', {}, 'Live'), el('p', { class: 'lead' }, 'Choose a run to watch.')),
+      el('div', { class: 'row' }, this.status, el('a', { class: 'button end', href: '/live/featured' }, 'Watch the featured run')), this.table,
       el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), form));
     this.open(null);
     this.timer = window.setInterval(() => { if (!document.hidden) this.socket?.list(); }, PERIOD_MS);
@@ -49,7 +49,7 @@ export class RunList {
     if (now === this.known) return;
     this.known = now;
     this.table.hidden = runs.length === 0;
-    setText(this.status, runs.length === 0 ? 'Nothing is played now. A run appears here when it begins.' : `${runs.length} open.`);
+    setText(this.status, runs.length === 0 ? 'No run is being played. A run appears here when it begins.' : `${runs.length} open ${runs.length === 1 ? 'run' : 'runs'}.`);
     this.rows.replaceChildren(...runs.map((run) => el('tr', {},
       el('th', { scope: 'row' }, name(run.team)),
       el('td', { 'data-label': 'Task' }, run.task),
@@ -58,7 +58,7 @@ export class RunList {
         run.official ? el('span', { class: 'badge info' }, 'official') : null))));
   }
 
-  /** Another document would not know the token: with one, the world is shown in this. */
+  /** A new document would not have the token: with a token the run opens in this document. */
   private watch(event: MouseEvent, session: string): void {
     if (this.token === null || event.ctrlKey || event.metaKey || event.shiftKey) return;
     event.preventDefault();

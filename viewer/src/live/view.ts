@@ -1,4 +1,4 @@
-/** A world as it is played: picture, score, events, clocks, and why an object counts or does not. */
+/** A live run: 3D view, score, events, clocks, and why an object counts or does not. */
 import { clock, points } from '../ui/format';
 import { el, facts, name, setText } from '../ui/elements';
 import { eventWords } from '../model/events';
@@ -10,9 +10,9 @@ import { Stage } from '../render/stage';
 import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
 import { Gauges } from './gauges';
 
-/** Events that are kept in the log. */
-const KEPT = 100;
-/** Panels are written so often, ms: the picture is what moves. */
+/** Maximum number of events in the log. */
+const MAX_EVENTS = 100;
+/** Update interval of the panels, ms; the 3D view updates with every frame. */
 const PANEL_MS = 200;
 
 declare global {
@@ -28,9 +28,9 @@ export class LiveView implements WatchListener {
   private readonly figures = { score: el('span', { class: 'num' }, '–'), run: el('span', { class: 'num' }, '–'), session: el('span', { class: 'num' }, '–'), factor: el('span', { class: 'num' }, '–'), late: el('span', { class: 'num' }, '–') };
   private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
   private readonly objects = el('select', { id: 'object' });
-  private readonly verdict = el('div', { role: 'status' }, el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
-  /** What comes with the session's clock; hidden until it does. */
-  private readonly clocks = facts([['Session left', this.figures.session], ['Times real time', this.figures.factor], ['Late', this.figures.late]]);
+  private readonly verdict = el('div', { role: 'status' }, el('p', { class: 'soft' }, 'Click an object or choose one above.'));
+  /** Figures from the session's clock; hidden until the first one. */
+  private readonly clocks = facts([['Session left', this.figures.session], ['Speed', this.figures.factor], ['Delay', this.figures.late]]);
   private readonly gauges = new Gauges();
   private readonly switches = overlaySwitches(() => [this.stage]);
   private readonly tokenField = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
@@ -38,15 +38,15 @@ export class LiveView implements WatchListener {
   private readonly token = el('details', { class: 'panel' }, el('summary', {}, 'I have a token'),
     el('form', { on: { submit: (event) => { event.preventDefault(); this.useToken(); } } },
       el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), this.tokenField,
-        el('p', { class: 'hint' }, 'It is kept in this page\u2019s memory alone.'), this.tokenSays),
-      el('button', { type: 'submit' }, 'Use it')));
+        el('p', { class: 'hint' }, 'This page keeps it only in memory.'), this.tokenSays),
+      el('button', { type: 'submit' }, 'Use this token')));
   private readonly stage: Stage;
   private socket: WatchSocket;
   private info: SceneInfo | null = null;
   private judged: ObjectStatus[] = [];
   private picked: number | null = null;
-  /** The token that is used. */
-  private held: string | null = null;
+  /** The token in use. */
+  private activeToken: string | null = null;
   private written = 0;
   /** The newest moment, for tests. */
   newest: Moment | null = null;
@@ -59,13 +59,13 @@ export class LiveView implements WatchListener {
     const stages = (): Stage[] => [this.stage];
     this.stage.setOverlay('regions', true);
     this.clocks.hidden = true;
-    // After the canvas, so that they lie above it.
+    // After the canvas, so that they are drawn over it.
     this.place.append(this.note, el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     side.append(this.announced,
       el('section', { class: 'panel even' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run]]), this.clocks),
-      el('section', { class: 'panel' }, el('h2', {}, 'Objects'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Mark'), this.objects), this.verdict),
+      el('section', { class: 'panel' }, el('h2', {}, 'Objects'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Highlight'), this.objects), this.verdict),
       el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
-      this.gauges.element, this.switches, this.token, el('p', {}, el('a', { href: '/live' }, 'Other worlds')));
+      this.gauges.element, this.switches, this.token, el('p', {}, el('a', { href: '/live' }, 'Other runs')));
     this.objects.addEventListener('change', () => { this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)); });
     this.stage.onPick((id) => { this.pick(id); });
     this.socket = new WatchSocket(target, this, token);
@@ -88,10 +88,10 @@ export class LiveView implements WatchListener {
     this.objects.replaceChildren(el('option', { value: '' }, 'none'), ...this.free().map((body) => el('option', { value: body.id }, body.name)));
   }
 
-  /** The hand as its own files show it, where they do. */
+  /** Shows the hand's visual shapes, if it has any. */
   private async dress(scene: SceneInfo): Promise<void> {
     if (!scene.run || !scene.hand) return;
-    const seen = withVisuals(scene, await fetchVisuals(scene.hand.name, scene.run.team, this.held));
+    const seen = withVisuals(scene, await fetchVisuals(scene.hand.name, scene.run.team, this.activeToken));
     if (seen === scene || this.info !== scene) return;
     this.stage.setScene(seen);
     if (this.newest) this.stage.show(this.newest);
@@ -117,14 +117,14 @@ export class LiveView implements WatchListener {
       const time = clock(event.tick * (this.info?.run?.tick_s ?? 0.01));
       this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind))));
     }
-    while (this.log.children.length > KEPT) this.log.lastElementChild?.remove();
+    while (this.log.children.length > MAX_EVENTS) this.log.lastElementChild?.remove();
   }
 
-  clock(told: SessionClock): void {
+  clock(session: SessionClock): void {
     this.clocks.hidden = false;
-    setText(this.figures.session, told.paused ? 'paused' : told.session_left_s === null ? 'no limit' : clock(told.session_left_s));
-    setText(this.figures.factor, told.real_time_factor === null ? '–' : told.real_time_factor.toFixed(1));
-    setText(this.figures.late, told.late_s === null ? 'in lockstep' : `${(1000 * told.late_s).toFixed(1)} ms`);
+    setText(this.figures.session, session.paused ? 'paused' : session.session_left_s === null ? 'no limit' : clock(session.session_left_s));
+    setText(this.figures.factor, session.real_time_factor === null ? '–' : `${session.real_time_factor.toFixed(1)}× real time`);
+    setText(this.figures.late, session.late_s === null ? 'none (lockstep)' : `${(1000 * session.late_s).toFixed(1)} ms`);
   }
 
   verdicts(verdicts: ObjectStatus[]): void {
@@ -133,8 +133,8 @@ export class LiveView implements WatchListener {
   }
 
   ended(outcome: RunOutcome | null, fault?: string): void {
-    const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : `The run ended by a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
-    this.say(`${what} The next one of this session is shown when it begins.`);
+    const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : `The run stopped because of a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
+    this.say(`${what} The session's next run appears here when it begins.`);
   }
 
   announcement(text: string): void {
@@ -142,11 +142,11 @@ export class LiveView implements WatchListener {
     this.announced.replaceChildren(name(text));
   }
 
-  runs(): void { /* Nothing is listed here. */ }
+  runs(): void { /* This page lists no runs. */ }
 
   state(state: 'connecting' | 'watching' | 'waiting'): void {
     if (state === 'watching') return;
-    this.say(state === 'waiting' ? 'Nothing is played here now. The next run is shown when it begins.' : this.info ? 'The connection broke. Trying again …' : 'Connecting …');
+    this.say(state === 'waiting' ? 'No run is being played. The next one appears here when it begins.' : this.info ? 'Connection lost. Reconnecting …' : 'Connecting …');
   }
 
   refused(message: string, code: string): void {
@@ -158,7 +158,7 @@ export class LiveView implements WatchListener {
     this.tokenField.focus();
   }
 
-  /** A sentence in the middle of the picture. */
+  /** Shows a message over the 3D view. */
   private say(text: string): void {
     this.note.hidden = false;
     setText(this.noteText, text);
@@ -169,8 +169,8 @@ export class LiveView implements WatchListener {
     this.tokenSays.textContent = '';
     this.token.open = false;
     this.say('Connecting …');
-    this.held = this.tokenField.value.trim() || null;
-    this.socket = new WatchSocket(this.target, this, this.held);
+    this.activeToken = this.tokenField.value.trim() || null;
+    this.socket = new WatchSocket(this.target, this, this.activeToken);
     this.tokenField.value = '';
   }
 
@@ -184,13 +184,13 @@ export class LiveView implements WatchListener {
     this.explain();
   }
 
-  /** Why the chosen object counts or does not. */
+  /** Shows why the chosen object counts or does not. */
   private explain(): void {
     const place = this.free().findIndex((body) => body.id === this.picked);
     const body = this.info?.bodies.find((one) => one.id === this.picked);
     const verdict = this.judged.find((one) => one.object === place);
-    if (!body) this.verdict.replaceChildren(el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
-    else if (!verdict) this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is a part of the hand.' : ' is marked.'));
+    if (!body) this.verdict.replaceChildren(el('p', { class: 'soft' }, 'Click an object or choose one above.'));
+    else if (!verdict) this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is part of the hand.' : ' is highlighted.'));
     else {
       const rules = verdict.reasons.map((reason) => el('li', { class: reason.holds ? 'ok' : 'bad' }, reason.holds ? '✓ ' : '✗ ', reason.rule, figures(reason)));
       this.verdict.replaceChildren(el('p', {}, name(body.name), verdict.counts ? ' counts: ' : ' does not count: ', verdict.place.replaceAll('_', ' '), '.'), el('ul', {}, ...rules));

@@ -1,4 +1,4 @@
-/** A hand as `GET /v1/hands/{name}` describes it, and where its links are at joint coordinates q. */
+/** The description of a hand from `GET /v1/hands/{name}`, and its forward kinematics. */
 import { type Pose, type Quat, type Vec3, composed, turnAbout } from './pose';
 import type { Shape } from './shape';
 
@@ -19,11 +19,11 @@ export interface Motor { name: string; scaling: number; offset: number; speed_li
 export interface TendonDescription {
   name: string;
   motor: string;
-  /** At rest; one for each coordinate. */
+  /** One for each coordinate, at rest. */
   moment_arms: number[];
-  /** What makes a moment arm vary with a coordinate. */
+  /** Elements that make a moment arm vary with a coordinate. */
   elements?: { coordinate: string; kind: string }[];
-  /** It pushes as well as it pulls. */
+  /** The tendon pushes as well as it pulls. */
   both_ways?: boolean;
   stiffness: number;
   damping: number;
@@ -37,7 +37,7 @@ export interface HandDescription {
   coordinates: Coordinate[];
   motors: Motor[];
   tendons: TendonDescription[];
-  /** Rectangles that feel touch; m. */
+  /** Tactile patches: rectangles, m. */
   tactile?: { name: string; link: string; size: [number, number]; taxels: [number, number] }[];
   sensors?: { joints?: { on: string[] }; cameras?: { name: string; width: number; height: number }[] };
   /** Names of the first links of the fingers, in the order of `telemetry.fingers`. */
@@ -53,7 +53,7 @@ function hingePose(hinge: Hinge, q: number): Pose {
   return { position: [hinge.axis[0] * x, hinge.axis[1] * x, hinge.axis[2] * x], quat: [0, 0, 0, 1] };
 }
 
-/** Where every link is, in the frame in which `base` is told; `q` in the order of the hand's coordinates. */
+/** The pose of each link in the frame of `base`'s pose; `q` is in the order of the hand's coordinates. */
 export function forwardKinematics(hand: HandDescription, q: ArrayLike<number>, base: Pose): Map<string, Pose> {
   const places = new Map<string, Pose>();
   const place = new Map(hand.coordinates.map((coordinate, k) => [coordinate.name, k]));

@@ -1,30 +1,30 @@
-/** A moment of a run: where everything is, and what the hand does and feels. */
+/** One moment of a run: poses, telemetry of the hand, contacts. */
 
-/** What the motors, tendons and joints do. Angles in rad, tensions in the tendon's own unit. */
+/** State of motors, tendons, joints and sensors. Angles in rad, tensions in the tendon's own unit. */
 export interface Telemetry {
-  /** σ asked for, σ reached, tension, and the work done on the tendons since reset (J; absent where it is not told), of each motor. */
+  /** For each motor: commanded σ, reached σ, tension, and its work on the tendons since reset (J; absent in older files). */
   motors: { command: number; position: number; tension: number; work?: number | undefined }[];
-  /** Of each tendon. */
+  /** One for each tendon. */
   tension: number[];
   /** Joint coordinates. */
   q: number[];
-  /** Where the free hand would rest at these motor positions; null where nothing can be said. */
+  /** Joint coordinates at which the hand would rest without contact at these motor positions; null if unknown. */
   predicted: number[] | null;
-  /** What each finger bears, world frame: force in N, and torque about the base's origin in N·m. */
+  /** Contact load on each finger, world frame: force in N, torque about the base's origin in N·m. */
   fingers?: { force: number[]; torque: number[] }[];
   /** Force on each taxel, N: along x and y of its patch, and into it. */
   touch?: number[][];
 }
 
-/** Two bodies that touch. */
+/** A contact of two bodies. */
 export interface Contact {
   a: number;
   b: number;
   /** m, in the world. */
   position: [number, number, number];
-  /** On b, N. */
+  /** Force on b, N. */
   force: [number, number, number];
-  /** |tangential force| / (μ · normal force): 1 is where it slips. */
+  /** |tangential force| / (μ · normal force); at 1 it slips. */
   use: number;
 }
 
@@ -39,5 +39,5 @@ export interface Moment {
   contacts?: Contact[];
 }
 
-/** Numbers of a pose. */
+/** Numbers in a pose. */
 export const POSE = 7;

@@ -1,21 +1,21 @@
-/** Where a hand's palm looks: guessed from how its fingers close, for hands of any make. */
+/** The direction in which a hand's palm faces, estimated from how its fingers close. */
 import { type HandDescription, forwardKinematics } from './hand';
 import type { Vec3 } from './pose';
 
-/** In the frame of the base: a point amid the fingers (m), and from where the camera sees into the hand (a unit vector). */
+/** In the frame of the base: a point between the fingers (m), and the unit vector from the hand to a camera that looks into it. */
 export interface Palm { middle: Vec3; direction: Vec3 }
 
-/** How far the coordinates are closed to see where the fingers go, rad. */
+/** Closing angle for the estimate, rad. */
 const CLOSED = 0.3;
-/** Without a description: as the hand that comes with the server. */
+/** Without a description: the values of the SoftHand. */
 const UNKNOWN: Palm = { middle: [0, 0, 0.12], direction: [1, 0, 0] };
 
 const length = (v: Vec3): number => Math.hypot(...v);
 const mean = (all: Vec3[]): Vec3 => [0, 1, 2].map((axis) => all.reduce((sum, v) => sum + (v[axis] ?? 0), 0) / all.length) as Vec3;
 
 /**
- * Fingers that close the same way show where the palm looks. Where they close towards each other, as a gripper's, the camera
- * looks into the hand from beyond their tips.
+ * If the fingers close in one direction, the palm faces that way. If they close towards each other, as in a gripper, the camera
+ * looks into the hand from beyond the fingertips.
  */
 export function palmOf(hand: HandDescription | undefined): Palm {
   if (!hand) return UNKNOWN;
@@ -34,7 +34,7 @@ export function palmOf(hand: HandDescription | undefined): Palm {
   const ends = mean(tips.map((tip) => at(open, tip)));
   const way = mean(moves);
   const alike = length(way) > 0.5 * (moves.reduce((sum, v) => sum + length(v), 0) / moves.length);
-  // What the fingers' own length adds to the way is left out: the camera stands beside the fingers, not before them.
+  // The part along the fingers is removed: the camera is at the palm's side, not in front of the fingertips.
   const along = length(ends) > 0 ? (way[0] * ends[0] + way[1] * ends[1] + way[2] * ends[2]) / length(ends) ** 2 : 0;
   const towards: Vec3 = alike ? [way[0] - along * ends[0], way[1] - along * ends[1], way[2] - along * ends[2]] : ends;
   const norm = length(towards);

@@ -1,17 +1,17 @@
-/** What stands in a world: bodies with their shapes, and the regions that the rules speak of. SI units. */
+/** The scene of a run: bodies with their shapes, and the regions of the rules. SI units. */
 import type { HandDescription } from './hand';
 import type { Quat, Vec3 } from './pose';
 import type { Shape } from './shape';
 
 export type { Quat, Vec3 } from './pose';
 
-/** How a part looks that is nothing to the physics: x, y, z of the three corners of each triangle. */
+/** A visual part without physics: x, y, z of the three corners of each triangle. */
 export interface Mesh { type: 'mesh'; corners: Float32Array }
 
 /** A shape in the frame of its body. */
 export interface Part { position: Vec3; quat: Quat; shape: Shape | Mesh }
 
-/** Furniture stays where it is; objects and links of the hand move. */
+/** Furniture is fixed; objects and links of the hand move. */
 export interface Body {
   id: number;
   name: string;
@@ -25,7 +25,7 @@ export interface Body {
 
 export interface Region { name: string; role?: string; min: Vec3; max: Vec3 }
 
-/** Who plays what. */
+/** The team, task and hand of a run. */
 export interface RunInfo {
   run_id: string;
   session_id: string;
@@ -37,10 +37,10 @@ export interface RunInfo {
   time_limit_s: number;
 }
 
-/** Everything that is drawn. `moving` names the bodies of a moment's poses, in their order. */
+/** The drawn scene. `moving` has the ids of the bodies in a moment's poses, in that order. */
 export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription }
 
-/** A body as the server writes it. */
+/** A body in the server's message. */
 interface WireBody extends Omit<Body, 'quat' | 'parts'> {
   quat_xyzw: Quat;
   parts: { position: Vec3; quat_xyzw: Quat; shape: Shape }[];
@@ -49,7 +49,7 @@ interface WireBody extends Omit<Body, 'quat' | 'parts'> {
 /** The message `scene` of the watch socket. */
 export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription }
 
-/** The scene out of its message. */
+/** Converts the message. */
 export function sceneOf(wire: WireScene): SceneInfo {
   const bodies = wire.bodies.map(({ quat_xyzw, parts, ...body }): Body => ({
     ...body,

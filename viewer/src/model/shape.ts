@@ -1,7 +1,7 @@
-/** Shapes that bodies touch with. SI units. */
+/** Collision shapes. SI units. */
 import type { Vec3 } from './pose';
 
-/** Convex, centred on its own frame; cylinders and capsules stand along z. A hull's rounding grows it, a box's does not. */
+/** Convex and centred on its own frame; the axis of cylinders and capsules is z. Rounding enlarges a hull, but not a box. */
 export type Shape =
   | { type: 'sphere'; radius: number }
   | { type: 'capsule' | 'cylinder'; radius: number; half_length: number }

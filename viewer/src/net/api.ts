@@ -1,6 +1,6 @@
-/** The JSON API as the board, the wall and the organizers' page use it; refusals come in the server's own words. */
+/** The server's HTTP API. Errors carry the server's own message. */
 
-/** What the server refused, or that it did not answer (status 0). */
+/** A request that the server refused, or did not answer (status 0). */
 export class ApiError extends Error {
   constructor(message: string, readonly status: number, readonly code: string) {
     super(message);
@@ -11,8 +11,8 @@ function text(value: unknown, fallback: string): string {
   return typeof value === 'string' && value !== '' ? value : fallback;
 }
 
-/** Reads application/problem+json, or says what the status says. */
-async function refusal(response: Response): Promise<ApiError> {
+/** The error of a response: from application/problem+json, else from the HTTP status. */
+async function errorOf(response: Response): Promise<ApiError> {
   const status = response.status;
   try {
     const body: unknown = await response.json();
@@ -20,7 +20,7 @@ async function refusal(response: Response): Promise<ApiError> {
       const problem = body as Record<string, unknown>;
       return new ApiError(text(problem['detail'], text(problem['title'], `HTTP ${status}`)), status, text(problem['code'], ''));
     }
-  } catch { /* no JSON: the status has to do */ }
+  } catch { /* Not JSON: the status is used. */ }
   return new ApiError(`the server answered ${status} ${response.statusText}`.trim(), status, '');
 }
 
@@ -33,22 +33,22 @@ async function request(path: string, token: string | null, init: RequestInit): P
   } catch {
     throw new ApiError('the server does not answer', 0, 'unreachable');
   }
-  if (!response.ok) throw await refusal(response);
+  if (!response.ok) throw await errorOf(response);
   return response;
 }
 
-/** A GET whose answer is JSON of the given type: the server's schemas are in docs/schema/openapi.json. */
+/** A GET with a JSON response; the types are in docs/schema/openapi.json. */
 export async function getJson<T>(path: string, token: string | null = null): Promise<T> {
   return await (await request(path, token, {})).json() as T;
 }
 
-/** A POST of JSON, answered by JSON. */
+/** A POST with a JSON body and a JSON response. */
 export async function postJson<T>(path: string, body: unknown, token: string | null = null): Promise<T> {
   const init = { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
   return await (await request(path, token, init)).json() as T;
 }
 
-/** Fetches a file with the token in its header and hands it to the browser to keep. */
+/** Downloads a file; a plain link could not send the token. */
 export async function saveFile(path: string, fileName: string, token: string | null): Promise<void> {
   const file = await (await request(path, token, {})).blob();
   const address = URL.createObjectURL(file);

@@ -1,4 +1,4 @@
-/** Binary frames of the subprotocol `palmares.v1.bin`: docs/protocol.md has the table of their bytes. */
+/** Binary frames of the subprotocol `palmares.v1.bin`; docs/protocol.md has their byte layout. */
 import { type Contact, type Moment, POSE, type Telemetry } from '../model/moment';
 
 const VERSION = 1;
@@ -7,7 +7,7 @@ const TELEMETRY = 2;
 const CONTACTS = 4;
 const FELT = 8;
 
-/** Three numbers of 10 bits and which of the four is left out, the largest. */
+/** A quaternion in 32 bits: the index of its largest component, then the other three with 10 bits each. */
 export function unpackQuaternion(packed: number): [number, number, number, number] {
   const largest = packed >>> 30;
   const value = (shift: number): number => ((((packed >>> shift) & 1023) / 1023) * 2 - 1) / Math.SQRT2;
@@ -17,7 +17,7 @@ export function unpackQuaternion(packed: number): [number, number, number, numbe
   return [others[0] ?? 0, others[1] ?? 0, others[2] ?? 0, others[3] ?? 1];
 }
 
-/** Reads numbers one after the other, little endian. */
+/** Reads little-endian numbers in sequence. */
 class Cursor {
   private at = 0;
   constructor(private readonly view: DataView) {}
@@ -51,27 +51,27 @@ function contacts(cursor: Cursor): Contact[] {
   }));
 }
 
-/** Frames of one run: each tells of the bodies that have moved, and the others stay where they were. */
+/** Decodes the frames of one run. A frame has only the bodies that moved; the others keep their poses. */
 export class FrameReader {
   private poses: Float32Array;
-  private whole = false;
+  private complete = false;
 
-  /** `moving`: how many bodies move; `tickS`: length of a tick, s. */
+  /** `moving`: number of moving bodies; `tickS`: length of a tick, s. */
   constructor(moving: number, private readonly tickS: number) {
     this.poses = new Float32Array(POSE * moving);
   }
 
-  /** The moment that a frame tells of; null before the first whole one. Throws what is no such frame. */
+  /** The moment of a frame; null before the first key frame. Throws if the bytes are not a valid frame. */
   read(data: ArrayBuffer): Moment | null {
     const cursor = new Cursor(new DataView(data));
     const version = cursor.u8();
-    if (version !== VERSION) throw new Error(`a frame of version ${version}; this page knows ${VERSION}: reload it`);
+    if (version !== VERSION) throw new Error(`the server sends frames of version ${version}, this page reads version ${VERSION}: reload the page`);
     const flags = cursor.u8();
     const count = cursor.u16();
     const tick = cursor.u32();
     const score = cursor.f32();
-    this.whole ||= (flags & KEY_FRAME) !== 0;
-    // Of its own: who shows the last one may still be on the way from it to this.
+    this.complete ||= (flags & KEY_FRAME) !== 0;
+    // A new array: the previous moment's poses may still be in use for interpolation.
     this.poses = this.poses.slice();
     for (let k = 0; k < count; k += 1) {
       const row = cursor.u16() * POSE;
@@ -82,6 +82,6 @@ export class FrameReader {
     if (flags & TELEMETRY) moment.telemetry = telemetry(cursor);
     if (flags & CONTACTS) moment.contacts = contacts(cursor);
     if (flags & FELT && moment.telemetry) moment.telemetry = felt(cursor, moment.telemetry);
-    return this.whole ? moment : null;
+    return this.complete ? moment : null;
   }
 }

@@ -2,7 +2,7 @@ import { expect, test } from 'vitest';
 import type { SceneInfo } from '../model/scene';
 import { withVisuals, partsOf } from './visuals';
 
-test('a mesh comes as base64, and links that have no looks keep what they touch with', () => {
+test('meshes are decoded from base64, and links without visuals keep their collision shapes', () => {
   const corners = new Float32Array([0, 0, 0, 1, 0, 0, 0, 0.5, -2]);
   const triangles = btoa(String.fromCharCode(...new Uint8Array(corners.buffer)));
   const links = partsOf([

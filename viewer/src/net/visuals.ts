@@ -1,4 +1,4 @@
-/** How the links of a hand look, where its own files say more than what they touch with. */
+/** Visual shapes of a hand's links, from the hand's own files; links without them show their collision shapes. */
 import { getJson } from './api';
 import type { Mesh, Part, SceneInfo } from '../model/scene';
 import type { Shape } from '../model/shape';
@@ -7,14 +7,14 @@ import type { Quat, Vec3 } from '../model/pose';
 type WireShape = Shape | { type: 'mesh'; triangles: string };
 interface WirePart { link: string; position: Vec3; quat_xyzw: Quat; shape: WireShape }
 
-/** Numbers out of base64, little endian. */
+/** Little-endian numbers in base64. */
 function numbers(text: string): Float32Array {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const view = new DataView(bytes.buffer);
   return Float32Array.from({ length: bytes.length >> 2 }, (_, k) => view.getFloat32(4 * k, true));
 }
 
-/** The parts of each link, by its name. */
+/** Parts by the name of their link. */
 export function partsOf(wire: readonly WirePart[]): Map<string, Part[]> {
   const links = new Map<string, Part[]>();
   for (const { link, position, quat_xyzw: quat, shape } of wire) {
@@ -24,13 +24,13 @@ export function partsOf(wire: readonly WirePart[]): Map<string, Part[]> {
   return links;
 }
 
-/** The scene with the links of its hand as they look; the same scene where nothing more is known. */
+/** The scene with the hand's visual shapes; the same object if there are none. */
 export function withVisuals(scene: SceneInfo, links: ReadonlyMap<string, Part[]>): SceneInfo {
   if (links.size === 0) return scene;
   return { ...scene, bodies: scene.bodies.map((body) => body.kind === 'hand' ? { ...body, parts: links.get(body.name) ?? body.parts } : body) };
 }
 
-/** Asks for the looks of a hand; nothing is known of one that may not be known. */
+/** Fetches the visual shapes of a hand; empty if it has none or if this page has no access. */
 export async function fetchVisuals(hand: string, team: string | null, token: string | null): Promise<Map<string, Part[]>> {
   const whose = team === null ? '' : `?team=${encodeURIComponent(team)}`;
   try {

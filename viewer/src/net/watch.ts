@@ -1,9 +1,9 @@
-/** The watch socket: what spectators are told of a run, opened again when it breaks. docs/protocol.md describes it. */
+/** The watch socket: messages about a run for spectators. It reconnects by itself. docs/protocol.md describes it. */
 import { type Moment, POSE } from '../model/moment';
 import { type RunInfo, type SceneInfo, type WireScene, sceneOf } from '../model/scene';
 import { FrameReader } from './decode';
 
-/** What to show. */
+/** The run to watch. */
 export type WatchTarget = { session_id: string } | { run_id: string } | { featured: true };
 
 export interface SessionClock {
@@ -16,11 +16,11 @@ export interface SessionClock {
 export interface RunEvent { tick: number; kind: string; object?: number }
 export interface RunOutcome { score: number; in_goal: number; outside: number; reason: string; ticks: number; sim_time_s: number }
 
-/** One rule of the referee for one object. */
+/** The result of one rule of the referee for one object. */
 export interface RuleResult { rule: string; holds: boolean; value: number | null; limit: number | null; unit: string }
 export interface ObjectStatus { object: number; counts: boolean; place: string; reasons: RuleResult[] }
 
-/** What happens; all are called in the order in which the server tells it. */
+/** Callbacks, in the order of the server's messages. */
 export interface WatchListener {
   scene(scene: SceneInfo): void;
   moment(moment: Moment, at: number): void;
@@ -28,24 +28,24 @@ export interface WatchListener {
   events(events: RunEvent[]): void;
   clock(clock: SessionClock): void;
   verdicts(verdicts: ObjectStatus[]): void;
-  /** `fault`: what the world failed of, if it did. */
+  /** `fault`: the failure of the world, if it failed. */
   ended(outcome: RunOutcome | null, fault?: string): void;
-  /** An organizer told everybody something; an empty text takes it away. */
+  /** An organizer's announcement; an empty text removes it. */
   announcement?(text: string): void;
   runs(runs: RunInfo[]): void;
-  /** `waiting`: nothing is played there now. */
+  /** `waiting`: no run is being played. */
   state(state: 'connecting' | 'watching' | 'waiting'): void;
-  /** Refused, and not tried again: what the server says, and its code. */
+  /** The server refused, with its message and code; there is no further attempt. */
   refused(message: string, code: string): void;
 }
 
 interface WirePoses { tick: number; sim_time_s: number; poses: number[][] }
 type Message = Record<string, unknown> & { op?: string; id?: number };
 
-const LONGEST_WAIT_MS = 10_000;
+const MAX_WAIT_MS = 10_000;
 const SUBSCRIBE = 1;
 const LIST = 2;
-/** Codes after which trying again changes nothing. */
+/** Codes after which another attempt would fail too. */
 const FINAL = new Set(['not_authorized', 'forbidden', 'not_found']);
 
 export class WatchSocket {
@@ -55,14 +55,14 @@ export class WatchSocket {
   private wait = 500;
   private timer = 0;
   private over = false;
-  /** Bytes that have come, for those who measure. */
+  /** Received bytes, for measurements. */
   received = 0;
 
   constructor(private readonly target: WatchTarget | null, private readonly listener: WatchListener, private token: string | null = null) {
     this.open();
   }
 
-  /** Asks for the open runs; the answer goes to `runs`. */
+  /** Requests the open runs; the reply goes to `runs`. */
   list(): void {
     this.send({ op: 'list', id: LIST });
   }
@@ -88,7 +88,7 @@ export class WatchSocket {
       opened = true;
       this.wait = 500;
       if (!this.target) return this.list();
-      // The text protocol of older servers knows no overlays.
+      // Older servers have only the text protocol, which has no overlays.
       const overlays = socket.protocol === 'palmares.v1.bin' ? { overlays: ['telemetry', 'contacts', 'verdicts'] } : {};
       this.send({ op: 'subscribe', id: SUBSCRIBE, ...this.target, ...overlays });
     };
@@ -104,20 +104,20 @@ export class WatchSocket {
     socket.onclose = (event) => {
       if (this.over) return;
       if (event.code === 4401) return this.giveUp('The token was revoked.', 'not_authorized');
-      // A browser does not tell why a handshake was refused: the token may be no good.
-      if (this.token && !opened) void this.examine(this.token);
+      // A browser does not report why a handshake was refused: perhaps the token is invalid.
+      if (this.token && !opened) void this.checkToken(this.token);
       this.listener.state('connecting');
       this.timer = window.setTimeout(() => { this.open(); }, this.wait * (0.75 + Math.random() / 2));
-      this.wait = Math.min(2 * this.wait, LONGEST_WAIT_MS);
+      this.wait = Math.min(2 * this.wait, MAX_WAIT_MS);
     };
   }
 
-  /** Asks over HTTP whether the server knows the token at all. */
-  private async examine(token: string): Promise<void> {
+  /** Checks over HTTP whether the server accepts the token. */
+  private async checkToken(token: string): Promise<void> {
     try {
       const answer = await fetch('/v1/sessions', { headers: { Authorization: `Bearer ${token}` }, cache: 'no-store', credentials: 'omit' });
-      if (answer.status === 401 && !this.over) this.giveUp('The server does not know this token, or it was revoked.', 'not_authorized');
-    } catch { /* Nobody answers: the socket is tried again. */ }
+      if (answer.status === 401 && !this.over) this.giveUp('This token is unknown or was revoked.', 'not_authorized');
+    } catch { /* No answer: the socket reconnects. */ }
   }
 
   private giveUp(message: string, code: string): void {

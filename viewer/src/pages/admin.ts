@@ -1,4 +1,4 @@
-/** `/admin`: what organizers do. The token is kept in memory alone: a reload asks for it again. */
+/** `/admin`: the organizers' page. It keeps the token only in memory: after a reload it asks again. */
 import '../style/base.css';
 import '../style/admin.css';
 import { auditTab } from '../admin/audit';
@@ -15,10 +15,10 @@ import type { CompetitionInfo } from '../board/model';
 
 const app = mainElement();
 
-/** Why a token does not let one in. */
+/** Why a login failed. */
 function refusal(error: unknown): string {
-  if (error instanceof ApiError && error.status === 401) return `That token is not valid here: ${error.message}.`;
-  if (error instanceof ApiError && error.status === 403) return `That token is valid, but not an organizer’s: ${error.message}.`;
+  if (error instanceof ApiError && error.status === 401) return `This token is not valid here: ${error.message}.`;
+  if (error instanceof ApiError && error.status === 403) return `This token is valid, but not an organizer’s: ${error.message}.`;
   return `${errorText(error)}.`;
 }
 
@@ -29,7 +29,7 @@ function login(why?: string): void {
   const form = el('form', { class: 'panel login' },
     el('h1', {}, 'Organizers'),
     el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field,
-      el('p', { class: 'hint', id: 'token-hint' }, 'The first organizer’s is in the server’s data directory, in organizer.token. It is kept in this page’s memory and nowhere else: a reload asks again.')),
+      el('p', { class: 'hint', id: 'token-hint' }, 'The first organizer’s token is in the file organizer.token in the server’s data directory. This page keeps it only in memory and asks again after a reload.')),
     error, el('div', { class: 'actions' }, go));
   form.addEventListener('submit', (event) => {
     event.preventDefault();
@@ -37,14 +37,14 @@ function login(why?: string): void {
     go.disabled = true;
     error.textContent = '';
     if (!/^[\x21-\x7e]+$/.test(token)) {
-      error.textContent = 'That is no token: one begins with plm_ and has no spaces.';
+      error.textContent = 'This is not a token: a token begins with plm_ and has no spaces.';
       go.disabled = false;
       return;
     }
-    const desk = new AdminClient(token, (lost) => { login(lost); });
-    // Asked without the desk's guard: here a refusal is about what was typed.
-    getJson('/v1/admin/teams', token).then(() => { field.value = ''; enter(desk); }, (failure: unknown) => {
-      desk.leave();
+    const admin = new AdminClient(token, (lost) => { login(lost); });
+    // Not through AdminClient: here a refusal concerns the typed token.
+    getJson('/v1/admin/teams', token).then(() => { field.value = ''; enter(admin); }, (failure: unknown) => {
+      admin.leave();
       go.disabled = false;
       error.textContent = refusal(failure);
       field.select();
@@ -59,20 +59,20 @@ function login(why?: string): void {
 
 let stop = (): void => undefined;
 
-function enter(desk: AdminClient): void {
+function enter(admin: AdminClient): void {
   const phase = el('span', { class: 'badge info' });
   const title = el('p', { class: 'lead' });
-  const told = (info: CompetitionInfo): void => {
+  const showPhase = (info: CompetitionInfo): void => {
     setText(phase, info.phase ?? 'practice');
     title.replaceChildren(name(info.name));
   };
-  getJson<CompetitionInfo>('/v1/competition').then(told, () => undefined);
+  getJson<CompetitionInfo>('/v1/competition').then(showPhase, () => undefined);
   app.replaceChildren(el('div', { class: 'title' }, el('h1', { tabindex: -1 }, 'Organizers'), title, phase,
-    button('Log out', () => { desk.leave(); login(); }, { class: 'small end' })));
-  const tabs = [sessionsTab(desk), teamsTab(desk), handsTab(desk), runsTab(desk), announceTab(desk), competitionTab(desk, told), auditTab(desk)];
+    button('Log out', () => { admin.leave(); login(); }, { class: 'small end' })));
+  const tabs = [sessionsTab(admin), teamsTab(admin), handsTab(admin), runsTab(admin), announceTab(admin), competitionTab(admin, showPhase), auditTab(admin)];
   const end = showTabs(app, tabs);
-  // Whoever's token is revoked loses the page also while nothing is read.
-  const watch = window.setInterval(() => { desk.get('/v1/admin/teams').catch(() => undefined); }, 3000);
+  // Notices a revoked token within 3 s, even if no tab reads anything.
+  const watch = window.setInterval(() => { admin.get('/v1/admin/teams').catch(() => undefined); }, 3000);
   stop = () => { end(); window.clearInterval(watch); };
   app.querySelector('h1')?.focus();
 }

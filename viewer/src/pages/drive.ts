@@ -1,4 +1,4 @@
-/** `/drive`: a person drives a hand, on practice servers. */
+/** `/drive`: a person controls a hand, on practice servers. */
 import '../style/base.css';
 import '../style/drive.css';
 import { getJson } from '../net/api';
@@ -12,12 +12,12 @@ async function open(app: HTMLElement): Promise<void> {
   try {
     competition = await getJson<Competition>('/v1/competition');
   } catch (error) {
-    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice bad' }, `${error instanceof Error ? error.message : String(error)}. Load the page again when it does.`));
+    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice bad' }, `${error instanceof Error ? error.message : String(error)}. Reload the page to try again.`));
     return;
   }
   if (competition.mode !== 'practice') {
-    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice' }, 'Driving by hand is for practice servers; this one holds the competition ', name(competition.name), '.'),
-      el('p', {}, 'Start one of your own with ', el('code', {}, 'palmares serve'), ' and open its page ', el('code', {}, '/drive'), '.'));
+    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice' }, 'Only practice servers have this page; this server runs the competition ', name(competition.name), '.'),
+      el('p', {}, 'Start a practice server with ', el('code', {}, 'palmares serve'), ' and open its page ', el('code', {}, '/drive'), '.'));
     return;
   }
   app.replaceChildren();

@@ -1,4 +1,4 @@
-/** `/hands`: the hands; `/hands/NAME`: one of them. Going from one to another keeps the page, so that a token stays in its memory. */
+/** `/hands`: the hands; `/hands/NAME`: one of them. Links between them stay in this document, which keeps the token in memory. */
 import '../style/base.css';
 import '../style/hands.css';
 import { getJson } from '../net/api';
@@ -24,7 +24,7 @@ class Page implements Opener {
       return;
     }
     window.addEventListener('popstate', () => { this.show(handOf(location.pathname), null); });
-    // The address of the list is followed in this page, too.
+    // The link to the list stays in this document, too.
     this.app.addEventListener('click', (event) => {
       const link = event.target instanceof Element ? event.target.closest('a') : null;
       if (link?.getAttribute('href') !== '/hands' || event.ctrlKey || event.metaKey || event.shiftKey) return;
@@ -60,10 +60,10 @@ class Page implements Opener {
       [description, module] = await Promise.all([describeHand(hand, this.access), import('../hands/view')]);
     } catch (error) {
       this.fail(hand, error);
-      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own?'), teamForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
+      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own hand?'), teamForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
       return;
     }
-    // Somebody has gone on meanwhile.
+    // The person has opened another page meanwhile.
     if (handOf(location.pathname) !== hand) return;
     document.title = `${description.name} \u2013 Palmares`;
     this.view = new module.HandView(this.app, description, this, check, el('h1', {}, name(description.name)));
@@ -75,7 +75,7 @@ class Page implements Opener {
   }
 }
 
-/** The hand that an address names. */
+/** The hand in an address. */
 function handOf(path: string): string {
   return decodeURIComponent(/^\/hands\/([^/]+)$/.exec(path)?.[1] ?? '');
 }

@@ -1,4 +1,4 @@
-/** `/`: takes over the table that the server wrote, and keeps it up to date. */
+/** `/`: replaces the table in the server's HTML and keeps it up to date. */
 import '../style/base.css';
 import '../style/board.css';
 import { connect, legend, taskCards } from '../board/side_panels';
@@ -8,7 +8,7 @@ import type { Announcement, Board, BoardRow, CompetitionInfo, TaskInfo } from '.
 import { BoardTable } from '../board/table';
 import { openFeed } from '../board/feed';
 
-/** How often the phase is asked for, ms. */
+/** Time between two requests of the phase, ms. */
 const PHASE_MS = 30_000;
 
 const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
@@ -19,14 +19,14 @@ async function start(): Promise<void> {
   const place = part(app, 'div', 'board');
   const beside = part(app, 'section', 'tasks');
   app.classList.add('board-page');
-  // The server's own table goes, wherever it stands.
+  // The server's own table is removed.
   for (const old of app.querySelectorAll(':scope > .scroll, :scope > .empty')) old.remove();
 
   const line = el('p', { class: 'board-line soft', role: 'status' });
   const notice = el('p', { class: 'notice', hidden: true });
   const table = new BoardTable(info);
   const empty = el('section', { class: 'empty' }, el('h2', {}, 'No finished run yet'),
-    el('p', {}, 'Start a client and close a run, and its team appears here without a reload. How to connect stands on this page.'));
+    el('p', {}, 'A team appears here as soon as it finishes a run. How to connect is explained on this page.'));
   place.replaceChildren(notice, line, table.element, empty);
   beside.replaceChildren(el('h2', {}, 'Tasks'), ...taskCards(tasks), connect(info));
   app.querySelector('footer p, footer')?.replaceWith(footer(info));
@@ -36,7 +36,7 @@ async function start(): Promise<void> {
   let live = false;
   const say = (): void => {
     const phase = info.mode === 'official' ? `The competition is ${PHASES[info.phase ?? 'closed']}. ` : '';
-    setText(line, `${phase}${teams === 1 ? '1 team' : `${teams} teams`}. ${live ? 'Live.' : 'The connection is gone; trying again.'}`);
+    setText(line, `${phase}${teams === 1 ? '1 team' : `${teams} teams`}. ${live ? 'Live.' : 'Connection lost. Reconnecting.'}`);
   };
   const show = (board: Board): void => {
     teams = board.rows.length;
@@ -48,7 +48,7 @@ async function start(): Promise<void> {
   show(await getJson<Board>('/v1/leaderboard'));
   openFeed({
     ranking: (rows: BoardRow[]) => { show({ tasks: info.tasks, rows }); },
-    announcement: (told: Announcement) => { notice.hidden = told.text === ''; setText(notice, told.text); },
+    announcement: ({ text }: Announcement) => { notice.hidden = text === ''; setText(notice, text); },
     connected: (yes) => { live = yes; say(); },
   });
   window.setInterval(() => {
@@ -61,8 +61,8 @@ function footer(info: CompetitionInfo): HTMLElement {
 }
 
 start().catch((error: unknown) => {
-  // The server's table stays; it says what it said.
-  const why = error instanceof ApiError ? error.message : 'the page has a fault';
-  mainElement().prepend(el('p', { class: 'notice bad', role: 'alert' }, `This page does not refresh by itself now: ${why}. Reload it to try again.`));
+  // The server's table stays, without updates.
+  const why = error instanceof ApiError ? error.message : 'this page has an error';
+  mainElement().prepend(el('p', { class: 'notice bad', role: 'alert' }, `This page no longer updates by itself: ${why}. Reload the page.`));
   if (!(error instanceof ApiError)) console.error(error);
 });

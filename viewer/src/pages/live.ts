@@ -1,4 +1,4 @@
-/** `/live`: the worlds that can be watched; `/live/SESSION`: one of them. */
+/** `/live`: the runs that can be watched; `/live/SESSION`: one of them. */
 import '../style/base.css';
 import { LiveView } from '../live/view';
 import { RunList } from '../live/list';

@@ -1,4 +1,4 @@
-/** `/replay/RUN`: a run as its file tells it, `?with=RUN` beside another; `/replay`: a file of one's own, which never leaves the browser. */
+/** `/replay/RUN`: a run's replay; `?with=RUN` compares it with another run; `/replay`: a local file, which is not uploaded. */
 import '../style/base.css';
 import '../style/replay.css';
 import { el, mainElement, toast } from '../ui/elements';
@@ -12,20 +12,20 @@ let token: string | null = null;
 let loaded: Loaded[] = [];
 let view: ReplayView | null = null;
 
-/** Time in the address, s. */
+/** The time in the address, s. */
 function timeInAddress(): number | null {
   const found = /[#&]t=([0-9.]+)/.exec(location.hash);
   const time = Number(found?.[1] ?? NaN);
   return Number.isFinite(time) ? time : null;
 }
 
-/** Puts the loaded runs on the page, at the time that was shown. */
+/** Shows the loaded runs, at the time of the previous view. */
 function show(): void {
   const start = view?.player.time ?? timeInAddress() ?? 0;
   view?.dispose();
   view = new ReplayView(app, loaded, start, {
-    addRun: (other) => { void beside(other); },
-    addFile: (file) => { void besideFile(file); },
+    addRun: (other) => { void compareRun(other); },
+    addFile: (file) => { void compareFile(file); },
     remove: loaded.length > 1 ? () => { loaded = loaded.slice(0, 1); address(null); show(); } : null,
   });
   const shown = view;
@@ -33,7 +33,7 @@ function show(): void {
   window.palmares = { stage: shown.stages[0], stages: shown.stages, recording: loaded[0]?.recording, recordings: loaded.map((one) => one.recording), player: shown.player, time: () => shown.player.time };
 }
 
-/** The second run, kept in the address. */
+/** Writes the second run into the address. */
 function address(other: string | null): void {
   const here = new URL(location.href);
   if (other === null) here.searchParams.delete('with');
@@ -41,7 +41,7 @@ function address(other: string | null): void {
   history.replaceState(null, '', here);
 }
 
-/** A page that says how far things are, and what went wrong. */
+/** Shows progress, or an error. */
 function waiting(): { say: (words: string) => void; fail: (error: unknown) => void } {
   const status = el('p', { role: 'status' });
   app.className = '';
@@ -58,10 +58,10 @@ function waiting(): { say: (words: string) => void; fail: (error: unknown) => vo
   };
 }
 
-/** The run of the address, and the one beside it. */
+/** Loads the run in the address, and the second one. */
 async function fetchRuns(): Promise<void> {
   const { say, fail } = waiting();
-  say('Fetching the replay …');
+  say('Downloading the replay …');
   try {
     loaded = [await fromServer(run, token, say)];
   } catch (error) {
@@ -70,11 +70,11 @@ async function fetchRuns(): Promise<void> {
   }
   const other = new URLSearchParams(location.search).get('with');
   if (!other) show();
-  else if (!await beside(other, say)) show();
+  else if (!await compareRun(other, say)) show();
 }
 
-/** Another run of this server beside the first; says so when there is none. */
-async function beside(other: string, say: (words: string) => void = () => undefined): Promise<boolean> {
+/** Adds a second run from this server; returns whether that worked. */
+async function compareRun(other: string, say: (words: string) => void = () => undefined): Promise<boolean> {
   try {
     const second = await fromServer(other, token, say);
     loaded = [...loaded.slice(0, 1), second];
@@ -87,7 +87,7 @@ async function beside(other: string, say: (words: string) => void = () => undefi
   }
 }
 
-async function besideFile(file: File): Promise<void> {
+async function compareFile(file: File): Promise<void> {
   try {
     loaded = [...loaded.slice(0, 1), await fromFile(file, () => undefined)];
     address(null);
@@ -99,7 +99,7 @@ async function besideFile(file: File): Promise<void> {
 
 async function openFile(file: File | undefined): Promise<void> {
   if (!file) return;
-  if (view) return besideFile(file);
+  if (view) return compareFile(file);
   const { say, fail } = waiting();
   try {
     loaded = [await fromFile(file, say)];
@@ -112,16 +112,16 @@ async function openFile(file: File | undefined): Promise<void> {
 function tokenForm(): HTMLElement {
   const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
   return el('form', { class: 'panel', on: { submit: (event) => { event.preventDefault(); token = field.value.trim() || null; void fetchRuns(); } } },
-    el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field, el('p', { class: 'hint' }, 'It is kept in this page’s memory alone.')),
-    el('button', { type: 'submit' }, 'Use it'));
+    el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field, el('p', { class: 'hint' }, 'This page keeps it only in memory.')),
+    el('button', { type: 'submit' }, 'Use this token'));
 }
 
-/** A file from this computer, chosen or dropped. */
+/** Form for a local file, chosen or dropped. */
 function chooser(): HTMLElement {
   const input = el('input', { type: 'file', id: 'file', accept: '.mcap' });
   input.addEventListener('change', () => { void openFile(input.files?.[0]); });
-  return el('div', { class: 'drop stack' }, el('label', { for: 'file' }, 'Open an MCAP file that Palmares recorded'), el('div', {}, input),
-    el('p', { class: 'hint' }, 'Or drop it anywhere on this page. It is read in this browser and sent nowhere.'));
+  return el('div', { class: 'drop stack' }, el('label', { for: 'file' }, 'Open an MCAP file recorded by Palmares'), el('div', {}, input),
+    el('p', { class: 'hint' }, 'Or drop it anywhere on this page. The file stays on this computer.'));
 }
 
 document.addEventListener('dragover', (event) => { event.preventDefault(); document.body.classList.add('dropping'); });
@@ -135,5 +135,5 @@ window.addEventListener('hashchange', () => { const time = timeInAddress(); if (
 
 if (run) void fetchRuns();
 else {
-  app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'A run as it was, moment by moment.')), chooser());
+  app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'Play a recorded run and look at its motors, forces and score.')), chooser());
 }

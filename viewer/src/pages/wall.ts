@@ -1,4 +1,4 @@
-/** `/wall`: for the hall's projector. Ranking, the most exciting world, session clocks, announcements; nothing needs a hand. */
+/** `/wall`: for a projector. Shows ranking, featured run, session clocks and announcements in turn, without input. */
 import '../style/base.css';
 import '../style/wall.css';
 import { getJson, ApiError } from '../net/api';
@@ -13,7 +13,7 @@ import { type ClockReading, leftAt, readClock } from '../admin/clocks';
 import type { Session } from '../admin/types';
 
 const [PAGE_MS, LIVE_MS, CLOCKS_MS] = [9000, 20_000, 9000];
-/** How long an announcement stays, ms. */
+/** Display time of an announcement, ms. */
 const ANNOUNCED_MS = 10 * 60_000;
 const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
 
@@ -27,14 +27,14 @@ const phase = el('p', { class: 'phase' });
 const state = el('p', { class: 'held', role: 'status' });
 const banner = el('p', { class: 'banner', role: 'status', hidden: true });
 const help = el('div', { class: 'help' });
-const stageRoom = el('div', { class: 'panes' }, ranking.element, live.element, clocks.element);
+const paneArea = el('div', { class: 'panes' }, ranking.element, live.element, clocks.element);
 
 declare global { interface Window { palmares?: Record<string, unknown> } }
 window.palmares = { live, shown: () => shown?.id ?? null };
 
 let info: CompetitionInfo | null = null;
 let token: string | null = null;
-/** With what the sessions were refused last; undefined at first. */
+/** The token with which the sessions were last refused; undefined at first. */
 let refusedWith: string | null | undefined;
 let stop: () => void = () => undefined;
 let shown: Showing | null = null;
@@ -70,13 +70,13 @@ function show(next: Showing | null): void {
 }
 
 function beat(): void {
-  const next = rotate(panes(), shown, performance.now(), held, live.excited);
+  const next = rotate(panes(), shown, performance.now(), held, live.lastHighlight);
   if (next?.id !== shown?.id) show(next);
   clocks.show(wallClocks());
   const time = new Date();
   const of = info?.mode === 'official' ? `${PHASES[info.phase ?? 'closed']} · ` : '';
   setText(phase, `${of}${clock(time.getHours() * 60 + time.getMinutes()).padStart(5, '0')}`);
-  setText(state, [held ? 'held' : '', connected ? '' : 'no connection'].filter((text) => text !== '').join(' · '));
+  setText(state, [held ? 'paused' : '', connected ? '' : 'no connection'].filter((text) => text !== '').join(' · '));
 }
 
 function skip(by: 1 | -1): void {
@@ -90,11 +90,11 @@ function hold(): void {
   beat();
 }
 
-function announced(told: Announcement): void {
-  const fresh = Date.now() - told.unix_ms < ANNOUNCED_MS && told.text !== '';
+function announced({ text, unix_ms: at }: Announcement): void {
+  const fresh = Date.now() - at < ANNOUNCED_MS && text !== '';
   banner.hidden = !fresh;
-  banner.replaceChildren(name(told.text));
-  if (fresh) window.setTimeout(() => { if (banner.textContent === told.text) banner.hidden = true; }, ANNOUNCED_MS - (Date.now() - told.unix_ms));
+  banner.replaceChildren(name(text));
+  if (fresh) window.setTimeout(() => { if (banner.textContent === text) banner.hidden = true; }, ANNOUNCED_MS - (Date.now() - at));
 }
 
 function listen(): void {
@@ -104,12 +104,12 @@ function listen(): void {
     announcement: announced,
     connected: (yes) => { connected = yes; },
     world: (message) => { live.take(message); },
-    revoked: () => { token = null; readings.clear(); askToken('The token was revoked: the wall goes on without worlds and clocks.'); listen(); },
+    revoked: () => { token = null; readings.clear(); askToken('The token was revoked: the wall shows no official runs and no clocks.'); listen(); },
   }, token);
 }
 
 async function readSessions(): Promise<void> {
-  // Officially they are for those with a token.
+  // In a competition the sessions need a token.
   if (token === refusedWith || (token === null && info?.mode === 'official')) return;
   try {
     const { sessions } = await getJson<{ sessions: Session[] }>('/v1/sessions', token);
@@ -122,14 +122,14 @@ async function readSessions(): Promise<void> {
     for (const id of gone) readings.delete(id);
   } catch (error) {
     if (!(error instanceof ApiError) || error.status === 0) return;
-    // It would be refused again: this token, or none, shows no clocks.
+    // Another request with the same token would be refused, too.
     if (error.status === 401 || error.status === 403) refusedWith = token;
     readings.clear();
   }
 }
 
-/** Fails when the server does not know a token. One that may not see sessions is known all the same. */
-async function known(given: string): Promise<void> {
+/** Fails if the server does not accept the token. A token without access to sessions (403) is valid. */
+async function checkToken(given: string): Promise<void> {
   try {
     await getJson('/v1/sessions', given);
   } catch (failure) {
@@ -142,22 +142,22 @@ function askToken(why = ''): void {
   const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', required: true });
   const error = el('p', { class: 'error', role: 'alert' }, why);
   const form = el('form', { method: 'dialog' }, el('h2', { id: 'token-title' }, 'Token for watching'),
-    el('p', {}, 'With a viewer’s token the wall shows official worlds and the sessions’ clocks. It is kept in this page’s memory alone.'),
+    el('p', {}, 'With a viewer’s token the wall shows official runs and session clocks. This page keeps it only in memory.'),
     error,
     el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field),
-    el('div', { class: 'actions' }, button('Go on without', () => { dialog.close(); }), el('button', { type: 'submit', class: 'primary' }, 'Use it')));
+    el('div', { class: 'actions' }, button('Continue without', () => { dialog.close(); }), el('button', { type: 'submit', class: 'primary' }, 'Use this token')));
   const dialog = el('dialog', { 'aria-labelledby': 'token-title' }, form);
   form.addEventListener('submit', (event) => {
     event.preventDefault();
     const given = field.value.trim();
-    // A socket would not say why it is refused.
-    known(given).then(() => {
+    // A refused socket would not report why.
+    checkToken(given).then(() => {
       dialog.close();
       token = given;
       listen();
       void readSessions();
     }, (failure: unknown) => {
-      error.textContent = failure instanceof ApiError ? `That token does not work: ${failure.message}.` : 'That is no token.';
+      error.textContent = failure instanceof ApiError ? `This token does not work: ${failure.message}.` : 'This is not a token.';
       field.select();
     });
   });
@@ -175,7 +175,7 @@ function showHelp(): void {
 
 function onKey(event: KeyboardEvent): void {
   if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector('dialog') !== null) return;
-  // A focused button keeps its own space bar.
+  // The space bar activates a focused button.
   if (event.key === ' ' && !(event.target instanceof HTMLButtonElement)) { event.preventDefault(); hold(); }
   if (event.key === 'ArrowRight') skip(1);
   if (event.key === 'ArrowLeft') skip(-1);
@@ -184,9 +184,9 @@ function onKey(event: KeyboardEvent): void {
 }
 
 async function start(): Promise<void> {
-  help.append(button('Back', () => { skip(-1); }), button('Hold', hold), button('Next', () => { skip(1); }), button('Token…', () => { askToken(); }),
-    el('span', {}, el('kbd', {}, '←'), ' ', el('kbd', {}, '→'), ' skip, ', el('kbd', {}, 'space'), ' hold, ', el('kbd', {}, 't'), ' token'));
-  mainElement().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), stageRoom, banner, help);
+  help.append(button('Back', () => { skip(-1); }), button('Pause', hold), button('Next', () => { skip(1); }), button('Token…', () => { askToken(); }),
+    el('span', {}, el('kbd', {}, '←'), ' ', el('kbd', {}, '→'), ' skip, ', el('kbd', {}, 'space'), ' pause, ', el('kbd', {}, 't'), ' token'));
+  mainElement().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), paneArea, banner, help);
   document.addEventListener('keydown', onKey);
   document.addEventListener('pointermove', showHelp);
   info = await getJson<CompetitionInfo>('/v1/competition');
@@ -206,7 +206,7 @@ async function start(): Promise<void> {
 }
 
 start().catch((error: unknown) => {
-  mainElement().replaceChildren(el('p', { class: 'notice bad', role: 'alert' }, error instanceof ApiError ? `${error.message}. Trying again.` : 'The page has a fault.'));
+  mainElement().replaceChildren(el('p', { class: 'notice bad', role: 'alert' }, error instanceof ApiError ? `${error.message}. Trying again.` : 'This page has an error.'));
   if (error instanceof ApiError) window.setTimeout(() => { location.reload(); }, 5000);
   else console.error(error);
 });

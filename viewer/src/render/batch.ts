@@ -1,11 +1,11 @@
-/** Many bodies in one draw call. */
+/** Several bodies in one draw call. */
 import { BatchedMesh, BufferGeometry, Color, Matrix4, type Material, Quaternion, Vector3 } from 'three';
 import type { Body } from '../model/scene';
 import { geometryOf } from './shapes';
 
 const ONE = new Vector3(1, 1, 1);
 
-/** Bodies of one material; each can be moved and coloured by its id. */
+/** Bodies of one material; each is moved and coloured by its id. */
 export class Batch {
   readonly mesh: BatchedMesh;
   private readonly instances = new Map<number, number>();
@@ -18,7 +18,7 @@ export class Batch {
     const geometries = bodies.map((body): BufferGeometry => geometryOf(body.parts));
     const vertices = geometries.reduce((sum, g) => sum + (g.getAttribute('position')?.count ?? 0), 0);
     this.mesh = new BatchedMesh(Math.max(bodies.length, 1), Math.max(vertices, 3), 0, material);
-    // One draw call is the point; what is out of sight costs little.
+    // Without culling it stays one draw call; bodies outside the view cost little.
     this.mesh.perObjectFrustumCulled = false;
     this.mesh.frustumCulled = false;
     bodies.forEach((body, k) => {
@@ -33,7 +33,7 @@ export class Batch {
     });
   }
 
-  /** Puts a body somewhere; numbers from `offset` on. */
+  /** Sets a body's pose; `p` and `q` are offsets into the arrays. */
   move(id: number, position: ArrayLike<number>, quat: ArrayLike<number>, p = 0, q = 0): void {
     const instance = this.instances.get(id);
     if (instance === undefined) return;
@@ -42,7 +42,7 @@ export class Batch {
     this.mesh.setMatrixAt(instance, this.matrix.compose(this.at, this.turn, ONE));
   }
 
-  /** Where a body is. */
+  /** A body's position. */
   placeOf(id: number, into: Vector3): Vector3 | null {
     const instance = this.instances.get(id);
     if (instance === undefined) return null;
@@ -50,7 +50,7 @@ export class Batch {
     return into.setFromMatrixPosition(this.matrix);
   }
 
-  /** Its whole place. */
+  /** A body's pose as a matrix. */
   matrixOf(id: number, into: Matrix4): Matrix4 | null {
     const instance = this.instances.get(id);
     if (instance === undefined) return null;
@@ -63,7 +63,7 @@ export class Batch {
     if (instance !== undefined) this.mesh.setColorAt(instance, color);
   }
 
-  /** The body that a ray's hit names. */
+  /** The body of a ray's hit. */
   bodyOf(batchId: number | undefined): number | null {
     return batchId === undefined ? null : this.bodies[batchId] ?? null;
   }

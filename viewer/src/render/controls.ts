@@ -1,4 +1,4 @@
-/** Switches of a picture: overlays and views. Every page with a stage has the same. */
+/** Overlay switches and view buttons; the same on every page with a 3D view. */
 import { button, el } from '../ui/elements';
 import type { OverlayName, Stage, ViewName } from './stage';
 
@@ -8,10 +8,10 @@ const OVERLAYS: [OverlayName, string][] = [
 ];
 const VIEWS: [ViewName, string][] = [['free', 'Whole'], ['front', 'Front'], ['side', 'Side'], ['top', 'Top'], ['palm', 'Palm'], ['follow', 'Follow']];
 
-/** Overlays of what only some servers and files tell. */
+/** Overlays that need telemetry. */
 const NEEDS_TELEMETRY = new Set<OverlayName>(['contacts', 'ghost', 'com']);
 
-/** Offers the overlays for which there is something to show. */
+/** Shows the switches that need telemetry only if there is telemetry. */
 export function showOverlaySwitches(panel: HTMLElement, telemetry: boolean): void {
   for (const row of panel.querySelectorAll<HTMLElement>('[data-overlay]')) {
     if (NEEDS_TELEMETRY.has(row.dataset['overlay'] as OverlayName)) row.hidden = !telemetry;
@@ -19,7 +19,7 @@ export function showOverlaySwitches(panel: HTMLElement, telemetry: boolean): voi
   for (const hint of panel.querySelectorAll<HTMLElement>('.hint')) hint.hidden = !telemetry;
 }
 
-/** A panel of check boxes, one for each overlay; `on` are those that the stages show at the beginning. */
+/** A panel with a check box for each overlay; `on` are those initially shown. */
 export function overlaySwitches(stages: () => Stage[], on: readonly OverlayName[] = ['regions']): HTMLElement {
   const boxes = OVERLAYS.map(([name, label]) => {
     const box = el('input', { type: 'checkbox', id: `overlay-${name}`, checked: on.includes(name) });
@@ -27,10 +27,10 @@ export function overlaySwitches(stages: () => Stage[], on: readonly OverlayName[
     return el('div', { class: 'check', 'data-overlay': name, hidden: NEEDS_TELEMETRY.has(name) }, box, el('label', { for: `overlay-${name}` }, label));
   });
   return el('details', { class: 'panel', open: true }, el('summary', {}, 'Show'), ...boxes,
-    el('p', { class: 'hint', hidden: true }, 'Arrows are as long as the force. Blue holds, yellow is half way to slipping, vermilion slips.'));
+    el('p', { class: 'hint', hidden: true }, 'The length of an arrow is its force. Blue: the contact sticks; yellow: half way to slipping; red: it slips.'));
 }
 
-/** Buttons for the cameras. */
+/** Buttons for the camera views. */
 export function viewButtons(stages: () => Stage[]): HTMLElement {
   const group = el('div', { class: 'group', role: 'group', 'aria-label': 'View' });
   for (const [name, label] of VIEWS) {

@@ -4,8 +4,8 @@ import { PoseInterpolator } from './interpolation';
 
 const moment = (x: number): Moment => ({ tick: 0, time: 0, score: 0, poses: new Float32Array([x, 0, 0, 0, 0, 0, 1]) });
 
-describe('a live world', () => {
-  it('moves between frames and ends where the newest says', () => {
+describe('interpolation of a live run', () => {
+  it('moves between frames and ends at the newest', () => {
     const blend = new PoseInterpolator();
     blend.push(moment(0), 1000);
     blend.push(moment(1), 1033);
@@ -17,7 +17,7 @@ describe('a live world', () => {
     expect(blend.poses.length).toBe(POSE);
   });
 
-  it('shows the newest frame in time, however many came at once', () => {
+  it('reaches the newest frame in time after a burst of frames', () => {
     const blend = new PoseInterpolator();
     blend.push(moment(0), 0);
     for (let k = 1; k <= 50; k += 1) blend.push(moment(k), 40 + k / 100);

@@ -1,12 +1,12 @@
-/** Poses between two frames of a live world: the newest frame is always where it ends, however many were missed. */
+/** Interpolates poses between two frames of a live run; the motion always ends at the newest frame. */
 import { type Moment, POSE } from '../model/moment';
 
-/** Longest time that a movement is spread over, ms; after a pause it jumps. */
-const LONGEST_MS = 120;
+/** Maximum duration of an interpolation, ms; after a longer pause the poses jump. */
+const MAX_MS = 120;
 
-/** Moves from what is shown to the newest moment within the time between the last two. */
+/** Moves from the shown poses to the newest moment in the time between the last two moments. */
 export class PoseInterpolator {
-  /** What is shown. */
+  /** The shown poses. */
   poses: Float32Array = new Float32Array();
   private from: Float32Array = new Float32Array();
   private to: Float32Array = new Float32Array();
@@ -14,7 +14,7 @@ export class PoseInterpolator {
   private span = 0;
   private last = 0;
 
-  /** Shows a moment at once. */
+  /** Shows a moment without interpolation. */
   jump(moment: Moment): void {
     this.poses = moment.poses.slice();
     this.from = this.poses;
@@ -22,14 +22,14 @@ export class PoseInterpolator {
     this.span = 0;
   }
 
-  /** The next moment, which came at `now`, ms. */
+  /** The next moment, received at `now`, ms. */
   push(moment: Moment, now: number): void {
     if (moment.poses.length !== this.poses.length) {
       this.jump(moment);
     } else {
       this.from = this.poses.slice();
       this.to = moment.poses;
-      this.span = Math.min(now - this.last, LONGEST_MS);
+      this.span = Math.min(now - this.last, MAX_MS);
       this.begun = now;
     }
     this.last = now;
@@ -45,7 +45,7 @@ export class PoseInterpolator {
   }
 }
 
-/** Straight for positions, the shorter way for orientations. */
+/** Linear for positions, the shorter rotation for orientations. */
 export function mixPoses(from: Float32Array, to: Float32Array, s: number, into: Float32Array): void {
   for (let row = 0; row + POSE <= into.length; row += POSE) {
     let dot = 0;

@@ -1,4 +1,4 @@
-/** Names of bodies, as text above the picture. */
+/** Names of bodies, as HTML text over the canvas. */
 import { type Camera, Vector3 } from 'three';
 
 /** Height of a label's line, CSS px. */
@@ -9,15 +9,15 @@ interface Label { element: HTMLElement; width: number; x: number; y: number; see
 export class Labels {
   private readonly labels = new Map<number, Label>();
   private readonly at = new Vector3();
-  /** One that would lie farther than this below its body is left out, px. */
-  private farthest = Infinity;
+  /** A label that would be farther than this below its body is hidden, px. */
+  private maxOffset = Infinity;
 
   constructor(private readonly container: HTMLElement) {}
 
-  /** Labels for bodies by id; others go. */
-  set(names: readonly { id: number; name: string }[], farthest = Infinity): void {
+  /** Labels these bodies; earlier labels are removed. */
+  set(names: readonly { id: number; name: string }[], maxOffset = Infinity): void {
     this.clear();
-    this.farthest = farthest;
+    this.maxOffset = maxOffset;
     for (const { id, name } of names) {
       const element = document.createElement('span');
       element.className = 'stage-label';
@@ -35,7 +35,7 @@ export class Labels {
     this.labels.clear();
   }
 
-  /** Puts every label where its body is on the screen, below those that are there already. */
+  /** Moves each label to its body on the screen; overlapping labels move down. */
   place(camera: Camera, width: number, height: number, where: (id: number, into: Vector3) => Vector3 | null): void {
     if (this.labels.size === 0) return;
     const seen: Label[] = [];
@@ -58,7 +58,7 @@ export class Labels {
         const beside = label.x > other.x + other.width || other.x > label.x + label.width;
         if (!beside && label.y < other.y + LINE_PX && label.y > other.y - LINE_PX) label.y = other.y + LINE_PX;
       }
-      const near = label.y - own <= this.farthest;
+      const near = label.y - own <= this.maxOffset;
       if (label.element.hidden === near) label.element.hidden = !near;
       if (!near) return;
       placed.push(label);

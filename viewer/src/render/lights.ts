@@ -1,12 +1,12 @@
-/** Light, shadows and the ground that they fall on: they tell how high things are. */
+/** Lights, and a ground with shadows that show how high bodies are. */
 import {
   DirectionalLight, GridHelper, HemisphereLight, Mesh, PlaneGeometry, type Scene, ShadowMaterial,
 } from 'three';
 
-/** Half of the side of the ground that has shadows, m. */
+/** Half the edge of the ground that has shadows, m. */
 const LIT_M = 1.4;
 
-/** Lights a scene. What is made is freed with `dispose`. */
+/** Adds lights and ground to a three.js scene; `dispose` removes and frees them. */
 export function addLights(scene: Scene): { dispose(): void } {
   const sky = new HemisphereLight('#ffffff', '#b3ada5', 1.5);
   const sun = new DirectionalLight('#ffffff', 2.1);

@@ -1,10 +1,10 @@
-/** Lines that explain a scene: regions of the rules, frames of bodies, centres of mass. */
+/** Overlays: regions of the rules, frames of bodies, centres of mass. */
 import {
   BufferAttribute, BufferGeometry, Color, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, SphereGeometry, Vector3,
 } from 'three';
 import type { Region } from '../model/scene';
 
-/** Length of a drawn axis, m: of the hand's links shorter, for they are close together. */
+/** Length of a drawn axis, m; shorter for the hand's links, which are close together. */
 const AXIS_M = 0.06;
 const LINK_AXIS_M = 0.022;
 const AXES = [new Color('#d55e00'), new Color('#009e73'), new Color('#0072b2')];
@@ -22,7 +22,7 @@ function edges(min: readonly number[], max: readonly number[]): number[] {
   return all;
 }
 
-/** Boxes around the regions: the goal green, the start orange. */
+/** Boxes around the regions: goal green, start orange, others grey. */
 export function regionLines(regions: readonly Region[]): LineSegments {
   const positions: number[] = [];
   const colors: number[] = [];
@@ -75,7 +75,7 @@ export class Frames {
   }
 }
 
-/** Balls where centres of mass are. */
+/** Spheres at the centres of mass. */
 export class Centres {
   readonly mesh: InstancedMesh;
   private readonly matrix = new Matrix4();

@@ -1,18 +1,18 @@
-/** What draws; where the browser has no WebGL, something that does not: a sentence says so, and the rest of the page goes on. */
+/** The WebGL renderer. Without WebGL a message takes its place, and the rest of the page works. */
 import { PCFShadowMap, WebGLRenderer } from 'three';
 import { el } from '../ui/elements';
 
-/** What the stage needs of a renderer. */
+/** The part of WebGLRenderer that the stage uses. */
 export type Renderer = Pick<WebGLRenderer, 'domElement' | 'render' | 'setSize' | 'setPixelRatio' | 'dispose'> & { readonly info: { readonly render: { calls: number; triangles: number } } };
 
-/** As three.js asks for it. */
+/** The context attributes that three.js would request. */
 const CONTEXT = { alpha: true, depth: true, stencil: false, antialias: true, premultipliedAlpha: true } as const;
 
-/** Draws into a canvas that it appends to a place. */
+/** Appends a canvas to `place` and renders into it. */
 export function createRenderer(place: HTMLElement): Renderer {
-  const canvas = el('canvas', { tabindex: 0, role: 'img', 'aria-label': 'The world in three dimensions. Arrow keys turn the camera, plus and minus zoom.' });
-  // three.js takes the context that a canvas has already; where there is none it would fail.
-  if (canvas.getContext('webgl2', CONTEXT) === null) return blank(place, canvas);
+  const canvas = el('canvas', { tabindex: 0, role: 'img', 'aria-label': '3D view. Arrow keys turn the camera, plus and minus zoom.' });
+  // three.js uses the canvas's existing context, and throws where the browser has none.
+  if (canvas.getContext('webgl2', CONTEXT) === null) return noRenderer(place, canvas);
   const renderer = new WebGLRenderer({ canvas, antialias: true });
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.type = PCFShadowMap;
@@ -21,9 +21,9 @@ export function createRenderer(place: HTMLElement): Renderer {
   return renderer;
 }
 
-function blank(place: HTMLElement, canvas: HTMLCanvasElement): Renderer {
+function noRenderer(place: HTMLElement, canvas: HTMLCanvasElement): Renderer {
   const sentence = el('p', { class: 'no-picture' }, el('span', { class: 'card' },
-    'This browser has no WebGL, so the picture in three dimensions is missing; everything else on this page works.'));
+    'This browser has no WebGL, so this page cannot show the 3D view. Everything else works.'));
   canvas.hidden = true;
   place.append(sentence, canvas);
   const nothing = (): void => undefined;

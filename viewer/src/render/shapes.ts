@@ -1,4 +1,4 @@
-/** Triangles of bodies: all parts of a body are one geometry, without an index, with normals. */
+/** Triangle geometry of bodies: all parts of a body in one geometry, without an index, with normals. */
 import { BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Quaternion, SphereGeometry, Vector3 } from 'three';
 import { ConvexGeometry } from 'three/addons/geometries/ConvexGeometry.js';
 import { RoundedBoxGeometry } from 'three/addons/geometries/RoundedBoxGeometry.js';
@@ -6,7 +6,7 @@ import { mergeGeometries } from 'three/addons/utils/BufferGeometryUtils.js';
 import type { Mesh, Part, Vec3 } from '../model/scene';
 import type { Shape } from '../model/shape';
 
-/** More points than this are taken as they are: rounding multiplies them by twelve. */
+/** A hull with more points is drawn without its rounding, which would multiply them by twelve. */
 const ROUNDED_POINTS = 150;
 
 /** Directions to the corners of an icosahedron. */

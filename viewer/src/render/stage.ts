@@ -1,4 +1,4 @@
-/** The picture of a world: bodies, hand, lights, camera and overlays. It draws only when something has changed. */
+/** The 3D view of a run: bodies, hand, lights, camera and overlays. It renders only after a change. */
 import {
   Box3, Color, Matrix4, MeshStandardMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, type LineSegments,
 } from 'three';
@@ -20,13 +20,13 @@ import { type ViewName, followHand, lookFrom, turnByKey } from './views';
 export type { ViewName } from './views';
 export type OverlayName = 'ghost' | 'contacts' | 'regions' | 'frames' | 'names' | 'com';
 
-/** What drawing costs: of the last frame. */
+/** Rendering cost of the last frame. */
 export interface Stats { drawCalls: number; triangles: number; scriptMs: number }
 
 const PICKED = new Color('#ffb000');
 const GHOST = new Color('#56b4e9');
 
-/** Parts of the scene that belong to one run. */
+/** Drawn objects of one run. */
 interface Shown {
   info: SceneInfo;
   solid: Batch;
@@ -56,7 +56,7 @@ export class Stage {
   private readonly matrix = new Matrix4();
   private readonly themes = matchMedia('(prefers-color-scheme: dark)');
   private readonly still = matchMedia('(prefers-reduced-motion: reduce)');
-  private readonly lit: { dispose(): void };
+  private readonly lights: { dispose(): void };
   private readonly retheme = (): void => { this.ground(); };
   private shown: Shown | null = null;
   private moment: Moment | null = null;
@@ -65,10 +65,10 @@ export class Stage {
   private listeners: ((id: number | null, point: Vec3) => void)[] = [];
   private before: (() => void)[] = [];
   private dirty = true;
-  /** What is drawn does not stand where the poses say. */
+  /** The drawn bodies are not yet at the current poses. */
   private stale = false;
-  /** Where the hand's base was when the camera was last taken along. */
-  private handWas: Matrix4 | null = null;
+  /** Pose of the hand's base when the camera last followed it. */
+  private followedHand: Matrix4 | null = null;
   private frame = 0;
   private scriptMs = 0;
 
@@ -80,7 +80,7 @@ export class Stage {
     this.camera.position.set(0.8, -1.4, 1.1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => { this.dirty = true; });
-    this.lit = addLights(this.three);
+    this.lights = addLights(this.three);
     this.three.add(this.arrows.mesh);
     this.arrows.mesh.visible = false;
     this.observer = new ResizeObserver(() => { this.resize(); });
@@ -96,7 +96,7 @@ export class Stage {
     this.frame = requestAnimationFrame(loop);
   }
 
-  /** Another world; what was drawn of the last one is freed. */
+  /** Shows another scene and frees the previous one. */
   setScene(info: SceneInfo): void {
     const same = this.shown !== null && JSON.stringify(this.shown.info.regions) === JSON.stringify(info.regions);
     this.clear();
@@ -110,7 +110,7 @@ export class Stage {
       solid: new Batch(solid, new MeshStandardMaterial({ roughness: 0.55 }), paint),
       boards: new Batch(boards, new MeshStandardMaterial({ roughness: 0.9 }), paint),
       walls: new Batch(walls, new MeshStandardMaterial({ roughness: 0.9, transparent: true, opacity: 0.38, depthWrite: false }), paint),
-      // The base is where it is: only the links after it are predicted.
+      // The ghost has no base: the prediction concerns the links after it.
       ghost: info.hand ? new Batch(links.slice(1), new MeshStandardMaterial({ transparent: true, opacity: 0.35, depthWrite: false }), () => GHOST) : null,
       regions: regionLines(info.regions),
       frames: new Frames(info.moving.map((id) => links.some((link) => link.id === id))),
@@ -131,19 +131,19 @@ export class Stage {
     this.moment = null;
     this.relabel();
     this.apply();
-    // The next run of the same task is looked at as the last one was.
+    // The camera stays for the next run of the same task.
     if (!same || this.viewName === 'follow' || this.viewName === 'palm') this.view(this.viewName);
     this.dirty = true;
   }
 
-  /** Shows a moment as it is. */
+  /** Shows a moment without interpolation. */
   show(moment: Moment): void {
     this.moment = moment;
     this.blend.jump(moment);
     this.place();
   }
 
-  /** Shows a moment of a live world, which came at `at` (ms as of `performance.now`). */
+  /** Moves to a moment of a live run, received at `at` (ms as of `performance.now`). */
   push(moment: Moment, at: number): void {
     const first = this.moment === null;
     this.moment = moment;
@@ -163,21 +163,21 @@ export class Stage {
   view(name: ViewName): void {
     this.viewName = name;
     if (this.shown) lookFrom(this.camera, this.controls, name, this.shown.box, this.handMatrix(), this.shown.palm);
-    this.handWas = this.handMatrix()?.clone() ?? null;
+    this.followedHand = this.handMatrix()?.clone() ?? null;
     this.dirty = true;
   }
 
-  /** Told of the body that is clicked, or of none. */
+  /** `listener` gets the clicked body, or null. */
   onPick(listener: (id: number | null, point: Vec3) => void): void {
     this.listeners.push(listener);
   }
 
-  /** Called before each frame is drawn. */
+  /** `listener` is called before each frame. */
   onFrame(listener: () => void): void {
     this.before.push(listener);
   }
 
-  /** Marks a body, by a click or a list beside the picture. */
+  /** Highlights a body, chosen by a click or from a list. */
   pick(id: number | null, point: Vec3 = [0, 0, 0]): void {
     const body = (which: number | null): Body | undefined => this.shown?.info.bodies.find((b) => b.id === which);
     const old = body(this.picked);
@@ -188,13 +188,13 @@ export class Stage {
     for (const listener of this.listeners) listener(id, point);
   }
 
-  /** Where a body's origin is in the world, m. */
+  /** World position of a body's origin, m. */
   placeOf(id: number): Vec3 | null {
     const at = this.shown?.solid.placeOf(id, this.scratch);
     return at ? [at.x, at.y, at.z] : null;
   }
 
-  /** Where a body is in the picture, CSS px from its upper left corner. */
+  /** Position of a body on the canvas, CSS px from its upper left corner. */
   screenPosition(id: number): { x: number; y: number } | null {
     const at = this.shown?.solid.placeOf(id, this.scratch)?.project(this.camera);
     if (!at) return null;
@@ -206,7 +206,7 @@ export class Stage {
     return { drawCalls: calls, triangles, scriptMs: this.scriptMs };
   }
 
-  /** Something was changed from outside: draw again. */
+  /** Requests a new frame after a change from outside. */
   touch(): void {
     this.dirty = true;
   }
@@ -216,7 +216,7 @@ export class Stage {
     this.observer.disconnect();
     this.themes.removeEventListener('change', this.retheme);
     this.clear();
-    this.lit.dispose();
+    this.lights.dispose();
     this.arrows.dispose();
     this.labels.clear();
     this.controls.dispose();
@@ -224,7 +224,7 @@ export class Stage {
     this.renderer.domElement.remove();
   }
 
-  /** The colour behind everything is the page's. */
+  /** Takes the background colour from the page's theme. */
   private ground(): void {
     const color = getComputedStyle(document.documentElement).getPropertyValue('--stage').trim();
     this.three.background = new Color(color || '#dfe3e8');
@@ -240,7 +240,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  /** A click that is no drag picks; keys turn the camera. */
+  /** A click without a drag picks a body; keys turn the camera. */
   private pointer(canvas: HTMLCanvasElement): void {
     let down: { x: number; y: number } | null = null;
     canvas.addEventListener('pointerdown', (event) => { down = { x: event.clientX, y: event.clientY }; });
@@ -258,7 +258,7 @@ export class Stage {
     });
   }
 
-  /** What is under a point of the window. */
+  /** The body under a point of the window. */
   hit(clientX: number, clientY: number): { id: number; point: Vec3 } | null {
     const area = this.renderer.domElement.getBoundingClientRect();
     const at = new Vector2(((clientX - area.left) / area.width) * 2 - 1, 1 - ((clientY - area.top) / area.height) * 2);
@@ -276,13 +276,13 @@ export class Stage {
   private relabel(): void {
     const bodies = this.overlays.has('names') ? this.shown?.info.bodies ?? [] : [];
     const objects = bodies.filter((body) => body.kind === 'object');
-    // A hand alone is asked about for its links; they are close together, and nearer by there is room for more names.
+    // A hand alone shows the names of its links. They are close together: names that would be far from their link are hidden.
     if (objects.length > 0) this.labels.set(objects);
     else this.labels.set(bodies.filter((body) => body.kind === 'hand'), 12);
     this.dirty = true;
   }
 
-  /** Which overlays are seen. */
+  /** Sets which overlays are visible. */
   private apply(): void {
     const { shown, overlays } = this;
     this.arrows.mesh.visible = overlays.has('contacts');
@@ -295,7 +295,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  /** Puts everything where the present poses say. */
+  /** Moves all bodies and overlays to the current poses. */
   private place(): void {
     const { shown, moment } = this;
     this.stale = false;
@@ -323,7 +323,7 @@ export class Stage {
     }
   }
 
-  /** Of every link, and of the hand as a whole. */
+  /** Centres of mass of each link and of the whole hand. */
   private placeCentres(shown: Shown): void {
     const all: Vector3[] = [];
     const whole = new Vector3();
@@ -347,9 +347,9 @@ export class Stage {
     if (!this.dirty) return;
     this.dirty = false;
     const hand = this.viewName === 'follow' || this.viewName === 'palm' ? this.handMatrix() : null;
-    if (hand && this.handWas) {
-      followHand(this.camera, this.controls, this.handWas, hand, this.viewName === 'palm');
-      this.handWas.copy(hand);
+    if (hand && this.followedHand) {
+      followHand(this.camera, this.controls, this.followedHand, hand, this.viewName === 'palm');
+      this.followedHand.copy(hand);
     }
     const { clientWidth, clientHeight } = this.container;
     this.labels.place(this.camera, clientWidth, clientHeight, (id, into) => this.shown?.solid.placeOf(id, into) ?? null);
@@ -377,12 +377,12 @@ export class Stage {
   }
 }
 
-/** A box around what is worth looking at: objects, regions and the hand. */
+/** A box around objects, regions and the hand, for the camera. */
 function sceneBox(info: SceneInfo): Box3 {
   const box = new Box3();
   for (const body of info.bodies) if (body.kind !== 'furniture') box.expandByPoint(new Vector3(...body.position));
   for (const region of info.regions) box.expandByPoint(new Vector3(...region.min)).expandByPoint(new Vector3(...region.max));
-  // Files of older servers have no regions: boxes and shelves show where they would be, the ground does not.
+  // Files of older servers have no regions: the box includes their furniture, but not the ground.
   for (const body of info.regions.length > 0 ? [] : info.bodies) {
     for (const part of body.kind === 'furniture' ? body.parts : []) {
       if (part.shape.type === 'box' && Math.max(...part.shape.half_extents) < 0.7) {

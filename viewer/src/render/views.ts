@@ -1,11 +1,11 @@
-/** Where the camera stands, and how it goes with the hand. z points up. */
+/** Named camera views, and following the hand. z points up. */
 import { Box3, type Matrix4, type PerspectiveCamera, Vector3 } from 'three';
 import type { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Palm } from '../model/palm';
 
 export type ViewName = 'free' | 'follow' | 'front' | 'side' | 'top' | 'palm';
 
-/** From where the views look, as directions from what is looked at. */
+/** Directions from the target to the camera. */
 const FROM: Record<'free' | 'front' | 'side' | 'top', Vector3> = {
   free: new Vector3(0.55, -1, 0.7),
   front: new Vector3(0, -1, 0.25),
@@ -13,13 +13,13 @@ const FROM: Record<'free' | 'front' | 'side' | 'top', Vector3> = {
   top: new Vector3(0, -0.001, 1),
 };
 
-/** How far from the hand its own cameras stand, m. */
+/** Distance of the follow and palm cameras from the hand, m. */
 const FOLLOW_M = 0.75;
 const PALM_M = 0.42;
-/** Air around what is looked at: the buttons need some. */
-const AIR = 1.06;
+/** Margin around the box, which leaves space for the buttons. */
+const MARGIN = 1.06;
 
-/** Places the camera so that the corners of a box just fit into the picture, seen along a direction. */
+/** Places the camera in a direction so that the corners of a box just fit into the view. */
 export function frame(camera: PerspectiveCamera, controls: OrbitControls, box: Box3, from: Vector3): void {
   const centre = box.getCenter(new Vector3());
   const back = from.clone().normalize();
@@ -31,14 +31,14 @@ export function frame(camera: PerspectiveCamera, controls: OrbitControls, box: B
   for (let k = 0; k < 8; k += 1) {
     const corner = new Vector3(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z).sub(centre);
     const across = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
-    distance = Math.max(distance, corner.dot(back) + AIR * across);
+    distance = Math.max(distance, corner.dot(back) + MARGIN * across);
   }
   controls.target.copy(centre);
   camera.position.copy(centre).addScaledVector(back, distance);
   controls.update();
 }
 
-/** A named view: of what is in the box, or of the hand whose base is at `hand`. */
+/** Moves the camera to a named view of the box, or of the hand whose base is at `hand`. */
 export function lookFrom(camera: PerspectiveCamera, controls: OrbitControls, name: ViewName, box: Box3, hand: Matrix4 | null, palm: Palm): void {
   if (name === 'follow' || name === 'palm') {
     if (!hand) return;
@@ -51,7 +51,7 @@ export function lookFrom(camera: PerspectiveCamera, controls: OrbitControls, nam
   }
 }
 
-/** Takes the camera along as the hand's base goes `from` one place `to` another; `turning`: turns with it, too. */
+/** Moves the camera with the hand's base from `from` to `to`; with `turning` it also turns. */
 export function followHand(camera: PerspectiveCamera, controls: OrbitControls, from: Matrix4, to: Matrix4, turning: boolean): void {
   if (from.equals(to)) return;
   if (turning) {
@@ -69,7 +69,7 @@ export function followHand(camera: PerspectiveCamera, controls: OrbitControls, f
 const TURNS: Record<string, [number, number]> = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] };
 const ZOOMS: Record<string, number> = { '+': 0.9, '=': 0.9, '-': 1 / 0.9 };
 
-/** Arrow keys turn the camera about what it looks at, plus and minus zoom. Whether the key is one of them. */
+/** Arrow keys turn the camera about its target, plus and minus zoom. Returns whether the key is one of these. */
 export function turnByKey(camera: PerspectiveCamera, controls: OrbitControls, key: string): boolean {
   const turn = TURNS[key];
   const zoom = ZOOMS[key];

@@ -1,19 +1,19 @@
-/** A chart over the time of a run: it follows the replay's cursor, and sets it where it is clicked or dragged. */
+/** A chart over the time of a run. It shows the replay's cursor; a click or drag moves the cursor. */
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { figure } from '../ui/format';
 import { el, setText } from '../ui/elements';
 import { type Line, valueAt } from './series';
 
-/** A colour of the palette: safe for the colour-blind, and each on both grounds. */
+/** A colour of the palette, which colour-blind people can distinguish, in the light and the dark theme. */
 export type Paint = 's1' | 's2' | 's3' | 's4' | 's5' | 's6' | 's7' | 's8';
-/** How a line is drawn; `scale` names its axis. */
+/** A line with its colour, run and axis (`scale`). */
 export interface Drawn { line: Line; paint: Paint; run?: string; scale?: string }
 export interface AxisWanted { scale: string; label: string; side: 'left' | 'right'; range?: [number, number] }
 
-/** A choice of how much of the run charts show. */
+/** A choice of the shown time span. */
 export function spanChoice(id: string, zoom: (span: number | null) => void): HTMLElement {
-  const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s of it`)));
+  const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s`)));
   choice.addEventListener('change', () => { zoom(Number(choice.value) || null); });
   return el('div', { class: 'row' }, el('label', { for: id }, 'Show'), choice);
 }
@@ -21,7 +21,7 @@ export function spanChoice(id: string, zoom: (span: number | null) => void): HTM
 const SPANS = [0, 30, 10, 3, 1];
 const SIDE = { left: 3, right: 1 } as const;
 
-/** A colour of this page, as the theme has it now. */
+/** A colour of the current theme. */
 function themed(variable: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${variable}`).trim();
 }
@@ -33,7 +33,7 @@ export function formatValue(value: number | null, unit: string): string {
   return unit === '°' ? `${text}°` : `${text} ${unit}`.trimEnd();
 }
 
-/** What a line is called, with its run where there are two. */
+/** Name of a line, with its run if there are two. */
 export function lineName({ line, run }: Drawn): string {
   return run ? `${run}: ${line.label}` : line.label;
 }
@@ -50,9 +50,9 @@ export class Chart {
   private lines: Drawn[] = [];
   private values: HTMLElement[] = [];
   private time = 0;
-  /** Length of what is shown, s; null: the whole run. */
+  /** Shown time span, s; null: the whole run. */
   private span: number | null = null;
-  /** Where it begins, s. */
+  /** Begin of the shown span, s. */
   private from = 0;
 
   constructor(title: string, private readonly axes: AxisWanted[], private readonly duration: number, private readonly seek: (time: number) => void, ...controls: HTMLElement[]) {
@@ -61,18 +61,18 @@ export class Chart {
     this.dark.addEventListener('change', this.redraw);
   }
 
-  /** Other lines. */
+  /** Shows other lines. */
   draw(lines: Drawn[]): void {
     this.lines = lines;
     this.values = lines.map(() => el('span', { class: 'num' }));
     this.legend.replaceChildren(...lines.map((drawn, k) => el('li', {},
-      el('span', { class: `key ${drawn.paint}${drawn.line.dashed ? ' foreseen' : ''}` }), el('bdi', {}, lineName(drawn)), ' ', this.values[k])));
+      el('span', { class: `key ${drawn.paint}${drawn.line.dashed ? ' dashed' : ''}` }), el('bdi', {}, lineName(drawn)), ' ', this.values[k])));
     this.build();
   }
 
   get drawn(): readonly Drawn[] { return this.lines; }
 
-  /** Where the cursor is, s. */
+  /** Moves the cursor to `time`, s. */
   show(time: number): void {
     this.time = time;
     this.lines.forEach(({ line }, k) => {
@@ -82,13 +82,13 @@ export class Chart {
     if (!this.plot) return;
     const [min, max] = this.window();
     const { x } = this.plot.scales;
-    // It takes effect after this: the cursor's place is not asked of the plot.
+    // setScale takes effect later: the marker's place is computed here.
     if (x?.min !== min || x.max !== max) this.plot.setScale('x', { min, max });
     const wide = this.plot.bbox.width / devicePixelRatio;
     this.marker.style.transform = `translateX(${((time - min) / (max - min)) * wide}px)`;
   }
 
-  /** Shows so many seconds around the cursor, or with null the whole run. */
+  /** Shows `span` seconds around the cursor, or with null the whole run. */
   zoom(span: number | null): void {
     this.span = span;
     this.from = this.time - (span ?? 0) / 2;
@@ -101,11 +101,11 @@ export class Chart {
     this.plot?.destroy();
   }
 
-  /** From where to where is shown, s. */
+  /** Begin and end of the shown span, s. */
   private window(): [number, number] {
     const all = Math.max(this.duration, 1e-3);
     if (this.span === null || this.span >= all) return [0, all];
-    // It stays until the cursor comes near its edge, and then goes on by a page.
+    // The window stays until the cursor is near its edge, then moves by a page.
     const margin = this.span / 20;
     if (this.time > this.from + this.span - margin) this.from = this.time - 2 * margin;
     else if (this.time < this.from + margin) this.from = this.time + 2 * margin - this.span;
@@ -127,7 +127,7 @@ export class Chart {
     const { clientWidth: width, clientHeight: height } = this.place;
     if (width === 0 || height === 0) return;
     const [ink, faint] = [themed('soft'), themed('line')];
-    // Narrow: the numbers stay, the words are in the legend.
+    // A narrow chart has numbers but no axis titles; the legend has the names.
     const narrow = width < 420;
     const axis = { stroke: ink, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1, size: 4 }, font: '11px system-ui', labelFont: '11px system-ui' };
     const scales: uPlot.Scales = { x: { time: false, range: () => this.window() } };
@@ -151,7 +151,7 @@ export class Chart {
     this.show(this.time);
   }
 
-  /** All lines over one row of times. */
+  /** All lines over a common row of times. */
   private joined(): uPlot.AlignedData {
     if (this.lines.length === 0) return [[0, this.duration]];
     return uPlot.join(this.lines.map(({ line }): uPlot.AlignedData => [line.times, line.values]));

@@ -1,26 +1,26 @@
-/** The charts below the picture, and the same values as a table. */
+/** The charts below the image, and their values as a table. */
 import { el, fill, setText } from '../ui/elements';
 import { type Drawn, type Paint, Chart, lineName, spanChoice, formatValue } from './chart';
 import { type Line, type Series, valueAt } from './series';
 
-/** A run as the charts know it: `mark` tells two apart. */
+/** A run in the charts; `mark` (A or B) distinguishes two runs. */
 export interface ChartedRun { series: Series; mark: string; object: number | null }
 
 const ALONE: Paint[] = ['s1', 's2', 's3', 's4', 's5', 's6', 's7', 's8'];
 const FIRST: Paint[] = ['s1', 's3', 's6', 's8'];
 const SECOND: Paint[] = ['s2', 's5', 's4', 's7'];
-/** The table is written so often, ms. */
+/** Update interval of the table, ms. */
 const TABLE_MS = 200;
 
-/** Lines of each run in its own colours; what was foreseen has the colour of what was. */
+/** Assigns colours: each run has its own; a dashed line has the colour of its solid line. */
 export function coloured(runs: readonly ChartedRun[], of: (run: ChartedRun) => Line[], scale?: string): Drawn[] {
   return runs.flatMap((run, place) => {
     const paints = runs.length === 1 ? ALONE : place === 0 ? FIRST : SECOND;
     const names: string[] = [];
     return of(run).map((line) => {
-      const what = line.label.replace(/, (asked|reached|sensed|predicted|turned)$/, '');
-      if (!names.includes(what)) names.push(what);
-      const paint = paints[names.indexOf(what) % paints.length] ?? 's1';
+      const quantity = line.label.replace(/, (commanded|reached|measured|predicted|rotation)$/, '');
+      if (!names.includes(quantity)) names.push(quantity);
+      const paint = paints[names.indexOf(quantity) % paints.length] ?? 's1';
       return { line, paint, ...(runs.length > 1 ? { run: run.mark } : {}), ...(scale ? { scale } : {}) };
     });
   });
@@ -32,15 +32,15 @@ export class Charts {
   private readonly joint = el('select', { 'aria-label': 'Joint' });
   private readonly about = el('bdi', {});
   private readonly rows = el('tbody', {});
-  private readonly values = el('details', {}, el('summary', {}, 'The same as a table: values at this moment'),
+  private readonly values = el('details', {}, el('summary', {}, 'Values at this moment, as a table'),
     el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Values at this moment' }, el('table', { class: 'dense' },
-      el('thead', {}, el('tr', {}, el('th', { scope: 'col' }, 'What'), el('th', { scope: 'col' }, 'Line'), el('th', { scope: 'col', class: 'n' }, 'Value'))), this.rows)));
+      el('thead', {}, el('tr', {}, el('th', { scope: 'col' }, 'Chart'), el('th', { scope: 'col' }, 'Line'), el('th', { scope: 'col', class: 'n' }, 'Value'))), this.rows)));
   private readonly all: { title: string; chart: Chart; lines: () => Drawn[] }[] = [];
   private written = 0;
   private time = 0;
 
   constructor(runs: ChartedRun[], duration: number, seek: (time: number) => void) {
-    const felt = runs.some(({ series }) => series.hasTelemetry);
+    const telemetry = runs.some(({ series }) => series.hasTelemetry);
     const add = (title: string, unit: string, lines: () => Drawn[], range?: [number, number], ...controls: HTMLElement[]): void => {
       const chart = new Chart(title, [{ scale: 'y', label: unit, side: 'left', ...(range ? { range } : {}) }], duration, seek, ...controls);
       this.all.push({ title, chart, lines });
@@ -48,23 +48,23 @@ export class Charts {
     };
     fill(this.joint, ...[...new Set(runs.flatMap(({ series }) => series.joints()))].map((name) => el('option', { value: name }, name)));
     this.joint.addEventListener('change', () => { this.redraw(); });
-    add(felt ? 'Motors, σ' : 'Motors, σ asked for', 'σ', () => coloured(runs, ({ series }) => series.motors()), [0, 1]);
-    add(felt ? 'Joint angle' : 'Turn of a link, from its poses', '°', () => coloured(runs, ({ series }) => series.joint(this.joint.value)), undefined, this.joint);
-    if (felt) {
+    add(telemetry ? 'Motors, σ' : 'Motors, commanded σ', 'σ', () => coloured(runs, ({ series }) => series.motors()), [0, 1]);
+    add(telemetry ? 'Joint angle' : 'Rotation of a link, from its poses', '°', () => coloured(runs, ({ series }) => series.joint(this.joint.value)), undefined, this.joint);
+    if (telemetry) {
       add('Tension of the tendons', 'tension', () => coloured(runs, ({ series }) => series.tensions()), [0, 1]);
-      add('Contact force, N, on', 'N', () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))), [0, 1], this.about);
+      add('Contact force (N) on', 'N', () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))), [0, 1], this.about);
       add('Score', 'points', () => coloured(runs, ({ series }) => series.score()), [0, 1]);
     }
     this.element.append(spanChoice('span', (span) => { for (const { chart } of this.all) chart.zoom(span); }), this.grid);
     if (!runs.every(({ series }) => series.hasTelemetry)) {
-      this.element.append(el('p', { class: 'notice' }, `${felt ? 'One of the files' : 'This file'} has no telemetry: it was recorded by an older server. `,
-        'Motors as reached, tensions, contacts, the score over time and the prediction are missing; how far links turned is taken from the poses.'));
+      this.element.append(el('p', { class: 'notice' }, `${telemetry ? 'One of the files' : 'This file'} has no telemetry, because an older server recorded it. `,
+        'Reached motor positions, tensions, contacts, the score over time and the prediction are missing; rotations of links are computed from the poses.'));
     }
     this.element.append(this.values);
     this.values.addEventListener('toggle', () => { this.table(); });
   }
 
-  /** After another object or joint was chosen. */
+  /** Redraws for another object or joint. */
   redraw(objectName?: string): void {
     if (objectName !== undefined) setText(this.about, objectName);
     for (const { chart, lines } of this.all) chart.draw(lines());

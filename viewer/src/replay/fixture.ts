@@ -1,4 +1,4 @@
-/** A small recording for tests: an object that slides along x, a hand of two links whose second turns about z. */
+/** A small recording for tests: an object slides along x; the second of the hand's two links turns about z. */
 import { bodiesOf, type Entity } from './scene_update';
 import type { TelemetryRecord } from './protobuf';
 import { PoseTable } from './poses';
@@ -11,7 +11,7 @@ export function entity(id: string, frame: string): Entity {
   return { id, frame_id: frame, cubes: [], cylinders: [], triangles: [], spheres: [{ pose: place, size: { x: 0.1, y: 0.1, z: 0.1 }, color }] };
 }
 
-/** A record of /telemetry with what a test says. */
+/** A record of /telemetry with the given fields. */
 export function record(tick: number, given: Partial<TelemetryRecord> = {}): TelemetryRecord {
   return {
     tick, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
@@ -20,7 +20,7 @@ export function record(tick: number, given: Partial<TelemetryRecord> = {}): Tele
   };
 }
 
-/** One second, a picture each 0.04 s. */
+/** One second, with poses every 0.04 s. */
 export function recorded(telemetry: TelemetryRecord[]): Recording {
   const framed = bodiesOf([entity('ball', 'ball'), entity('table', 'world'), entity('hand/palm', 'hand/palm'), entity('hand/finger', 'hand/finger')]);
   const moving = framed.filter(({ frame }) => frame !== 'world');

@@ -1,7 +1,7 @@
-/** How far each link of a hand has turned in the link before it, out of the poses: for files that hold no joint angles. */
+/** Rotation of each link relative to its parent, computed from poses, for files without joint angles. */
 import type { Recording } from './recording';
 
-/** A link's turn since the beginning, about the axis about which it turns most; degrees. */
+/** A link's rotation since the start, about the axis of its largest rotation; degrees. */
 export interface Turn { link: string; times: number[]; degrees: number[] }
 
 const DEGREES = 180 / Math.PI;
@@ -30,7 +30,7 @@ function quat(poses: Float32Array, row: number): Four {
   return [poses[at] ?? 0, poses[at + 1] ?? 0, poses[at + 2] ?? 0, poses[at + 3] ?? 1];
 }
 
-/** Of every link but the base, those that turn most first. */
+/** Rotations of all links except the base, largest first. */
 export function turns({ poses, scene }: Recording): Turn[] {
   const times = [...poses.times];
   const links = scene.moving.flatMap((id, row) => {

@@ -8,7 +8,7 @@ describe('a moment of a replay', () => {
     record(40, { score: 2, contactA: [0], contactB: [3], contactPosition: [1, 2, 3], contactForce: [0, 3, 4], contactUse: [0.5] }),
   ]);
 
-  it('has what was recorded last, and nothing before it', () => {
+  it('has the latest record, and none before the first', () => {
     expect(momentAt(recording, 0.09, true).telemetry).toBeUndefined();
     expect(momentAt(recording, 0.09, true).score).toBeNull();
     expect(momentAt(recording, 0.39, true).score).toBe(1);
@@ -20,7 +20,7 @@ describe('a moment of a replay', () => {
     expect(momentAt(recording, 9, true).contacts).toEqual([{ a: 0, b: 3, position: [1, 2, 3], force: [0, 3, 4], use: 0.5 }]);
   });
 
-  it('is as recorded where a person chose it, and between two pictures while it plays', () => {
+  it('has recorded poses where a person chose it, and interpolated poses during playback', () => {
     expect(momentAt(recording, 0.06, true).poses[0]).toBeCloseTo(0.04);
     expect(momentAt(recording, 0.06, false).poses[0]).toBeCloseTo(0.06);
     expect(momentAt(recording, 0.06, true).tick).toBe(6);

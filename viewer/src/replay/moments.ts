@@ -1,9 +1,9 @@
-/** What a replay shows at a time. */
+/** The moment of a replay at a time. */
 import type { Contact, Moment, Telemetry } from '../model/moment';
 import type { TelemetryRecord } from './protobuf';
 import type { Recording } from './recording';
 
-/** The last record that is not after a tick; the first may be after it: then there is none. */
+/** The last record at or before a tick; undefined if there is none. */
 function recordAt(records: readonly TelemetryRecord[], tick: number): TelemetryRecord | undefined {
   let [low, high] = [0, records.length];
   while (high - low > 1) {
@@ -37,7 +37,7 @@ function contactsOf(record: TelemetryRecord): Contact[] {
   }));
 }
 
-/** The moment at `time`, s; `exact`: as recorded, else between two records. */
+/** The moment at `time`, s; `exact`: recorded poses, otherwise interpolated ones. */
 export function momentAt(recording: Recording, time: number, exact: boolean): Moment {
   const tick = Math.round(time / recording.tickS);
   const record = recordAt(recording.telemetry, tick);

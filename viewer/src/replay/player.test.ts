@@ -4,8 +4,8 @@ import { Player } from './player';
 describe('the clock of a replay', () => {
   it('runs at its speed and ends at the end', () => {
     const player = new Player(10, 0.01);
-    const told: number[] = [];
-    player.onTime((time) => told.push(time));
+    const times: number[] = [];
+    player.onTime((time) => times.push(time));
     player.setSpeed(4);
     player.play(1000);
     player.advance(1500);
@@ -13,7 +13,7 @@ describe('the clock of a replay', () => {
     player.advance(9000);
     expect(player.time).toBe(10);
     expect(player.playing).toBe(false);
-    expect(told.at(-1)).toBe(10);
+    expect(times.at(-1)).toBe(10);
   });
 
   it('steps by ticks, and not beyond the run', () => {

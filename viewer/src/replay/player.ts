@@ -1,4 +1,4 @@
-/** The clock of a replay: plays, stops, jumps, and tells everybody what time it is. Times in s of the run. */
+/** The clock of a replay: plays, pauses, seeks, and calls its listeners. Times in s of the run. */
 export class Player {
   private now = 0;
   private speed = 1;
@@ -11,7 +11,7 @@ export class Player {
   get time(): number { return this.now; }
   get playing(): boolean { return this.running; }
 
-  /** Told of every change; `exact`: a person chose this moment. */
+  /** `listener` gets each change of time; `exact`: a person chose this time. */
   onTime(listener: (time: number, exact: boolean) => void): void {
     this.listeners.push(listener);
   }
@@ -24,7 +24,7 @@ export class Player {
 
   pause(): void {
     this.running = false;
-    this.tell(true);
+    this.notify(true);
   }
 
   setSpeed(speed: number): void {
@@ -33,25 +33,25 @@ export class Player {
 
   seek(time: number): void {
     this.now = Math.min(Math.max(time, 0), this.duration);
-    this.tell(true);
+    this.notify(true);
   }
 
-  /** So many ticks on, or back. */
+  /** Moves by a number of ticks, forward or back. */
   step(ticks: number): void {
     this.running = false;
     this.seek((Math.round(this.now / this.tickS) + ticks) * this.tickS);
   }
 
-  /** Lets wall-clock time pass, ms as of `performance.now`. */
+  /** Advances to wall-clock time `at`, ms as of `performance.now`. */
   advance(at: number): void {
     if (!this.running) return;
     this.now = Math.min(this.now + ((at - this.last) / 1000) * this.speed, this.duration);
     this.last = at;
     if (this.now >= this.duration) this.running = false;
-    this.tell(!this.running);
+    this.notify(!this.running);
   }
 
-  private tell(exact: boolean): void {
+  private notify(exact: boolean): void {
     for (const listener of this.listeners) listener(this.now, exact);
   }
 }

@@ -4,7 +4,7 @@ import { PoseTable, compose } from './poses';
 const half = Math.SQRT1_2;
 
 describe('poses of a replay', () => {
-  it('compose through the frames before them', () => {
+  it('compose through parent frames', () => {
     // A quarter turn about z, and a step along the turned x.
     const pose = compose([1, 0, 0, 0, 0, half, half], [2, 0, 0, 0, 0, 0, 1]);
     [1, 2, 0, 0, 0, half, half].forEach((x, k) => { expect(pose[k]).toBeCloseTo(x, 12); });
@@ -15,7 +15,7 @@ describe('poses of a replay', () => {
     expect([...table.at(0).slice(7, 10)].map((x) => Math.round(1e6 * x) / 1e6)).toEqual([1, 2, 0]);
   });
 
-  it('stay where they were until a message moves them', () => {
+  it('stay until a message changes them', () => {
     const at = (x: number) => [x, 0, 0, 0, 0, 0, 1];
     const table = new PoseTable(['a', 'b'], [
       { time: 0, transforms: [{ parent: 'world', child: 'a', pose: at(1) }, { parent: 'world', child: 'b', pose: at(5) }] },
@@ -27,7 +27,7 @@ describe('poses of a replay', () => {
     expect(table.at(99)[0]).toBe(2);
   });
 
-  it('are between two pictures in between, and rest where nothing was written', () => {
+  it('are interpolated between two messages, and constant in a gap', () => {
     const turned = (angle: number) => [angle, 0, 0, 0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
     const message = (time: number, angle: number) => ({ time, transforms: [{ parent: 'world', child: 'a', pose: turned(angle) }] });
     const table = new PoseTable(['a'], [message(0, 0), message(0.04, 0.4), message(1, 0.6)]);
@@ -38,7 +38,7 @@ describe('poses of a replay', () => {
     expect(table.between(7)[0]).toBeCloseTo(0.6);
   });
 
-  it('turn the short way, whatever the sign of the quaternion', () => {
+  it('rotate the short way, for either sign of the quaternion', () => {
     const table = new PoseTable(['a'], [
       { time: 0, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, 1] }] },
       { time: 0.04, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, -1] }] },
@@ -46,7 +46,7 @@ describe('poses of a replay', () => {
     expect([...table.between(0.02)].map(Math.abs)).toEqual([0, 0, 0, 0, 0, 0, 1]);
   });
 
-  it('know in whose frame each was told', () => {
+  it('know their parents', () => {
     const table = new PoseTable(['a', 'b'], [{ time: 0, transforms: [{ parent: 'world', child: 'a', pose: [] }, { parent: 'a', child: 'b', pose: [] }] }]);
     expect(table.parents).toEqual([-1, 0]);
   });

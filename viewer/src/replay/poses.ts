@@ -1,10 +1,10 @@
-/** Poses of all moving bodies at every recorded moment, in the world frame. */
+/** World poses of all moving bodies at each recorded moment. */
 import type { FrameTransform } from './protobuf';
 
 type Pose = Float64Array | number[];
 
-/** Two pictures farther apart than this, s, have a rest between them. */
-const LONGEST_S = 0.1;
+/** Maximum duration of an interpolation, s; in a longer gap the poses first stay constant. */
+const MAX_S = 0.1;
 
 /** c = a ∘ b for poses x, y, z, qx, qy, qz, qw. */
 export function compose(a: Pose, b: Pose): number[] {
@@ -25,16 +25,16 @@ export function compose(a: Pose, b: Pose): number[] {
   ];
 }
 
-/** A table with a row of 7 numbers for each moving body and moment. */
+/** A table with 7 numbers for each moment and moving body. */
 export class PoseTable {
   /** Times of the moments, s. */
   readonly times: Float64Array;
-  /** For each moving body the row of the one whose frame it is told in; -1 for the world. */
+  /** For each moving body the row of its parent frame; -1 for the world. */
   readonly parents: number[];
   private readonly rows: Float32Array;
   private readonly width: number;
 
-  /** `frames`: the frame of each moving body; `messages`: what changed, in order of time. */
+  /** `frames`: the frame of each moving body; `messages`: changed transforms, in order of time. */
   constructor(frames: string[], messages: { time: number; transforms: FrameTransform[] }[]) {
     this.width = 7 * frames.length;
     this.times = Float64Array.from(messages, (message) => message.time);
@@ -50,7 +50,7 @@ export class PoseTable {
     this.parents = frames.map((frame) => frames.indexOf(local.get(frame)?.parent ?? 'world'));
   }
 
-  /** Place of the last moment not after `time`. */
+  /** Index of the last moment at or before `time`. */
   momentAt(time: number): number {
     let [low, high] = [0, this.times.length];
     while (high - low > 1) {
@@ -61,20 +61,20 @@ export class PoseTable {
     return low;
   }
 
-  /** Poses exactly as recorded at the last moment not after `time`, 7 numbers a body. */
+  /** Recorded poses at the last moment at or before `time`, 7 numbers per body. */
   at(time: number): Float32Array {
     const begin = this.momentAt(time) * this.width;
     return this.rows.subarray(begin, begin + this.width);
   }
 
-  /** Poses at `time`, between two recorded moments on the straight way (and the short turn) from one to the other. */
+  /** Poses at `time`, interpolated linearly, rotations the shorter way. */
   between(time: number): Float32Array {
     const moment = this.momentAt(time);
     const [from, to] = [this.times[moment] ?? 0, this.times[moment + 1]];
     const before = this.at(time);
     if (to === undefined || to <= from) return before;
-    // Nothing is written while nothing moves: what moves then has begun with the last picture.
-    const begun = Math.max(from, to - LONGEST_S);
+    // No message is written while nothing moves: the motion began at most MAX_S before the next message.
+    const begun = Math.max(from, to - MAX_S);
     const s = Math.min(Math.max((time - begun) / (to - begun), 0), 1);
     const after = this.rows.subarray((moment + 1) * this.width, (moment + 2) * this.width);
     const mixed = new Float32Array(this.width);
@@ -97,7 +97,7 @@ function mix(a: Float32Array, b: Float32Array, row: number, s: number, into: Flo
   for (let k = 3; k < 7; k += 1) into[row + k] = (into[row + k] ?? 0) / norm;
 }
 
-/** A frame in the world, through the frames before it. */
+/** The world pose of a frame, through its parent frames. */
 function inWorld(frame: string, local: Map<string, { parent: string; pose: number[] }>, known: Map<string, number[]>): number[] {
   const found = known.get(frame);
   if (found) return found;

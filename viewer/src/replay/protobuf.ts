@@ -1,14 +1,14 @@
 /** Reads the two protobuf messages of a replay: `foxglove.FrameTransforms` (/tf) and `palmares.Telemetry` (/telemetry). */
 import { PbfReader } from 'pbf';
 
-/** Where a frame is in its parent's: position in m, unit quaternion x, y, z, w. */
+/** Pose of a frame in its parent: position in m, unit quaternion x, y, z, w. */
 export interface FrameTransform {
   parent: string;
   child: string;
   pose: number[];
 }
 
-/** What the hand felt and did at a moment; angles in rad, forces in N, tension in the tendon's unit. */
+/** State and sensors of the hand at a moment; angles in rad, forces in N, tension in the tendon's unit. */
 export interface TelemetryRecord {
   tick: number;
   score: number;

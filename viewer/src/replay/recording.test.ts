@@ -3,7 +3,7 @@ import { join } from 'node:path';
 import { describe, expect, it } from 'vitest';
 import { InvalidReplay, readRecording } from './recording';
 
-/** What `cargo xtask demo` leaves; another file can be named. */
+/** The replay of `cargo xtask demo`, or the file in PALMARES_REPLAY. */
 function demo(): string | null {
   const named = process.env['PALMARES_REPLAY'];
   if (named) return named;
@@ -16,14 +16,14 @@ const file = demo();
 if (file === null) console.warn('SKIPPED: no replay to read; `cargo xtask demo` records one, or PALMARES_REPLAY names one.');
 
 describe('a file', () => {
-  it('that is no MCAP file is refused in words', async () => {
+  it('that is not MCAP is refused with a message', async () => {
     await expect(readRecording(new TextEncoder().encode('not a replay at all'))).rejects.toThrow(InvalidReplay);
-    await expect(readRecording(new Uint8Array())).rejects.toThrow(/not a finished MCAP file/);
+    await expect(readRecording(new Uint8Array())).rejects.toThrow(/not a complete MCAP file/);
   });
 
-  it.skipIf(file === null)('of a run has what happened in it', async () => {
-    const told: number[] = [];
-    const recording = await readRecording(new Uint8Array(readFileSync(file ?? '')), (done) => told.push(done));
+  it.skipIf(file === null)('of a run is read', async () => {
+    const progress: number[] = [];
+    const recording = await readRecording(new Uint8Array(readFileSync(file ?? '')), (done) => progress.push(done));
     expect(recording.outcome?.ticks).toBe(recording.actions.length);
     expect(recording.duration).toBeGreaterThanOrEqual(recording.actions.length * recording.tickS - 0.05);
     expect(recording.scene.moving.length).toBeGreaterThan(5);
@@ -32,11 +32,11 @@ describe('a file', () => {
       const poses = recording.poses.at(time);
       for (let row = 0; row < poses.length; row += 7) expect(Math.hypot(...poses.subarray(row + 3, row + 7))).toBeCloseTo(1, 3);
     }
-    expect(told.every((done, k) => done <= 1 && done >= (told[k - 1] ?? 0))).toBe(true);
+    expect(progress.every((done, k) => done <= 1 && done >= (progress[k - 1] ?? 0))).toBe(true);
     for (const event of recording.events) expect(event.time).toBeLessThanOrEqual(recording.duration + recording.tickS);
   });
 
-  it.skipIf(file === null)('that was cut short is refused in words', async () => {
+  it.skipIf(file === null)('that is truncated is refused with a message', async () => {
     const bytes = new Uint8Array(readFileSync(file ?? ''));
     await expect(readRecording(bytes.subarray(0, bytes.length / 2))).rejects.toThrow(InvalidReplay);
   });

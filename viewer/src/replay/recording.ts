@@ -1,4 +1,4 @@
-/** A replay in memory: who played, what stood there, and where everything was, 30 times a second. */
+/** A replay in memory: metadata, scene, and poses 30 times a second. */
 import { McapIndexedReader } from '@mcap/core';
 import { decompress } from 'fzstd';
 import type { SceneInfo } from '../model/scene';
@@ -6,16 +6,16 @@ import { type Entity, bodiesOf } from './scene_update';
 import { type FrameTransform, type TelemetryRecord, frameTransforms, telemetry } from './protobuf';
 import { PoseTable } from './poses';
 
-/** What the referee noted; `time` in s since the beginning. */
+/** An event of the referee; `time` in s since the start. */
 export interface RecordedEvent { tick: number; time: number; kind: string; object?: number }
 
-/** The action as applied in a tick. */
+/** The applied action of a tick. */
 export interface RecordedAction { tick: number; hand: number[]; base: number[] }
 
-/** What a run gave, as its file says. */
+/** The result in the file. */
 export interface RecordedOutcome { score: number; in_goal: number; outside: number; reason: string; ticks: number }
 
-/** A whole replay. Times are in s since the run began. */
+/** A complete replay. Times in s since the start of the run. */
 export interface Recording {
   info: Map<string, string>;
   outcome: RecordedOutcome | null;
@@ -29,7 +29,7 @@ export interface Recording {
   telemetry: TelemetryRecord[];
 }
 
-/** Why a file is no replay, in words for people. */
+/** The file is not a replay; the message is for the page. */
 export class InvalidReplay extends Error {}
 
 interface ActionMessage { tick: number; action: { base?: { position: number[]; quat_xyzw: number[] }; hand: number[] } }
@@ -48,17 +48,17 @@ async function open(bytes: Uint8Array): Promise<McapIndexedReader> {
     });
   } catch (error) {
     const why = error instanceof Error ? error.message : String(error);
-    throw new InvalidReplay(`This is not a finished MCAP file: ${why}`);
+    throw new InvalidReplay(`This is not a complete MCAP file: ${why}`);
   }
 }
 
-/** Reads a file; `progress` is told how much of it is done, 0 to 1. */
+/** Reads a file; `progress` gets the finished share, 0 to 1. */
 export async function readRecording(bytes: Uint8Array, progress: (done: number) => void = () => undefined): Promise<Recording> {
   const reader = await open(bytes);
   const records = new Map<string, Map<string, string>>();
   for await (const record of reader.readMetadata()) records.set(record.name, record.metadata);
   const info = records.get('palmares.run');
-  if (!info) throw new InvalidReplay('This MCAP file was not recorded by Palmares: it has no record palmares.run.');
+  if (!info) throw new InvalidReplay('This MCAP file was not recorded by Palmares: it has no metadata record palmares.run.');
   const begun = reader.statistics?.messageStartTime ?? 0n;
   const ended = reader.statistics?.messageEndTime ?? begun;
   const span = Math.max(Number(ended - begun) / 1e9, 1e-3);
@@ -86,11 +86,11 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
     count += 1;
     if (count % 2000 === 0) {
       progress(Math.min(time / span, 1));
-      // Lets the page draw: a long run takes a second or two.
+      // Lets the browser redraw: a long run takes a second or two.
       await new Promise((resolve) => setTimeout(resolve));
     }
   }
-  if (entities.length === 0) throw new InvalidReplay('This replay has no /scene: there is nothing to draw.');
+  if (entities.length === 0) throw new InvalidReplay('This replay has no scene (topic /scene) to show.');
 
   const framed = bodiesOf(entities);
   const moving = framed.filter(({ frame }) => frame !== 'world');

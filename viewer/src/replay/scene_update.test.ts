@@ -2,13 +2,13 @@ import { expect, it } from 'vitest';
 import { entity } from './fixture';
 import { bodiesOf } from './scene_update';
 
-it('gives ids as contacts name them: the scene in its order, then the hand', () => {
+it('gives ids as contacts use them: bodies of the scene in order, then the hand’s links', () => {
   const made = bodiesOf([entity('hand/palm', 'hand/palm'), entity('ball', 'ball'), entity('table', 'world')]);
   expect(made.map(({ body }) => [body.id, body.name, body.kind])).toEqual([[0, 'ball', 'object'], [1, 'table', 'furniture'], [2, 'palm', 'hand']]);
   expect(made[0]?.body.color).toEqual([1, 0, 0]);
 });
 
-it('reads shapes in the units of a scene: sizes are whole, radii and extents half', () => {
+it('converts sizes to radii and half extents', () => {
   const all = entity('thing', 'thing');
   const one = all.spheres[0];
   if (!one) throw new Error('no sphere');

@@ -1,4 +1,4 @@
-/** The scene of a replay out of its `foxglove.SceneUpdate`: bodies with ids as the watch socket has them. */
+/** Converts a replay's `foxglove.SceneUpdate` to bodies, with the same ids as on the watch socket. */
 import type { Body, Part, Quat, Vec3 } from '../model/scene';
 
 interface Xyz { x: number; y: number; z: number }
@@ -7,7 +7,7 @@ interface Color { r: number; g: number; b: number }
 interface Sized { pose: Placed; size: Xyz; color: Color }
 interface Triangles { pose: Placed; points: Xyz[]; color: Color }
 
-/** An entity of the message, as far as it is drawn. */
+/** The drawn part of an entity. */
 export interface Entity {
   frame_id: string;
   id: string;
@@ -45,13 +45,13 @@ function color(entity: Entity): Vec3 {
   return first ? [first.color.r, first.color.g, first.color.b] : [0.7, 0.7, 0.7];
 }
 
-/** A body and the frame it moves with. */
+/** A body and its frame. */
 export interface FramedBody {
   body: Body;
   frame: string;
 }
 
-/** Every entity as a body. Bodies of the scene have the first ids, the hand's links those after them. */
+/** Converts all entities. Bodies of the scene have the first ids, the hand's links the ids after them. */
 export function bodiesOf(entities: Entity[]): FramedBody[] {
   const isLink = (entity: Entity): boolean => entity.frame_id.startsWith('hand/');
   const ordered = [...entities.filter((entity) => !isLink(entity)), ...entities.filter(isLink)];

@@ -3,7 +3,7 @@ import { record, recorded } from './fixture';
 import { Series, placeAt, range, valueAt } from './series';
 
 describe('lines of a run', () => {
-  it('hold their value until the next, and none before the first', () => {
+  it('keep their value until the next, and have none before the first', () => {
     expect([0, 1, 1.5, 2, 9].map((time) => placeAt([1, 2, 3], time))).toEqual([-1, 0, 0, 1, 2]);
     const line = { label: '', unit: '', times: [1, 2], values: [5, 7] };
     expect([0.5, 1, 1.9, 2, 9].map((time) => valueAt(line, time))).toEqual([null, 5, 5, 7, 7]);
@@ -11,29 +11,29 @@ describe('lines of a run', () => {
     expect(range({ ...line, values: [null] })).toBe(0);
   });
 
-  it('come out of the telemetry, to the end of the run', () => {
+  it('are read from the telemetry, to the end of the run', () => {
     const series = new Series(recorded([
       record(0, { command: [1], position: [0], q: [0, 0], predicted: [0.5, 0] }),
       record(20, { command: [1], position: [0.5], q: [0.1, 1], predicted: [0.5, 0], score: 3 }),
     ]));
-    const [asked, reached] = series.motors();
-    expect(asked?.dashed).toBe(true);
+    const [command, reached] = series.motors();
+    expect(command?.dashed).toBe(true);
     expect(reached?.times).toEqual([0, 0.2, 1]);
     expect(reached?.values).toEqual([0, 0.5, 0.5]);
-    // The one that moves most is the first to be offered.
+    // The joint that moves most is first.
     expect(series.joints()).toEqual(['joint 2', 'joint 1']);
     expect(series.joint('joint 1').map((line) => valueAt(line, 0.5)?.toFixed(3))).toEqual(['5.730', '28.648']);
     expect(series.score()[0]?.values.at(-1)).toBe(3);
   });
 
-  it('tell who presses an object', () => {
+  it('have the contact force on an object, by the hand and by other bodies', () => {
     const series = new Series(recorded([record(0, {
       contactA: [0, 1, 1], contactB: [3, 0, 3], contactForce: [3, 4, 0, 0, 0, 2, 9, 9, 9],
     })]));
     expect(series.forces(0).map((line) => valueAt(line, 0))).toEqual([5, 2]);
   });
 
-  it('come out of actions and poses where a file has no telemetry', () => {
+  it('are computed from actions and poses if a file has no telemetry', () => {
     const series = new Series(recorded([]));
     expect(series.hasTelemetry).toBe(false);
     expect(series.motors().map((line) => valueAt(line, 0.6))).toEqual([1]);

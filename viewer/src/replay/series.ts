@@ -1,4 +1,4 @@
-/** Lines for the charts, out of a recording: each a value that holds from its time on. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
+/** Lines of the charts, from a recording. Each value holds until the next. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
 import type { HandDescription } from '../model/hand';
 import type { TelemetryRecord } from './protobuf';
 import type { Recording } from './recording';
@@ -10,13 +10,13 @@ export interface Line {
   unit: string;
   times: number[];
   values: (number | null)[];
-  /** What was asked for or foreseen, beside what was. */
+  /** A command or prediction, not a measurement. */
   dashed?: boolean;
 }
 
 const DEGREES = 180 / Math.PI;
 
-/** Place of the last of ascending times that is not after `time`; -1 where all are. */
+/** Index of the last of ascending times at or before `time`; -1 if there is none. */
 export function placeAt(times: ArrayLike<number>, time: number): number {
   let [low, high] = [-1, times.length];
   while (high - low > 1) {
@@ -32,7 +32,7 @@ export function valueAt(line: Line, time: number): number | null {
   return line.values[placeAt(line.times, time)] ?? null;
 }
 
-/** How far a line goes, from its least to its greatest value. */
+/** Difference of the greatest and the least value of a line. */
 export function range(line: Line): number {
   let [least, most] = [Infinity, -Infinity];
   for (const value of line.values) {
@@ -43,20 +43,20 @@ export function range(line: Line): number {
   return most >= least ? most - least : 0;
 }
 
-/** A coordinate's unit: degrees for what turns, mm for what slides. */
+/** A coordinate's unit: degrees for revolute joints, mm for prismatic joints. */
 function unitOf(hand: HandDescription | undefined, coordinate: string): { unit: string; factor: number } {
   const hinges = hand?.links.filter((link) => link.coordinate === coordinate).flatMap((link) => link.hinges) ?? [];
   const slides = hinges.length > 0 && hinges.every((hinge) => hinge.kind === 'prismatic');
   return slides ? { unit: 'mm', factor: 1000 } : { unit: '°', factor: DEGREES };
 }
 
-/** Everything that can be drawn of a run over time. */
+/** All lines of a run. */
 export class Series {
-  /** Times of /telemetry, with the end of the run, so that the last values reach it. */
+  /** Times of /telemetry and the end of the run, so that the last values extend to it. */
   private readonly times: number[];
   private readonly records: readonly TelemetryRecord[];
   private readonly hand: HandDescription | undefined;
-  private seen: Turn[] | null = null;
+  private rotations: Turn[] | null = null;
 
   constructor(private readonly recording: Recording) {
     this.records = recording.telemetry;
@@ -67,18 +67,18 @@ export class Series {
 
   get hasTelemetry(): boolean { return this.records.length > 0; }
 
-  private line(label: string, unit: string, of: (record: TelemetryRecord) => number | undefined, foreseen = false): Line {
+  private line(label: string, unit: string, of: (record: TelemetryRecord) => number | undefined, dashed = false): Line {
     const values = this.records.map((record) => of(record) ?? null);
     values.push(values.at(-1) ?? null);
-    return { label, unit, times: this.times, values, dashed: foreseen };
+    return { label, unit, times: this.times, values, dashed };
   }
 
-  /** σ asked for and reached; older files have what was asked for alone. */
+  /** Commanded and reached σ; older files have only the commands. */
   motors(): Line[] {
     if (this.hasTelemetry) {
       const named = this.names(this.hand?.motors, this.records[0]?.position.length ?? 0, 'motor');
       return named.flatMap((name, k) => [
-        this.line(`${name}, asked`, 'σ', (record) => record.command[k], true),
+        this.line(`${name}, commanded`, 'σ', (record) => record.command[k], true),
         this.line(`${name}, reached`, 'σ', (record) => record.position[k]),
       ]);
     }
@@ -86,23 +86,23 @@ export class Series {
     const times = actions.map((action) => action.tick * tickS);
     const width = Math.max(0, ...actions.slice(0, 1).map((action) => action.hand.length));
     return Array.from({ length: width }, (_, k) => ({
-      label: width > 1 ? `motor ${k + 1}, asked` : 'motor, asked', unit: 'σ', times, values: actions.map((action) => action.hand[k] ?? null), foreseen: true,
+      label: width > 1 ? `motor ${k + 1}, commanded` : 'motor, commanded', unit: 'σ', times, values: actions.map((action) => action.hand[k] ?? null), dashed: true,
     }));
   }
 
-  /** Of each motor. */
+  /** Tension of each motor. */
   motorTensions(): Line[] {
     if (!this.hasTelemetry) return [];
     return this.names(this.hand?.motors, this.records[0]?.motorTension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, '', (record) => record.motorTension[k]));
   }
 
-  /** Of each tendon. */
+  /** Tension of each tendon. */
   tensions(): Line[] {
     if (!this.hasTelemetry) return [];
     return this.names(this.hand?.tendons, this.records[0]?.tension.length ?? 0, 'tendon').map((name, k) => this.line(name, '', (record) => record.tension[k]));
   }
 
-  /** Names of what can be chosen of the joints, those that move most first. */
+  /** Names of the joints to choose from, those that move most first. */
   joints(): string[] {
     if (!this.hasTelemetry) return this.turns().map((turn) => turn.link);
     const names = this.names(this.hand?.coordinates, this.records[0]?.q.length ?? 0, 'joint');
@@ -110,28 +110,28 @@ export class Series {
     return names.sort((a, b) => (moved.get(b) ?? 0) - (moved.get(a) ?? 0));
   }
 
-  /** A joint as sensed and, where it is known, as predicted. */
+  /** Measured and, if available, predicted values of a joint. */
   joint(name: string): Line[] {
     if (!this.hasTelemetry) {
       const turn = this.turns().find((one) => one.link === name);
-      return turn ? [{ label: `${name}, turned`, unit: '°', times: turn.times, values: turn.degrees }] : [];
+      return turn ? [{ label: `${name}, rotation`, unit: '°', times: turn.times, values: turn.degrees }] : [];
     }
     const k = this.names(this.hand?.coordinates, this.records[0]?.q.length ?? 0, 'joint').indexOf(name);
     if (k < 0) return [];
     const { unit, factor } = unitOf(this.hand, name);
     const scaled = (value: number | undefined): number | undefined => (value === undefined ? undefined : value * factor);
-    const sensed = this.line(`${name}, sensed`, unit, (record) => scaled(record.q[k]));
+    const measured = this.line(`${name}, measured`, unit, (record) => scaled(record.q[k]));
     const predicted = this.line(`${name}, predicted`, unit, (record) => scaled(record.predicted[k]), true);
-    return predicted.values.some((value) => value !== null) ? [sensed, predicted] : [sensed];
+    return predicted.values.some((value) => value !== null) ? [measured, predicted] : [measured];
   }
 
-  /** How hard a body is pressed: by the hand, and by everything else; sums of the contacts' strengths. */
+  /** Contact force on a body, by the hand and by other bodies: sums of the contacts' magnitudes. */
   forces(body: number): Line[] {
     if (!this.hasTelemetry) return [];
     const links = new Set(this.recording.scene.bodies.filter((one) => one.kind === 'hand').map((one) => one.id));
     return [
       this.line('by the hand', 'N', (record) => pressed(record, body, (other) => links.has(other))),
-      this.line('by all else', 'N', (record) => pressed(record, body, (other) => !links.has(other))),
+      this.line('by other bodies', 'N', (record) => pressed(record, body, (other) => !links.has(other))),
     ];
   }
 
@@ -144,12 +144,12 @@ export class Series {
   }
 
   private turns(): Turn[] {
-    this.seen ??= turns(this.recording);
-    return this.seen;
+    this.rotations ??= turns(this.recording);
+    return this.rotations;
   }
 }
 
-/** Sum of the strengths of all contacts of a body with some others, N. */
+/** Sum of the force magnitudes of a body's contacts with the bodies that `counts` accepts, N. */
 export function pressed(record: TelemetryRecord, body: number, counts: (other: number) => boolean): number {
   let sum = 0;
   record.contactA.forEach((a, k) => {

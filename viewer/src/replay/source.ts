@@ -1,17 +1,17 @@
-/** Where replays come from: this server, or a file of one's own. */
+/** Loads replays from this server or from a local file. */
 import { type Recording, InvalidReplay, readRecording } from './recording';
 
-/** Why the server gave no file, in words; `status` 0 where it did not answer. */
+/** The server sent no file; `status` is 0 if it did not answer. */
 export class ReplayUnavailable extends Error {
   constructor(message: string, readonly status: number) {
     super(message);
   }
 
-  /** Whether a token, or another one, could help. */
+  /** Whether another token could help. */
   get wantsToken(): boolean { return this.status === 401 || this.status === 403; }
 }
 
-/** A recording and where it is from: `run` names a run of this server, a file has a name only; `bytes` is what came, to be kept. */
+/** A recording and its source: `run` is null for a local file; `bytes` has the downloaded file. */
 export interface Loaded { recording: Recording; run: string | null; file: string; bytes: Uint8Array<ArrayBuffer> | null }
 
 async function refused(response: Response): Promise<ReplayUnavailable> {
@@ -20,8 +20,8 @@ async function refused(response: Response): Promise<ReplayUnavailable> {
   return new ReplayUnavailable(detail || `The server answered ${response.status}.`, response.status);
 }
 
-/** Reads a body to its end and says how much of it has come. */
-async function whole(response: Response, said: (words: string) => void): Promise<Uint8Array<ArrayBuffer>> {
+/** Reads a response to its end and reports progress. */
+async function readBody(response: Response, report: (words: string) => void): Promise<Uint8Array<ArrayBuffer>> {
   const length = Number(response.headers.get('Content-Length') ?? 0);
   const reader = response.body?.getReader();
   if (!reader) return new Uint8Array(await response.arrayBuffer());
@@ -32,7 +32,7 @@ async function whole(response: Response, said: (words: string) => void): Promise
     if (done) break;
     parts.push(value);
     size += value.length;
-    said(length > 0 ? `Fetching … ${Math.min(100, Math.round((100 * size) / length))} %` : `Fetching … ${(size / 1e6).toFixed(1)} MB`);
+    report(length > 0 ? `Downloading … ${Math.min(100, Math.round((100 * size) / length))} %` : `Downloading … ${(size / 1e6).toFixed(1)} MB`);
   }
   const all = new Uint8Array(size);
   let at = 0;
@@ -43,33 +43,33 @@ async function whole(response: Response, said: (words: string) => void): Promise
   return all;
 }
 
-async function read(bytes: Uint8Array, said: (words: string) => void): Promise<Recording> {
-  return readRecording(bytes, (done) => { said(`Reading … ${Math.round(100 * done)} %`); });
+async function read(bytes: Uint8Array, report: (words: string) => void): Promise<Recording> {
+  return readRecording(bytes, (done) => { report(`Reading … ${Math.round(100 * done)} %`); });
 }
 
-/** A run's replay from this server. */
-export async function fromServer(run: string, token: string | null, said: (words: string) => void): Promise<Loaded> {
+/** Loads a run's replay from this server. */
+export async function fromServer(run: string, token: string | null, report: (words: string) => void): Promise<Loaded> {
   let bytes: Uint8Array<ArrayBuffer>;
   try {
     const response = await fetch(`/v1/runs/${encodeURIComponent(run)}/replay`, { headers: token ? { Authorization: `Bearer ${token}` } : {}, credentials: 'omit' });
     if (!response.ok) throw await refused(response);
-    bytes = await whole(response, said);
+    bytes = await readBody(response, report);
   } catch (error) {
     if (error instanceof ReplayUnavailable) throw error;
     throw new ReplayUnavailable('The server does not answer. Is it still running?', 0);
   }
-  return { recording: await read(bytes, said), run, file: `${run}.mcap`, bytes };
+  return { recording: await read(bytes, report), run, file: `${run}.mcap`, bytes };
 }
 
-/** A file from this computer. It goes nowhere. */
-export async function fromFile(file: File, said: (words: string) => void): Promise<Loaded> {
-  said('Reading …');
-  return { recording: await read(new Uint8Array(await file.arrayBuffer()), said), run: null, file: file.name, bytes: null };
+/** Loads a local file, which is not uploaded. */
+export async function fromFile(file: File, report: (words: string) => void): Promise<Loaded> {
+  report('Reading …');
+  return { recording: await read(new Uint8Array(await file.arrayBuffer()), report), run: null, file: file.name, bytes: null };
 }
 
-/** What went wrong, in words. */
+/** An error as text. */
 export function errorText(error: unknown): string {
   if (error instanceof InvalidReplay || error instanceof ReplayUnavailable) return error.message;
   console.error(error);
-  return `This file could not be read: ${error instanceof Error ? error.message : String(error)}`;
+  return `This file cannot be read: ${error instanceof Error ? error.message : String(error)}`;
 }

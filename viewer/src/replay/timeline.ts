@@ -1,4 +1,4 @@
-/** Below the picture: play, step, speed, the bar of time with the events on it, and the keys that do the same. */
+/** The timeline below the image: play, step, speed, slider with event marks, and their keys. */
 import { isGoodNews } from '../model/events';
 import { button, el, setText } from '../ui/elements';
 import type { Player } from './player';
@@ -6,7 +6,7 @@ import type { RecordedEvent } from './recording';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 
-/** An event on the bar; `row` 0 above, 1 below it. */
+/** An event mark; `row` 0 is above the slider, 1 below it. */
 export interface EventMark { event: RecordedEvent; words: string; row: number }
 
 export class Timeline {
@@ -46,7 +46,7 @@ export class Timeline {
     setText(this.playing, this.player.playing ? 'Pause' : 'Play');
   }
 
-  /** For the pointer; the keyboard has the list of events. */
+  /** Marks for the pointer; keyboard users have the list of events. */
   private marks(marks: EventMark[]): HTMLElement {
     const place = el('div', { class: 'marks', 'aria-hidden': 'true' });
     for (const { event, words, row } of marks) {
@@ -59,7 +59,7 @@ export class Timeline {
     return place;
   }
 
-  /** Space plays and pauses, arrows step by a tick or with shift by a second, Home and End go to the ends, wherever no control needs them. */
+  /** Space plays and pauses; arrows step by a tick, with shift by a second; Home and End go to the ends. Focused controls keep their own keys. */
   private key(event: KeyboardEvent): void {
     const at = event.target as HTMLElement;
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -1,4 +1,4 @@
-/** One replay on the page, or two side by side with one clock: pictures, time line, charts, and what the files say. */
+/** One replay, or two side by side with one clock: 3D views, timeline, charts and metadata. */
 import { points } from '../ui/format';
 import { button, el, fill, name, setText, toast } from '../ui/elements';
 import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
@@ -15,7 +15,7 @@ import { Series } from './series';
 import type { Loaded } from './source';
 import { Timeline } from './timeline';
 
-/** A run with its picture. */
+/** A run with its 3D view. */
 interface Shown extends ChartedRun { loaded: Loaded; stage: Stage; said: HTMLElement; moment: Moment | null }
 
 export class ReplayView {
@@ -35,11 +35,11 @@ export class ReplayView {
     const side = el('div', { class: 'side' });
     const dock = el('div', { class: 'dock' });
     app.replaceChildren(el('h1', { class: 'visually-hidden' }, 'Replay'), pictures, side, dock);
-    // All of them first, so that each picture knows its size when it chooses its view.
+    // All elements first, so that each stage has its final size when it chooses its view.
     const places = loaded.map(() => el('div', { class: 'stage' }));
     pictures.append(...places);
     this.shown = loaded.map((one, k) => this.picture(places[k] ?? pictures, one, loaded.length > 1 ? String.fromCharCode(65 + k) : ''));
-    together(this.stages);
+    linkCameras(this.stages);
     const first = loaded[0]?.recording;
     const duration = Math.max(...loaded.map(({ recording }) => recording.duration));
     const tickS = Math.min(...loaded.map(({ recording }) => recording.tickS));
@@ -52,7 +52,7 @@ export class ReplayView {
       event, row, words: [mark, objectOf(recording, event)?.name, eventWords(event.kind)].filter(Boolean).join(' '),
     })));
     this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
-      button('Fig. 6', () => { this.closing.open(this.player.time); }, { title: 'Closing: sensed against predicted', 'aria-label': 'Fig. 6. Closing: sensed against predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
+      button('Fig. 6', () => { this.closing.open(this.player.time); }, { title: 'Closing: measured and predicted', 'aria-label': 'Fig. 6. Closing: measured and predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
     dock.append(this.timeline.element, this.charts.element);
     this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     this.gauges.setHand(first?.scene.hand ?? null);
@@ -90,16 +90,16 @@ export class ReplayView {
     return shown;
   }
 
-  /** An object of which more is told. */
+  /** Panel for choosing an object. */
   private chooser(): HTMLElement {
     const objects = this.shown[0]?.loaded.recording.scene.bodies.filter((body) => body.kind === 'object') ?? [];
     fill(this.objects, el('option', { value: '' }, 'none'), ...objects.map((body) => el('option', { value: body.id }, body.name)));
     this.objects.addEventListener('change', () => { this.choose(this.objects.value === '' ? null : Number(this.objects.value), this.shown[0]); });
-    return el('section', { class: 'panel' }, el('h2', {}, 'An object'),
-      el('div', { class: 'field' }, el('label', { for: 'object' }, 'Click one, or choose one here'), this.objects), this.place);
+    return el('section', { class: 'panel' }, el('h2', {}, 'Object'),
+      el('div', { class: 'field' }, el('label', { for: 'object' }, 'Click an object or choose one'), this.objects), this.place);
   }
 
-  /** The same object, by its name, in every picture. */
+  /** Chooses the object of the same name in both views. */
   private choose(id: number | null, from: Shown | undefined): void {
     if (this.picking || !from) return;
     this.picking = true;
@@ -111,7 +111,7 @@ export class ReplayView {
     }
     this.picking = false;
     this.objects.value = chosen?.kind === 'object' ? String(this.shown[0]?.object ?? '') : '';
-    this.charts.redraw(chosen?.name ?? 'no object is chosen');
+    this.charts.redraw(chosen?.name ?? 'no object');
     this.where();
   }
 
@@ -123,8 +123,8 @@ export class ReplayView {
       const score = one.moment.score === null ? '' : `${points(one.moment.score)} points`;
       setText(one.said, ['', score, time > recording.duration ? `ended at ${recording.duration.toFixed(2)} s` : ''].filter((words, k) => k === 0 || words !== '').join(', '));
     }
-    const felt = this.shown[0]?.moment?.telemetry;
-    if (felt) this.gauges.show(felt);
+    const telemetry = this.shown[0]?.moment?.telemetry;
+    if (telemetry) this.gauges.show(telemetry);
     this.timeline.show(time);
     this.charts.show(time);
     this.closing.show(time);
@@ -132,29 +132,29 @@ export class ReplayView {
   }
 
   private where(): void {
-    const told = this.shown.map(({ stage, object, mark }) => {
+    const places = this.shown.map(({ stage, object, mark }) => {
       const at = object === null ? null : stage.placeOf(object);
       return at ? `${mark ? `${mark}: ` : ''}x ${at[0].toFixed(3)}, y ${at[1].toFixed(3)}, z ${at[2].toFixed(3)} m` : '';
     });
-    setText(this.place, told.filter(Boolean).join('; '));
+    setText(this.place, places.filter(Boolean).join('; '));
   }
 
   private async copy(loaded: Loaded[]): Promise<void> {
     const link = new URL(location.href);
     link.hash = `t=${this.player.time.toFixed(2)}`;
     history.replaceState(null, '', link);
-    const needs = loaded.some(({ run }) => run === null) ? ' Who opens it has to open the file there, too.' : '';
+    const needs = loaded.some(({ run }) => run === null) ? ' Local files are not part of the link.' : '';
     try {
       await navigator.clipboard.writeText(link.href);
-      toast(`The link is copied.${needs}`);
+      toast(`Link copied.${needs}`);
     } catch {
       toast(`The link is in the address bar.${needs}`);
     }
   }
 }
 
-/** Two pictures are looked at from the same place: what a hand does to one camera, the other does, too. */
-function together(stages: Stage[]): void {
+/** Synchronizes the cameras of the stages. */
+function linkCameras(stages: Stage[]): void {
   for (const stage of stages) {
     let moved = false;
     stage.controls.addEventListener('start', () => { moved = true; });

@@ -1,17 +1,17 @@
-/** Small helpers for building pages: elements with text that stays text, and messages that come and go. */
+/** Helpers for building pages: elements whose text is never markup, and short messages. */
 import { printable } from './format';
 
-/** What an element may be given. `class`, `on` and `data` are what they say; the rest are attributes; false leaves one out. */
+/** Attributes and event listeners (`on`) of an element; false omits an attribute. */
 export interface Attributes {
   class?: string | undefined;
   on?: Record<string, (event: Event) => void>;
   [attribute: string]: string | number | boolean | undefined | Record<string, (event: Event) => void>;
 }
 
-/** What an element may hold; null and false are nothing. */
+/** Child of an element; null, undefined and false are omitted. */
 export type Child = Node | string | number | null | undefined | false;
 
-/** Makes an element. Strings become text, never markup. */
+/** Creates an element. Strings become text, never markup. */
 export function el<K extends keyof HTMLElementTagNameMap>(tag: K, given: Attributes = {}, ...children: Child[]): HTMLElementTagNameMap[K] {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(given)) {
@@ -26,7 +26,7 @@ export function el<K extends keyof HTMLElementTagNameMap>(tag: K, given: Attribu
   return made;
 }
 
-/** Appends what is there. */
+/** Appends the children that are not null, undefined or false. */
 export function fill(parent: Element, ...children: Child[]): void {
   for (const child of children) {
     if (child === null || child === undefined || child === false) continue;
@@ -34,22 +34,22 @@ export function fill(parent: Element, ...children: Child[]): void {
   }
 }
 
-/** A name: its direction is its own, and what cannot be seen in it is spelt. */
+/** A name in its own text direction, with invisible characters written as codes. */
 export function name(text: string): HTMLElement {
   return el('bdi', {}, printable(text));
 }
 
-/** A button that does something. */
+/** A button with its click handler. */
 export function button(text: Child, act: () => void, given: Attributes = {}): HTMLButtonElement {
   return el('button', { type: 'button', ...given, on: { click: act } }, text);
 }
 
-/** Sets text only when it differs, so that a screen reader is not told twice. */
+/** Sets text only when it changes, so that a screen reader does not repeat it. */
 export function setText(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Facts in two columns. */
+/** A list of terms and values in two columns. */
 export function facts(rows: readonly (readonly [string, Child])[]): HTMLElement {
   const list = el('dl', { class: 'facts' });
   for (const [term, value] of rows) fill(list, el('dt', {}, term), el('dd', {}, value));
@@ -58,7 +58,7 @@ export function facts(rows: readonly (readonly [string, Child])[]): HTMLElement 
 
 let toasts: HTMLElement | null = null;
 
-/** A message for some seconds; a bad one stays twice as long. */
+/** Shows a message for 6 s; an error for 12 s. */
 export function toast(text: string, bad = false): void {
   if (toasts === null || !toasts.isConnected) {
     toasts = el('div', { class: 'toasts', role: 'status', 'aria-live': 'polite' });
@@ -81,7 +81,7 @@ export async function copyText(text: string): Promise<boolean> {
   }
 }
 
-/** The page's main element; made when a shell has none. */
+/** The page's main element; created where the server's HTML has none. */
 export function mainElement(): HTMLElement {
   const found = document.getElementById('app');
   if (found !== null) return found;
@@ -90,7 +90,7 @@ export function mainElement(): HTMLElement {
   return made;
 }
 
-/** The element with an id inside a parent, made there when it is missing. */
+/** The element with this id; created in `parent` if it is missing. */
 export function part(parent: HTMLElement, tag: 'div' | 'section' | 'aside', id: string): HTMLElement {
   const found = document.getElementById(id);
   if (found !== null) return found;

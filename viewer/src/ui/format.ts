@@ -1,4 +1,4 @@
-/** How numbers, times and names are written. */
+/** Numbers, times and names as text. */
 
 /** Points with one decimal and a true minus sign; −0 is 0. */
 export function points(score: number): string {
@@ -6,7 +6,7 @@ export function points(score: number): string {
   return text === '-0.0' ? '0.0' : text.replace('-', '−');
 }
 
-/** Seconds as a clock shows them: 29:05, 1:02:03; what has begun counts down to 0:00, null is an em dash. */
+/** Seconds as a clock: 29:05, 1:02:03. Part of a second counts as a whole one, so that 0:00 is the end. Null is an em dash. */
 export function clock(seconds: number | null | undefined): string {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return '—';
   const whole = Math.max(0, Math.ceil(seconds - 1e-6));
@@ -15,7 +15,7 @@ export function clock(seconds: number | null | undefined): string {
   return hours > 0 ? `${hours}:${two(minutes)}:${two(rest)}` : `${minutes}:${two(rest)}`;
 }
 
-/** The same in words, for screen readers. */
+/** Seconds in words, for screen readers. */
 export function clockInWords(seconds: number | null | undefined): string {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return 'without a limit';
   const whole = Math.max(0, Math.ceil(seconds - 1e-6));
@@ -24,7 +24,7 @@ export function clockInWords(seconds: number | null | undefined): string {
   return minutes === 0 ? of(whole, 'second') : `${of(minutes, 'minute')} ${of(whole % 60, 'second')}`;
 }
 
-/** A moment for people: the time alone when it was today, the date before it otherwise. Local time. */
+/** Local time of day; the date is added for any day but today. */
 export function dateTime(unixMs: number | null | undefined, now: number = Date.now()): string {
   if (unixMs === null || unixMs === undefined) return '—';
   const [at, today] = [new Date(unixMs), new Date(now)];
@@ -34,7 +34,7 @@ export function dateTime(unixMs: number | null | undefined, now: number = Date.n
   return `${at.getFullYear()}-${two(at.getMonth() + 1)}-${two(at.getDate())} ${time}`;
 }
 
-/** A figure: at most four digits that matter, and powers of ten only where they help. */
+/** A number with at most four significant digits; powers of ten below 0.001 and from 1,000,000 on. */
 export function figure(value: number | null | undefined): string {
   if (value === null || value === undefined) return '–';
   if (!Number.isFinite(value)) return value > 0 ? '∞' : '−∞';
@@ -50,9 +50,9 @@ export function ordinal(n: number): string {
   return `${n}${['th', 'st', 'nd', 'rd'][n % 10] ?? 'th'}`;
 }
 
-const UNSEEN = /[\p{Cc}\p{Cf}\p{Zl}\p{Zp}\p{Co}\p{Cn}\p{Cs}\p{Default_Ignorable_Code_Point}\u2800]/gu;
+const INVISIBLE = /[\p{Cc}\p{Cf}\p{Zl}\p{Zp}\p{Co}\p{Cn}\p{Cs}\p{Default_Ignorable_Code_Point}\u2800]/gu;
 
-/** A name as text: what cannot be seen in it, or would turn what stands beside it, is spelt as `\u{202E}`. */
+/** A name with invisible and direction-changing characters written as `\u{202E}`. */
 export function printable(text: string): string {
-  return text.replace(UNSEEN, (one) => `\\u{${(one.codePointAt(0) ?? 0).toString(16).toUpperCase()}}`);
+  return text.replace(INVISIBLE, (one) => `\\u{${(one.codePointAt(0) ?? 0).toString(16).toUpperCase()}}`);
 }

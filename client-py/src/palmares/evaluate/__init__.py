@@ -1,12 +1,12 @@
-"""Play controllers over many scenes, as the event would, and say what their scores come to.
+"""Play controllers in many scenes, as a competition does, and summarize their scores.
 
 >>> from palmares.evaluate import evaluate                              # doctest: +SKIP
 ... report = evaluate("my_controller.py", "balls", "softhand", seeds=range(1, 101))
 ... print(report)
 
 A controller is a Python file, or a module, with a function ``run(client, seed)``: it opens a run with
-``client.reset(…, seed=seed)``, plays it and ends it with ``client.stop()``. If it has parameters named
-``task`` and ``hand``, they are given; otherwise it plays what it plays. The examples are such files.
+``client.reset(…, seed=seed)``, plays it and ends it with ``client.stop()``. Parameters named ``task`` and
+``hand`` are passed to it; without them the controller chooses both. The examples are such files.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from palmares.evaluate.statistics import Comparison, Spread
 from palmares.evaluate.workers import Pool, processes
 
 MAX_SEEDS = 1_000_000
-"""In one evaluation"""
+"""Most scenes of one evaluation"""
 
 
 def evaluate(
@@ -48,23 +48,23 @@ def evaluate(
 
     Args:
         controllers: Python files or names of modules; the first is compared with each of the others.
-        tasks: Names or paths of tasks, for controllers that take a ``task``; none: whatever they play.
-        hands: Names or paths of hands, for controllers that take a ``hand``; none: whatever they play.
+        tasks: Names or paths of tasks, for controllers with a parameter ``task``; default: its own.
+        hands: Names or paths of hands, for controllers with a parameter ``hand``; default: its own.
         seeds: The scenes, 0 to 2**53 - 1.
         url: A server, or ``local`` for worlds in the processes that play.
-        replays: Folder for the replay of every run; where `url` is ``local`` each is then played twice.
-        pool: Who plays: a process for each core when left out; `palmares.ray.pool` is another.
+        replays: Folder for the replay of every run; with `url` ``local`` each run is then played twice.
+        pool: Plays the runs; left out, a process for each core. `palmares.ray.pool` is another.
         on_played: Called after every run, for progress.
 
     Raises:
-        ControllerError: One cannot be loaded, or does not play what is wanted.
-        PalmaresError: There is no such task, hand or server.
+        ControllerError: A controller cannot be loaded, or plays another task or hand.
+        PalmaresError: A task, hand or server does not exist.
 
     """
     controllers, tasks, hands = _each_once(controllers), _each_once(tasks), _each_once(hands)
     seeds = _scenes(seeds)
     names = _names(url, tasks, hands)
-    if url != LOCAL:  # Who plays may be on another machine, without the folder of a task.
+    if url != LOCAL:  # The pool may play on another machine, without the folder of a task.
         tasks = _each_once([names[task] for task in tasks])
         names |= {task: task for task in tasks}
     if replays is not None:
@@ -80,7 +80,7 @@ def evaluate(
     ]
     outcomes = []
     for job, played in (pool or processes())(jobs):
-        outcomes.append(_as_told(job, played, names))
+        outcomes.append(_under_given_names(job, played, names))
         on_played(outcomes[-1])
     return Report.of(outcomes)
 
@@ -90,7 +90,7 @@ def _each_once(words: str | Sequence[str]) -> list[str]:
 
 
 def _scenes(seeds: Iterable[int]) -> list[int]:
-    """Return the seeds, each once; refuse what is none, and more than anybody can play."""
+    """Return the seeds, each once; refuse invalid seeds, no seeds, and more than `MAX_SEEDS`."""
     some = islice(seeds, MAX_SEEDS + 1)
     found = list(dict.fromkeys(whole("seeds", seed, 0, MAX_SEED) for seed in some))
     if not 1 <= len(found) <= MAX_SEEDS:
@@ -100,7 +100,7 @@ def _scenes(seeds: Iterable[int]) -> list[int]:
 
 
 def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, str]:
-    """Return the names of tasks and hands by what they are called here; refuse what is not there."""
+    """Return the name of each given task and hand; refuse those that do not exist."""
     with Client(url, team="evaluate") as client:
         known = [task.name for task in client.welcome.tasks]
         names = {task: task if task in known else _own_task(client, task, known) for task in tasks}
@@ -108,7 +108,7 @@ def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, st
 
 
 def _own_task(client: Client, task: str, known: Sequence[str]) -> str:
-    """Return the name of a task that is given by its path."""
+    """Return the name of a task given by its path."""
     name = own_task.name_of(task, known)
     if not client.is_local:
         if name in known:
@@ -125,27 +125,27 @@ def _own_task(client: Client, task: str, known: Sequence[str]) -> str:
 def _played_by(
     controller: str, tasks: Sequence[str], hands: Sequence[str]
 ) -> list[tuple[str | None, str | None]]:
-    """Return the tasks and hands that it is told, once each."""
+    """Return each pair of task and hand that a controller plays; ``None`` for its own."""
     takes = parameters(controller)
     for word, wanted in (("task", tasks), ("hand", hands)):
         if word in takes and takes[word].default is Parameter.empty and not wanted:
             raise ControllerError(f"{controller}: run() needs `{word}`: pass {word}s=… or --{word}s")
         if len(wanted) > 1 and word not in takes:
             raise ControllerError(
-                f"{controller}: its `run` has no parameter `{word}`, so it plays one only; "
+                f"{controller}: run() has no parameter `{word}`, so it plays only one; "
                 f"name at most one of {', '.join(wanted)}"
             )
-    told: tuple[Sequence[str | None], Sequence[str | None]] = (tasks or [None], hands or [None])
-    return [(task, hand) for task in told[0] for hand in told[1]]
+    given: tuple[Sequence[str | None], Sequence[str | None]] = (tasks or [None], hands or [None])
+    return [(task, hand) for task in given[0] for hand in given[1]]
 
 
-def _as_told(job: Job, played: Played, names: dict[str, str]) -> Played:
-    """Return the outcome with controller, task and hand as they were called; refuse another task or hand.
+def _under_given_names(job: Job, played: Played, names: dict[str, str]) -> Played:
+    """Return the outcome with controller, task and hand as the caller named them; refuse other ones.
 
-    Two hands of one name, such as one of the program and a changed copy, stay apart.
+    The paths keep two hands of the same name separate, such as one of the program and a changed copy.
     """
-    for word, told, found in (("task", job.task, played.task), ("hand", job.hand, played.hand)):
-        wanted = names.get(told or "")
+    for word, given, found in (("task", job.task, played.task), ("hand", job.hand, played.hand)):
+        wanted = names.get(given or "")
         if wanted and found and found != wanted:
             raise ControllerError(f"{job.controller}: plays the {word} {found!r}, not {wanted!r}")
     return replace(

@@ -1,4 +1,4 @@
-"""Controllers, from files and modules."""
+"""Loading of controllers from files and modules."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ class ControllerError(Exception):
 
 @contextlib.contextmanager
 def loaded(controller: str) -> Iterator[Callable[..., Any]]:
-    """Give the function `run` of a controller, as long as the context lasts.
+    """Give the function `run` of a controller, for the duration of the context.
 
-    A file is read anew every time, and so are the modules beside it, which it may import as when Python runs
-    it. Afterwards they are forgotten: nothing is left for the next run, nor for another controller whose
-    modules have the same names. A module that is named is imported as always.
+    A file is read again every time, with the modules in its folder, which it can import as when Python runs
+    it. Afterwards they are unloaded, so that nothing is left for the next run or for another controller with
+    modules of the same names. A module given by its name is imported as usual.
 
     Args:
         controller: A Python file, or the name of a module.
 
     Raises:
-        ControllerError: There is no such file, or no function `run` in it.
+        ControllerError: The file does not exist, or has no function `run`.
 
     """
     if not is_file(controller):
@@ -42,7 +42,7 @@ def loaded(controller: str) -> Iterator[Callable[..., Any]]:
     folder, known = str(path.parent), set(sys.modules)
     sys.path.insert(0, folder)
     try:
-        # Where its name is taken, as by a `random.py`, others keep it.
+        # A controller named like a loaded module, such as `random.py`, gets another name.
         name = path.stem if path.stem not in known else f"controller_{path.stem}"
         spec = importlib.util.spec_from_file_location(name, path)
         if spec is None or spec.loader is None:
@@ -59,15 +59,12 @@ def loaded(controller: str) -> Iterator[Callable[..., Any]]:
 
 
 def is_file(controller: str) -> bool:
-    """Return whether it is meant as a file, and not as the name of a module."""
+    """Return whether the controller is a file, and not the name of a module."""
     return controller.endswith(".py") or os.sep in controller or Path(controller).is_file()
 
 
 def beside(folder: Path, known: set[str]) -> list[str]:
-    """Return the names of the imported modules that lie in a folder, or in packages there.
-
-    What was imported before, whose names are `known`, does not count.
-    """
+    """Return the names of the modules imported from a folder or its packages, without the `known` ones."""
     found = []
     for name in [name for name in sys.modules if name not in known]:
         top = name.split(".")[0]
@@ -80,7 +77,7 @@ def parameters(controller: str) -> Mapping[str, inspect.Parameter]:
     """Return the parameters of the controller's `run`, by their names.
 
     Raises:
-        ControllerError: It cannot be loaded, or has no such function.
+        ControllerError: It cannot be loaded, or has no function `run`.
 
     """
     try:
@@ -95,10 +92,10 @@ def parameters(controller: str) -> Mapping[str, inspect.Parameter]:
 
 
 def _check(controller: str, signature: inspect.Signature) -> None:
-    """Refuse a `run` that cannot be called as it will be."""
-    told = {word: "" for word in ("task", "hand") if word in signature.parameters}
+    """Refuse a `run` with parameters that the evaluation does not pass."""
+    passed = {word: "" for word in ("task", "hand") if word in signature.parameters}
     try:
-        signature.bind(None, 0, **told)
+        signature.bind(None, 0, **passed)
     except TypeError as wrong:
         raise ControllerError(
             f"{controller}: its function is `run{signature}`; wanted `run(client, seed)`, which may have "
@@ -114,7 +111,7 @@ def _run_of(controller: str, module: ModuleType) -> Callable[..., Any]:
 
 
 def _home(module: ModuleType | None) -> Path | None:
-    """Return the folder in which a module or package lies."""
+    """Return the folder of a module or package."""
     file = getattr(module, "__file__", None)
     if file is not None:
         path = Path(file).resolve()

@@ -1,4 +1,4 @@
-"""One run of a controller, in whatever process."""
+"""One run of a controller, in this process."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Job:
 
     Attributes:
         controller: A Python file, or the name of a module.
-        task: Passed to the controller if it takes one.
-        hand: Passed to the controller if it takes one.
+        task: Passed to the controller if it has such a parameter.
+        hand: Passed to the controller if it has such a parameter.
         seed: The scene.
         url: The server; ``local`` for this process.
         replays: Folder for the replay; ``None`` for no replay.
@@ -42,16 +42,16 @@ class Job:
 
 @dataclass(frozen=True)
 class Played:
-    """What came of a run.
+    """Outcome of a run.
 
     Attributes:
-        sensing: ``truth`` or ``sensors``, with ``+ noise`` where they err as real ones do.
-        task: The one it played; empty if it failed before.
-        hand: Likewise.
-        score: What the referee counted, also of a run in which the controller failed; 0 where there was none.
-        wall_s: How long it took, with loading the controller, s.
+        sensing: ``truth`` or ``sensors``, with ``+ noise`` if the sensors have errors.
+        task: Task of the run; empty if the controller failed before it opened one.
+        hand: Hand of the run; likewise.
+        score: The referee's score, also if the controller failed in the run; 0 without a run.
+        wall_s: Duration, with loading the controller, s.
         replay: Path of the replay, or its address on the server.
-        error: What the controller raised, if it did.
+        error: The controller's exception in one line, if there was one.
 
     """
 
@@ -75,9 +75,9 @@ class Played:
 def play(job: Job) -> Played:
     """Play a run; an error of the controller is part of the outcome.
 
-    What the controller prints goes to standard error.
+    Output of the controller goes to standard error.
     """
-    logging.getLogger().setLevel(logging.ERROR)  # Of a hundred runs nobody reads every step.
+    logging.getLogger().setLevel(logging.ERROR)  # A log of hundreds of runs would be too long.
     begun, result, replay, error, sensing = time.perf_counter(), None, None, None, ""
     try:
         with (
@@ -86,7 +86,7 @@ def play(job: Job) -> Played:
             Client(job.url, team=Path(job.controller).stem[:64]) as client,
         ):
             error = _failure(run, client, job)
-            # Whatever became of the controller, the objects lie somewhere, and are counted.
+            # The objects are counted also after an error of the controller.
             result = client.stop() if client.tick is not None else client.result
             if result is not None:
                 replay = _kept(client, result, job)
@@ -116,10 +116,10 @@ def play(job: Job) -> Played:
 
 
 def _failure(run: Callable[..., Any], client: Client, job: Job) -> str | None:
-    """Let the controller play; return what it fails with, if it does."""
+    """Let the controller play; return its error, if there is one."""
     takes = inspect.signature(run).parameters
-    told_to = (("task", job.task), ("hand", job.hand))
-    arguments = {name: value for name, value in told_to if name in takes and value is not None}
+    choices = (("task", job.task), ("hand", job.hand))
+    arguments = {name: value for name, value in choices if name in takes and value is not None}
     try:
         run(client, job.seed, **arguments)
     except (Exception, SystemExit) as raised:
@@ -138,7 +138,7 @@ def _kept(client: Client, result: Result, job: Job) -> str | None:
 
 
 def one_line(error: BaseException, controller: str) -> str:
-    """Return an error as one line, with the place in the controller's own code where there is one."""
+    """Return an error as one line, with its place in the controller's own code if possible."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if Path(frame.filename).name == Path(controller).name]
     at = (own or frames)[-1:]

@@ -1,4 +1,4 @@
-"""The outcome of an evaluation, for people and for programs."""
+"""The report of an evaluation, as text, Markdown and JSON."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ MARKDOWN_HEADER = (
 
 @dataclass(frozen=True)
 class Row:
-    """A controller at a task with a hand.
+    """Runs of a controller at a task with a hand.
 
     Attributes:
-        spread: Of the scores; a run that failed counts as `Played.score` says.
-        failed: How many runs failed.
-        runs: All of them, by seed.
+        spread: Distribution of the scores; a failed run counts with its `Played.score`.
+        failed: Number of failed runs.
+        runs: All runs, by seed.
 
     """
 
@@ -43,11 +43,11 @@ class Row:
 
     @property
     def sensing(self) -> str:
-        """What it was told; several if its runs differ."""
+        """Sensing of its runs; several if they differ."""
         return ", ".join(sorted({run.sensing for run in self.runs if run.error is None})) or "?"
 
     def markdown(self) -> str:
-        """Return its line of a table in Markdown; `MARKDOWN_HEADER` says what is in it."""
+        """Return the row as a line in Markdown, under `MARKDOWN_HEADER`."""
         spread = self.spread
         low, high = spread.interval
         worst = [run for run in self.worst() if run.score < spread.most]
@@ -69,7 +69,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Compared:
-    """Two controllers at a task with a hand, over the seeds that both played."""
+    """Two controllers at a task with a hand, over the seeds of both."""
 
     first: str
     second: str
@@ -80,18 +80,18 @@ class Compared:
 
 @dataclass(frozen=True)
 class Report:
-    """The outcome. As text, a table."""
+    """All rows and comparisons; as text, a table."""
 
     rows: tuple[Row, ...]
     comparisons: tuple[Compared, ...]
 
     @classmethod
     def of(cls, outcomes: Iterable[Played]) -> Report:
-        """Return the report of these runs, in whatever order they came."""
+        """Return the report of these runs, in any order."""
         order: dict[str, int] = {}
         rows = []
         known = list(outcomes)
-        # Which task and hand a controller plays by itself is known from its runs that did not fail.
+        # The successful runs show the task and hand that a controller chooses itself.
         plays = {run.controller: (run.task, run.hand) for run in known if run.error is None}
         for run in known:
             order.setdefault(run.controller, len(order))
@@ -106,7 +106,7 @@ class Report:
         return cls(tuple(rows), tuple(_comparisons(rows)))
 
     def markdown(self) -> str:
-        """Return a table in Markdown, one line for each row."""
+        """Return a table in Markdown, a line for each row."""
         return "\n".join([*MARKDOWN_HEADER, *(row.markdown() for row in self.rows)]) + "\n"
 
     def json(self) -> str:
@@ -123,7 +123,7 @@ class Report:
             lines += ["", f"lowest scores of {row.controller}, {row.task}, {row.hand}:"]
             lines += [f"  {_worst(run)}" for run in row.worst()]
         for compared in self.comparisons:
-            lines += ["", _told(compared)]
+            lines += ["", _in_words(compared)]
         return "\n".join(line.rstrip() for line in lines)
 
 
@@ -164,7 +164,7 @@ def _worst(run: Played) -> str:
     )
 
 
-def _told(compared: Compared) -> str:
+def _in_words(compared: Compared) -> str:
     found = compared.comparison
     low, high = found.interval
     return (
@@ -175,7 +175,7 @@ def _told(compared: Compared) -> str:
 
 
 def _comparisons(rows: list[Row]) -> Iterable[Compared]:
-    """Compare the first controller with each other one, where both played the same."""
+    """Compare the first controller with each other one at the same task and hand."""
     for row in rows:
         for other in rows:
             same = (row.task, row.hand) == (other.task, other.hand)

@@ -1,4 +1,4 @@
-"""What many scores come to."""
+"""Statistics of scores: their distribution, and paired comparisons."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from palmares.arrays import Array
 
-# Of the random numbers below; the same every time.
+# Seed of the random numbers below.
 SEED = 20161010
 DRAWS = 20_000
-# Up to so many pairs the test counts every sign.
+# Up to this number of pairs the test goes through all signs.
 EXACT_UP_TO = 14
 
 
@@ -36,7 +36,7 @@ class Spread:
 
     @classmethod
     def of(cls, scores: Sequence[float]) -> Spread:
-        """Return that of at least one score."""
+        """Return the distribution of one or more scores."""
         values = np.asarray(scores, dtype=float)
         least, first, median, third, most = np.percentile(values, [0, 25, 50, 75, 100])
         return cls(
@@ -73,7 +73,7 @@ class Comparison:
 
     @classmethod
     def of(cls, first: Sequence[float], second: Sequence[float]) -> Comparison:
-        """Return that of scores at the same seeds, in the same order."""
+        """Return the comparison of scores at the same seeds, in the same order."""
         difference = np.asarray(first, dtype=float) - np.asarray(second, dtype=float)
         return cls(
             len(difference),
@@ -103,7 +103,7 @@ def _p_value(difference: Array) -> float:
         signs = 1 - 2 * ((np.arange(2**count)[:, None] >> np.arange(count)) & 1)
     else:
         signs = np.random.default_rng(SEED).choice([-1, 1], size=(DRAWS, count))
-    seen = abs(float(differs.sum()))
-    as_large = int((np.abs(signs @ differs) >= seen - 1e-9).sum())
-    # What was seen is one of the draws.
+    observed = abs(float(differs.sum()))
+    as_large = int((np.abs(signs @ differs) >= observed - 1e-9).sum())
+    # The observed signs count as one draw.
     return as_large / len(signs) if exact else (as_large + 1) / (len(signs) + 1)

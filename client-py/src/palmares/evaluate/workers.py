@@ -1,4 +1,4 @@
-"""Runs in processes of this machine."""
+"""A pool of processes on this machine that play runs."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from typing import TypeAlias
 from palmares.evaluate.play import Job, Played, play
 
 Pool: TypeAlias = Callable[[Sequence[Job]], Iterator[tuple[Job, Played]]]
-"""Plays jobs somewhere and yields each with what came of it, in any order."""
+"""Plays jobs and yields each with its outcome, in any order"""
 
 
 def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
-    """Return a pool of so many processes of this machine, one for each core when left out.
+    """Return a pool of `count` processes of this machine; left out, one for each core.
 
-    A run whose process ends, as by a fault of compiled code, has failed, and so has one that takes longer
-    than `timeout_s`; another process takes its place. Ctrl-C notes in the exception which runs were played.
+    A run fails if its process ends, for example by a crash of compiled code, or if it takes longer than
+    `timeout_s`; another process then replaces the first. After Ctrl-C the exception's notes name the open
+    runs.
     """
 
     def pool(jobs: Sequence[Job]) -> Iterator[tuple[Job, Played]]:
@@ -52,7 +53,7 @@ def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
 
 
 def _ended(busy: Sequence[_Worker], timeout_s: float | None) -> list[_Worker]:
-    """Wait until runs have ended, or their time has; return who played them."""
+    """Wait until runs have ended or exceeded their time; return their workers."""
     left_s = None
     if timeout_s is not None:
         left_s = max(0.0, min(worker.begun for worker in busy) + timeout_s - time.monotonic())
@@ -65,8 +66,8 @@ class _Worker:
     """A process that plays one run at a time.
 
     Attributes:
-        job: The run that it plays, or has played.
-        begun: When it was given.
+        job: Its current or last run.
+        begun: Start of that run, monotonic clock, s.
 
     """
 
@@ -74,7 +75,7 @@ class _Worker:
     begun: float
 
     def __init__(self) -> None:
-        # A process of its own kind: whatever the parent has open is not in it.
+        # A spawned process inherits no open files or locks.
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
@@ -84,11 +85,11 @@ class _Worker:
     def give(self, job: Job) -> None:
         """Send it a run."""
         self.job, self.begun = job, time.monotonic()
-        with contextlib.suppress(BrokenPipeError):  # Which `take` tells.
+        with contextlib.suppress(BrokenPipeError):  # `take` reports it.
             self.connection.send(job)
 
     def take(self, timeout_s: float | None) -> Played:
-        """Return what came of its run; end the process if it has no answer."""
+        """Return the outcome of its run; end the process if there is none."""
         try:
             if self.connection.poll():
                 played: Played = self.connection.recv()
@@ -105,15 +106,15 @@ class _Worker:
         return Played(self.job.controller, "", "", self.job.seed, wall_s=wall_s, error=error)
 
     def end(self) -> None:
-        """End the process, whatever it does."""
+        """Kill the process."""
         self.process.kill()
         self.process.join()
         self.connection.close()
 
 
 def _serve(connection: Connection) -> None:
-    """Play runs until the parent ends it, or ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's.
+    """Play runs until the parent closes the pipe."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent handles Ctrl-C.
     with contextlib.suppress(EOFError):
         while True:
             connection.send(play(connection.recv()))

@@ -1,1 +1,1 @@
-"""Controllers to be copied, each a file of its own: ``python -m palmares.examples.balls_softhand --help``."""
+"""Example controllers to copy, one file each: ``python -m palmares.examples.balls_softhand --help``."""

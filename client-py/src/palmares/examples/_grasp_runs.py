@@ -1,4 +1,4 @@
-"""What the two learners of the grasp task share: which objects they meet, and how many hands move at once."""
+"""Shared by the two learners of the grasp task: objects, scenes, and motions of many hands at once."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ LEARNED_WITH = (
     "061_foam_brick",
     "077_rubiks_cube",
 )
-"""Every other object in the list of `tasks/grasp/task.toml`, from the first on"""
+"""Objects of the training: every second one in the list of `tasks/grasp/task.toml`, from the first on"""
 HELD_OUT = ("005_tomato_soup_can", "013_apple", "054_softball", "056_tennis_ball", "065-e_cups")
-"""The others, which no training meets"""
+"""Objects of the test: the others"""
 
 FIRST_TEST_SEED = 5001
-"""The test is played in the first scenes from this seed on whose object is held out; training's are below"""
+"""The test plays the first scenes from this seed on with a held-out object; the training those below"""
 
 CONTROL_TICKS = 4
-"""A moving hand is given a new velocity every so many ticks"""
+"""Ticks between two velocities of a moving hand"""
 FEEDBACK = 0.3
-"""Share of its distance from the path that the hand makes good until the next velocity"""
+"""Share of the distance from the path that the hand corrects until the next velocity"""
 
 
 def object_of(seed: int) -> str:
@@ -43,13 +43,13 @@ def object_of(seed: int) -> str:
 
 
 def test_scenes(count: int) -> list[int]:
-    """Return the seeds of the first test scenes, whose objects no training meets."""
+    """Return the seeds of the first scenes of the test."""
     seeds = (seed for seed in itertools.count(FIRST_TEST_SEED) if object_of(seed) in HELD_OUT)
     return list(itertools.islice(seeds, count))
 
 
 def training_scenes(rng: np.random.Generator) -> Iterator[list[int]]:
-    """Draw scenes without end, one of each object that is learned with at a time: lists of seeds."""
+    """Yield lists of seeds without end; each list has one scene of every object of the training."""
     found: dict[str, list[int]] = {name: [] for name in LEARNED_WITH}
     while True:
         seed = int(rng.integers(FIRST_TEST_SEED))
@@ -63,18 +63,18 @@ def training_scenes(rng: np.random.Generator) -> Iterator[list[int]]:
 SQUARE = 1.15
 """Sides that differ by a smaller factor count as equal"""
 LEAST_TURN_RAD = -math.pi / 2 + 0.3
-"""At −π/2 the fingers, which start downwards, come up along x. A little beyond, so that what lies along x,
-as a camera's view of a ball does, is not taken from one side or the other by chance"""
+"""Smallest turn. At −π/2 the fingers, which start downwards, come up along x. The offset keeps boxes along x,
+such as a camera's view of a ball, away from the boundary between two directions"""
 
 
 class Hands:
     """The hands of a `Batch`, moved together along smoothsteps.
 
-    A motion lasts equally long in all worlds, so that a run does not depend on the others of its batch.
+    A motion has the same duration in all worlds, so that a run does not depend on the others of its batch.
 
     Attributes:
         batch: The worlds.
-        active: (N,), which worlds move; a run that is over does not, and a user may stop others.
+        active: (N,), True for worlds that move; runs that are over do not, and a user may stop others.
         obs: The last observations.
 
     """
@@ -99,7 +99,7 @@ class Hands:
         quat_xyzw: Array | None = None,
         sigma: Array | None = None,
     ) -> Arrays:
-        """Move to positions (N, 3), m, orientations (N, 4) and commands σ (N,); what is left out stays."""
+        """Move to positions (N, 3), m, orientations (N, 4) and commands σ (N,); omitted targets stay."""
         p0, q0, s0 = self.position, self.quat_xyzw, self.sigma
         path = np.zeros_like(p0) if position is None else position - p0
         turn = np.zeros_like(p0) if quat_xyzw is None else rotation_between(q0, quat_xyzw)
@@ -131,14 +131,14 @@ class Hands:
 
 
 def yaw_across(yaw_rad: Array, sizes_m: Array) -> Array:
-    """Return how to turn the hand so that its fingers lie across the longer side of boxes, (N,), rad.
+    """Return the yaw of the hand with the fingers across the longer side of boxes, (N,), rad.
 
-    The hand reaches as well from the other side, and over any side of boxes whose sides are about equal: of
-    these directions it is the one that turns the hand least from where it starts.
+    The grasp is possible from two sides, and over any side of boxes with about equal sides. The result is the
+    one of these directions that turns the hand least from its start.
 
     Args:
-        yaw_rad: (N,), direction of a box's first side, from x.
-        sizes_m: (N, 3), its sides; the third is upright.
+        yaw_rad: (N,), direction of the first side of each box, from x.
+        sizes_m: (N, 3), sides of each box; the third is upright.
 
     """
     first, second = sizes_m[:, 0], sizes_m[:, 1]
@@ -150,7 +150,7 @@ def yaw_across(yaw_rad: Array, sizes_m: Array) -> Array:
 
 
 def rot_zyz(yaw_rad: Array, pitch_rad: Array, roll_rad: Array) -> Array:
-    """Return the quaternions (N, 4) of turns about z, then the new y, then the new z."""
+    """Return the quaternions (N, 4) of rotations about z, then the new y, then the new z."""
     half = [0.5 * angle for angle in (yaw_rad, pitch_rad, roll_rad)]
     zero = np.zeros_like(half[0])
     yaw = np.stack([zero, zero, np.sin(half[0]), np.cos(half[0])], axis=1)
@@ -160,14 +160,14 @@ def rot_zyz(yaw_rad: Array, pitch_rad: Array, roll_rad: Array) -> Array:
 
 
 def rotated(quat_xyzw: Array, vectors: Array) -> Array:
-    """Return the vectors (N, 3) turned by the quaternions (N, 4)."""
+    """Return the vectors (N, 3) rotated by the quaternions (N, 4)."""
     axis, w = quat_xyzw[:, :3], quat_xyzw[:, 3:]
     twice = 2.0 * np.cross(axis, vectors)
     return array(vectors + w * twice + np.cross(axis, twice))
 
 
 def rotation_between(start_xyzw: Array, end_xyzw: Array) -> Array:
-    """Return the shortest turns between quaternions (N, 4) as rotation vectors (N, 3), rad, world frame."""
+    """Return the shortest rotations between quaternions (N, 4) as vectors (N, 3), rad, world frame."""
     turn = _product(end_xyzw, start_xyzw * [-1.0, -1.0, -1.0, 1.0])
     turn = np.where(turn[:, 3:] < 0.0, -turn, turn)
     sine = np.linalg.norm(turn[:, :3], axis=1, keepdims=True)
@@ -176,7 +176,7 @@ def rotation_between(start_xyzw: Array, end_xyzw: Array) -> Array:
 
 
 def turned(quat_xyzw: Array, turn: Array) -> Array:
-    """Return quaternions (N, 4) turned further by rotation vectors (N, 3) of the world frame."""
+    """Return quaternions (N, 4) rotated by rotation vectors (N, 3), rad, world frame."""
     half = 0.5 * np.linalg.norm(turn, axis=1, keepdims=True)
     return _product(np.hstack([0.5 * turn * np.sinc(half / math.pi), np.cos(half)]), quat_xyzw)
 

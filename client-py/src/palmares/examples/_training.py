@@ -1,4 +1,4 @@
-"""What the two learners of the grasp task share: learning curves, and training from the command line."""
+"""Shared by the two learners of the grasp task: learning curves, and training from the command line."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from typing import Protocol
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a learning curve: what an update learned from, and what it came to."""
+    """A point of a learning curve: the scores of an update in training and in the test."""
 
     update: int
     episodes: int
-    """Runs played in training so far"""
+    """Runs played in training up to here"""
     train: float | None
-    """Mean score of the runs the update learned from, with exploration; ``None`` before the first"""
+    """Mean score of the update's runs, with exploration; ``None`` before the first update"""
     test: float | None
-    """Mean score in the test scenes, without exploration, if it was tested after this update"""
+    """Mean score in the test scenes, without exploration; ``None`` if this update was not tested"""
 
 
 @dataclass(frozen=True)
 class Learned:
-    """What a training came to."""
+    """Outcome of a training."""
 
     seed: int
     curve: list[Point]
     scores: list[float]
-    """In the test scenes, after the last update"""
+    """Scores in the test scenes after the last update"""
 
 
-Tell = Callable[[Point], None]
+OnPoint = Callable[[Point], None]
 """Called with every point of a curve"""
 
 
@@ -45,17 +45,17 @@ def learn(
     updates: int,
     episodes: int,
     test_every: int,
-    tell: Tell,
+    on_point: OnPoint,
 ) -> list[Point]:
-    """Improve and test by turns; return the curve.
+    """Alternate updates and tests; return the curve.
 
     Args:
-        improve: Plays, and improves what is learned by that; returns the mean score of the runs.
+        improve: Makes an update; returns the mean score of its runs.
         test: Plays the test scenes; returns their mean score.
-        updates: How often to improve.
-        episodes: Runs that an update plays.
-        test_every: It is tested before the first update, after every so many, and after the last.
-        tell: Called with every point.
+        updates: Number of updates.
+        episodes: Runs of an update.
+        test_every: Updates between two tests; there is also one before the first update and after the last.
+        on_point: Called with every point.
 
     """
     curve: list[Point] = []
@@ -63,34 +63,36 @@ def learn(
         explored = improve() if update > 0 else None
         tested = test() if update % test_every == 0 or update == updates else None
         curve.append(Point(update, update * episodes, explored, tested))
-        tell(curve[-1])
+        on_point(curve[-1])
     return curve
 
 
 class Train(Protocol):
-    """Train; keep what was learned in a file, if one is named."""
+    """Trains, and writes the policy to a file if one is given."""
 
     def __call__(
-        self, seed: int, *, updates: int, threads: int | None, tell: Tell, policy: Path | None
+        self, seed: int, *, updates: int, threads: int | None, on_point: OnPoint, policy: Path | None
     ) -> Learned: ...
 
 
 def main(train: Train, doc: str | None, updates: int) -> None:
-    """Train as the command line says; `updates` is the default."""
+    """Read the command line and train; `updates` is the default number of updates."""
     parser = argparse.ArgumentParser(description=(doc or "").partition("\n")[0])
-    parser.add_argument("--seed", type=int, default=1, help="of the training")
-    parser.add_argument("--updates", type=int, default=updates, help=f"how long to train; {updates}")
-    parser.add_argument("--threads", type=int, help="one for each core when left out")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the training (default 1)")
+    parser.add_argument(
+        "--updates", type=int, default=updates, help=f"updates of the training (default {updates})"
+    )
+    parser.add_argument("--threads", type=int, help="threads that simulate (default: one for each core)")
     parser.add_argument("--curve", type=Path, help="file for the learning curve, JSON")
-    parser.add_argument("--policy", type=Path, help="file for what was learned")
+    parser.add_argument("--policy", type=Path, help="file for the policy")
     args = parser.parse_args()
     began = time.monotonic()
 
-    def tell(point: Point) -> None:
+    def show(point: Point) -> None:
         train = "" if point.train is None else f", training {point.train:.2f}"
         test = "" if point.test is None else f", unseen objects {point.test:.2f}"
         print(f"{time.monotonic() - began:5.0f} s, update {point.update}{train}{test}", flush=True)
 
-    learned = train(args.seed, updates=args.updates, threads=args.threads, tell=tell, policy=args.policy)
+    learned = train(args.seed, updates=args.updates, threads=args.threads, on_point=show, policy=args.policy)
     if args.curve:
         args.curve.write_text(json.dumps(asdict(learned)) + "\n")

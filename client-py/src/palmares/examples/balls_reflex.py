@@ -1,12 +1,12 @@
 """Move balls from box A to box B with the ReFlex: three fingers, each with a motor, and a swivel.
 
-The same task as `balls_softhand.py`, a simpler plan: down over the ball that leaves the fingers most room,
-close, up, over, open. A ball that slipped is tried from another side.
+    python balls_reflex.py --seed 7 --runs 3            # needs `palmares serve`, or --url local
 
-A ball by a wall or in a corner has no room on its outer side. There the swivel helps: it turns fingers 1 and
+The task of `balls_softhand.py` with a simpler plan: down over the ball with the most room for the fingers,
+close, up, over box B, open. After a slip the hand tries another side.
+
+At a wall or in a corner the fingers do not fit on the ball's outer side. There the swivel turns fingers 1 and
 2 until they almost face each other, so that they close along the wall; the third presses from the inner side.
-
-    python balls_reflex.py --seed 7 --runs 3
 """
 
 from __future__ import annotations
@@ -55,40 +55,40 @@ def open_hand(preshape_rad: float, proximal_rad: float, distal_rad: float) -> Ca
     return Capsules(array(start), array(end), array(radius))
 
 
-# --- what to tune ---
+# --- constants to tune ---
 
 
 @dataclass(frozen=True)
 class Grasp:
-    """How the ReFlex takes a ball of 10 cm from above."""
+    """The ReFlex's grasp of a ball of 10 cm from above."""
 
     name: str
     preshape: float
     """Fourth motor: turns fingers 1 and 2, by 90° at 1, until they face each other"""
     sigma_open: float
-    """Fingers half closed on the way down, so that they fit between the other balls"""
+    """Motor command on the way down: half closed, to fit between the other balls"""
     bent_rad: tuple[float, float]
-    """... which bends their proximal and distal joints so far, as `obs.truth.joints` tells"""
+    """Angles of the proximal and distal joints at `sigma_open`, from `obs.truth.joints`"""
     sigma_closed: float
-    """Fingers 1 and 2"""
+    """Motor command of fingers 1 and 2 in the grasp"""
     sigma_third: float
-    """Finger 3: a little less, so that it does not push the ball out between the others"""
+    """Motor command of finger 3: less, so that it does not push the ball out between the others"""
     ball_in_hand: tuple[float, float, float]
-    """Where the ball's centre is when the fingers close, hand frame, m"""
+    """Centre of the ball when the fingers close, hand frame, m"""
     tilt_rad: float
-    """Leans the palm; 0 is level"""
+    """Tilt of the palm; 0 is horizontal"""
 
     def rotation(self, yaw_rad: float) -> Array:
         """Return world-from-hand (3, 3): palm down, turned by `yaw_rad` about the vertical."""
         return rot_zyz(yaw_rad, math.pi - self.tilt_rad)
 
     def base_position(self, ball: Array, rotation: Array) -> Array:
-        """Return where the hand's base is when the fingers close on `ball` (3,), (3,), m."""
+        """Return the position of the base, (3,), when the fingers close on `ball` (3,), m."""
         return array(ball - rotation @ array(self.ball_in_hand))
 
     @cached_property
     def hand(self) -> Capsules:
-        """The hand on its way down."""
+        """The hand on its way down, hand frame."""
         return open_hand(self.preshape * math.pi / 2, *self.bent_rad)
 
 
@@ -97,21 +97,21 @@ GRASPS = [
     Grasp("facing", 1.0, 0.5, (1.17, 0.28), 0.87, 0.72, (0.043, 0.0, 0.139), 0.039),
 ]
 YAWS_RAD = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
-"""Directions tried for every ball"""
+"""Directions to try for every ball"""
 ENOUGH_M = 0.015
-"""More room than this is no better"""
+"""More room than this does not count"""
 HIGH_M = 0.6
-"""Height of the hand's base on its way"""
+"""Height of the base in transit"""
 LOW_M = 0.35
-"""... and where it opens over box B"""
+"""Height of the base where the hand opens over box B"""
 PICKS = 30
 """Attempts per run"""
 TRIES = 6
-"""A ball that stayed where it is through so many attempts is left there"""
+"""Most attempts on a ball at one position"""
 MOVED_M = 0.01
-"""For a ball that has moved farther than this, earlier attempts do not count"""
+"""Attempts on a ball count until it has moved farther than this"""
 
-# --- which ball, and from where ---
+# --- choice of a ball, a grasp and a direction ---
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class Plan:
 
 
 def room(hand: Capsules, others: Array, radius_m: float, box: palmares.Region) -> float:
-    """Return how far the hand is from walls and from the `others` (n, 3), m; less than 0 if it touches."""
+    """Return the hand's distance from walls and from the `others` (n, 3), m; negative for an overlap."""
     low, high = hand.bounds()
     walls = np.minimum(low[:, :2] - box.min[:2], box.max[:2] - high[:, :2])
     within = low[:, 2] < box.max[2]
@@ -140,10 +140,10 @@ def room(hand: Capsules, others: Array, radius_m: float, box: palmares.Region) -
 def choose(
     balls: Array, in_a: list[int], radius_m: float, box: palmares.Region, attempts: list[Attempt]
 ) -> Plan | None:
-    """Return the ball, grasp and yaw that leave the hand most room, or `None` if nothing is worth a try.
+    """Return the ball, grasp and yaw with the most room for the hand; `None` if no ball is left to try.
 
-    `balls` (n, 3) are all centres, m; `in_a` are the rows of those to choose from. What was tried where the
-    ball still lies counts less, the same grasp from about the same direction much less.
+    `balls` (n, 3) are all centres, m; `in_a` are the rows of those to choose from. Attempts on a ball at its
+    position lower its score, and more for the same grasp from about the same direction.
     """
     best, best_score = None, -math.inf
     for ball in in_a:
@@ -165,11 +165,11 @@ def choose(
     return best
 
 
-# --- how it is taken ---
+# --- motions ---
 
 
 class Reflex(Mover):
-    """Sends the same command to the three fingers, of which the third stops earlier."""
+    """Sends the same command to the three fingers; the third stops earlier."""
 
     grasp = GRASPS[0]
 
@@ -179,7 +179,7 @@ class Reflex(Mover):
 
 
 def pick_and_carry(mover: Reflex, plan: Plan, box_b: palmares.Region) -> None:
-    """Take the ball, carry it over box B and let it go."""
+    """Grasp the ball, carry it over box B and let it go."""
     mover.grasp = plan.grasp
     above = array([*plan.at[:2], HIGH_M])
     x, y, _ = box_b.center - plan.rotation @ array(plan.grasp.ball_in_hand)
@@ -201,7 +201,7 @@ def pick_and_carry(mover: Reflex, plan: Plan, box_b: palmares.Region) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class ReflexSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     balls_in_b: int
     picks: int
@@ -214,7 +214,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> Reflex
     box_a, box_b = client.scene.region("box_a"), client.scene.region("box_b")
     radius_m = largest_radius(client.scene)
     attempts: list[Attempt] = []
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         while len(attempts) < picks:
             balls = truth_of(mover.obs).positions
             in_a = [ball for ball in range(len(balls)) if box_a.contains(balls[ball])]

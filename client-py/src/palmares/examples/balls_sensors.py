@@ -1,11 +1,11 @@
 """Move balls from box A to box B with the SoftHand by its sensors: a depth camera above box A and the wrist.
 
-Grasp and rake are those of `balls_softhand.py`, which is told where the balls are. This controller looks:
+    python balls_sensors.py --seed 7 --runs 3           # needs `palmares serve`, or --url local
+
+Grasp and rake are those of `balls_softhand.py`, which uses the true positions. This controller uses images:
 
     hand aside -> depth image -> spheres in it -> the ball with most room -> down -> close -> up
-    -> does the wrist carry a ball's weight? -> over box B -> open -> look again
-
-    python balls_sensors.py --seed 7 --runs 3
+    -> does the wrist carry a ball's weight? -> over box B -> open -> next image
 """
 
 from __future__ import annotations
@@ -32,52 +32,52 @@ LOG = logging.getLogger(__name__)
 PITCH_RAD, ROLL_RAD = 2.2405, -0.3159
 """Tilt of the fingers from straight up, turn of the palm about them"""
 BALL_IN_HAND = array([0.0527, 0.05, 0.2103])
-"""Where the ball's centre should be when the fingers close, hand frame, m"""
+"""Centre of the ball when the fingers close, hand frame, m"""
 SIGMA_PRESHAPE = 0.0977
 """Motor command while approaching: slightly curled"""
 ADVANCE_M = 0.0165
 """The approach stops this far behind the grasp; the palm then moves forward along its normal"""
 LEAN, CLEARANCE_M = 0.156, 0.32
-"""The approach comes down with this slope, horizontal per vertical way, from this far above"""
+"""Slope of the approach, horizontal per vertical distance, and its height"""
 LIFT_M = 0.36
-"""Enough for the ball and the fingers under it to pass over the wall"""
+"""The ball and the fingers under it then pass over the wall"""
 FEEL_S = 0.1
-"""The wrist's noise is averaged for so long"""
+"""Duration of the mean over the wrist's noise"""
 ASIDE = array([0.65, 0.0, 0.75])
-"""Where the hand's base does not hide box A from the camera, m"""
+"""Position of the base where the hand does not hide box A from the camera, m"""
 
-# --- the rake draws a ball away from a wall; the hand is turned as for a grasp, fingers to the wall ---
+# --- the rake pulls a ball away from a wall; the hand is turned as for a grasp, fingers to the wall ---
 RAKE_HEIGHT_M, RAKE_INWARD_M = 0.02, 0.07
-"""The hand stays so far above where it would grasp, and nearer to the middle: no finger lands on the wall"""
+"""Offsets of the hand from a grasp, up and to the middle, so that no finger lands on the wall"""
 RAKE_SIGMA, RAKE_WAY_M = 0.6, 0.12
-"""Motor command that curls the fingers over the ball; how far they draw it, from where it rolls on"""
+"""Motor command that curls the fingers over the ball; distance of the pull, after which the ball rolls on"""
 
 # --- the choice ---
 YAWS_RAD = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
-"""Directions tried for every ball"""
+"""Directions to try for every ball"""
 TIGHT_M, CENTRAL_M = -0.1, 0.12
 """With less room than this, and farther from the middle than this, a ball is raked, not grasped"""
 PICKS, MOVED_M = 40, 0.01
-"""Attempts per run; for a ball that has moved farther than this, earlier ones do not count"""
+"""Attempts per run; attempts on a ball count until it has moved farther than this"""
 
-# --- what is seen; the error of depth is 1 to 6 mm ---
+# --- the depth image; its error is 1 to 6 mm ---
 WALL_M, FLOOR_M = 0.008, 0.03
-"""Points this near to a wall or the floor may be its own"""
+"""Points this near to a wall or the floor may belong to it"""
 SHELL_M = (0.02, 0.012)
-"""Points this near to a ball's surface belong to it: at first, and once its place is known better"""
-LEAST_POINTS = 80
-"""A ball shows about 600 pixels, half hidden 300"""
+"""Points this near to a ball's surface belong to it, in the first and in the later steps of the fit"""
+MIN_POINTS = 80
+"""Fewest pixels of a ball, which has about 600, half hidden 300"""
 
 
 def find_balls(points: Array, radius_m: float, box: palmares.Region) -> Array:
-    """Return the centres (n, 3) of the balls in `box` among `points` (h, w, 3), NaN where nothing is seen; m.
+    """Return the centres (n, 3), m, of the balls in `box` among `points` (h, w, 3), m; NaN has no reading.
 
-    The highest point that no ball explains yet is near the top of another one. From there a sphere of the
-    known radius is fitted by Gauss–Newton, and its points are taken out.
+    The highest point outside all known balls is near the top of another one. From there a sphere of the known
+    radius is fitted by Gauss–Newton, and its points are removed.
     """
     low, high = box.min + array([WALL_M, WALL_M, FLOOR_M]), box.max - array([WALL_M, WALL_M, 0.0])
     inside = np.all((points > low) & (points < high), axis=2)
-    # Mean height over 5 x 5 pixels: the highest of many noisy points is too high.
+    # Mean height over 5 x 5 pixels; the highest of many noisy points is too high.
     heights, counts = (
         np.lib.stride_tricks.sliding_window_view(np.pad(image, 2), (5, 5)).sum(axis=(2, 3))[inside]
         for image in (np.where(inside, points[..., 2], 0.0), inside.astype(float))
@@ -85,16 +85,16 @@ def find_balls(points: Array, radius_m: float, box: palmares.Region) -> Array:
     cloud, height = points[inside], heights / counts
     left = np.ones(len(cloud), bool)
     balls = []
-    while np.count_nonzero(left) >= LEAST_POINTS:
+    while np.count_nonzero(left) >= MIN_POINTS:
         top = int(np.argmax(np.where(left, height, -np.inf)))
         left[top] = False
         centre = array([*cloud[top, :2], height[top] - radius_m])
         for step in range(12):
             offset = cloud - centre
             distance_m = np.linalg.norm(offset, axis=1)
-            # The camera sees upper halves: without this a sphere fits from above as well.
+            # Only upper halves are visible: without this a sphere fits from above, too.
             near = (np.abs(distance_m - radius_m) < SHELL_M[step >= 6]) & (offset[:, 2] > 0.0)
-            if np.count_nonzero(near & left) < LEAST_POINTS:
+            if np.count_nonzero(near & left) < MIN_POINTS:
                 break
             towards = offset[near] / distance_m[near, None]
             centre = centre + np.linalg.lstsq(towards, distance_m[near] - radius_m, rcond=None)[0]
@@ -105,29 +105,29 @@ def find_balls(points: Array, radius_m: float, box: palmares.Region) -> Array:
 
 
 def rotation_of(yaw_rad: float) -> Array:
-    """Return world-from-hand (3, 3) when a ball is taken from the direction `yaw_rad`."""
+    """Return world-from-hand (3, 3) for a grasp from the direction `yaw_rad`."""
     return rot_zyz(yaw_rad, PITCH_RAD, ROLL_RAD)
 
 
 def down(yaw_rad: float, drop_m: float) -> Array:
-    """Return the last way of the approach that loses `drop_m` of height, (3,), m."""
+    """Return the last part of the approach, over a height of `drop_m`, (3,), m."""
     return drop_m * array([LEAN * math.cos(yaw_rad), LEAN * math.sin(yaw_rad), -1.0])
 
 
 def room(rotation: Array, position: Array, others: Array, radius_m: float, box: palmares.Region) -> float:
-    """Return how well the preshaped hand fits at a pose: 0 if it touches nothing, less if it does, m."""
+    """Return 0 if the preshaped hand touches nothing at a pose, else less by the overlaps, m."""
     hand = SOFTHAND_PRESHAPED.at(rotation, position)
     score = -float(np.clip(0.005 + radius_m - hand.distances(others), 0.0, 0.05).sum())
-    # Walls are hard: what would stand inside one counts three times, and once more for being there at all.
+    # Walls are hard: an overlap counts three times, plus a fixed cost.
     low, high = (bound[:, :2] for bound in hand.bounds())
     into = np.hstack([high - box.max[:2], box.min[:2] - low])[hand.bounds()[0][:, 2] < box.max[2]]
     return score - float(3.0 * np.clip(into, 0.0, None).sum() + 0.1 * np.count_nonzero(into > 0.004))
 
 
 def choose(balls: Array, radius_m: float, box: palmares.Region, attempts: list[Attempt]) -> Attempt:
-    """Return which of the `balls` (n, 3) to grasp or to rake, and from where: the one with most room.
+    """Return the grasp or rake with the most room for the hand, for one of the `balls` (n, 3).
 
-    A ball that was tried where it lies now counts less, and from about the same direction much less.
+    Attempts on a ball at its position lower its score, and much more from about the same direction.
     """
     rated = []
     for k, ball in enumerate(balls):
@@ -146,10 +146,10 @@ def choose(balls: Array, radius_m: float, box: palmares.Region, attempts: list[A
 
 
 class Senses(Mover):
-    """Moves the hand and looks."""
+    """Moves the hand and takes images."""
 
     def look(self) -> Array:
-        """Move the hand out of the way; return the points (h, w, 3) that the camera above box A sees, m."""
+        """Move the hand out of the way; return the points (h, w, 3), m, of the camera above box A."""
         self.to(0.0, array([max(self.position[0], ASIDE[0]), *self.position[1:]]))
         self.wait(0.2)  # An image may be 0.13 s old.
         self.obs = self.client.step(cameras=["box_a"])
@@ -159,7 +159,7 @@ class Senses(Mover):
 
 
 def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmares.Region) -> bool:
-    """Take the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
+    """Grasp the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
     rotation = rotation_of(target.yaw_rad)
     grasp_at = target.position - rotation @ BALL_IN_HAND
     before = grasp_at - ADVANCE_M * rotation[:, 0]
@@ -182,10 +182,10 @@ def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmar
 
 
 def rake(hand: Senses, target: Attempt, box_a: palmares.Region) -> None:
-    """Draw the ball towards the middle of its box."""
+    """Pull the ball towards the middle of its box."""
     outward = (target.position - box_a.center) * [1.0, 1.0, 0.0]
     outward /= np.linalg.norm(outward)
-    # The ball lies in front of the hand: turn the hand so that it reaches outward.
+    # The ball is in front of the hand: turn the hand so that it reaches outward.
     yaw = max(YAWS_RAD, key=lambda yaw: float(rotation_of(yaw) @ BALL_IN_HAND @ outward))
     rotation = rotation_of(yaw)
     down_at = target.position - rotation @ BALL_IN_HAND - RAKE_INWARD_M * outward + RAKE_HEIGHT_M * UP
@@ -200,13 +200,13 @@ def rake(hand: Senses, target: Attempt, box_a: palmares.Region) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class BallsSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     balls_in_b: int
     picks: int
     """Attempts made"""
     caught: int
-    """... after which the wrist carried a ball"""
+    """Attempts after which the wrist carried a ball"""
 
 
 def run(client: palmares.Client, seed: int | None) -> BallsSummary:
@@ -216,7 +216,7 @@ def run(client: palmares.Client, seed: int | None) -> BallsSummary:
     radius_m = largest_radius(client.scene)
     weight_n = client.scene.free[0].mass * float(np.linalg.norm(client.scene.gravity))
     caught, attempts = 0, list[Attempt]()
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         hand.to(1.0, ASIDE, quat_of(rotation_of(0.0)))
         while len(attempts) < PICKS and len(balls := find_balls(hand.look(), radius_m, box_a)) > 0:
             target = choose(balls, radius_m, box_a, attempts)

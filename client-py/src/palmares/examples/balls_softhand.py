@@ -1,16 +1,16 @@
 """Move balls from box A to box B with the SoftHand: look, pick, carry, drop, look again.
 
-A simple controller to start from. It sees the true positions of the balls (sensing "truth"), chooses the ball
-and the direction that leave the hand most room, and then makes a fixed sequence of motions:
+    python balls_softhand.py --seed 7 --runs 3          # needs `palmares serve`, or --url local
+
+A simple controller to start from. It uses the true positions of the balls (sensing "truth"), chooses the ball
+and the direction with the most room for the hand, and then makes a fixed sequence of motions:
 
     above the ball -> down (slightly tilted) -> forward along the palm -> close -> up -> over box B -> open
 
-A ball by a wall or in a corner leaves the fingers no room to get around it. It is raked away from there
-first: the fingers come down on its inner side, curl over it and draw it to the middle of the box.
+The fingers do not fit around a ball at a wall or in a corner. It is raked away from there first: the fingers
+come down on its inner side, curl over it and pull it to the middle of the box.
 
 The controller does not react to touch. It only looks again after each attempt.
-
-    python balls_softhand.py --seed 7 --runs 3
 """
 
 from __future__ import annotations
@@ -34,19 +34,19 @@ from palmares.skills.runs import Summary, play
 LOG = logging.getLogger(__name__)
 
 # --------------------------------------------------------------------------------------------------------
-# What to tune
+# Constants to tune
 
 
 @dataclass(frozen=True)
 class Grasp:
-    """How the SoftHand takes a ball of 10 cm. Hand frame: fingers +z, palm normal +x, thumb +y."""
+    """The SoftHand's grasp of a ball of 10 cm. Hand frame: fingers +z, palm normal +x, thumb +y."""
 
     pitch_rad: float = 2.2405
     """Tilts the fingers from straight up to pointing down"""
     roll_rad: float = -0.3159
     """Turns the palm about the fingers' axis"""
     ball_in_hand: tuple[float, float, float] = (0.0527, 0.05, 0.2103)
-    """Where the ball's centre should be when the fingers close, hand frame, m"""
+    """Centre of the ball when the fingers close, hand frame, m"""
     sigma_preshape: float = 0.0977
     """Motor command while approaching: slightly curled"""
     sigma_closed: float = 1.0
@@ -54,24 +54,24 @@ class Grasp:
     advance_m: float = 0.0165
     """The approach stops this far behind the grasp; the palm then moves forward along its normal"""
     lean_rad: float = 0.155
-    """The approach comes down along this tilt from the vertical"""
+    """Tilt of the approach from the vertical"""
 
     def rotation(self, yaw_rad: float) -> Array:
-        """Return world-from-hand (3, 3) when the ball is taken from the direction `yaw_rad`."""
+        """Return world-from-hand (3, 3) for a grasp from the direction `yaw_rad`."""
         return rot_zyz(yaw_rad, self.pitch_rad, self.roll_rad)
 
     def base_position(self, ball: Array, rotation: Array) -> Array:
-        """Return where the hand's base is when the fingers close on `ball` (3,), (3,), m."""
+        """Return the position of the base, (3,), when the fingers close on `ball` (3,), m."""
         return array(ball - rotation @ array(self.ball_in_hand))
 
     def approach_direction(self, yaw_rad: float) -> Array:
-        """Return the direction in which the hand comes down, unit vector (3,), world frame."""
+        """Return the direction of the approach, unit vector (3,), world frame."""
         return array(rot_z(yaw_rad) @ [math.sin(self.lean_rad), 0.0, -math.cos(self.lean_rad)])
 
 
 @dataclass(frozen=True)
 class Script:
-    """How long and how far. A motion takes longer than its time here if the base's limits demand it."""
+    """Durations and distances. A motion takes longer than its duration if the base's limits demand it."""
 
     travel_s: float = 1.2
     approach_s: float = 0.8
@@ -88,31 +88,31 @@ class Script:
     fall_s: float = 0.3
     """Wait after opening until the ball has left the hand"""
     ready_height_m: float = 0.9
-    """Where the hand's base goes first, over the middle of box A"""
+    """First height of the base, over the middle of box A"""
     clearance_height_m: float = 0.32
     """The approach starts this far above the grasp"""
     lift_height_m: float = 0.36
-    """Enough for the ball and the fingers under it to pass over the wall"""
+    """The ball and the fingers under it then pass over the wall"""
     lifted_m: float = 0.15
-    """A ball that rose by this much is in the hand"""
+    """A ball that rose by more than this is in the hand"""
 
 
 @dataclass(frozen=True)
 class Rake:
-    """How a ball is drawn away from a wall. The hand is turned as for a grasp, fingers to the wall."""
+    """The rake that pulls a ball away from a wall. The hand is turned as for a grasp, fingers to the wall."""
 
     height_m: float = 0.02
-    """The hand stays this far above where it would grasp"""
+    """Height of the hand above a grasp"""
     inward_m: float = 0.07
-    """... and this far nearer to the middle, so that the fingers do not land on the wall"""
+    """Distance of the hand from a grasp, towards the middle, so that the fingers do not land on the wall"""
     sigma: float = 0.6
     """Motor command that curls the fingers over the ball"""
     curl_s: float = 0.5
     way_m: float = 0.12
-    """How far the hand draws; the ball rolls on"""
+    """Distance of the pull; the ball then rolls on"""
     draw_s: float = 0.8
     retreat_height_m: float = 0.3
-    """How far it then goes up"""
+    """Height of the retreat"""
 
 
 GRASP = Grasp()
@@ -121,35 +121,35 @@ RAKE = Rake()
 PICKS = 25
 """Attempts per run"""
 YAWS_RAD = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
-"""Directions tried for every ball"""
+"""Directions to try for every ball"""
 APPROACH_SAMPLES_M = (0.0, 0.05, 0.12)
-"""Room is checked at these distances before the end of the approach"""
+"""Distances before the end of the approach at which room is checked"""
 MARGIN_M = 0.005
-"""Room to leave between hand and other balls"""
+"""Wanted distance between the hand and other balls"""
 TIGHT_M = -0.1
 """With less room than this, a ball is raked, not grasped"""
 CENTRAL_M = 0.12
 """A ball this near to the middle of the box is not raked"""
 TRIES = 4
-"""A ball that stayed where it is through so many attempts is left there"""
+"""Most attempts on a ball at one position"""
 MOVED_M = 0.01
-"""For a ball that has moved farther than this, earlier attempts do not count"""
+"""Attempts on a ball count until it has moved farther than this"""
 
 # --------------------------------------------------------------------------------------------------------
-# Which ball, and from where
+# Choice of a ball and a direction
 
 
 def room(rotation: Array, position: Array, others: Array, radius_m: float, box: palmares.Region) -> float:
-    """Return how well the preshaped hand fits at a pose: 0 if it touches nothing, less if it does, m.
+    """Return 0 if the preshaped hand touches nothing at a pose, else less by the overlaps, m.
 
-    `rotation` (3, 3) and `position` (3,) are of the base, `others` (n, 3) are the centres of the balls that
-    should not be touched, `radius_m` is their radius.
+    `rotation` (3, 3) and `position` (3,) are the pose of the base, `others` (n, 3) the centres of the balls
+    that the hand should not touch, `radius_m` is their radius.
     """
     hand = SOFTHAND_PRESHAPED.at(rotation, position)
     gap = hand.distances(others) - radius_m
     score = -float(np.clip(MARGIN_M - gap, 0.0, 0.05).sum())
 
-    # Walls are hard: what would stand inside one counts three times, and once more for being there at all.
+    # Walls are hard: an overlap counts three times, plus a fixed cost.
     low, high = hand.bounds()
     below_rim = low[:, 2] < box.max[2]
     for side in range(2):
@@ -161,24 +161,24 @@ def room(rotation: Array, position: Array, others: Array, radius_m: float, box: 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A ball and the direction to take it from."""
+    """A ball and the direction of the grasp."""
 
     ball: int
     yaw_rad: float
     room_m: float
     position: Array
-    """Centre of the ball when the choice was made, (3,), m"""
+    """Centre of the ball at the choice, (3,), m"""
     tried: int
-    """How often it was tried where it lies"""
+    """Number of attempts at this position"""
 
 
 def choose(
     balls: Array, in_a: list[int], radius_m: float, box: palmares.Region, attempts: list[Attempt]
 ) -> Candidate | None:
-    """Return the ball and the yaw with the most room, or `None` if nothing is worth another try.
+    """Return the ball and the yaw with the most room; `None` if no ball is left to try.
 
-    `balls` (n, 3) are all centres, `in_a` the rows of those to choose from. A ball that was tried where it
-    lies now counts less, and from about the same direction much less.
+    `balls` (n, 3) are all centres, `in_a` the rows of those to choose from. Attempts on a ball at its
+    position lower its score, and much more from about the same direction.
     """
     best, best_score = None, -math.inf
     for ball in in_a:
@@ -200,11 +200,11 @@ def choose(
 
 
 # --------------------------------------------------------------------------------------------------------
-# How a ball is taken
+# Motions
 
 
 def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> bool:
-    """Take the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
+    """Grasp the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
     rotation = GRASP.rotation(target.yaw_rad)
     grasp_at = GRASP.base_position(target.position, rotation)
     before_advance = grasp_at - GRASP.advance_m * rotation[:, 0]
@@ -231,8 +231,8 @@ def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> b
 
 
 def rake(mover: Mover, target: Candidate, outward: Array) -> None:
-    """Draw the ball towards the middle of its box; `outward` is the unit vector (3,) away from there."""
-    # The ball lies in front of the hand: turn the hand so that it reaches outward.
+    """Pull the ball towards the middle of its box; `outward` is the unit vector (3,) away from there."""
+    # The ball is in front of the hand: turn the hand so that it reaches outward.
     yaw = max(YAWS_RAD, key=lambda yaw: float(GRASP.rotation(yaw) @ array(GRASP.ball_in_hand) @ outward))
     rotation = GRASP.rotation(yaw)
     behind = GRASP.base_position(target.position, rotation) - RAKE.inward_m * outward
@@ -256,13 +256,13 @@ def rake(mover: Mover, target: Candidate, outward: Array) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class BallsSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     balls_in_b: int
     picks: int
     """Attempts made"""
     raked: int
-    """... that drew a ball away from a wall"""
+    """Attempts that pulled a ball away from a wall"""
     caught: int
     """Attempts with a ball in the hand after the lift"""
 
@@ -274,7 +274,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> BallsS
     radius_m = largest_radius(client.scene)
     caught = raked = 0
     attempts: list[Attempt] = []
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         ready = array([*box_a.center[:2], SCRIPT.ready_height_m])
         mover.to(1.0, ready, quat_of(GRASP.rotation(0.0)))
         while len(attempts) < picks:

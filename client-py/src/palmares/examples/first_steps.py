@@ -1,6 +1,11 @@
-"""The shortest useful controller: close the hand in the air and read its tendon.
+"""Close the hand in the air and print the tension of its tendon: the shortest useful controller.
 
-Start a server with `cargo run --release -p palmares -- serve`, then run this file.
+    palmares serve                                                   # in another terminal
+    python -m palmares.examples.first_steps
+
+Without a server:
+
+    python -m palmares.examples.first_steps --url local
 """
 
 import argparse
@@ -9,14 +14,15 @@ import sys
 import palmares
 
 CLOSE_S = 1.0
+"""Time in which the hand closes"""
 
 
 def main() -> None:
-    """Connect, reset, close the hand in one second, print the tension, stop."""
+    """Connect, open a run, close the hand in `CLOSE_S`, print the tension, stop."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="address of the server, or local")
     parser.add_argument("--team", default="example", help="name on a practice server's leaderboard")
     args = parser.parse_args()
     with palmares.Client(args.url, team=args.team) as client:

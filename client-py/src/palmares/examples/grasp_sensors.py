@@ -1,11 +1,11 @@
 """Grasp one object with the SoftHand by its sensors alone, lift it, hold it through a shake.
 
-    python grasp_sensors.py --seed 1
+    python grasp_sensors.py --seed 1                    # needs `palmares serve`, or --url local
 
-Two depth cameras see the table. What stands above it is the object: the smallest upright box around its
-points tells where it is, how high and along which side it is longer. The hand comes down on it with its palm,
-fingers across the longer side, closes and lifts. If the wrist then does not carry the object's weight, it
-looks again and takes the other of its two grasps.
+Two depth cameras show the table. Points above it belong to the object: the smallest upright box around them
+is its position, its size and the direction of its longer side. The hand comes down on it with its palm,
+fingers across the longer side, closes and lifts. If the wrist then does not carry the object's weight, the
+controller takes new images and tries the other of its two grasps.
 """
 
 from __future__ import annotations
@@ -51,26 +51,26 @@ WIDE = TopGrasp(
     sink_m=0.12,
 )
 WIDE_M = 0.085
-"""From this width on an object is taken with the wide grasp first"""
+"""Wider objects are grasped with the wide grasp first"""
 LIFT_M = 0.16
-"""How far the object is lifted"""
+"""Height of the lift"""
 TRIES = 4
 """Attempts per run"""
 CAMERAS = ["table", "top"]
 FEEL_S = 0.2
-"""The wrist's noise is averaged for so long"""
+"""Duration of the mean over the wrist's noise"""
 IMAGES = 10
-"""Images of each camera whose mean is taken"""
+"""Images of each camera in the mean"""
 ASIDE_M = 0.45
-"""While the cameras look, the hand is this far from the middle, away from the camera beside the table"""
+"""Distance of the hand from the middle during the images, away from the camera at the table"""
 HALF_AREA_M = 0.3
-"""The object is looked for within this distance from the middle, along x and y"""
+"""Half the sides of the searched area, along x and y from the middle"""
 ABOVE_TABLE_M = 0.01
-"""What is higher than this is no noise of the table's depth"""
-LEAST_POINTS = 30
-"""Fewer points are no object"""
+"""Points above this height are no noise of the table"""
+MIN_POINTS = 30
+"""Fewest points of an object"""
 SQUARE = 1.15
-"""The sides of an object that differ by a smaller factor count as equal"""
+"""Sides of an object that differ by a smaller factor count as equal"""
 
 
 @dataclass(frozen=True)
@@ -78,16 +78,16 @@ class Seen:
     """The smallest upright box around the object."""
 
     bounds: ObjectBounds
-    """The box, turned until its longer side lies along x"""
+    """The box, turned until its longer side is along x"""
     yaw_rad: float
     """Direction of its longer side, from x"""
 
 
 def find_object(points: Array, table_m: float) -> Seen | None:
-    """Return the box around what `points` (n, 3) show above the table, or `None` if nothing is there; m."""
+    """Return the box around the `points` (n, 3), m, above the table; `None` if there are too few."""
     near = np.all(np.abs(points[:, :2]) < HALF_AREA_M, axis=1)
     cloud = points[near & (points[:, 2] > table_m + ABOVE_TABLE_M)]
-    if len(cloud) < LEAST_POINTS:
+    if len(cloud) < MIN_POINTS:
         return None
     best: tuple[float, float, Array, Array] | None = None
     for yaw_rad in np.arange(0.0, math.pi / 2, math.radians(3.0)):
@@ -100,23 +100,23 @@ def find_object(points: Array, table_m: float) -> Seen | None:
     _, yaw_rad, low, high = best
     middle = rot_z(yaw_rad)[:2, :2] @ (low + high) / 2
     long, wide = high - low
-    # Of equal sides, as of a round object, the one that turns the hand less counts as the longer.
+    # If the sides are equal, as of a round object, the one that turns the hand less counts as longer.
     equal = max(long, wide) < SQUARE * min(long, wide)
     if (equal and yaw_rad > math.pi / 4) or (not equal and wide > long):
         long, wide, yaw_rad = wide, long, yaw_rad + math.pi / 2
     top = float(np.percentile(cloud[:, 2], 98.0))
     half = array([long / 2, wide / 2, (top - table_m) / 2])
     centre = array([*middle, (top + table_m) / 2])
-    # The hand reaches as well from the other side: take the direction that turns it less.
+    # The grasp is possible from both sides: choose the one that turns the hand less.
     yaw_rad = (yaw_rad + math.pi / 2) % math.pi - math.pi / 2
     return Seen(ObjectBounds(0, "seen", centre - half, centre + half, centre), yaw_rad)
 
 
 class Senses(Mover):
-    """Moves the hand and looks."""
+    """Moves the hand and takes images."""
 
     def look(self) -> Array:
-        """Return the points (n, 3) that both cameras see, mean of several images, m."""
+        """Return the points (n, 3), m, of both cameras, each the mean of several images."""
         self.wait(0.15)  # An image may be 0.13 s old.
         images: dict[str, list[Array]] = {name: [] for name in CAMERAS}
         for _ in range(IMAGES):
@@ -148,7 +148,7 @@ def attempt(hand: Senses, seen: Seen, grasp: TopGrasp, weight_n: float) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class GraspSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     object: str
     kept: int
@@ -156,7 +156,7 @@ class GraspSummary(Summary):
     tries: int
     """Attempts made"""
     events: list[str]
-    """What the referee recorded, and when"""
+    """Events of the referee, with their times"""
 
 
 def run(client: palmares.Client, seed: int | None) -> GraspSummary:
@@ -180,7 +180,7 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
             tries += 1
             size_m = seen.bounds.high - seen.bounds.low
             wide = size_m[1] > WIDE_M
-            # After a failure the other grasp has its turn.
+            # After a failure try the other grasp.
             grasp = WIDE if wide == (tries % 2 == 1) else NARROW
             LOG.info(f"{grasp.name}: {np.round(size_m, 3)} m large at {np.round(seen.bounds.middle, 3)} m")
             if attempt(hand, seen, grasp, weight_n):

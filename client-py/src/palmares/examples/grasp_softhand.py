@@ -1,10 +1,10 @@
-"""Grasp one object with the SoftHand, lift it, hold it through a shake. The first thing to try.
+"""Grasp one object with the SoftHand, lift it, hold it through a shake: a good first example.
 
-    python grasp_softhand.py --seed 1
+    python grasp_softhand.py --seed 1                   # needs `palmares serve`, or --url local
 
 The hand comes down on the object with its palm, fingers across the longer side, closes, lifts and waits. The
-server then shakes it. If the object does not come along, or falls, the hand tries again with another grasp.
-How the score is made up is in `tasks/grasp/task.toml`. Change the numbers of a grasp and see what it does.
+server then shakes it. If the object stays on the table or falls, the hand tries another grasp.
+`tasks/grasp/task.toml` defines the score. Change the numbers of a grasp and see their effect.
 """
 
 from __future__ import annotations
@@ -40,52 +40,53 @@ TILTED = TopGrasp("tilted", 1.9271, -0.0653, 0.0071, 0.0167, 0.1946, 0.0432, 0.9
 ROLLED = TopGrasp("rolled", 1.8662, 0.7226, -0.0123, 0.031, 0.2102, 0.1107, 0.8157, 0.12)
 RIM = TopGrasp("rim", 1.3616, 0.0934, 0.004, -0.0925, 0.1349, 0.0464, 0.8276, 0.12)
 ACROSS, ALONG, OBLIQUE, BACK = 0.0, math.pi / 2, 1.195, -2.33
-"""Fingers across the object's longer side, along it, or in between from two sides"""
+"""Turns of the hand, rad: fingers across the object's longer side, along it, or in between from two sides"""
 COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (WIDE, ALONG)]
-"""Grasps of a compact object, the most promising first"""
+"""Grasps of a compact object, the best first, each with its turn"""
 LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG)]
-"""... of a long one"""
+"""Grasps of a long object"""
 THIN = [(FLAT, ACROSS), (LOW, BACK), (FLAT, ALONG), (LOW, ALONG), (STEEP, ALONG)]
-"""... of a thin one"""
+"""Grasps of a thin object"""
 THIN_AND_LONG = [(FLAT, ALONG), (LOW, ALONG), (WIDE, ACROSS), (LOW, BACK), (FLAT, ACROSS)]
-"""... of one that is thin and long"""
+"""Grasps of a thin and long object"""
 BROAD = [(WIDE, ACROSS), (HIGH, ACROSS), (LOOSE, ALONG), (WIDE, ALONG), (STEEP, ALONG)]
-"""... of one that is broad even across its shorter side"""
+"""Grasps of an object that is broad even across its shorter side"""
 TALL = [(WIDE, ACROSS), (HIGH, ACROSS), (STEEP, ALONG)]
-"""... of a tall one"""
+"""Grasps of a tall object"""
 TALL_AND_LONG = [(TILTED, OBLIQUE), (NARROW, ACROSS), (STEEP, ALONG), (WIDE, ACROSS)]
-"""... of one that is tall and long"""
+"""Grasps of a tall and long object"""
 HEAVY = [(FIRM, ACROSS), (STEEP, ALONG), (WIDE, ACROSS)]
-"""... of one that is tall and heavy"""
+"""Grasps of a tall and heavy object"""
 HEAVIER = [(DEEP, -0.143), (FIRM, ACROSS), (WIDE, ACROSS)]
-"""... of one that is tall and heavier still"""
+"""Grasps of a tall and very heavy object"""
 LARGE = [(ROLLED, ACROSS), (WIDE, ACROSS)]
-"""... of a large ball"""
+"""Grasps of a large ball"""
 DRILL = [(STEEP, ALONG), (WIDE, ACROSS)]
-"""... of one that is tall and very long"""
+"""Grasps of a tall and very long object"""
 PLATE = [(RIM, -ALONG), (LOOSE, ACROSS)]
-"""... of one that is taken by its rim"""
+"""Grasps of an object at its rim"""
 LONG_FROM, DRILL_FROM = 1.9, 3.5
-"""Longer side by shorter side"""
+"""Ratios of the longer to the shorter side from which an object is long or very long"""
 SLIM_M, BROAD_M, LARGE_M, PLATE_M = 0.06, 0.085, 0.12, 0.24
-"""Shorter side"""
+"""Lengths of the shorter side: above them a tall object is not compact, others are broad, large, a plate"""
 TALL_M, THIN_M = 0.16, 0.033
-"""Height"""
+"""Heights from which an object is tall, and below which it is thin"""
 TINY_M = 0.04
-"""Longer side"""
+"""Length of the longer side up to which an object is never thin"""
 HEAVY_KG, HEAVIER_KG = 1.0, 1.1
+"""Masses from which a tall object is heavy or very heavy"""
 LIFT_M = 0.18
-"""How far the object is lifted"""
+"""Height of the lift"""
 LIFTED_M = 0.08
-"""An object that rose by this much is in the hand"""
+"""An object that rose by more than this is in the hand"""
 PATIENCE_S = 8.0
-"""Holding and shaking take 5 s; an object that still slips after this long is put down"""
+"""Longest hold; holding and shaking take 5 s, unless the object slips"""
 TRIES = 8
 """Attempts per run"""
 
 
 def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
-    """Return grasps and how they are turned for an object of this size: longer side, shorter side, height."""
+    """Return grasps and their turns for an object: longer side, shorter side and height, m; mass, kg."""
     longer, shorter, height = size_m
     ratio = longer / shorter
     if height > TALL_M and mass_kg > HEAVY_KG:
@@ -102,7 +103,7 @@ def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
 
 
 def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp) -> None:
-    """Grasp, lift and hold the object; the run is over when it is held through the shake."""
+    """Grasp, lift and hold the object; the run is over after the shake."""
     rotation = grasp.rotation(yaw_rad)
     at = grasp.base_position(target, rotation)
     mover.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
@@ -117,22 +118,22 @@ def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp)
         mover.wait(0.1)
     mover.to(0.4, sigma=0.0)
     mover.to(0.6, mover.position + 0.1 * UP)
-    mover.wait(0.5)  # Until it lies still.
+    mover.wait(0.5)  # Until the object is at rest.
 
 
 @dataclass(frozen=True, kw_only=True)
 class GraspSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     object: str
     size_mm: list[int]
-    """Sides of the box around it at the start: longer side, shorter side, height"""
+    """Sides of the object's bounding box at the start: longer side, shorter side, height"""
     kept: int
     """1 if the object is still in the hand after the shake"""
     tries: int
     """Attempts made"""
     events: list[str]
-    """What the referee recorded, and when"""
+    """Events of the referee, with their times"""
 
 
 def run(
@@ -141,7 +142,7 @@ def run(
     task: str = "grasp",
     only: tuple[TopGrasp, float] | None = None,
 ) -> GraspSummary:
-    """Play one run; `task` may be another of this kind, `only` the one grasp that is tried, and its turn."""
+    """Play one run; `task` may be another with one object, `only` a single grasp to try, and its turn."""
     mover = Mover(client, client.reset(task, "softhand", sensing="truth", seed=seed))
     first, _ = upright_box(client.scene, mover.obs, 0)
     tries = 0

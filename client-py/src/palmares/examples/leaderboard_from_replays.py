@@ -1,12 +1,11 @@
-"""Compute the leaderboard from a folder of replays alone, to check that of the server.
+"""Compute the leaderboard from a folder of replays alone, to check the server's leaderboard.
 
     pip install mcap
     python leaderboard_from_replays.py replays/ --key 3b6a27bc...  [--practice] [--void run_1 run_2 ...]
 
-Uses nothing of Palmares: the files are read with the package `mcap`, signatures are checked with the few
-lines of Ed25519 below (RFC 8032). The scores are those in the files; `palmares verify` simulates the runs
-again. Runs that do not count (voided, rejected, cut off by a crash) have to be named with --void, because
-nothing in their files says so.
+It does not use Palmares: it reads the files with the package `mcap` and checks signatures with the lines of
+Ed25519 below (RFC 8032). The scores are those in the files; `palmares verify` simulates the runs again. Name
+runs that do not count (voided, rejected, aborted by a crash) with --void, because their files do not show it.
 """
 
 from __future__ import annotations
@@ -65,7 +64,7 @@ def signed(key: bytes, message: bytes, signature: bytes) -> bool:
 
 
 def read(path: Path, key: str | None) -> tuple[dict[str, str], dict[str, str]]:
-    """Return a replay's metadata on run and result; `ValueError` when the signature is not that of `key`."""
+    """Return a replay's metadata of run and result; `ValueError` if `key` has not signed it."""
     data = path.read_bytes()
     from mcap.reader import make_reader
 
@@ -74,7 +73,7 @@ def read(path: Path, key: str | None) -> tuple[dict[str, str], dict[str, str]]:
     proof = records["palmares.signature"]
     digits = proof["signature"].encode()
     if data.count(digits) != 1:
-        raise ValueError("the signature is not found exactly once")
+        raise ValueError("the signature is not in the file exactly once")
     digest = hashlib.sha256(data.replace(digits, b"0" * len(digits))).digest()
     if key is not None and proof["public_key"] != key:
         raise ValueError(f"signed by {proof['public_key']}")
@@ -91,7 +90,7 @@ class Team:
     sensors_only: bool = True
     runs: int = 0
     best: dict[str, tuple[float, int, str]] = field(default_factory=dict)
-    """By task: score, end in ms since 1970, run."""
+    """For each task: score, end in ms since 1970, run"""
 
     @property
     def total(self) -> float:
@@ -100,14 +99,14 @@ class Team:
 
     @property
     def reached_unix_ms(self) -> int:
-        """When the total was reached."""
+        """Time of the last best score, ms since 1970."""
         return max(end for _, end, _ in self.best.values())
 
 
 def main() -> int:
     """Print the leaderboard as JSON."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folder", type=Path, help="where the files *.mcap are")
+    parser.add_argument("folder", type=Path, help="folder of the files *.mcap")
     parser.add_argument("--key", help="public key of the server: replay_key in GET /v1/competition")
     parser.add_argument("--practice", action="store_true", help="practice runs instead of official ones")
     parser.add_argument("--void", nargs="*", default=[], metavar="RUN", help="runs that do not count")

@@ -1,9 +1,9 @@
 """Lift the lid off the pan with the SoftHand, put it aside, lift the pan by its handle.
 
-    python pan_softhand.py --seed 1
+    python pan_softhand.py --seed 1                     # needs `palmares serve`, or --url local
 
 The hand comes down on the lid's knob with its palm, closes, lifts, carries the lid to the region `aside` and
-lets it go. Then it takes the handle across its palm and lifts the pan. It sees the true poses (sensing
+lets it go. Then it grasps the handle across its palm and lifts the pan. It uses the true poses (sensing
 "truth").
 """
 
@@ -24,7 +24,7 @@ from palmares.skills.objects import ObjectBounds, truth_of
 from palmares.skills.runs import Summary, play
 
 # --------------------------------------------------------------------------------------------------------
-# What to tune
+# Constants to tune
 
 KNOB_M = array([0.0, 0.0, 0.052])
 """The knob's centre in the lid's frame"""
@@ -42,22 +42,22 @@ KNOB = TopGrasp(
 )
 LID_LIFT_M = 0.10
 PUT_AT = array([-0.05, -0.36, 0.010])
-"""Where the lid's frame is let go, m"""
+"""Position of the lid's frame when the hand opens, m"""
 
 HANDLE_M = array([0.200, 0.0, 0.0545])
-"""Where the handle is taken, in the pan's frame"""
+"""Point of the grasp on the handle, in the pan's frame"""
 HANDLE_SLOPE_RAD = math.atan2(0.030, 0.190)
 IN_PALM_M = array([0.032, -0.007, 0.182])
 """The handle's axis in the hand frame when the fingers close"""
 HANDLE_SIGMA = (0.05, 0.87)
-"""Motor command on the way to the handle, and when it is held"""
+"""Motor commands on the way to the handle and in the grasp"""
 PAN_LIFT_M = 0.16
 
 # --------------------------------------------------------------------------------------------------------
 
 
 def put_lid_aside(mover: Mover) -> None:
-    """Take the lid by its knob and let it go in the region `aside`."""
+    """Grasp the lid by its knob and let it go in the region `aside`."""
     lid = truth_of(mover.obs).object("lid")
     knob = lid.xyz + lid.rotation @ KNOB_M
     ball = ObjectBounds(lid.id, "knob", knob - KNOB_RADIUS_M, knob + KNOB_RADIUS_M, knob)
@@ -71,7 +71,7 @@ def put_lid_aside(mover: Mover) -> None:
     mover.wait(0.2)
     target = mover.position + PUT_AT - truth_of(mover.obs).object("lid").xyz
     mover.to(1.5, array([target[0], target[1], mover.position[2]]))
-    # As low as the lid's lowest point allows: it may hang askew.
+    # As low as the lid's lowest point allows; the lid may be tilted.
     held = truth_of(mover.obs).object("lid")
     tilt_rad = math.acos(min(1.0, abs(float(held.rotation[2, 2]))))
     down = PUT_AT[2] + 0.134 * math.sin(tilt_rad) - held.xyz[2]
@@ -82,7 +82,7 @@ def put_lid_aside(mover: Mover) -> None:
 
 
 def lift_pan(mover: Mover) -> None:
-    """Take the pan by its handle, across the palm, and lift it."""
+    """Grasp the pan by its handle, across the palm, and lift it."""
     pan = truth_of(mover.obs).object("pan")
     along = pan.rotation @ array([math.cos(HANDLE_SLOPE_RAD), 0.0, math.sin(HANDLE_SLOPE_RAD)])
     fingers = array(np.cross(along, UP))
@@ -100,16 +100,16 @@ def lift_pan(mover: Mover) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class PanSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     goals: list[str]
-    """What was reached, and when"""
+    """Reached goals, with their times"""
 
 
 def run(client: palmares.Client, seed: int | None) -> PanSummary:
     """Play one run."""
     mover = Mover(client, client.reset("pan", "softhand", sensing="truth", seed=seed))
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         put_lid_aside(mover)
         lift_pan(mover)
     result, summary = mover.stop()

@@ -1,11 +1,11 @@
 """Put the peg into the hole of the block with the SoftHand, and let go of it.
 
-    python peg_softhand.py --seed 1
+    python peg_softhand.py --seed 1                     # needs `palmares serve`, or --url local
 
-The hand takes the standing peg from the side, fingers level and thumb up, lifts it, stands it upright and
-lowers it where it believes the hole to be. It sees the true poses (sensing "truth"), but its belief of the
-hole is off by up to `EYE_M`, as what a camera tells would be. That is more than the hole's play: the hole's
-mouth leads the tip in, and the fingers must give way, for the base does not.
+The hand grasps the upright peg from the side, fingers horizontal and thumb up, lifts it, aligns it and lowers
+it at its estimate of the hole. It uses the true poses (sensing "truth"), but the estimate has an error of up
+to `EYE_M`, as that of a camera would. This is more than the clearance of the hole: the hole's mouth leads the
+tip in, and the compliant fingers give way, because the base does not.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from palmares.skills.objects import truth_of
 from palmares.skills.runs import Summary, play
 
 # --------------------------------------------------------------------------------------------------------
-# What to tune
+# Constants to tune
 
 HAND = array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """World from hand, (3, 3): palm towards +x, thumb up, fingers towards -y"""
@@ -33,28 +33,29 @@ IN_HAND_M = array([0.035, -0.020, 0.172])
 GRIP_M = 0.055
 """Height of the hand over the peg's middle"""
 ASIDE_M = 0.12
-"""The hand comes from so far before the peg"""
+"""Distance from the peg at the begin of the approach"""
 SIGMA = (0.18, 0.88)
-"""Motor command on the way to the peg, and when it is held"""
+"""Motor commands on the way to the peg and in the grasp"""
 EYE_M = 0.003
-"""How far off the hand's belief of the hole may be, to any side"""
+"""Largest error of the estimate of the hole, in any horizontal direction"""
 TIP_M = array([0.0, 0.0, -0.1])
-"""In the peg's frame"""
+"""The peg's tip, in the peg's frame"""
 MOUTH_M = array([0.0, 0.0, 0.082])
 """Just over the hole, in the block's frame"""
 SEAT_M = array([0.0, 0.0, 0.020])
-"""Where the tip ends, in the block's frame"""
+"""Final position of the tip, in the block's frame"""
 STEP_S = 0.1
+"""Duration of a correction"""
 SINK_M_S = 0.03
-"""How fast the peg is lowered"""
-FURTHEST_TURN_RAD = 0.03
-"""How far the hand turns in each step"""
+"""Speed at which the peg sinks"""
+MAX_TURN_RAD = 0.03
+"""Largest turn of the hand in a correction"""
 
 # --------------------------------------------------------------------------------------------------------
 
 
 def turn_to(axis: Array, wanted: Array, most_rad: float) -> Array:
-    """Return the rotation (3, 3) that takes a unit vector towards another by at most `most_rad`."""
+    """Return the rotation (3, 3) that turns a unit vector towards another by at most `most_rad`."""
     normal = array(np.cross(axis, wanted))
     sine = float(np.linalg.norm(normal))
     if sine < 1e-6:
@@ -66,7 +67,7 @@ def turn_to(axis: Array, wanted: Array, most_rad: float) -> Array:
 
 
 def grasp(mover: Mover) -> None:
-    """Take the peg where it stands and lift it."""
+    """Grasp the peg and lift it."""
     peg = truth_of(mover.obs).object("peg")
     at = peg.xyz + GRIP_M * UP - HAND @ IN_HAND_M
     before = at - ASIDE_M * HAND[:, 0]
@@ -80,23 +81,23 @@ def grasp(mover: Mover) -> None:
 
 
 def correct(mover: Mover, tip_at: Array, seconds: float) -> None:
-    """Bring the peg's tip towards a point (3,), m, and the peg upright, by what is seen of it now."""
+    """Move the peg's tip towards a point (3,), m, and turn the peg upright, from its present pose."""
     peg = truth_of(mover.obs).object("peg")
-    turn = turn_to(peg.rotation[:, 2], UP, FURTHEST_TURN_RAD)
+    turn = turn_to(peg.rotation[:, 2], UP, MAX_TURN_RAD)
     tip = peg.xyz + peg.rotation @ TIP_M
-    # The base turns about the tip and moves by what the tip is off.
+    # The base turns about the tip and moves by the tip's error.
     position = tip_at + turn @ (mover.position - tip)
     mover.to(seconds, position, quat_of(turn @ matrix_of(mover.quat_xyzw)))
 
 
 def insert(mover: Mover, off: Array) -> None:
-    """Stand the peg over where the hole is believed to be, `off` (3,), m, beside it; lower it, let go."""
+    """Align the peg over the estimate of the hole, lower it, let go; `off` (3,), m, is the error."""
     block = truth_of(mover.obs).object("block")
     mouth, seat = block.xyz + block.rotation @ MOUTH_M + off, block.xyz + block.rotation @ SEAT_M
     correct(mover, mouth + 0.05 * UP, 1.2)
     for _ in range(10):
         correct(mover, mouth + 0.01 * UP, STEP_S)
-    # A little farther than the peg can go.
+    # 8 mm farther than the peg can go.
     depth_m = 0.01 + float(mouth[2] - seat[2]) + 0.008
     mover.to(depth_m / SINK_M_S, mover.position - depth_m * UP)
     mover.wait(0.3)
@@ -107,12 +108,12 @@ def insert(mover: Mover, off: Array) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class PegSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     goals: list[str]
-    """What was reached, and when"""
+    """Reached goals, with their times"""
     off_mm: float
-    """How far off the hand's belief of the hole was"""
+    """Error of the estimate of the hole"""
 
 
 def run(client: palmares.Client, seed: int | None) -> PegSummary:
@@ -121,7 +122,7 @@ def run(client: palmares.Client, seed: int | None) -> PegSummary:
     rng = np.random.default_rng(client.run.seed)
     off_m, side_rad = EYE_M * math.sqrt(rng.uniform()), rng.uniform(0.0, 2.0 * math.pi)
     off = array([off_m * math.cos(side_rad), off_m * math.sin(side_rad), 0.0])
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         grasp(mover)
         insert(mover, off)
     result, summary = mover.stop()

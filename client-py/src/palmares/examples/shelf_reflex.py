@@ -1,17 +1,16 @@
-"""Rake objects out of the shelf with the ReFlex, into the box before it.
+"""Rake objects out of the shelf with the ReFlex, into the box in front of it.
 
-Nothing is ever held. The hand goes in over the objects, palm down, hooks two fingers behind one of them and
-pulls it out, with all that stands before it, fast enough to fly over the gap between shelf and box:
+    python shelf_reflex.py --seed 7 --runs 3            # needs `palmares serve`, or --url local
+
+The hand does not hold the objects. It goes in over them, palm down, hooks two fingers behind one of them and
+pulls it out, with all objects in front of it, fast enough to fly over the gap between shelf and box:
 
     in front of the shelf -> in at the top -> hook the fingers -> down behind the object -> pull
 
-An object behind which there is no room is pressed down and drawn forward a little first. Where things are is
-known from the true poses (sensing "truth"); `skills.raking` finds the place for the fingers. It can do
-nothing about objects over which the hand does not fit: grasping those from the front is left to you. Over the
-seeds 5051 to 5100 the score was 37.0 of 50 on average; of the ten objects 1.2 fell beside the box and 1.4
-stayed in the shelf.
-
-    python shelf_reflex.py --seed 7 --runs 3
+If the fingers do not fit behind an object, they press it down and pull it forward first. The controller uses
+the true poses (sensing "truth"); `palmares.skills.raking` finds the place for the fingers. It leaves objects
+that are too tall for the hand above them; a grasp from the front would be needed. With the seeds 5051 to 5100
+the mean score was 37.0 of 50; of the ten objects 1.2 fell next to the box and 1.4 stayed in the shelf.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from palmares.skills.runs import Summary, play
 LOG = logging.getLogger(__name__)
 
 # --------------------------------------------------------------------------------------------------------
-# What to tune
+# Constants to tune
 
 RAKE = raking.RakeShape(
     rotation=array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
@@ -59,28 +58,29 @@ RAKES = (
     ),
     replace(RAKE, yaws_rad=(0.0, 0.3, -0.3, 0.7, -0.7), behind_m=0.0, above_m=-0.01, bite_m=0.03),
 )
-"""First with care; what is left then in other ways, the last of which bumps into things"""
+"""Ways to rake, the most careful first; the last one may touch other objects"""
 TRIES = 5
-"""Attempts at an object where it stands, with each of these"""
+"""Attempts on an object at one position, for each of these ways"""
 SIGMA_HOOKED = 0.55
+"""Motor command of the hooked fingers"""
 HOOK_S = 0.8
-"""How long hooking the fingers takes"""
+"""Duration of hooking the fingers"""
 TOP_M = 0.992
 """Height of the base on its way in, close under the shelf's top"""
 OUTSIDE_Y_M = 0.0
-"""Where the base is before it goes in"""
+"""y of the base before it goes in"""
 FLAT_Y_M = 0.61
-"""Farther in, straight fingers would touch the rear wall"""
+"""Largest y of the base with straight fingers; beyond, they touch the rear wall"""
 END_Y_M = -0.05
-"""Where the base comes to rest after a pull"""
+"""y of the base at the end of a pull"""
 PRESS_N = 25.0
-"""How hard an object is pressed down that is drawn forward"""
+"""Force on an object that is pulled forward"""
 PICKS = 100
 """Attempts per run"""
 
 
 class Reflex(Mover):
-    """Fingers 1 and 2 obey σ; finger 3 stays open, out of the way."""
+    """σ moves fingers 1 and 2; finger 3 stays open, out of the way."""
 
     def command(self) -> list[float]:
         """Return σ of the four motors."""
@@ -89,15 +89,15 @@ class Reflex(Mover):
 
 @dataclass(frozen=True, kw_only=True)
 class ShelfSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     in_box: int
     outside: int
-    """Objects that ended neither in the shelf nor in the box"""
+    """Objects that are neither in the shelf nor in the box at the end"""
     picks: int
     """Attempts made"""
     left: list[str]
-    """Objects that are still in the shelf"""
+    """Objects left in the shelf"""
 
 
 def choose(
@@ -106,7 +106,7 @@ def choose(
     attempts: Sequence[Attempt],
     rolls: Rolling,
 ) -> raking.RakePlan | None:
-    """Return what to do next, as carefully as possible; `None` if nothing is worth a try."""
+    """Return the next plan, by the most careful possible way; `None` if no object is left to try."""
     for rank, shape in enumerate(RAKES, start=1):
         plan = raking.choose(objects, shelf, shape, attempts, rolls=rolls, tries=rank * TRIES)
         if plan is not None:
@@ -115,7 +115,7 @@ def choose(
 
 
 def do(mover: Reflex, plan: raking.RakePlan) -> None:
-    """Carry a plan out."""
+    """Carry out a plan."""
     raking.put_down(
         mover,
         plan,
@@ -142,7 +142,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
     def inside(region: palmares.Region) -> list[str]:
         return [found.name for found in object_bounds(scene, mover.obs) if region.contains(found.com)]
 
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         while len(attempts) < picks:
             plan = choose(object_bounds(scene, mover.obs), shelf, attempts, rolls)
             if plan is None:

@@ -1,15 +1,15 @@
-"""Take objects out of the shelf with the SoftHand by its sensors: a depth camera before the shelf.
+"""Move objects out of the shelf with the SoftHand by its sensors: a depth camera in front of the shelf.
 
-What is done with the objects, and in which order, is that of `shelf_softhand.py`, which is told where they
-are. This controller looks before every attempt:
+    python shelf_sensors.py --seed 7 --runs 3           # needs `palmares serve`, or --url local
 
-    hand up, out of the picture -> depth and colours -> bounding boxes of what is seen -> `skills.clearing`
+The motions and their order are those of `shelf_softhand.py`, which uses the true positions. This controller
+takes an image before every attempt:
 
-The scene tells which ten objects there are, with sizes and colours. So a pixel is of the object whose colour
-is nearest, and how deep an object is follows from its front. What hides behind others is found once those are
-gone. How good it is beside `shelf_softhand.py` is in docs/controllers.md.
+    hand up, out of the image -> depth and colours -> bounding boxes -> `palmares.skills.clearing`
 
-    python shelf_sensors.py --seed 7 --runs 3
+The scene lists the ten objects with sizes and colours. So a pixel belongs to the object with the nearest
+colour, and the front of an object determines its depth. Hidden objects are found after those in front of them
+are gone. docs/controllers.md compares the scores with those of `shelf_softhand.py`.
 """
 
 from __future__ import annotations
@@ -37,35 +37,36 @@ LOG = logging.getLogger(__name__)
 PICKS = 100
 """Attempts per run"""
 LOOKS = 3
-"""Nothing is left to try once so many pictures in a row show nothing to do: they differ by their noise"""
+"""Images in a row without a possible attempt that end the run; they differ by their noise"""
 ASIDE = array([0.0, -0.05, 1.25])
-"""Where the hand's base does not hide the shelf from the camera, m"""
+"""Position of the base where the hand does not hide the shelf from the camera, m"""
 SETTLE_S = 0.25
-"""An image may be 0.13 s old, and what rolls should lie still"""
+"""Wait before an image, which may be 0.13 s old; rolling objects should stop"""
 
-# --- what is seen; the error of depth is 1 to 2 mm ---
+# --- the depth image; its error is 1 to 2 mm ---
 WALL_M = 0.006
-"""Points this near to floor or walls may be their own"""
+"""Points this near to floor or walls may belong to them"""
 DARK = 30.0
-"""Pixels of less brightness have no clear colour, of 255 in each channel"""
+"""Smallest brightness of a pixel with a clear colour, of 255 in each channel"""
 LIKE = 0.1
-"""Colours without their brightness that differ by more are not the same"""
+"""Largest difference of equal colours, without their brightness"""
 ALIKE = 0.02
-"""Objects whose colours differ by less are told apart by their sizes"""
+"""Objects whose colours differ by less are distinguished by their sizes"""
 NEAR_M = 0.03
-"""Pixels side by side that are farther apart belong to two objects"""
-LEAST_PIXELS = 20
+"""Adjacent pixels at a larger distance belong to two objects"""
+MIN_PIXELS = 20
+"""Fewest pixels of an object"""
 LOW_M = 0.1
-"""The camera sees the top of an object that is less high, and so how deep it is"""
+"""The image shows the top of objects below this height, and so their depth"""
 
 
 def hues(colours: Array) -> Array:
-    """Return colours (..., 3) without their brightness, which depends on how the light falls."""
+    """Return colours (..., 3) without their brightness, which depends on the light."""
     return array(colours / np.maximum(np.linalg.norm(colours, axis=-1, keepdims=True), 1e-9))
 
 
 def connected(points: Array, mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return a label for every pixel of `mask` (h, w), 0 for others; those side by side and near share it."""
+    """Return a label for every pixel of `mask` (h, w), 0 for others; near adjacent pixels share a label."""
     labels = np.where(mask, np.arange(1, mask.size + 1).reshape(mask.shape), 0)
     sides = []
     for first, second in (
@@ -85,7 +86,7 @@ def connected(points: Array, mask: NDArray[np.bool_]) -> NDArray[np.int64]:
 def pieces(
     image: CameraImage, bodies: Sequence[palmares.SceneBody], shelf: palmares.Region
 ) -> list[ObjectBounds]:
-    """Return the bounding boxes of what is seen of each object in the shelf, largest pieces first."""
+    """Return the bounding boxes of the visible pieces of objects in the shelf, largest first."""
     points, colours = image.points(), image.rgb.astype(float)
     inside = np.all((points > array(shelf.min) + WALL_M) & (points < array(shelf.max) - WALL_M), axis=2)
     rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
@@ -94,17 +95,17 @@ def pieces(
     window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     points, colours, inside = points[window], colours[window], inside[window]
     known = hues(array([body.color for body in bodies]))
-    apart = np.linalg.norm(hues(colours)[:, :, None] - known, axis=3)
-    seen = inside & (np.linalg.norm(colours, axis=2) > DARK) & (apart.min(axis=2) < LIKE)
-    # Objects of the same colour go by the first of them.
+    difference = np.linalg.norm(hues(colours)[:, :, None] - known, axis=3)
+    clear = inside & (np.linalg.norm(colours, axis=2) > DARK) & (difference.min(axis=2) < LIKE)
+    # The first object of a colour represents all of them.
     first = np.argmax(np.linalg.norm(known[:, None] - known, axis=2) < ALIKE, axis=1)
-    nearest = first[np.argmin(apart, axis=2)]
+    nearest = first[np.argmin(difference, axis=2)]
     found: list[tuple[int, ObjectBounds]] = []
     for k in set(first.tolist()):
         same = [row for row in range(len(bodies)) if first[row] == k]
-        labels = connected(points, seen & (nearest == k))
+        labels = connected(points, clear & (nearest == k))
         for label, count in zip(*np.unique(labels[labels > 0], return_counts=True), strict=True):
-            if count >= LEAST_PIXELS:
+            if count >= MIN_PIXELS:
                 # Some points at the edges are wrong: leave out one in a hundred on each side.
                 low, high = np.percentile(points[labels == label], [1.0, 99.0], axis=0)
                 height = high[2] - shelf.min[2]
@@ -115,30 +116,30 @@ def pieces(
 
 
 def depth_m(box: ObjectBounds, body: palmares.SceneBody, floor_m: float) -> float:
-    """Return how deep an object is of which the front is seen: along y, m."""
+    """Return the depth of an object along y, m, from its visible front."""
     size = 2.0 * body.half_extents
-    # It may have fallen over: the side that is nearest to its height is upright.
+    # The object may have fallen over: the side nearest to its height is upright.
     a, b = np.delete(size, np.argmin(np.abs(size - (box.high[2] - floor_m))))
     wide, deep = box.size[:2]
     if all(part.shape.type != "box" for part in body.parts):
         return max(float(deep), float(min(a, b)))
-    # The turn of a box with sides a and b that fits best to what is seen.
+    # The turn of a box with sides a and b that fits the visible piece best.
     turn = np.linspace(0.0, math.pi / 2, 31)
     sides = np.stack([a * np.sin(turn), b * np.cos(turn)])
-    seen = sides.sum(axis=0) if box.high[2] - floor_m < LOW_M else sides.max(axis=0)
-    best = np.argmin(np.abs(a * np.cos(turn) + b * np.sin(turn) - wide) + np.abs(seen - deep))
+    visible = sides.sum(axis=0) if box.high[2] - floor_m < LOW_M else sides.max(axis=0)
+    best = np.argmin(np.abs(a * np.cos(turn) + b * np.sin(turn) - wide) + np.abs(visible - deep))
     return max(float(deep), float(sides[:, best].sum()))
 
 
 def find_objects(
     image: CameraImage, bodies: Sequence[palmares.SceneBody], shelf: palmares.Region
 ) -> list[ObjectBounds]:
-    """Return where the objects are that an image shows in the shelf; `index` is the row in `bodies`."""
+    """Return the bounding boxes of the visible objects in the shelf; `index` is the row in `bodies`."""
     found: dict[int, ObjectBounds] = {}
     for piece in pieces(image, bodies, shelf):
         k, low, high = piece.index, piece.low, piece.high
         if k in found:
-            # Something before it divides it, unless the whole would be too large.
+            # Another object in front divides it, unless the whole would be too large.
             low, high = np.minimum(low, found[k].low), np.maximum(high, found[k].high)
             if np.linalg.norm(high - low) > 2.0 * np.linalg.norm(bodies[k].half_extents):
                 continue
@@ -152,10 +153,10 @@ def find_objects(
 
 
 class Senses(Mover):
-    """Moves the hand and looks."""
+    """Moves the hand and takes images."""
 
     def look(self) -> CameraImage:
-        """Move the hand out of the way; return what the camera before the shelf sees."""
+        """Move the hand out of the way; return the image of the camera in front of the shelf."""
         self.to(0.4, array([self.position[0], min(self.position[1], ASIDE[1]), self.position[2]]))
         self.to(0.5, ASIDE)
         self.wait(SETTLE_S)
@@ -167,11 +168,11 @@ class Senses(Mover):
 
 @dataclass(frozen=True, kw_only=True)
 class ShelfSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     in_box: int
     outside: int
-    """Objects that ended neither in the shelf nor in the box"""
+    """Objects that are neither in the shelf nor in the box at the end"""
     picks: int
     """Attempts made"""
 
@@ -184,7 +185,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
     rolls = rolling(scene.free)
     attempts: list[Attempt] = []
     idle = 0
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         while len(attempts) < picks and idle < LOOKS:
             objects = find_objects(hand.look(), scene.free, shelf)
             tried = clearing.attempt(hand, objects, (shelf, box), rolls, attempts)

@@ -1,11 +1,11 @@
-"""Take objects out of the shelf with the SoftHand and into the box: rake what can be raked, grasp the rest.
+"""Move objects out of the shelf and into the box with the SoftHand: rake them if possible, else grasp them.
 
-Where things are is known from the true poses (sensing "truth"). What to do with them, and how, is in
-`skills.clearing`, with what to tune: nothing is carried, objects are pulled out so fast that they fly over
-the gap between shelf and box. What failed is tried again in another way. Most of what is lost falls beside
-the box; how much that is over a hundred scenes is in docs/controllers.md.
+    python shelf_softhand.py --seed 7 --runs 3          # needs `palmares serve`, or --url local
 
-    python shelf_softhand.py --seed 7 --runs 3
+The controller uses the true poses (sensing "truth"). The motions are in `palmares.skills.clearing`, with
+constants to tune: the hand pulls objects out so fast that they fly over the gap between shelf and box. After
+a failure it tries another way. Most lost objects fall next to the box; docs/controllers.md has the scores
+over a hundred scenes.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ LOG = logging.getLogger(__name__)
 PICKS = 100
 """Attempts per run"""
 STILL_M_S, LOOK_S, REST_S = 0.02, 0.1, 2.0
-"""What is slower lies still; how often that is looked at, and for how long at most"""
+"""Speed below which an object is at rest; period of the check, and longest wait"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShelfSummary(Summary):
-    """The outcome of a run."""
+    """Outcome of a run."""
 
     in_box: int
     outside: int
-    """Objects that ended neither in the shelf nor in the box"""
+    """Objects that are neither in the shelf nor in the box at the end"""
     picks: int
     """Attempts made"""
     caught: int
-    """... after which there was more in the box"""
+    """Attempts after which the box had more objects"""
     left: list[str]
-    """Objects that are still in the shelf"""
+    """Objects left in the shelf"""
 
 
 def rest(mover: Mover, shelf: palmares.Region) -> None:
-    """Wait until nothing rolls in the shelf any more, but not for ever."""
+    """Wait until all objects in the shelf are at rest, at most `REST_S`."""
     for _ in range(round(REST_S / LOOK_S)):
         truth = truth_of(mover.obs)
         inside = [shelf.contains(position) for position in truth.positions]
@@ -68,7 +68,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
     def inside(region: palmares.Region) -> list[str]:
         return [found.name for found in object_bounds(scene, mover.obs) if region.contains(found.com)]
 
-    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         while len(attempts) < picks:
             before = len(inside(box))
             rest(mover, shelf)

@@ -1,12 +1,12 @@
-"""Learn by the cross-entropy method how to grasp, and test it on objects that were not learned with.
+"""Learn a grasp by the cross-entropy method, and test it on other objects.
 
     python train_grasp_cem.py --seed 1 --curve curve.json --policy grasp.json
 
-A grasp has eight numbers: how the hand is turned, where it is put relative to the object, how far the
-fingers are open on the way and closed in the grasp. One grasp is sought for all objects. The cross-entropy
-method (Rubinstein 1999) draws grasps from a normal distribution, plays them all in the same few scenes, and
-moves the distribution to those that scored best. Where the object is, and how large, is the simulator's
-truth. Needs numpy alone, and no server.
+A grasp has eight numbers: orientation of the hand, its position relative to the object, opening of the
+fingers on the way and in the grasp. The search finds one grasp for all objects. The cross-entropy method
+(Rubinstein 1999) draws grasps from a normal distribution, plays all of them in the same few scenes, and moves
+the distribution to those with the best scores. Position and size of the object are the simulator's truth. It
+needs only NumPy, and no server.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, Tell, learn, main
+from palmares.examples._training import Learned, OnPoint, learn, main
 from palmares.sim import Batch
 from palmares.skills.motion import UP
 
 NAMES = ("pitch", "roll", "above", "aside", "along", "yaw", "open", "closed")
-"""The numbers of a grasp, rad, m and σ: as in `TopGrasp`, and a turn from the object's"""
+"""Numbers of a grasp, rad, m and σ, as in `TopGrasp`; `yaw` is relative to the object"""
 START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.0, 0.05, 0.75])
-"""What the search begins with, a guess: the palm 2 cm over the object, level, three quarters closed"""
+"""First mean of the search, a guess: the palm 2 cm over the object, horizontal, three quarters closed"""
 SPREAD = array([0.15, 0.15, 0.01, 0.01, 0.02, 0.15, 0.05, 0.15])
-"""Standard deviations with which it begins"""
+"""First standard deviations of the search"""
 SINK_M, LIFT_M = 0.10, 0.16
-"""How far above the grasp the hand halts, and how far it lifts"""
+"""Height above the grasp at which the hand stops, and height of the lift"""
 ELITE, RATE = 0.25, 0.9
-"""Share of a generation to which the distribution moves, and how far it moves there"""
+"""Share of the drawn grasps to which the distribution moves, and step of this motion from 0 to 1"""
 
 
 def play(batch: Batch, seeds: Sequence[int], grasps: Array) -> Array:
@@ -63,7 +63,7 @@ def play(batch: Batch, seeds: Sequence[int], grasps: Array) -> Array:
     hands.to(0.6, sigma=np.clip(sigma_closed, 0.0, 1.0))
     hands.wait(0.2)
     lifted = hands.to(0.6, at + LIFT_M * UP)
-    # What stays on the table gets no points any more.
+    # An object that stays on the table gets no further points.
     hands.active &= lifted["objects"][:, 0, 2] - middle[:, 2] > 0.5 * LIFT_M
     for _ in range(12):
         hands.wait(0.5)
@@ -78,19 +78,19 @@ def train(
     tests: int = 100,
     test_every: int = 3,
     threads: int | None = None,
-    tell: Tell = lambda _: None,
+    on_point: OnPoint = lambda _: None,
     policy: Path | None = None,
 ) -> Learned:
     """Search. The same arguments give the same curve, for any number of threads.
 
     Args:
-        seed: Of what is drawn: grasps and scenes.
-        updates: How often the distribution is moved.
-        population: Grasps drawn for an update; each is played with every object once.
+        seed: Seed of the drawn grasps and scenes.
+        updates: Number of moves of the distribution.
+        population: Grasps of an update; each is played with every object once.
         tests: Test scenes, in which the distribution's mean is played after every `test_every` updates.
         test_every: See `tests`.
         threads: As for `palmares.sim.Batch`.
-        tell: Called with every point of the curve.
+        on_point: Called with every point of the curve.
         policy: File for the distribution's mean, JSON.
 
     """
@@ -114,7 +114,9 @@ def train(
     def test() -> float:
         return float(play(test_batch, tested, np.tile(mean, (tests, 1))).mean())
 
-    curve = learn(improve, test, updates=updates, episodes=batch.count, test_every=test_every, tell=tell)
+    curve = learn(
+        improve, test, updates=updates, episodes=batch.count, test_every=test_every, on_point=on_point
+    )
     if policy:
         policy.write_text(json.dumps(dict(zip(NAMES, mean.tolist(), strict=True)), indent=1) + "\n")
     return Learned(seed, curve, test_batch.scores.tolist())

@@ -1,11 +1,11 @@
-"""Let Ray Tune search the numbers of the SoftHand's grasp, here or on all machines of a Ray cluster.
+"""Search the numbers of the SoftHand's grasp with Ray Tune, on this machine or on a Ray cluster.
 
     pip install 'ray[tune]'
     python train_grasp_tune.py --samples 40 --scenes 12
 
-Each trial plays `grasp_softhand.py` with one grasp of other numbers, scene after scene, and is given up when
-it is among the worse half of those that came as far. What is found is then played in scenes that the search
-has not seen, beside the grasp that `grasp_softhand.py` tries first.
+Each trial plays `grasp_softhand.py` with one grasp of its own numbers, scene after scene, and stops when it
+is in the worse half of the trials with the same number of scenes. The best grasp is then compared with the
+first one of `grasp_softhand.py` in other scenes.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ RANGES = {
     "along_m": (0.14, 0.21),
     "sigma_closed": (0.5, 1.0),
 }
-"""Where to search, for fields of `TopGrasp`"""
+"""Ranges of the search, for fields of `TopGrasp`"""
 UNSEEN = 1000
-"""Seeds from here on are not searched with"""
+"""First seed of the final comparison; the search uses smaller seeds"""
 
 
 def scores(grasp: TopGrasp, seeds: Iterable[int]) -> Iterable[float]:
@@ -42,7 +42,7 @@ def scores(grasp: TopGrasp, seeds: Iterable[int]) -> Iterable[float]:
 
 
 def trial(config: dict[str, Any], seeds: int) -> None:
-    """Play one choice of numbers; tell Tune the mean score after every scene."""
+    """Play one choice of numbers; report the mean score to Tune after every scene."""
     from ray import tune
 
     found: list[float] = []
@@ -64,7 +64,7 @@ def search(options: argparse.Namespace) -> tuple[dict[str, Any], float]:
         num_samples=options.samples,
         search_alg=BasicVariantGenerator(random_state=options.seed),
         scheduler=ASHAScheduler(
-            max_t=options.scenes, grace_period=max(1, options.seeds // 4), reduction_factor=2
+            max_t=options.scenes, grace_period=max(1, options.scenes // 4), reduction_factor=2
         ),
     )
     tuner = tune.Tuner(
@@ -75,7 +75,7 @@ def search(options: argparse.Namespace) -> tuple[dict[str, Any], float]:
             storage_path=options.folder, verbose=1, failure_config=tune.FailureConfig(max_failures=3)
         ),
     )
-    # A trial that was given up knows fewer scenes than the others: its mean is not theirs.
+    # A stopped trial has fewer scenes than the others, so its mean does not compare.
     whole = [
         result
         for result in tuner.fit()
@@ -86,17 +86,17 @@ def search(options: argparse.Namespace) -> tuple[dict[str, Any], float]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Search, and tell what was found."""
+    """Search and print the best numbers."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--samples", type=int, default=40, help="choices of numbers (default 40)")
+    parser.add_argument("--samples", type=int, default=40, help="trials (default 40)")
     parser.add_argument("--scenes", type=int, default=12, help="scenes of a trial (default 12)")
     parser.add_argument("--seeds", type=int, dest="scenes", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
-    parser.add_argument("--unseen", type=int, default=20, help="scenes to compare in afterwards (default 20)")
-    parser.add_argument("--seed", type=int, default=1, help="of the choices (default 1)")
-    parser.add_argument("--address", help="of a Ray cluster (default: this machine's, or one of its own)")
-    parser.add_argument("--folder", help="where Tune keeps its notes (default: ~/ray_results)")
+    parser.add_argument("--unseen", type=int, default=20, help="scenes of the final comparison (default 20)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the trials (default 1)")
+    parser.add_argument("--address", help="Ray cluster (default: that of this machine, or a new one)")
+    parser.add_argument("--folder", help="folder of Tune's records (default: ~/ray_results)")
     options = parser.parse_args(arguments)
     try:
         import ray
@@ -108,11 +108,11 @@ def main(arguments: list[str] | None = None) -> int:
         ray.init(options.address)
     config, score = search(options)
     unseen = range(UNSEEN, UNSEEN + options.unseen)
-    print(f"found, {score:.2f} in the scenes of the search:")
+    print(f"best numbers, {score:.2f} in the scenes of the search:")
     for name, value in config.items():
         print(f"    {name}={value:.4f},")
     found, before = (fmean(scores(grasp, unseen)) for grasp in (replace(NARROW, **config), NARROW))
-    print(f"in {options.unseen} scenes it has not seen: {found:.2f}; the example's grasp: {before:.2f}")
+    print(f"in {options.unseen} other scenes: {found:.2f}; the example's grasp: {before:.2f}")
     return 0
 
 

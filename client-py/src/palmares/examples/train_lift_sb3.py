@@ -1,19 +1,19 @@
-"""Learn with PPO to lift and hold objects by sensors alone, and test it on objects it has not met.
+"""Learn with PPO to lift and hold objects by sensors alone, and test it on other objects.
 
     pip install 'palmares[learn]'
     python train_lift_sb3.py --seed 1 --curve curve.json --policy policy.zip
 
-A depth camera beside the table sees the object before the run begins: the smallest upright box around it
-is what the policy knows of it. From then on it feels: the base's pose, the motor, force and torque at the
-wrist, all with the noise of real sensors. It decides four times in a run:
+A depth camera at the table takes an image before the run begins: the policy receives the smallest upright box
+around the object. After that it receives the base's pose, the motor, force and torque at the wrist, all with
+the noise of real sensors. It decides four times in a run:
 
-0. how the hand comes down on the box: pitch, roll, place and opening of the fingers
-1. on the object: where to shift the hand, and how far to close
-2. with the fingers closed: whether to close further; then it lifts
-3. in the air: how hard to hold; then the referee counts 2 s, and shakes
+0. above the object: pitch, roll, position and opening of the hand
+1. on the object: shift of the hand, and closing of the fingers
+2. with the fingers closed: further closing; then the hand lifts
+3. in the air: force of the hold; then the referee waits 2 s, and shakes
 
-Between decisions the hand moves along smoothsteps. The reward is the change of the referee's score; nothing
-else of the simulator's truth reaches policy or training. PPO (Schulman et al. 2017) is that of
+Between decisions the hand moves along smoothsteps. The reward is the change of the referee's score; neither
+policy nor training use anything else of the simulator's truth. PPO (Schulman et al. 2017) is that of
 stable-baselines3.
 """
 
@@ -42,36 +42,37 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, Tell, learn, main
+from palmares.examples._training import Learned, OnPoint, learn, main
 from palmares.examples.grasp_sensors import find_object
 from palmares.sim import Batch, World
 from palmares.skills.motion import UP
 
 DECISIONS = 4
+"""Decisions of a run"""
 ACTIONS = 7
-"""Numbers of an action, −1 to 1: pitch, roll, above, aside, along, open, closed, by turns"""
+"""Numbers of an action, −1 to 1; each decision uses some of pitch, roll, above, aside, along, open, closed"""
 OBSERVATIONS = 21
 """Numbers of an observation"""
 START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.05, 0.75])
-"""What an action of 0 means, a guess: the palm 2 cm over the box, level, three quarters closed"""
+"""Numbers for an action of 0, a guess: the palm 2 cm over the box, horizontal, three quarters closed"""
 RANGE = array([0.3, 0.4, 0.03, 0.03, 0.06, 0.05, 0.25])
-"""How far an action of ±1 goes from there, rad, m and σ"""
+"""Change of the numbers for an action of ±1, rad, m and σ"""
 SHIFT_M, SQUEEZE = 0.02, 0.3
-"""How far decision 1 may shift the hand along each of its axes; how far 2 and 3 may change σ"""
+"""Largest shift of the hand in decision 1, along each of its axes; largest change of σ in 2 and 3"""
 SINK_M, LIFT_M = 0.10, 0.16
-"""How far above the grasp the hand halts, and how far it lifts"""
+"""Height above the grasp at which the hand stops, and height of the lift"""
 CAMERA = "table"
 TABLE_M, BELOW_HAND_M = 0.0, 0.25
-"""Heights between which the object is looked for"""
+"""Heights between which points belong to the object"""
 REWARD = 0.1
-"""Of a point"""
+"""Reward for a point of the score"""
 TENSION = 2.0
-"""What the motor pulls with when the hand holds something, in the tendon's unit"""
+"""Typical tension with an object in the hand, in the tendon's unit"""
 
 
 @dataclass(frozen=True)
-class Picture:
-    """What the camera shows of a scene: an upright box around the object."""
+class ObjectBox:
+    """The upright box around the object in the camera's image."""
 
     middle: Array
     """(3,), m"""
@@ -81,15 +82,15 @@ class Picture:
 
 
 @lru_cache(maxsize=1000)
-def look(seed: int) -> Picture:
-    """Return what the camera sees of this scene at the beginning."""
+def look(seed: int) -> ObjectBox:
+    """Return the box around the object in this scene at the beginning."""
     world = World(TASK, HAND, seed, sensing="sensors", noise="real")
     points = world.observe(cameras=[CAMERA]).cameras[CAMERA].points().reshape(-1, 3)
-    # The hand waits above the table, too.
+    # The hand is above the table, too.
     seen = find_object(points[points[:, 2] < BELOW_HAND_M], TABLE_M)
     if seen is None:
-        raise ValueError(f"seed {seed}: the camera {CAMERA!r} sees no object")
-    return Picture(seen.bounds.middle, seen.bounds.high - seen.bounds.low, seen.yaw_rad)
+        raise ValueError(f"seed {seed}: the image of {CAMERA!r} shows no object")
+    return ObjectBox(seen.bounds.middle, seen.bounds.high - seen.bounds.low, seen.yaw_rad)
 
 
 class Decisions:
@@ -101,7 +102,7 @@ class Decisions:
 
     Args:
         count: N.
-        scenes: The seeds to play, one after the other.
+        scenes: The seeds to play, one after another.
         threads: As for `palmares.sim.Batch`.
 
     """
@@ -114,11 +115,11 @@ class Decisions:
     def reset(self) -> Array:
         """Open runs in the next N scenes; return the observations (N, 21)."""
         seeds = [next(self._scenes) for _ in range(self.batch.count)]
-        pictures = [look(seed) for seed in seeds]
+        boxes = [look(seed) for seed in seeds]
         self._hands.reset(seeds)
-        self._middle = np.stack([picture.middle for picture in pictures])
-        self._size = np.stack([picture.size for picture in pictures])
-        self._yaw = yaw_across(array([picture.yaw_rad for picture in pictures]), self._size)
+        self._middle = np.stack([box.middle for box in boxes])
+        self._size = np.stack([box.size for box in boxes])
+        self._yaw = yaw_across(array([box.yaw_rad for box in boxes]), self._size)
         self._empty = self._hands.obs["wrist"]
         self._decision, self._scores = 0, np.zeros(self.batch.count)
         return self._observe()
@@ -139,7 +140,7 @@ class Decisions:
         in_hand = np.stack([self._size[:, 2] / 2 + above, aside, along], axis=1)
         at = self._middle - rotated(rotation, in_hand)
         hands.to(2.0, at + SINK_M * UP, rotation, sigma_open)
-        self._empty = self._feel()
+        self._empty = self._read_wrist()
         hands.to(0.4, at)
 
     def _close(self, actions: Array) -> None:
@@ -151,7 +152,7 @@ class Decisions:
     def _lift(self, actions: Array) -> None:
         hands = self._hands
         hands.to(0.6, hands.position + LIFT_M * UP, sigma=self._squeezed(actions))
-        # A run without a point by now is broken off.
+        # Runs without a point end here.
         hands.active &= self.batch.scores > 0.0
 
     def _hold(self, actions: Array) -> None:
@@ -162,34 +163,32 @@ class Decisions:
     def _squeezed(self, actions: Array) -> Array:
         return np.clip(self._hands.sigma + SQUEEZE * actions[:, 6], 0.0, 1.0)
 
-    def _feel(self) -> Array:
+    def _read_wrist(self) -> Array:
         """Return force and torque at the wrist, mean of 0.1 s, (N, 6)."""
-        felt = []
-        for _ in range(5):
-            felt.append(self._hands.wait(0.02)["wrist"])
-        return array(np.mean(felt, axis=0))
+        readings = [self._hands.wait(0.02)["wrist"] for _ in range(5)]
+        return array(np.mean(readings, axis=0))
 
     def _observe(self) -> Array:
-        """Return what the policy sees, each number of about unit variance."""
+        """Return the observations (N, 21), each number with about unit variance."""
         obs = self._hands.obs
         which = np.zeros((self.batch.count, DECISIONS))
         which[:, min(self._decision, DECISIONS - 1)] = 1.0
-        # What is taller than all that was learned with looks like the tallest of it.
+        # Larger objects than those of the training saturate.
         size = np.tanh((self._size - [0.09, 0.07, 0.09]) / [0.02, 0.02, 0.03])
         from_hand = obs["base"][:, 3:7] * [-1.0, -1.0, -1.0, 1.0]
         top = self._middle + 0.5 * self._size[:, 2:] * UP
         off = rotated(from_hand, top - obs["base"][:, :3]) / 0.1
         up = rotated(from_hand, np.tile(UP, (self.batch.count, 1)))
-        felt = obs["wrist"] - self._empty
-        force, torque = rotated(from_hand, felt[:, :3]), rotated(from_hand, felt[:, 3:])
-        # From the weight of an orange to what the palm presses with.
-        felt = np.arcsinh(np.hstack([force, torque]) / [1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+        wrench = obs["wrist"] - self._empty
+        force, torque = rotated(from_hand, wrench[:, :3]), rotated(from_hand, wrench[:, 3:])
+        # The range is from the weight of an orange to the force of the palm.
+        load = np.arcsinh(np.hstack([force, torque]) / [1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
         motor = obs["motors"][:, 0, [1, 3]] / [1.0, TENSION]
-        return np.hstack([which, size, off, up, motor, felt])
+        return np.hstack([which, size, off, up, motor, load])
 
 
 def as_vec_env(decisions: Decisions) -> Any:
-    """Return decisions as an environment of stable-baselines3; new runs begin when the last are over."""
+    """Return decisions as an environment of stable-baselines3; when the runs are over, others begin."""
     from gymnasium import spaces
     from stable_baselines3.common.vec_env import VecEnv
 
@@ -247,20 +246,20 @@ def train(
     tests: int = 100,
     test_every: int = 5,
     threads: int | None = None,
-    tell: Tell = lambda _: None,
+    on_point: OnPoint = lambda _: None,
     policy: Path | None = None,
 ) -> Learned:
     """Train. The same arguments give the same curve on a machine, for any number of threads of the worlds.
 
     Args:
-        seed: Of what is drawn: the network, its exploration, and scenes.
-        updates: How often the policy is improved.
+        seed: Seed of the network, its exploration, and the scenes.
+        updates: Number of updates of the policy.
         worlds: Runs played together; an update learns from two in each world.
         tests: Test scenes, in which the policy is played after every `test_every` updates.
         test_every: See `tests`.
         threads: As for `palmares.sim.Batch`.
-        tell: Called with every point of the curve.
-        policy: File for the policy, as stable-baselines3 keeps it.
+        on_point: Called with every point of the curve.
+        policy: File for the policy, in the format of stable-baselines3.
 
     """
     try:
@@ -294,7 +293,7 @@ def train(
         updates=updates,
         episodes=2 * worlds,
         test_every=test_every,
-        tell=tell,
+        on_point=on_point,
     )
     if policy:
         model.save(policy)

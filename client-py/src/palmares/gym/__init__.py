@@ -5,8 +5,8 @@
 ... env = gymnasium.make("palmares/Grasp-SoftHand-v1", url="http://127.0.0.1:8080")   # on a server
 ... envs = gymnasium.make_vec("palmares/Balls-SoftHand-v1", num_envs=64)     # on all cores
 
-The ids are made of a task (``Balls``, ``Shelf``, ``Grasp``, ``Pan``, ``Peg``) and a hand (``SoftHand``,
-``ReFlex``, ``Pinch``); the arguments ``task`` and ``hand`` name others, also your own by their paths.
+An id consists of a task (``Balls``, ``Shelf``, ``Grasp``, ``Pan``, ``Peg``) and a hand (``SoftHand``,
+``ReFlex``, ``Pinch``); the arguments ``task`` and ``hand`` select others, also your own by their paths.
 With ``palmares.gym:`` in front of an id, `gymnasium.make` imports this module itself.
 """
 
@@ -26,7 +26,7 @@ register()
 
 
 def __getattr__(name: str) -> Any:
-    """Import `BatchEnv`, which needs the compiled part of the package, when it is asked for."""
+    """Import `BatchEnv`, which needs the compiled part of the package, at its first use."""
     if name == "BatchEnv":
         from palmares.gym.batch import BatchEnv
 

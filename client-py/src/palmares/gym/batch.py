@@ -1,4 +1,4 @@
-"""Many episodes at once, on all cores of this process."""
+"""Many episodes at once, on all cores, in this process."""
 
 from __future__ import annotations
 
@@ -21,34 +21,33 @@ from palmares.sim import Batch, welcome
 class BatchEnv(VectorEnv[Arrays, Array, Array]):
     """`num_envs` runs of one task and hand as a vector environment, stepped by native threads.
 
-    Actions are (num_envs, 6 + motors) in [−1, 1], as those of `FlatEnv`; observations and rewards are
-    those of `PalmaresEnv` with a fixed number of objects, for each field an array (num_envs, …). The scene of
-    episode *k* of environment *i* follows from the seed, *i* and *k* alone, so that a training does not
-    depend on the number of threads, nor on when other episodes end.
+    Actions are (num_envs, 6 + motors) in [−1, 1], as those of `FlatEnv`. Observations and rewards are those
+    of `PalmaresEnv` with a fixed number of objects, for each field an array (num_envs, …). The seed, *i* and
+    *k* alone determine the scene of episode *k* of environment *i*, so that a training does not depend on the
+    number of threads or on the ends of other episodes.
 
-    ``infos`` of a step have, where an episode is over, ``result`` (score, in_goal, outside, reason, ticks, …;
-    ``fault`` and ``note`` of a world that failed, as in `Batch.result`)
-    and, with ``autoreset_mode=AutoresetMode.SAME_STEP``, ``final_obs`` and ``final_info``.
-
-    With `shaping` they also have ``shaping`` (num_envs,), the shaped part of the rewards.
+    ``infos`` of a step have ``result`` for each episode that is over (score, in_goal, outside, reason, ticks,
+    …; ``fault`` and ``note`` of a failed world, as in `Batch.result`), with
+    ``autoreset_mode=AutoresetMode.SAME_STEP`` also ``final_obs`` and ``final_info``, and with `shaping` also
+    ``shaping`` (num_envs,), the shaped part of the rewards.
 
     Args:
         task: Name of the task.
         hand: Name of the hand.
-        num_envs: How many.
-        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        num_envs: Number of environments.
+        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
         noise: ``none`` or ``real``.
         ticks: Ticks per step.
         threads: Threads that step; one for each core when left out.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
-        discount: γ of the learner; left out, as the task has it.
-        randomise: What is drawn anew for every episode: ``True``, or names out of
+        discount: γ of the learner; that of the task when left out.
+        randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`.
-        fraction: Part of the objects that are there; `fraction` can be set between two episodes.
-        autoreset_mode: What happens to a run that is over: it is reset by the next step (``NEXT_STEP``),
-            by the same one (``SAME_STEP``), or by ``reset(options={"reset_mask": …})`` (``DISABLED``).
-        single: Of a single environment alone, such as ``url`` and ``cameras``: a `TypeError` here.
+        fraction: Part of the task's objects in the scene; can be set between episodes.
+        autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
+            (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
+        single: Arguments of a single environment, such as ``url`` and ``cameras``: a `TypeError` here.
 
     Attributes:
         batch: The worlds, for snapshots and state hashes.
@@ -74,8 +73,8 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     ) -> None:
         if single:
             raise TypeError(
-                f"many worlds at once have no {', '.join(single)}; a server, pictures and another number of "
-                "objects are for a single environment, of gymnasium.make"
+                f"a vector environment has no {', '.join(single)}; a server, images and another number of "
+                "objects need a single environment, of gymnasium.make"
             )
         shaping = shaping_of(shaping)
         training = training_of(shaping, discount, randomise, fraction)
@@ -83,7 +82,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             task, hand, num_envs, sensing=sensing, noise=noise, threads=threads, training=training
         )
         self._shaping = shaping
-        # Actions in the space may be longer than the limits: that is how it is made.
+        # The action space is a box; its corners exceed the limits of the norm.
         self.batch.clipping.mute()
         self._clipping = Clipping()
         self.num_envs, self._ticks = self.batch.count, whole("ticks", ticks, 1, MAX_COUNT)
@@ -106,7 +105,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
 
     @property
     def fraction(self) -> float:
-        """Part of the task's objects that are there; set, it holds for the episodes to come."""
+        """Part of the task's objects in the scene; a new value holds for later episodes."""
         return self.batch.fraction
 
     @fraction.setter
@@ -122,9 +121,9 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         """Open a run in every environment, or in those of ``options["reset_mask"]`` (num_envs,).
 
         Args:
-            seed: One for all, to which an environment's index is added, or one for each: it selects its
-                scene, and those of later episodes follow from it. Left out: the next episode of each.
-            options: Nothing but ``reset_mask``.
+            seed: One seed, to which each environment adds its index, or one for each: it selects the scene,
+                and determines those of later episodes. Left out, each environment goes to its next episode.
+            options: Only ``reset_mask``.
 
         """
         mask = np.ones(self.num_envs, dtype=bool)
@@ -156,17 +155,17 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     def step(
         self, actions: Array
     ) -> tuple[Arrays, Array, np.ndarray[Any, Any], np.ndarray[Any, Any], dict[str, Any]]:
-        """Advance every environment."""
+        """Advance every environment by `ticks`."""
         if not self.batch.opened:
             raise RuntimeError("no runs are open; call reset() first")
         actions = table("actions", actions, self.num_envs, self.batch.action_len)
-        self._clipping.see_unit(actions, stacklevel=2)
+        self._clipping.check_unit(actions, stacklevel=2)
         scaled = actions * self._scale + self._shift
         ended = self._over.copy()
         if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
             which = ", ".join(map(str, np.flatnonzero(ended)))
             raise RuntimeError(f"the runs of {which} are over: reset(options={{'reset_mask': …}}) first")
-        if ended.any():  # NEXT_STEP: they begin anew, and nothing else happens to them.
+        if ended.any():  # NEXT_STEP: they are only reset in this step.
             self.batch.reset([self._next(k, None) if ended[k] else 0 for k in range(self.num_envs)], ended)
         stepped = self.batch.step(scaled, self._ticks, ~ended)
         rewards, terminated, truncated = stepped.rewards, stepped.terminated, stepped.truncated
@@ -192,4 +191,4 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         return observations, rewards, terminated, truncated, infos
 
     def close_extras(self, **_: Any) -> None:
-        """Nothing is left open."""
+        """Do nothing: nothing is open."""

@@ -1,4 +1,4 @@
-"""A run as an episode."""
+"""A run as an episode, with observations and actions as dictionaries in SI units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
-    """A run as an episode. The reward of a step is the change of the score, and the shaped part if asked for.
+    """A run as an episode. The reward of a step is the change of the score, plus the shaped part if wanted.
 
     An action has, within the limits in `Welcome.specs`:
 
@@ -46,33 +46,32 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     - ``encoders`` (encoders,), ``touch`` (taxels, 3), if the hand has them: rad, N
     - ``depth.NAME`` (height, width), for each of `cameras`: m, 0 where there is no reading
 
-    The number of objects is not known before a run is opened. So the space of ``objects`` is a `Sequence` of
+    The number of objects is unknown before a run is opened. So the space of ``objects`` is a `Sequence` of
     any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
 
     When an episode is over, ``info["result"]`` is its `palmares.Result`: the objects have settled and are
-    counted, and the last reward makes the sum of all the final score. ``info["events"]`` is what the referee
-    noted.
+    counted, and with the last reward the sum is the final score. ``info["events"]`` has the referee's events.
 
     Attributes:
         observation: The last observation, typed; ``None`` before the first `reset`.
 
     Args:
-        url: Where the server listens; ``None`` or ``local`` to play in this process.
+        url: Address of the server; ``None`` or ``local`` to play in this process.
         task: Name of the task, or the folder of your own. A server plays it if it was started with it.
         hand: Name of the hand; in this process also the path of your own.
-        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
-        noise: ``none`` or ``real``: how good the sensors are; left out, as the server has it.
+        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
+        noise: ``none`` or ``real``: errors of the sensors; that of the server when left out.
         cameras: Names of cameras whose depth is part of every observation.
         ticks: Ticks per step, under the same action; at most `Limits.repeat`, 100.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
-        discount: γ of the learner; left out, as the task has it.
-        randomise: What is drawn anew for every episode: ``True``, or names out of
+        discount: γ of the learner; that of the task when left out.
+        randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`.
-        fraction: Part of the objects that are there; `fraction` can be set between two episodes.
-        render_mode: ``rgb_array``: `render` returns the picture of the task's first camera. ``human``, on a
-            server: `reset` opens the page where its worlds are seen.
+        fraction: Part of the task's objects in the scene; can be set between episodes.
+        render_mode: With ``rgb_array`` `render` returns the image of the task's first camera. With ``human``,
+            only on a server, the first `reset` opens the server's page of its worlds.
         client: Further arguments of `Client`, such as ``team``.
 
     """
@@ -163,7 +162,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     @property
     def fraction(self) -> float:
-        """Part of the task's objects that are there; set, it holds from the next `reset` on."""
+        """Part of the task's objects in the scene; a new value holds from the next `reset` on."""
         return self._player.training.fraction
 
     @fraction.setter
@@ -204,7 +203,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         """Advance the world under one action.
 
         Raises:
-            WorldFaultError: The world failed; its `fault` says of what. `reset` opens another run.
+            WorldFaultError: The world failed; `fault` is the cause. `reset` opens another run.
 
         """
         velocity = table("twist", action["twist"], 6)
@@ -224,7 +223,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         return self._arrays(obs), reward, obs.terminated, obs.truncated, info
 
     def render(self) -> Any:
-        """Return a picture (height, width, 3) of uint8, or open the page where the world is seen."""
+        """Return an image (height, width, 3) of uint8, or open the server's page of its worlds."""
         if self.render_mode == "human":
             import webbrowser
 
@@ -241,6 +240,6 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     def _arrays(self, obs: Observation) -> Arrays:
         left = array([self._player.time_limit_s - obs.sim_time_s])
-        # Copies: who is given an observation may keep and change it.
+        # Copies: the caller may keep and change an observation.
         scene = {name: values.copy() for name, values in self._scene.items()}
         return padded(arrays_of(obs), self._objects) | {"time_left": left} | scene

@@ -20,11 +20,11 @@ OBJECTS = {"balls": 10, "shelf": 10, "grasp": 1, "pan": 2, "peg": 2}
 
 
 class FlatEnv(gymnasium.Env[Arrays, Array]):
-    """A `PalmaresEnv` with actions (6 + motors,) in [−1, 1]: what the ids stand for.
+    """A `PalmaresEnv` with actions (6 + motors,) in [−1, 1]; the ids of gymnasium make it.
 
-    The first six are the base's velocity in parts of the largest, world frame; of the motors −1 is open and 1
-    closed. The arguments are those of `PalmaresEnv`, but that it plays in this process without `url`, and
-    knows the number of objects of the tasks that come with the program, and of your own by its folder.
+    The first six are the base's velocity as parts of its limits, world frame; the others are the motors, −1
+    open and 1 closed. The arguments are those of `PalmaresEnv`. Without `url` it plays in this process.
+    `objects` is set for the tasks of the program and for your own by their folder.
 
     Attributes:
         inner: The `PalmaresEnv`, whose actions are a dictionary in SI units.
@@ -65,7 +65,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     def step(self, action: Array) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
         action = table("action", action, *cast(tuple[int], self.action_space.shape))
-        self._clipping.see_unit(action, stacklevel=2)
+        self._clipping.check_unit(action, stacklevel=2)
         twist, hand = action[:6] * self._limits, 0.5 * (action[6:] + 1.0)
         return self.inner.step({"twist": twist, "hand": hand})
 
@@ -74,11 +74,11 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         return self.inner.render()
 
     def close(self) -> None:
-        """End it."""
+        """End the session."""
         self.inner.close()
 
 
 def _objects(task: str) -> int | None:
-    """Return how many objects are in every scene of a task; ``None`` for one that only a server knows."""
+    """Return the number of objects in a task's scenes; ``None`` for a task that only a server knows."""
     own: dict[str, Any] = {} if task in OBJECTS else own_task.read(task).get("objects", {})
     return OBJECTS.get(task, own.get("count"))

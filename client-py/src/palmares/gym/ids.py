@@ -1,4 +1,4 @@
-"""Names under which `gymnasium.make` finds the tasks."""
+"""Ids of the environments for `gymnasium.make`."""
 
 import gymnasium
 

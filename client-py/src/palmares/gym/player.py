@@ -1,4 +1,4 @@
-"""Runs of one task with one hand, one after the other: in a session of a server, or in this process."""
+"""Runs of one task with one hand, one after another, on a server or in this process."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 
 from palmares import own_task
 from palmares.client import LOCAL, Client
-from palmares.messages import BaseTarget, HandInfo, Observation, Result, TaskInfo
+from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training
+from palmares.wire import BaseTarget, HandInfo, TaskInfo
 
 Sensing = Literal["sensors", "truth"]
 Noise = Literal["none", "real"]
@@ -40,24 +41,24 @@ class Player:
         **client: Any,
     ) -> None:
         self.client = Client(LOCAL if url is None else url, training=training, **client)
-        # Actions in an environment's space may be longer than the limits: that is how it is made.
+        # The action space is a box; its corners exceed the limits of the norm.
         self.client.clipping.mute()
         welcome = self.client.welcome
-        played, told = self._hand_info(hand), self._task_info(task)
+        played, rules = self._hand_info(hand), self._task_info(task)
         self.shapes = {
             "motors": len(played.motors),
             "joints": len(played.joints),
             "encoders": len(played.encoders),
             "taxels": len(played.taxels),
         }
-        taken = {camera.name for camera in told.cameras}
-        self.cameras = {camera.name: (camera.height, camera.width, camera.far) for camera in told.cameras}
+        taken = {camera.name for camera in rules.cameras}
+        self.cameras = {camera.name: (camera.height, camera.width, camera.far) for camera in rules.cameras}
         for camera in played.cameras:
             name = f"hand_{camera.name}" if camera.name in taken else camera.name
             self.cameras[name] = (camera.height, camera.width, camera.far)
         ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
         self.limits = (ranges[0][1], ranges[1][1])
-        self.time_limit_s = told.time_limit_s
+        self.time_limit_s = rules.time_limit_s
         self._task, self._hand, self._noise = task, hand, noise
         self._sensing: Sensing = sensing
 
@@ -79,7 +80,7 @@ class Player:
         return welcome.hand(hand)
 
     def open(self, seed: int, cameras: Iterable[str]) -> Observation:
-        """Open a run; stop an earlier one."""
+        """Open a run; close an earlier one."""
         if self.client.tick is not None:
             self.client.abandon()
         return self.client.reset(
@@ -93,27 +94,27 @@ class Player:
         return self.client.step(base=base, hand=hand, repeat=ticks, cameras=cameras)
 
     def look(self, camera: str) -> Observation:
-        """Take a picture. A server takes none between two ticks: there it takes one."""
+        """Return an observation with an image; on a server this takes one tick."""
         world = self.client.world
         return self.client.step(cameras=[camera]) if world is None else world.observe(cameras=[camera])
 
     def result(self) -> Result:
-        """End the run and count."""
+        """Close the run and return its result."""
         return self.client.stop()
 
     def close(self) -> None:
-        """End."""
+        """End the session."""
         self.client.close()
 
     @property
     def shaping(self) -> float:
-        """The shaped part of the last step's reward; 0 without."""
+        """The shaped part of the last step's reward; 0 without shaping."""
         world = self.client.world
         return 0.0 if world is None or world.shaping is None else world.shaping
 
     @property
     def training(self) -> Training:
-        """What learners have in the episodes to come."""
+        """Options for learners in later episodes."""
         return self.client.training or Training()
 
     @training.setter
@@ -122,5 +123,5 @@ class Player:
 
     @property
     def scene(self) -> Scene:
-        """What stands in it."""
+        """The scene of the current or last run."""
         return self.client.scene

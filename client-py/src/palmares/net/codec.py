@@ -7,21 +7,20 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 
-from palmares.messages import (
-    Ack,
-    Envelope,
-    ErrorMessage,
-    Observation,
-    Result,
-    SessionWarning,
-    Time,
-    Welcome,
-)
+from palmares.messages import Observation, Result, Welcome
+from palmares.wire import Ack, ErrorMessage, SessionWarning, Time
 
 Message: TypeAlias = Observation | Ack | Result | Time | Welcome | ErrorMessage | SessionWarning
-"""Any message of the server; decoded by its `op` in one pass over the bytes."""
+"""Any message of the server; `op` selects the type in one pass over the bytes"""
 
 Encoding: TypeAlias = Literal["json", "msgpack"]
+
+
+class Envelope(msgspec.Struct, kw_only=True):
+    """The fields that every message from the server has."""
+
+    op: str
+    id: int | None = None
 
 
 class Codec:
@@ -41,13 +40,13 @@ class Codec:
             message, envelope = msgspec.json.Decoder(Message), msgspec.json.Decoder(Envelope)
         self.encode: Callable[[Any], bytes] = encoder.encode
         self.message: Callable[[bytes], Message] = message.decode
-        """Decodes a message; raises `msgspec.MsgspecError` if it cannot."""
+        """Decodes a message; raises `msgspec.MsgspecError` if that fails"""
         self._envelope: Callable[[bytes], Envelope] = envelope.decode
 
     def is_fault(self, unreadable: bytes, awaited: int | None) -> bool:
-        """Whether a message that cannot be decoded is an error: the `awaited` reply, or no message at all.
+        """Whether an undecodable message is an error: the `awaited` reply, or no message at all.
 
-        Others may be ignored: messages of a later version, or replies to requests that timed out.
+        All others are ignored: messages of a later version, or replies to requests that timed out.
         """
         try:
             envelope = self._envelope(unreadable)
@@ -57,6 +56,6 @@ class Codec:
 
 
 SUBPROTOCOLS: dict[str, Encoding] = {"palmares.v1.msgpack": "msgpack", "palmares.v1.json": "json"}
-"""Subprotocol names of the encodings in the handshake, the preferred one first."""
+"""Subprotocol of each encoding in the handshake, the preferred one first"""
 
 CODECS: dict[Encoding, Codec] = {encoding: Codec(encoding) for encoding in ("json", "msgpack")}

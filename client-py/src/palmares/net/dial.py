@@ -24,7 +24,7 @@ class Refused(Exception):  # noqa: N818 - the caller raises an error of its own 
 
     Attributes:
         status: The HTTP status.
-        body: The body of the answer.
+        body: The body of the response.
 
     """
 
@@ -81,7 +81,7 @@ def handshake(sock: socket.socket, protocol: ClientProtocol, headers: dict[str, 
     deadline = time.monotonic() + CONNECT_TIMEOUT_S
     while protocol.handshake_exc is None and protocol.state is not OPEN:
         if time.monotonic() > deadline:
-            raise TimeoutError("no answer to the handshake")
+            raise TimeoutError("no response to the handshake")
         data = sock.recv(READ_BYTES)
         if not data:
             protocol.receive_eof()
@@ -89,7 +89,7 @@ def handshake(sock: socket.socket, protocol: ClientProtocol, headers: dict[str, 
         received += data
         head, mark, rest = received.partition(b"\r\n\r\n")
         if mark and head.startswith(b"HTTP/1.1 101"):
-            # `Transport` gives the library what follows, when somebody reads.
+            # `Transport` passes the bytes after the handshake on at its first read.
             data = data[: len(data) - len(rest)]
             received = rest
         protocol.receive_data(data)

@@ -1,4 +1,4 @@
-"""Requests over plain HTTP."""
+"""Requests over HTTP: hands, replays, the leaderboard, results."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from urllib.parse import urlsplit
 import msgspec
 
 from palmares.errors import NoServerError, PalmaresError, ProtocolError, error_of
-from palmares.messages import LeaderboardRow, Result
+from palmares.messages import Result
+from palmares.wire import LeaderboardRow
 
 TIMEOUT_S = 10.0
 
 
 def is_loopback(url: str) -> bool:
-    """Tell whether `url` names this machine; such requests must not go through a proxy."""
+    """Return whether `url` is this machine; such requests must not go through a proxy."""
     return urlsplit(url).hostname in ("127.0.0.1", "localhost", "::1")
 
 
 def get(base_url: str, path: str, token: str | None = None) -> bytes:
-    """GET `path` and return the body of the answer."""
+    """GET `path` and return the body of the response."""
     request = urllib.request.Request(base_url + path)
     if token:
         # Not a plain header: a redirect to another server must not receive the token.
@@ -46,14 +47,14 @@ def get_json(base_url: str, path: str, token: str | None = None) -> Any:
     try:
         return msgspec.json.decode(body)
     except msgspec.MsgspecError as unreadable:
-        raise ProtocolError(f"{base_url}{path} did not answer with JSON: {unreadable}") from None
+        raise ProtocolError(f"the response of {base_url}{path} is not JSON: {unreadable}") from None
 
 
 def get_object(base_url: str, path: str, token: str | None = None) -> dict[str, Any]:
-    """GET `path` and return the JSON object found there."""
+    """GET `path` and return the decoded JSON object."""
     value = get_json(base_url, path, token)
     if not isinstance(value, dict):
-        raise ProtocolError(f"{base_url}{path} did not answer with a JSON object")
+        raise ProtocolError(f"the response of {base_url}{path} is not a JSON object")
     return value
 
 
@@ -75,7 +76,7 @@ def result_of(base_url: str, run_id: str, token: str | None = None) -> Result | 
 
 
 def error_of_response(status: int, body: bytes | bytearray, where: str) -> PalmaresError:
-    """Return the exception for an HTTP error, which Palmares sends as `application/problem+json`."""
+    """Return the exception for an HTTP error; Palmares sends it as `application/problem+json`."""
     try:
         problem = msgspec.json.decode(bytes(body), type=dict[str, Any])
     except msgspec.MsgspecError:
@@ -87,4 +88,4 @@ def error_of_response(status: int, body: bytes | bytearray, where: str) -> Palma
         return error_of("not_authorized", str(text))
     if isinstance(code, str):
         return error_of(code, str(text), retry_after_s=problem.get("retry_after_s"))
-    return PalmaresError(f"{where} answered with HTTP status {status} {text}".rstrip())
+    return PalmaresError(f"{where}: HTTP status {status} {text}".rstrip())

@@ -23,13 +23,21 @@ from palmares.errors import (
     SessionTakenError,
     error_of,
 )
-from palmares.messages import ErrorMessage, LeaderboardRow, Reply, Result, SessionWarning, Welcome
+from palmares.messages import Result, Welcome
 from palmares.net import http
 from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
 from palmares.net.dial import NoWebSocket, Refused
-from palmares.net.requests import Bye, Hello, Request
 from palmares.net.transport import Closed, Transport
 from palmares.training import Training
+from palmares.wire import (
+    ByeRequest,
+    ErrorMessage,
+    HelloRequest,
+    LeaderboardRow,
+    Reply,
+    Request,
+    SessionWarning,
+)
 
 # Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
 # noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
@@ -37,7 +45,7 @@ RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0)
 # Period of the heartbeat, the thread that answers pings while the controller computes: well below
 # `Limits.ping_timeout_s`.
 HEARTBEAT_S = 2.0
-# The same in a real-time run, whose observations must not pile up in the socket.
+# Period in a real-time run: observations must not pile up in the socket.
 HEARTBEAT_REALTIME_S = 0.05
 
 LOG = logging.getLogger("palmares")
@@ -53,8 +61,8 @@ class Link:
 
     Attributes:
         welcome: The latest greeting of the server.
-        resumed: The greeting after a reconnection, until the client has read it with `take_resumed`.
-        training: Always ``None``: no server offers it.
+        resumed: The greeting after a reconnection, until the client reads it with `take_resumed`.
+        training: Always ``None``: servers do not offer it.
 
     """
 
@@ -64,7 +72,7 @@ class Link:
         self,
         http_url: str,
         ws_url: str,
-        hello: Hello,
+        hello: HelloRequest,
         *,
         token: str | None,
         encoding: Encoding | None,
@@ -94,7 +102,7 @@ class Link:
 
     @property
     def encoding(self) -> Encoding:
-        """The encoding that client and server agreed on."""
+        """The encoding of this connection."""
         return self._codec.encoding
 
     def exchange(self, request: Request, kind: type[Answer]) -> Answer:
@@ -102,7 +110,7 @@ class Link:
 
         Raises:
             Resumed: The connection is a new one; call `take_resumed` first. Nothing was sent.
-            PalmaresError: The server refused, or did not answer in time.
+            PalmaresError: The server refused, or sent no reply in time.
             Closed: The connection broke; the server may have processed the request or not.
 
         """
@@ -112,7 +120,7 @@ class Link:
             return self._exchange(request, kind)
 
     def listen(self, wait_s: float) -> None:
-        """Read all messages that have come; if there is none, wait for one up to `wait_s`."""
+        """Read all received messages; if there is none, wait up to `wait_s` for one."""
         with self._lock:
             if self._drain() == 0 and wait_s > 0.0:
                 raw = self._transport.recv_within(wait_s)
@@ -146,7 +154,7 @@ class Link:
 
     @property
     def where(self) -> str:
-        """Where the server is."""
+        """Address of the server."""
         return self._http_url
 
     def describe_hand(self, name: str) -> dict[str, Any]:
@@ -167,7 +175,7 @@ class Link:
         return http.result_of(self._http_url, run_id, self._token)
 
     def silence_s(self) -> float:
-        """How long nothing has come from the server, not even a ping."""
+        """Time since the last bytes from the server, pings included."""
         return time.monotonic() - self._transport.received_s
 
     def take_resumed(self) -> Welcome | None:
@@ -177,7 +185,7 @@ class Link:
         return welcome
 
     def set_realtime(self, realtime: bool) -> None:
-        """Let the heartbeat beat more often during a real-time run."""
+        """Shorten the heartbeat's period during a real-time run."""
         self._timer.set_period(HEARTBEAT_REALTIME_S if realtime else HEARTBEAT_S)
 
     def close(self) -> None:
@@ -185,7 +193,7 @@ class Link:
         self._timer.stop()
         with self._lock:
             with contextlib.suppress(Closed):  # Already closed.
-                self._send(Bye())
+                self._send(ByeRequest())
             self._transport.close()
 
     def abort(self) -> None:
@@ -193,9 +201,9 @@ class Link:
         self._transport.abort()
 
     def beat(self) -> None:
-        """Answer pings, and resume the session if the connection broke, while no request is under way."""
+        """Answer pings and resume a broken connection, while no request is in progress."""
         if not self._lock.acquire(blocking=False):
-            return  # The thread that waits for a reply answers pings too.
+            return  # The thread that waits for a reply answers pings, too.
         try:
             self._drain()
         except ProtocolError as unreadable:
@@ -254,14 +262,14 @@ class Link:
         try:
             self._transport.send(self._codec.encode(request), binary=self._codec.binary)
         except Closed:
-            # Messages that came before the connection broke.
+            # These messages came before the connection broke.
             unread, self._transport.unread = self._transport.unread, []
             for raw in unread:
                 self._receive(raw)
             raise
 
     def _drain(self) -> int:
-        """Read all messages that have come; return how many."""
+        """Read all received messages; return their number."""
         count = 0
         while (raw := self._transport.recv_within(0.0)) is not None:
             self._receive(raw)
@@ -299,7 +307,7 @@ class Link:
             try:
                 transport = self._connect_with(offer)
             except Refused as refused:
-                # The server does not speak it. Both are not offered at once: of two, the server takes JSON.
+                # The server does not speak it. One is offered at a time: of two, the server takes JSON.
                 if refused.status == 400 and count < len(self._offers):
                     continue
                 raise http.error_of_response(refused.status, refused.body, self._http_url) from None
@@ -322,7 +330,7 @@ class Link:
                 f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
             ) from None
 
-    def _open_session(self, hello: Hello) -> Welcome:
+    def _open_session(self, hello: HelloRequest) -> Welcome:
         try:
             return self._exchange(hello, Welcome)
         except Closed as closed:
@@ -334,17 +342,19 @@ class Link:
     def _resume_session(self) -> Welcome:
         first = self._hello
         try:
-            return self._open_session(Hello(client=first.client, resume_token=self.welcome.resume_token))
+            return self._open_session(
+                HelloRequest(client=first.client, resume_token=self.welcome.resume_token)
+            )
         except SessionOverError:
             practice = self.welcome.competition.mode == "practice"
             if not practice or first.session_s is not None:
                 raise
-            # A practice server that was restarted has no old sessions: begin a new one.
+            # A restarted practice server has no old sessions: begin a new one.
             return self._open_session(first)
 
 
 def raise_if_fatal(closed: Closed) -> None:
-    """Raise the error of a close frame; its codes 4400 to 4599 mean that the session is over."""
+    """Raise the error of a close frame; the codes 4400 to 4599 end the session."""
     if _has_error_code(closed):
         raise error_of(closed.reason, "the server closed the session", fatal=True) from closed
 

@@ -6,17 +6,17 @@ import threading
 
 from palmares.messages import Observation
 
-# Most events kept of observations that were not read; a run has dozens.
+# Most events kept from unread observations; a run has dozens.
 MAX_EVENTS = 1000
 
 
 class Stream:
-    """Holds the newest observation only. A slow controller misses observations, never events.
+    """Holds the newest observation. A slow controller misses observations, never events.
 
     `put` and `take` may be called from different threads: the heartbeat's and the controller's.
 
     Attributes:
-        skipped: Observations that a newer one replaced before they were taken.
+        skipped: Observations that newer ones replaced before they were taken.
 
     """
 
@@ -37,10 +37,10 @@ class Stream:
             self._run_id = self._newest = None
 
     def put(self, obs: Observation) -> None:
-        """Store an observation that was received."""
+        """Store a received observation."""
         with self._lock:
             if obs.run_id != self._run_id:
-                return  # It was under way when another run was opened.
+                return  # It belongs to an earlier run.
             if self._newest is not None:
                 self.skipped += 1
                 if self._newest.events:

@@ -1,7 +1,7 @@
 """A WebSocket over a plain blocking socket, read and written in the caller's thread.
 
-The Sans-I/O layer of the websockets library does the handshake and all frames. What is done here is reading
-and writing of bytes, so that a call takes as little time as it can; `benchmarks/round_trip.py` measures it.
+The Sans-I/O layer of the websockets library does the handshake and all frames. This module reads and writes
+the bytes, in the shortest possible time; `benchmarks/round_trip.py` measures it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from palmares.net.dial import NoWebSocket, dial, handshake
 # Timeout of reads and writes while a connection is being closed.
 CLOSE_TIMEOUT_S = 0.5
 READ_BYTES = 64 * 1024
-# Largest message that is accepted: a scene with many hulls is smaller.
+# Largest accepted message; a scene with many hulls is smaller.
 MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 # Busy polling needs these functions, and a second core for the server.
 CAN_BUSY_POLL = hasattr(os, "sched_yield") and hasattr(select, "poll") and (os.cpu_count() or 1) > 1
@@ -42,7 +42,7 @@ class Closed(Exception):  # noqa: N818
 
     Attributes:
         code: Code of the close frame; ``None`` when there was none.
-        reason: Reason in the close frame, or what broke the connection.
+        reason: Reason in the close frame, or the error that broke the connection.
 
     """
 
@@ -62,16 +62,16 @@ class Transport:
         self._protocol = protocol
         self._closed: Closed | None = None
         self._received = received
-        """Bytes that came with the answer to the handshake, until the first read."""
+        """Bytes that came after the handshake, until the first read"""
         self._fragments: list[bytes] = []
         self._messages: list[bytes] = []
         self.unread: list[bytes] = []
-        """Messages that had come, unread, when sending failed."""
+        """Messages that were received but not read when sending failed"""
         self.received_s = time.monotonic()
-        """When bytes came last, monotonic clock."""
+        """Time of the last received bytes, monotonic clock"""
         self._quick = False
-        """Whether the last read took less than `BUSY_POLL_S`, so that the next one is worth a busy poll."""
-        # With TLS, bytes may be in a buffer of the library, where `poll` does not see them.
+        """Whether the last read took less than `BUSY_POLL_S`; then the next one polls busily"""
+        # With TLS, `poll` misses bytes in the library's buffer.
         self._poll = _poller(sock) if CAN_BUSY_POLL and not isinstance(sock, ssl.SSLSocket) else None
         self._timeout_s = timeout_s
         _set_timeout(sock, timeout_s)
@@ -117,10 +117,10 @@ class Transport:
                 self._protocol.send_text(message)
             self._flush()
         except (TimeoutError, BlockingIOError):
-            # Part of a frame may have been sent: the connection cannot be used any more.
+            # Part of a frame may have been sent: the connection is unusable.
             raise self._lost("the server does not read") from None
         except OSError as broken:
-            # A close frame that says why may have come before.
+            # A close frame with the reason may have come before.
             self._read_rest()
             raise self._lost(str(broken)) from broken
         finally:
@@ -214,14 +214,14 @@ class Transport:
             raise self._lost(str(broken)) from broken
 
     def _read_rest(self) -> None:
-        """Read all that came before the connection broke, which may end with a close frame."""
+        """Read the bytes that came before the connection broke; they may end with a close frame."""
         with contextlib.suppress(Closed, OSError):
             _set_timeout(self._socket, CLOSE_TIMEOUT_S)
             while True:
                 self._read()
 
     def _take(self, data: bytes) -> None:
-        """Find messages in what came, answer pings, and notice the end of the connection."""
+        """Find messages in received bytes, answer pings, detect the end of the connection."""
         protocol = self._protocol
         protocol.receive_data(data)
         with contextlib.suppress(OSError):  # The next read raises it.
@@ -239,7 +239,7 @@ class Transport:
             self._lost(str(protocol.parser_exc))
 
     def _flush(self) -> None:
-        """Send what the library has written."""
+        """Send the bytes that the library has written."""
         data = b"".join(self._protocol.data_to_send())
         if data:
             self._socket.sendall(data)
@@ -252,7 +252,7 @@ class Transport:
 
 
 def _poller(sock: socket.socket) -> Callable[[int], list[tuple[int, int]]]:
-    """Return a function that polls whether `sock` can be read, without the cost of an exception."""
+    """Return a function that polls whether `sock` is readable, without the cost of an exception."""
     poll = select.poll()
     poll.register(sock, select.POLLIN)
     return poll.poll

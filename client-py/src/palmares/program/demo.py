@@ -1,4 +1,4 @@
-"""``palmares demo``: the whole system once, from nothing to a leaderboard."""
+"""``palmares demo``: a practice server, one run of an example controller, and the leaderboard."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from palmares.errors import PalmaresError
 from palmares.net import http
 from palmares.server import Server
 
-# Controllers of the tasks: their module, the field of their summary that says how many objects are where they
-# should be, and what it counts.
+# For each task: the example's module, the field of its summary that counts objects, and its meaning.
 CONTROLLERS = {
     "balls": ("balls_softhand", "balls_in_b", "balls in box B"),
     "shelf": ("shelf_softhand", "in_box", "objects in the box"),
@@ -26,12 +25,12 @@ CONTROLLERS = {
 
 
 def main(arguments: list[str]) -> int:
-    """Do what the command line says; return the exit code."""
+    """Run the command; return the exit code."""
     options = parser().parse_args(arguments)
     try:
         with data_folder(options.data_dir) as data, Server(data, program=options.program) as server:
             print(
-                f"a practice server listens on {server.url}; at {server.url}/live the run is seen",
+                f"a practice server listens on {server.url}; {server.url}/live shows the run",
                 file=sys.stderr,
             )
             print(
@@ -44,8 +43,8 @@ def main(arguments: list[str]) -> int:
             options.replay.mkdir(parents=True, exist_ok=True)
             replay = options.replay / f"{run_id}.mcap"
             replay.write_bytes(http.get(server.url, f"/v1/runs/{run_id}/replay"))
-            tell = summary if options.json else people
-            print(tell(options.task, outcome, rows, replay), flush=True)
+            write = summary if options.json else in_words
+            print(write(options.task, outcome, rows, replay), flush=True)
             if options.stay:
                 note(f"leaderboard and replay: {server.url}/ (Ctrl-C ends the server)")
                 server.wait()
@@ -58,7 +57,7 @@ def main(arguments: list[str]) -> int:
 
 
 def note(text: str) -> None:
-    """Print a line for people, beside the outcome."""
+    """Print a line for people on standard error."""
     print(text, file=sys.stderr, flush=True)
 
 
@@ -70,23 +69,23 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(
         prog="palmares demo",
-        description="Start a practice server, let an example controller play one run, "
+        description="Start a practice server, play one run with an example controller, "
         "print the score and the leaderboard, and end the server.",
     )
-    made.add_argument("--task", choices=list(CONTROLLERS), default="balls", help="which task (default balls)")
-    made.add_argument("--seed", type=int, default=1, help="which scene (default 1)")
-    made.add_argument("--stay", action="store_true", help="let the server run on, to look at its pages")
+    made.add_argument("--task", choices=list(CONTROLLERS), default="balls", help="task (default balls)")
+    made.add_argument("--seed", type=int, default=1, help="scene (default 1)")
+    made.add_argument("--stay", action="store_true", help="keep the server running, to look at its pages")
     made.add_argument(
         "--json", action="store_true", help="print the outcome as one JSON object, on the last line"
     )
     made.add_argument(
-        "--replay", type=Path, default=Path(), metavar="FOLDER", help="where to put the replay (default here)"
+        "--replay", type=Path, default=Path(), metavar="FOLDER", help="folder for the replay (default here)"
     )
     made.add_argument(
         "--data-dir",
         type=Path,
         metavar="FOLDER",
-        help="keep the server's database and log there, for `palmares serve --data-dir FOLDER`",
+        help="folder for the server's database and log, also for `palmares serve --data-dir FOLDER`",
     )
     made.add_argument("--program", help="the palmares program (default: the one of this package)")
     return made
@@ -94,7 +93,7 @@ def parser() -> argparse.ArgumentParser:
 
 @contextlib.contextmanager
 def data_folder(wanted: Path | None) -> Iterator[Path]:
-    """Give the folder that is wanted, or one that goes away."""
+    """Give the wanted folder, or a temporary one."""
     if wanted is not None:
         yield wanted
         return
@@ -103,7 +102,7 @@ def data_folder(wanted: Path | None) -> Iterator[Path]:
 
 
 def play(url: str, task: str, seed: int) -> dict[str, Any]:
-    """Let the example play; its progress goes to standard error, its summary is returned."""
+    """Play with the example, whose progress goes to standard error; return its summary."""
     module, _, _ = CONTROLLERS[task]
     command = [
         sys.executable,
@@ -125,11 +124,11 @@ def play(url: str, task: str, seed: int) -> dict[str, Any]:
 def summary(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], replay: Path) -> str:
     """Return the outcome for programs."""
     _, field, _ = CONTROLLERS[task]
-    told = {name: outcome[name] for name in ("score", field, "run_id", "rtf")}
-    return json.dumps({**told, "leaderboard": rows, "replay": str(replay)})
+    chosen = {name: outcome[name] for name in ("score", field, "run_id", "rtf")}
+    return json.dumps({**chosen, "leaderboard": rows, "replay": str(replay)})
 
 
-def people(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], replay: Path) -> str:
+def in_words(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], replay: Path) -> str:
     """Return the outcome for people."""
     _, field, counted = CONTROLLERS[task]
     lines = [

@@ -1,4 +1,4 @@
-"""``palmares evaluate``."""
+"""``palmares evaluate``: play controllers in many scenes and report their scores."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from palmares.evaluate import MAX_SEEDS, ControllerError, Played, Pool, Report, 
 
 EXAMPLES = """\
 A controller is a Python file, or a module, with a function run(client, seed), which opens a run with
-client.reset(..., seed=seed), plays it and ends it with client.stop(). If it has parameters named task
-and hand, they are given.
+client.reset(..., seed=seed), plays it and ends it with client.stop(). Parameters named task and hand
+are passed to it.
 
 examples:
   palmares evaluate my_controller.py
   palmares evaluate my_controller.py --tasks balls,shelf --hands softhand --seeds 5001-5100
   palmares evaluate new.py old.py --scenes 200                   compares them in the same scenes
   palmares evaluate palmares.examples.balls_softhand --replays worst/
-  palmares evaluate my_controller.py --url http://127.0.0.1:8080   over the socket
+  palmares evaluate my_controller.py --url http://127.0.0.1:8080   on a server
   palmares evaluate my_controller.py --ray            on the machines of a Ray cluster
-Ctrl-C ends it with the report of the runs so far, and tells which were being played."""
+Ctrl-C ends it with a report of the finished runs and names the open ones."""
 
 
 def main(arguments: list[str]) -> int:
-    """Do what the command line says; return the exit code: 1 when a run failed."""
+    """Run the command; return the exit code: 1 when a run failed."""
     options = parser().parse_args(list(separated(arguments)))
     per_controller = max(1, len(options.tasks)) * max(1, len(options.hands)) * len(options.seeds)
     total = per_controller * len(options.controllers)
@@ -63,7 +63,7 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt as stop:
         print(f"palmares evaluate: interrupted after {len(outcomes)} of {total} runs", file=sys.stderr)
         for note in getattr(stop, "__notes__", []):
-            print(f"being played: {note}", file=sys.stderr)
+            print(f"open: {note}", file=sys.stderr)
         report, interrupted = Report.of(outcomes), True
     if options.replays is not None:
         keep_worst(report)
@@ -79,7 +79,7 @@ def main(arguments: list[str]) -> int:
 
 
 def pool(options: argparse.Namespace) -> Pool:
-    """Return who plays."""
+    """Return the pool of the chosen processes or cluster."""
     if options.ray is None:
         return processes(options.jobs, options.timeout_s)
     if options.timeout_s is not None:
@@ -90,7 +90,7 @@ def pool(options: argparse.Namespace) -> Pool:
 
 
 def keep_worst(report: Report) -> None:
-    """Remove the replays that the report does not name."""
+    """Remove the replays of all but the worst runs."""
     for row in report.rows:
         named = {run.replay for run in row.worst()}
         for run in row.runs:
@@ -102,13 +102,11 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(
         prog="palmares evaluate",
-        description="Play controllers over many scenes and print what their scores come to.",
+        description="Play controllers in many scenes and print statistics of their scores.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    made.add_argument(
-        "controllers", nargs="+", metavar="CONTROLLER", help="a Python file, or a module's name"
-    )
+    made.add_argument("controllers", nargs="+", metavar="CONTROLLER", help="a Python file or a module's name")
     made.add_argument(
         "--tasks", type=words, default=[], metavar="A,B", help="tasks (default: the controller's own)"
     )
@@ -139,30 +137,30 @@ def parser() -> argparse.ArgumentParser:
         nargs="?",
         const="",
         metavar="ADDRESS",
-        help="play on a Ray cluster, a run at a time on each of its cores; without ADDRESS on the one that "
-        "this machine is part of, or on one of this machine alone",
+        help="play on a Ray cluster, one run on each core; without ADDRESS on the cluster of this machine, "
+        "or on a new one of this machine alone",
     )
     made.add_argument(
         "--timeout-s",
         type=seconds,
         metavar="S",
-        help="a run that takes longer has failed and counts 0 (default: no limit)",
+        help="longest time of a run; a longer one has failed and counts 0 (default: no limit)",
     )
     made.add_argument(
         "--replays",
         metavar="FOLDER",
-        help="keep the replays of the worst runs there; without --url every run is then played twice",
+        help="folder for the replays of the worst runs; without --url every run is then played twice",
     )
-    made.add_argument("--markdown", type=Path, metavar="FILE", help="also write the table there, in Markdown")
+    made.add_argument("--markdown", type=Path, metavar="FILE", help="file for the table, in Markdown")
     made.add_argument("--json", action="store_true", help="print everything as JSON")
     made.add_argument("--quiet", action="store_true", help="no progress bar")
     return made
 
 
 def separated(arguments: Sequence[str]) -> Iterator[str]:
-    """Yield the arguments such that what follows ``--ray`` and is no address is a controller.
+    """Yield the arguments; ``--ray`` before something other than an address becomes ``--ray=``.
 
-    An address has a colon, or is ``auto`` or ``local``.
+    An address has a colon, or is ``auto`` or ``local``. Anything else after ``--ray`` is a controller.
     """
     for word, following in zip_longest(arguments, arguments[1:], fillvalue=""):
         address = ":" in following or following in ("auto", "local")
@@ -170,7 +168,7 @@ def separated(arguments: Sequence[str]) -> Iterator[str]:
 
 
 def words(text: str) -> list[str]:
-    """Read names with commas between."""
+    """Read names separated by commas."""
     return [word for word in text.split(",") if word]
 
 
@@ -222,5 +220,5 @@ def seeds(text: str) -> Sequence[int]:
 
 def _range(first: int, last: int) -> range:
     if last > MAX_SEED:
-        raise ValueError("no seed is so large")
+        raise ValueError("larger than any seed")
     return range(first, last + 1)

@@ -1,4 +1,4 @@
-"""Evaluation and learning on many machines, by Ray. Needs ``pip install 'palmares[ray]'``.
+"""Evaluation and learning on many machines with Ray. Needs ``pip install 'palmares[ray]'``.
 
 >>> import palmares.ray                                                      # doctest: +SKIP
 ... report = palmares.ray.evaluate("my_controller.py", "balls", "softhand", seeds=range(1, 1001))
@@ -6,9 +6,8 @@
 ... actors = palmares.ray.batches(8, "balls", "softhand", worlds=32)
 ... palmares.ray.register_envs()                                             # for RLlib
 
-Which run is played where, what happens when a machine is lost, and how much each may use are Ray's: its
-options are passed on to it as they are. A run depends on its seed alone, so that a report is the same for any
-number of workers, and after any number of them has been lost.
+Ray places the runs, handles lost machines and limits resources; its options are passed on unchanged. A run
+depends on its seed alone, so that a report is the same for any number of workers and lost machines.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -28,7 +27,7 @@ __all__ = ["batches", "evaluate", "pool", "register_envs", "rollouts"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import what needs the compiled part of the package when it is asked for."""
+    """Import `batches` and `rollouts`, which need the compiled part of the package, at first use."""
     if name in ("batches", "rollouts"):
         from palmares.ray import worlds
 

@@ -10,14 +10,14 @@ if TYPE_CHECKING:
 
 
 def register_envs() -> list[str]:
-    """Tell RLlib and Tune of every task and hand, under the ids of gymnasium; return the ids.
+    """Register every task and hand with RLlib and Tune, under the ids of gymnasium; return the ids.
 
     >>> palmares.ray.register_envs()                                      # doctest: +SKIP
     ... config = PPOConfig().environment("palmares/Grasp-SoftHand-v1", env_config={"ticks": 20})
 
-    RLlib's own models want one vector: an observation is the fields of `palmares.gym.FlatEnv` in a row, in
-    the order of their names. With ``"flatten": False`` in `env_config` it is the dictionary. What else is
-    in `env_config` are arguments of `FlatEnv`, such as ``sensing`` and ``ticks``.
+    RLlib's own models need one vector: an observation is the fields of `palmares.gym.FlatEnv` in the order of
+    their names. With ``"flatten": False`` in `env_config` it is the dictionary. All other entries of
+    `env_config` are arguments of `FlatEnv`, such as ``sensing`` and ``ticks``.
 
     Raises:
         ImportError: gymnasium or Ray Tune is missing.
@@ -35,7 +35,7 @@ def register_envs() -> list[str]:
 
 
 def make(kind: dict[str, str], config: dict[str, Any]) -> gymnasium.Env[Any, Any]:
-    """Return an environment of a task and a hand, as RLlib's `env_config` wants it."""
+    """Return an environment of a task and a hand, configured by RLlib's `env_config`."""
     from gymnasium.wrappers import FlattenObservation
 
     from palmares.gym import FlatEnv

@@ -1,4 +1,4 @@
-"""What workers on other machines need of this one: a controller's source, the files of hands and tasks."""
+"""Files for workers on other machines: a controller's source, hands and tasks."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from pathlib import Path
 
 from palmares.evaluate.controller import is_file
 
-# What belongs to a hand or a task, if it is no archive.
+# Files of a hand or a task that is no archive.
 KINDS = {".urdf", ".toml", ".stl"}
-# Bounds what is sent if a large folder is named by mistake.
+# Limits the transfer if a large folder is named by mistake.
 MAX_BYTES = 100 << 20
 
 
 @dataclass(frozen=True)
 class Parcel:
-    """Files to be sent.
+    """Files to send.
 
     Attributes:
-        main: Path in the parcel of what it is about; empty for the whole.
+        main: Path of the main file in the parcel; empty for the whole folder.
         files: Contents by path in the parcel.
 
     """
@@ -38,7 +38,7 @@ class Parcel:
 
 
 def of_controller(controller: str) -> Parcel | None:
-    """Pack a controller and what it imports of the modules beside it; `None` for a module that is named."""
+    """Pack a controller and the modules it imports from its folder; `None` for a module given by name."""
     if not is_file(controller):
         return None
     path = Path(controller).resolve()
@@ -52,7 +52,7 @@ def of_controller(controller: str) -> Parcel | None:
 
 
 def imported(file: Path, text: bytes, folder: Path) -> Iterator[Path]:
-    """Return the files below a folder that an import in a file may mean, wherever in it the import stands."""
+    """Return the files below a folder that any import in a file may mean."""
     for node in ast.walk(ast.parse(text, str(file))):
         if isinstance(node, ast.Import):
             names, start = [alias.name for alias in node.names], folder
@@ -73,10 +73,10 @@ def imported(file: Path, text: bytes, folder: Path) -> Iterator[Path]:
 
 
 def of_files(name: str | None) -> Parcel | None:
-    """Pack the files of a hand or task that is given by its path; `None` for one that is named.
+    """Pack the files of a hand or task given by its path; `None` for one given by name.
 
     Raises:
-        ValueError: There is too much of it.
+        ValueError: The files exceed `MAX_BYTES`.
 
     """
     from palmares import sim

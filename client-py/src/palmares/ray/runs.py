@@ -24,8 +24,8 @@ from palmares.ray.parcel import Parcel, of_controller, of_files
 from palmares.version import VERSION
 
 OPTIONS = {"num_cpus": 1, "max_retries": 5, "scheduling_strategy": "SPREAD"}
-"""What Ray is told of a run, where a caller says nothing else"""
-# How often the bar moves.
+"""Options of Ray for a run, unless a caller replaces them"""
+# Period of the progress bar.
 LOOK_S = 0.5
 
 Task = TypeVar("Task")
@@ -43,7 +43,7 @@ def evaluate(
     progress: bool = True,
     **options: Any,
 ) -> Report:
-    """Play controllers as `palmares.evaluate.evaluate` does, on all machines of a cluster, with a bar.
+    """Play controllers as `palmares.evaluate.evaluate` does, on all machines of a cluster.
 
     Args:
         controllers: Python files or names of modules.
@@ -53,7 +53,7 @@ def evaluate(
         address: As for `pool`.
         url: A server that every machine reaches, or ``local`` for worlds in the workers.
         replays: Folder on this machine.
-        progress: Whether to show the bar, on standard error.
+        progress: Whether to show a bar on standard error.
         options: As for `pool`.
 
     """
@@ -74,16 +74,16 @@ def evaluate(
 def pool(address: str | None = None, **options: Any) -> Pool:
     """Return a pool for `palmares.evaluate.evaluate`, in which every run is a task of Ray.
 
-    What a run needs is sent to the worker: the controller's file, the modules beside it that it imports, and
-    the files of hands and tasks that are given by a path. A controller that is named as a module must be
-    installed there. A run whose worker is lost is played again elsewhere; one whose worker ends time and
-    again, as by a fault of compiled code, has failed.
+    The worker receives the controller's file, the modules it imports from its folder, and the files of hands
+    and tasks given by a path. A controller given as a module must be installed there. When a worker is lost,
+    its run is played again elsewhere; after ``max_retries`` losses, for example by a crash of compiled code,
+    the run has failed.
 
     Args:
-        address: Of the cluster, as `ray.init` takes it. Left out: the one this process is connected to, else
-            the one that this machine is part of, else one of this machine alone.
-        options: Those of `ray.remote` for a task, such as ``num_cpus``, ``num_gpus`` and
-            ``max_retries``; they replace those of `OPTIONS`.
+        address: Address of the cluster, as for `ray.init`. Left out: the cluster of this process, else that
+            of this machine, else a new one on this machine alone.
+        options: Options of `ray.remote` for a task, such as ``num_cpus``, ``num_gpus`` and ``max_retries``;
+            they replace those of `OPTIONS`.
 
     """
 
@@ -108,13 +108,13 @@ def pool(address: str | None = None, **options: Any) -> Pool:
 
 
 def connect(address: str | None) -> None:
-    """Connect this process to a cluster, if it is not."""
+    """Connect this process to a cluster, unless it is connected."""
     if address is not None or not ray.is_initialized():
         ray.init(address, logging_level=logging.WARNING)
 
 
 def finished(waiting: Mapping[Any, Task]) -> Iterator[tuple[Task, Any]]:
-    """Yield what is waited for with its reference, as soon as it is there; cancel what is left in the end."""
+    """Yield each task with its reference when it has finished; cancel the others at the end."""
     left = dict(waiting)
     try:
         while left:
@@ -127,7 +127,7 @@ def finished(waiting: Mapping[Any, Task]) -> Iterator[tuple[Task, Any]]:
 
 
 def build() -> str:
-    """Return which build of the package this machine has."""
+    """Return the build of the package on this machine."""
     try:
         from palmares import sim
     except ImportError:
@@ -137,10 +137,10 @@ def build() -> str:
 
 
 def check_build(wanted: str) -> None:
-    """Refuse to play on a machine with another build: it may come to other results.
+    """Refuse to play on a machine with another build, whose results may differ.
 
     Raises:
-        RuntimeError: It is another.
+        RuntimeError: The build differs.
 
     """
     if build() != wanted:
@@ -151,7 +151,7 @@ def check_build(wanted: str) -> None:
 def _play(
     job: Job, wanted: str, controller: Parcel | None, task: Parcel | None, hand: Parcel | None
 ) -> tuple[Played, bytes | None]:
-    """Play a run where this worker is; return with it the contents of its replay."""
+    """Play a run in this worker; return the outcome and the contents of its replay."""
     check_build(wanted)
     with tempfile.TemporaryDirectory(prefix="palmares-") as name:
         folder = Path(name)
@@ -163,12 +163,12 @@ def _play(
             replays=job.replays and name,
         )
         played = play(there)
-        kept = played.replay if job.replays else None
-        return played, None if kept is None else Path(kept).read_bytes()
+        path = played.replay if job.replays else None
+        return played, None if path is None else Path(path).read_bytes()
 
 
 def _got(job: Job, ref: Any) -> Played:
-    """Return what came of a run; write its replay here."""
+    """Return the outcome of a run; write its replay on this machine."""
     played: Played
     try:
         played, replay = ray.get(ref)

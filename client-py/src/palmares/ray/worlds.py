@@ -21,11 +21,11 @@ from palmares.sim.batch import Arrays
 from palmares.training import Training
 
 Policy = Callable[[Arrays], Array]
-"""Takes observations, arrays (N, …), and returns actions (N, 6 + motors), as `palmares.sim.Batch` has them"""
+"""Maps observations, arrays (N, …), to actions (N, 6 + motors), both as in `palmares.sim.Batch`"""
 
 
 class BatchActor(Batch):
-    """A `Batch` in a worker, stepped by one thread; `batches` makes actors of it."""
+    """A `Batch` in a worker, stepped by one thread; `batches` makes actors from it."""
 
     def __init__(
         self,
@@ -57,26 +57,26 @@ def batches(
     address: str | None = None,
     **options: Any,
 ) -> list[Any]:
-    """Return actors of Ray with a `palmares.sim.Batch` each, for a training that steps worlds itself.
+    """Return actors of Ray, each with a `palmares.sim.Batch`, for a training that steps worlds itself.
 
     >>> actors = batches(4, "balls", "softhand", worlds=16)               # doctest: +SKIP
     ... ray.get([actor.reset.remote(seeds) for actor, seeds in zip(actors, parts)])
     ... steps = ray.get([actor.step.remote(actions) for actor, actions in zip(actors, given)])
 
-    The methods are those of `Batch`. An actor whose worker is lost is started anew by Ray; its worlds have
-    no runs then, and `step` says so until they are reset.
+    The methods are those of `Batch`. Ray restarts an actor whose worker is lost; its worlds then have no
+    runs, and `step` raises an error until they are reset.
 
     Args:
-        count: How many actors.
+        count: Number of actors.
         task: Name of a task, or the path of your own.
         hand: Name of a hand, or the path of your own.
-        worlds: N, the number of worlds of each.
-        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        worlds: N, the number of worlds of each actor.
+        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
         noise: ``none`` or ``real``.
         training: Shaped rewards, and runs that differ from the task's, as for `Batch`.
         address: As for `palmares.ray.pool`.
-        options: Those of `ray.remote` for an actor; without them a core for each, spread over the machines,
-            started anew as often as need be.
+        options: Options of `ray.remote` for an actor. Default: one core each, spread over the machines, and
+            any number of restarts.
 
     """
     connect(address)
@@ -102,25 +102,24 @@ def rollouts(
     progress: bool = True,
     **options: Any,
 ) -> Report:
-    """Play a policy over many scenes, some at a time in each worker, up to the end of every run.
+    """Play a policy in many scenes, several at once in each worker, to the end of every run.
 
-    The policy is sent to the workers. Each group of `worlds` seeds is a task of Ray, played by a copy of its
-    own of what was given here; if its worker is lost, it is played again elsewhere. So the report depends
-    neither on the number of workers nor on what becomes of them.
+    Each group of `worlds` seeds is a task of Ray with its own copy of the policy; if its worker is lost, it
+    is played again elsewhere. So the report does not depend on the number of workers or on lost ones.
 
     Args:
-        policy: Takes observations, arrays (N, …), and returns actions (N, 6 + motors), as
-            `palmares.sim.Batch` has them: finite, also for runs that are over, which stand still.
+        policy: Maps observations, arrays (N, …), to actions (N, 6 + motors), both as in `palmares.sim.Batch`.
+            Actions are finite, also those of runs that are over, which have no effect.
         task: Name of a task, or the path of your own.
         hand: Name of a hand, or the path of your own.
         seeds: The scenes.
-        worlds: How many seeds are played at a time in one worker.
+        worlds: Number of seeds that one worker plays at once.
         ticks: Ticks under each action.
-        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
         noise: ``none`` or ``real``.
-        name: What the policy is called in the report.
+        name: Name of the policy in the report.
         address: As for `palmares.ray.pool`.
-        progress: Whether to show a bar, on standard error.
+        progress: Whether to show a bar on standard error.
         options: As for `palmares.ray.pool`.
 
     Raises:
@@ -156,7 +155,7 @@ def _roll_out(
     ticks: int,
     kind: dict[str, Any],
 ) -> list[dict[str, Any]]:
-    """Play a run for each seed; return the fields of `Played` that the referee knows."""
+    """Play a run for each seed; return the fields of `Played` that a result has."""
     batch = BatchActor(wanted, task, hand, parcels, len(seeds), kind)
     observations = batch.reset(seeds)
     while not batch.done.all():

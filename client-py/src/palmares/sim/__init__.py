@@ -5,9 +5,9 @@
 ... obs = world.step(hand=[1.0], repeat=100)
 ... print(world.result().score, world.state_hash())
 
-A run that is played here and through a server with the same actions ends in the same state hash and the same
-score, on any machine. `World` is one world that can be kept and gone back to; `Batch` is many of them on all
-cores. Both need the compiled part of the package, which its wheels have.
+A run with the same actions ends in the same state hash and the same score here and on a server, on any
+machine. `World` is one world, with snapshots; `Batch` is many worlds on all cores. Both need the compiled
+part of the package, which the wheels contain.
 """
 
 try:
@@ -15,7 +15,7 @@ try:
     from palmares._native import welcome as native_welcome
 except ImportError as missing:
     raise ImportError(
-        "palmares.sim needs the compiled part of the package, which is missing here: install a wheel "
+        "palmares.sim needs the compiled part of the package, which is missing: install a wheel "
         "(`cargo xtask wheel` makes one). `palmares.Client` works without it."
     ) from missing
 
@@ -30,15 +30,15 @@ from palmares.training import Training
 def welcome(
     team: str = "palmares-py", own_hands: Iterable[str] = (), own_tasks: Iterable[str] = ()
 ) -> Welcome:
-    """Return what a practice server greets with: tasks, hands, limits, fields of actions and observations.
+    """Return the greeting of a practice server: tasks, hands, limits, fields of actions and observations.
 
     Args:
         team: Name of the team.
-        own_hands: Paths of hands of your own, which are to be among them.
-        own_tasks: Paths of tasks of your own, which are to be among them.
+        own_hands: Paths of further hands.
+        own_tasks: Paths of further tasks.
 
     Raises:
-        ValueError: There is no such hand or task, or it cannot be read.
+        ValueError: A hand or task does not exist or cannot be read.
 
     """
     return read(native_welcome(team, list(own_hands), list(own_tasks)), Welcome)
@@ -50,7 +50,7 @@ TASKS = tuple(task.name for task in _GREETING.tasks)
 HANDS = tuple(hand.name for hand in _GREETING.hands)
 """Names of the hands that come with the program"""
 FAULTS = dict(faults())
-"""What a world can fail of: the `fault` of a `palmares.WorldFaultError`, and what it means and what to try"""
+"""Causes of a world's failure: each `fault` of a `palmares.WorldFaultError`, its meaning and remedies"""
 
 __all__ = [
     "FAULTS",

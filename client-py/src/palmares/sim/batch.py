@@ -24,32 +24,32 @@ Arrays: TypeAlias = dict[str, Array]
 Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
 
 FIELDS = (("linear", slice(0, 3)), ("angular", slice(3, 6)), ("hand", slice(6, None)))
-"""Of an action: name and columns"""
+"""Name and columns of each part of an action"""
 
 
 @dataclass(frozen=True)
 class Stepped:
-    """What a step of a `Batch` gave; every array has one entry for each world."""
+    """Outcome of a step of a `Batch`; every array has one entry for each world."""
 
     observations: Arrays
     """As in `Batch.observe`"""
     rewards: Array
-    """(N,), change of the score in this step; with the last one the objects have settled and are counted"""
+    """(N,), change of the score in this step; in the last one the objects settle and are counted"""
     terminated: NDArray[np.bool_]
     """(N,), the task is complete"""
     truncated: NDArray[np.bool_]
     """(N,), a limit ended the run, or a fault voided it"""
     shaping: Array | None = None
-    """(N,), the shaped part F of the rewards, which `rewards` does not have; ``None`` without it"""
+    """(N,), the shaped part F, which is not in `rewards`; ``None`` without `Training.shaping`"""
 
 
 class Batch:
     """N worlds of one task and hand, stepped by a pool of native threads.
 
-    A world's run is the same as that of a `World` with its seed and actions, for any number of threads.
+    A run is the same as that of a `World` with its seed and actions, for any number of threads.
 
-    An observation is a dictionary of arrays (N, …) of float64; without `sensing` ``truth`` the last five are
-    missing, and what a hand does not have is missing too:
+    An observation is a dictionary of arrays (N, …) of float64. The last five are only there with
+    ``sensing="truth"``, those of sensors only if the hand has them:
 
     - ``base`` (13,): position (m), quaternion x y z w, linear (m/s) and angular (rad/s) velocity
     - ``motors`` (motors, 4): command, position, velocity (1/s) and tension of each
@@ -68,18 +68,18 @@ class Batch:
         task: Name of the task, or the path of your own; as for `World`.
         hand: Name of a hand, or the path of your own; as for `World`.
         count: N, the number of worlds.
-        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
         noise: ``none`` or ``real``.
         threads: Threads that step; one for each core when left out.
-        training: For learners: shaped rewards, and runs that differ from the task's. Rows of objects that are
-            not there are zero, their ``object_kind`` is −1.
+        training: For learners: shaped rewards, and runs that differ from the task's. Rows of missing objects
+            are zero, their ``object_kind`` is −1.
 
     Attributes:
         count: N.
-        fields: Shape of each field of an observation, of one world.
-        action_len: Numbers of one world's action.
+        fields: Shape of each field of an observation, for one world.
+        action_len: Length of one world's action.
         tick_s: Length of a tick, s.
-        clipping: What warns when the first action is clipped.
+        clipping: Warns when the first action is clipped.
 
     """
 
@@ -114,11 +114,11 @@ class Batch:
         """Open runs with these scenes, in the worlds of `mask` or in all; return the observations of all.
 
         Args:
-            seeds: (N,), 0 to 2**53 - 1; those of other worlds are not looked at.
+            seeds: (N,), 0 to 2**53 - 1; seeds of other worlds are ignored.
             mask: (N,).
 
         Raises:
-            ValueError: These are no seeds or no mask; nothing has changed.
+            ValueError: A seed or the mask is invalid; nothing has changed.
 
         """
         chosen, seeds = self._mask(mask), list(seeds)
@@ -128,8 +128,8 @@ class Batch:
             whole(f"seeds[{k}]", seed, 0, MAX_SEED) if wanted else 0
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
-        with progress(sum(chosen), "world", "reset") as told:
-            self._native.reset(numbers, chosen, told)
+        with progress(sum(chosen), "world", "reset") as report:
+            self._native.reset(numbers, chosen, report)
         return self.observe()
 
     @property
@@ -140,28 +140,28 @@ class Batch:
     def step(self, actions: ArrayLike, ticks: int = 10, mask: Mask | None = None) -> Stepped:
         """Advance the worlds of `mask`, or all, by `ticks` under their actions.
 
-        A world that is over stands still, with reward 0, until it is reset. Ctrl-C ends the call between two
-        ticks.
+        A world whose run is over does not move and has reward 0 until it is reset. Ctrl-C ends the call
+        between two ticks.
 
         Args:
             actions: (N, 6 + motors): linear (m/s) and angular (rad/s) velocity of the base, world frame, and
-                σ of each motor in [0, 1]; what is beyond the limits is clipped.
-            ticks: At least 1, of `tick_s` each.
+                σ of each motor in [0, 1]; values beyond the limits are clipped.
+            ticks: At least 1, each of `tick_s`.
             mask: (N,).
 
         Raises:
-            ValueError: Another shape, or a number that is not finite; nothing has changed.
+            ValueError: A wrong shape, or a number that is not finite; nothing has changed.
 
         """
         ticks = whole("ticks", ticks, 1, MAX_COUNT)
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
-        self._look(numbers)
-        with progress(ticks, "tick", "step") as told:
-            self._native.step(numbers, ticks, chosen, told)
+        self._warn_if_clipped(numbers)
+        with progress(ticks, "tick", "step") as report:
+            self._native.step(numbers, ticks, chosen, report)
         rewards, _, terminated, truncated = self._native.progress()
         return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
 
-    def _look(self, actions: Array) -> None:
+    def _warn_if_clipped(self, actions: Array) -> None:
         """Warn if this is the first action beyond the limits."""
         if self.clipping.is_muted:
             return
@@ -169,28 +169,28 @@ class Batch:
         if clipped is not None:
             world, place = clipped
             field, columns = FIELDS[place]
-            asked = actions[world, columns]
-            longest = None if field == "hand" else self._limits[place]
-            was = asked.clip(0.0, 1.0) if longest is None else asked * longest / np.linalg.norm(asked)
-            self.clipping.warn(f"actions[{world}]: {field}", asked.tolist(), was.tolist(), stacklevel=3)
+            wanted = actions[world, columns]
+            limit = None if field == "hand" else self._limits[place]
+            was = wanted.clip(0.0, 1.0) if limit is None else wanted * limit / np.linalg.norm(wanted)
+            self.clipping.warn(f"actions[{world}]: {field}", wanted.tolist(), was.tolist(), stacklevel=3)
 
     def observe(self) -> Arrays:
-        """Return the observations: of each field an array (N, …)."""
+        """Return the observations: an array (N, …) of each field."""
         return self._native.observe()
 
     @property
     def potential(self) -> Arrays | None:
-        """The potential of each run now, by term, each (N,); see `World.potential`."""
+        """The terms of the potential, each (N,); see `World.potential`."""
         return self._native.potential()
 
     @property
     def training(self) -> Training:
-        """What learners have here."""
+        """Options for learners."""
         return self._training
 
     @property
     def fraction(self) -> float:
-        """Part of the objects that are there; set, it holds for the resets to come."""
+        """Part of the task's objects in the scene; a new value holds for later resets."""
         return self._training.fraction
 
     @fraction.setter
@@ -200,12 +200,12 @@ class Batch:
 
     @property
     def scores(self) -> Array:
-        """(N,), score of each run if it ended now; the final one of a run that is over."""
+        """(N,), score of each run if it ended now; the final score of a run that is over."""
         return self._native.progress()[1]
 
     @property
     def done(self) -> NDArray[np.bool_]:
-        """(N,), which runs are over."""
+        """(N,), True for runs that are over."""
         _, _, terminated, truncated = self._native.progress()
         return terminated | truncated
 
@@ -226,7 +226,7 @@ class Batch:
 
     @property
     def physics_s(self) -> float:
-        """Seconds that the threads have spent in physics and referee, all together: for those who measure."""
+        """Time that all threads together have spent in physics and referee, s; for benchmarks."""
         return self._native.physics_s
 
     def state_hashes(self) -> list[str]:
@@ -234,24 +234,24 @@ class Batch:
         return self._native.state_hashes()
 
     def events(self, world: int) -> list[tuple[int, str, int | None]]:
-        """Return what the referee noted of a world in its last step: tick, kind, object."""
+        """Return the referee's events of a world in its last step: tick, kind, object."""
         return self._native.events(self._world(world))
 
     def result(self, world: int) -> dict[str, Any] | None:
         """Return the final count of a world whose run is over: status, score, in_goal, outside, reason.
 
-        Status: ``practice``, ``voided`` after a fault, ``training`` when `training` made the run another
-        than the task's. After a fault ``fault`` is its code, as in `palmares.WorldFaultError`, and ``note``
-        says when the world failed, what that means and what to try; both are ``None`` otherwise.
+        Status: ``practice``, ``voided`` after a fault, ``training`` when `training` made the run differ from
+        the task's. After a fault ``fault`` is its code, as in `palmares.WorldFaultError`, and ``note`` has
+        its time, meaning and remedies; otherwise both are ``None``.
         """
         return self._native.result(self._world(world))
 
     def snapshot(self, world: int) -> Snapshot:
-        """Keep a world as it is; see `World.snapshot`."""
+        """Return the state of a world; see `World.snapshot`."""
         return self._native.snapshot(self._world(world))
 
     def restore(self, world: int, snapshot: Snapshot | bytes) -> None:
-        """Let a world go on from a snapshot of the same task, hand, seed and noise."""
+        """Set a world to a snapshot of the same task, hand, seed and noise."""
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))
         self._native.restore(self._world(world), snapshot)

@@ -1,39 +1,50 @@
-"""Runs in this process, for a `palmares.Client` without a server."""
+"""The link of a `palmares.Client` without a server: runs in this process."""
 
 from __future__ import annotations
 
 import json
 import os
 import secrets
+import time
 from collections.abc import Sequence
 from typing import Any, NoReturn, TypeVar
 
 from palmares import sim
 from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
-from palmares.messages import LeaderboardRow, Reply, Result, RunInfo, Time, Welcome
+from palmares.messages import Result, Welcome
 from palmares.net.codec import Encoding
 from palmares.net.link import Link
-from palmares.net.requests import Perturb, Request, Reset, Step, Stop
-from palmares.net.requests import Time as AskTime
+from palmares.wire import (
+    LeaderboardRow,
+    PerturbRequest,
+    Reply,
+    Request,
+    ResetRequest,
+    RunInfo,
+    StepRequest,
+    StopRequest,
+    Time,
+    TimeRequest,
+)
 
 Answer = TypeVar("Answer", bound=Reply)
 
-# Of a server: what plays here shall play there.
+# The limit of servers, so that a controller plays on both.
 REPEAT = 100
 
 
 class LocalLink(Link):
-    """Answers the requests of a client in this process, as `palmares.net.link.Link` does over a connection.
+    """Handles the requests of a client in this process, as `palmares.net.link.Link` does over a connection.
 
     Attributes:
-        welcome: What a practice server says in its greeting.
-        resumed: Always ``None``: there is no connection that could break.
+        welcome: The greeting of a practice server.
+        resumed: Always ``None``: no connection can break.
         world: The world of the current or last run.
-        training: What learners have in the runs that are opened from now on.
+        training: Options for learners in later runs.
 
     """
 
-    # Nothing of a connection is made, so its own initialisation is left out.
+    # No connection is made, so `Link.__init__` is not called.
     def __init__(self, team: str, training: sim.Training | None = None) -> None:
         self._team = team
         self.training = training
@@ -46,27 +57,27 @@ class LocalLink(Link):
         self.world: sim.World | None = None
 
     def exchange(self, request: Request, kind: type[Answer]) -> Answer:
-        """Do what is requested and return the reply.
+        """Handle a request and return the reply.
 
         Raises:
-            PalmaresError: The request is refused.
+            PalmaresError: The request was refused.
 
         """
         reply: Reply
-        if isinstance(request, Reset):
+        if isinstance(request, ResetRequest):
             reply = self._reset(request)
-        elif isinstance(request, Step | Perturb):
-            reply = self._asked(request, kind)
-        elif isinstance(request, Stop):
+        elif isinstance(request, StepRequest | PerturbRequest):
+            reply = self._in_the_run(request, kind)
+        elif isinstance(request, StopRequest):
             reply = self._stop()
-        elif isinstance(request, AskTime):
+        elif isinstance(request, TimeRequest):
             reply = self._time()
         else:
             raise BadRequestError(f"bad_request: `{request.__struct_config__.tag}` needs a server")
         assert isinstance(reply, kind)
         return reply
 
-    def _asked(self, request: Step | Perturb, kind: type[Answer]) -> Answer:
+    def _in_the_run(self, request: StepRequest | PerturbRequest, kind: type[Answer]) -> Answer:
         try:
             return self._opened().ask(request, kind)
         except WrongStateError as refused:
@@ -74,7 +85,7 @@ class LocalLink(Link):
                 raise WrongStateError(f"{refused}; stop() returns its result") from None
             raise
 
-    def _reset(self, request: Reset) -> Reply:
+    def _reset(self, request: ResetRequest) -> Reply:
         if self._open:
             raise WrongStateError("wrong_state: a run is open; stop it first")
         if request.mode != "lockstep":
@@ -100,7 +111,7 @@ class LocalLink(Link):
         return obs
 
     def _meet_task(self, task: str) -> None:
-        """Take a task of one's own, given by its path, into the greeting."""
+        """Add a task given by its path to the greeting."""
         if task in self._own_tasks or task in sim.TASKS:
             return
         try:
@@ -109,7 +120,7 @@ class LocalLink(Link):
             raise UnknownTaskError(f"unknown_task: {unreadable}") from None
 
     def _meet_hand(self, hand: str) -> None:
-        """Take a hand of one's own, given by its path, into the greeting."""
+        """Add a hand given by its path to the greeting."""
         if hand in self._own_hands or any(known.name == hand for known in self.welcome.hands):
             return
         try:
@@ -118,7 +129,7 @@ class LocalLink(Link):
             raise UnknownHandError(f"unknown_hand: {unreadable}") from None
 
     def _greet(self, own_hand: Sequence[str] = (), own_task: Sequence[str] = ()) -> None:
-        """Set the greeting, with one more hand or task of one's own."""
+        """Set the greeting, with one more hand or task given by its path."""
         hands, tasks = [*self._own_hands, *own_hand], [*self._own_tasks, *own_task]
         self.welcome = sim.welcome(self._team, hands, tasks)
         self.welcome.limits.repeat = REPEAT
@@ -145,6 +156,7 @@ class LocalLink(Link):
                 run_id=self.world.run_id,
                 task=played.task,
                 hand=played.hand,
+                mode="lockstep",
                 tick=self.world.tick,
                 open=True,
             )
@@ -154,7 +166,10 @@ class LocalLink(Link):
             elapsed_s=simulated_s,
             wall_s=0.0,
             simulated_s=simulated_s,
+            refunded_s=0.0,
+            paused=False,
             run=run,
+            server_unix_ms=time.time_ns() // 1_000_000,
         )
 
     @property
@@ -164,10 +179,10 @@ class LocalLink(Link):
 
     @property
     def encoding(self) -> Encoding:
-        """That between this package and its compiled part."""
+        """The encoding between this package and its compiled part."""
         return "msgpack"
 
-    # --- what else a server is asked for ---
+    # --- requests that a server answers over HTTP ---
 
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the description of a hand, by name or path."""
@@ -185,24 +200,24 @@ class LocalLink(Link):
         self.world.save_replay(path, self._team)
 
     def leaderboard(self) -> list[LeaderboardRow]:
-        """Refuse: there is none."""
-        raise WrongStateError("wrong_state: runs in this process are on no leaderboard")
+        """Refuse: there is no leaderboard."""
+        raise WrongStateError("wrong_state: runs in this process have no leaderboard")
 
     def result_of(self, run_id: str) -> Result | None:  # noqa: ARG002 - as `Link` has it
-        """Return nothing: no run outlives its world."""
+        """Return ``None``: no result is stored."""
         return None
 
-    # --- what a connection does ---
+    # --- parts of a connection, without effect here ---
 
     def listen(self, wait_s: float) -> NoReturn:  # noqa: ARG002 - as `Link` has it
-        """Refuse: nothing comes unasked."""
+        """Refuse: a lockstep world sends replies only."""
         raise WrongStateError("wrong_state: in this process worlds run in lockstep; call step(…)")
 
     def resume(self, lost: Exception) -> None:
         """Do nothing."""
 
     def take_resumed(self) -> Welcome | None:
-        """Return nothing."""
+        """Return ``None``."""
         return None
 
     def silence_s(self) -> float:
@@ -219,5 +234,5 @@ class LocalLink(Link):
         """Do nothing."""
 
     def close(self) -> None:
-        """Forget the world."""
+        """Drop the world."""
         self.world, self._open = None, False

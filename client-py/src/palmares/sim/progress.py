@@ -1,4 +1,4 @@
-"""A bar for calls that take long."""
+"""A progress bar for long calls."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import Any
 from tqdm import tqdm
 
 DELAY_S = 2.0
-"""A bar is shown once a call has taken so long"""
+"""A bar appears after this duration of a call"""
 
 
 @contextmanager
 def progress(total: int, unit: str, what: str) -> Iterator[Callable[[int], None]]:
-    """Give what a long call tells how much it has done; after `DELAY_S` that is shown on stderr.
+    """Give a callback for the progress of a long call; after `DELAY_S` a bar on stderr shows it.
 
-    Only where somebody looks: in a terminal or a notebook. Nothing is made before, so that short calls cost
+    The bar appears only in a terminal or a notebook. It is made after `DELAY_S`, so that short calls cost
     nothing.
     """
     begun = time.monotonic()
     bar: tqdm[Any] | None = None
 
-    def tell(done: int) -> None:
+    def report(done: int) -> None:
         nonlocal bar
         if bar is None and time.monotonic() - begun > DELAY_S and _is_watched():
             bar = tqdm(total=total, unit=unit, desc=what, file=sys.stderr, leave=False, initial=done)
@@ -32,7 +32,7 @@ def progress(total: int, unit: str, what: str) -> Iterator[Callable[[int], None]
             bar.update(done - bar.n)
 
     try:
-        yield tell
+        yield report
     finally:
         if bar is not None:
             bar.close()

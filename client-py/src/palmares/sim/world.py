@@ -11,13 +11,24 @@ from palmares._native import World as NativeWorld
 from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
-from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
+from palmares.messages import Observation, Result
 from palmares.net.codec import CODECS
-from palmares.net.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
+from palmares.net.requests import names, whole_of
 from palmares.scene import Scene
 from palmares.sim.progress import progress
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
+from palmares.wire import (
+    Ack,
+    ErrorMessage,
+    Opened,
+    PerturbRequest,
+    PushWrench,
+    Reply,
+    Request,
+    StepRequest,
+    StopRequest,
+)
 
 Answer = TypeVar("Answer", bound=Reply)
 
@@ -25,25 +36,25 @@ CODEC = CODECS["msgpack"]
 
 
 class World:
-    """One run of a task, stepped in this process without holding the interpreter's lock.
+    """One run of a task, stepped in this process with the interpreter's lock released.
 
-    It observes, acts and is scored as a lockstep run of `palmares.Client`, with the same types. Use it from
-    one thread at a time. Ctrl-C ends a long `step` between two ticks.
+    Observations, actions and scores are those of a lockstep run of `palmares.Client`, with the same types.
+    Use it from one thread at a time. Ctrl-C ends a long `step` between two ticks.
 
     Args:
         task: Name of the task, one of `palmares.sim.TASKS`, or the path of your own: a folder with a
             ``task.toml``.
         hand: Name of a hand, one of `palmares.sim.HANDS`, or the path of your own: a folder, an archive or a
             URDF.
-        seed: Selects the scene, 0 to 2**53 - 1: the same as on a practice server.
-        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
-        noise: ``none``: sensors without errors, ``real``: with those of real ones.
-        cameras: Whose pictures of tick 0 to take, as in `step`.
+        seed: Selects the scene, 0 to 2**53 - 1; the same scene as on a practice server.
+        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
+        noise: ``none`` for sensors without errors, ``real`` for the errors of real ones.
+        cameras: Cameras that return an image of tick 0, as in `step`.
         training: For learners: shaped rewards, and runs that differ from the task's.
 
     Raises:
-        ValueError: There is no such task, hand or camera, the task does not declare what `training` asks for,
-            or the hand does not fit where it starts.
+        ValueError: The task, hand or camera does not exist, the task does not declare an option of
+            `training`, or the hand does not fit at its start.
 
     """
 
@@ -70,18 +81,18 @@ class World:
         self.reset(cameras=cameras)
 
     def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
-        """Begin anew, with another scene if `seed` is given; return the observation of tick 0.
+        """Open another run, in another scene if `seed` is given; return the observation of tick 0.
 
         Raises:
-            ValueError: `seed` is none; nothing has changed.
-            UnknownCameraError: There is no such camera; nothing has changed.
+            ValueError: `seed` is no seed; nothing has changed.
+            UnknownCameraError: A camera does not exist; nothing has changed.
 
         """
         seed = self._seed if seed is None else whole("seed", seed, 0, MAX_SEED)
         native = NativeWorld(self._task, self._hand, seed, self._sensing, self._noise, self._training)
         obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
-            raise ProtocolError("the first observation tells of no scene")
+            raise ProtocolError("the first observation has no scene")
         self._native, self._seed = native, seed
         self._run, self._scene, self._run_id = obs.run, obs.scene, obs.run_id
         self._names = [body.name for body in obs.scene.free]
@@ -101,12 +112,12 @@ class World:
         and `Client("local")` take up to `Limits.repeat`.
 
         Raises:
-            BadActionError: `base` or `hand` has another shape or is not finite; nothing has changed.
+            BadActionError: `base` or `hand` has a wrong shape or is not finite; nothing has changed.
             WrongStateError: The run is over.
-            WorldFaultError: The world failed; its `fault` says of what.
+            WorldFaultError: The world failed; `fault` is the cause.
 
         """
-        request = Step(
+        request = StepRequest(
             tick=self.tick,
             action=action_of(base, hand, self._motors),
             repeat=whole_of("repeat", repeat, 1, MAX_COUNT),
@@ -115,15 +126,15 @@ class World:
         try:
             obs = self._named(self.ask(request, Observation))
         except WrongStateError as over:
-            raise WrongStateError(f"{over}; result() returns its count, reset() begins anew") from None
-        self._clipping.ask(request.action)
-        self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
+            raise WrongStateError(f"{over}; result() returns its count, reset() opens another run") from None
+        self._clipping.request(request.action)
+        self._clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
         return obs
 
     def observe(
         self, sensing: Literal["sensors", "truth"] | None = None, cameras: Iterable[str] = ()
     ) -> Observation:
-        """Return what is seen now, with the world's sensing or another; nothing changes."""
+        """Return the observation of this tick, with the world's sensing or another; nothing changes."""
         raw = self._native.observe(sensing or self._sensing, names(cameras))
         return self._named(read(raw, Observation))
 
@@ -134,30 +145,30 @@ class World:
         torque: Numbers = (0.0, 0.0, 0.0),
         duration_s: float = 0.1,
     ) -> int:
-        """Push a link of the hand; return the tick at which it begins. See `palmares.Client.perturb`."""
-        wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
-        return self.ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+        """Push a link of the hand; return the tick of its begin. See `palmares.Client.perturb`."""
+        wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
+        return self.ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def result(self) -> Result:
-        """End the run, let the objects settle and count them; asked again, the same result."""
-        return self.ask(Stop(), Result)
+        """End the run: the objects settle and are counted. Later calls return the same result."""
+        return self.ask(StopRequest(), Result)
 
     def snapshot(self) -> Snapshot:
-        """Keep the world as it is after this tick.
+        """Return the state of the world after this tick; this takes microseconds.
 
-        Microseconds. ``bytes(snapshot)``, some kilobytes, is for another process or machine with the same
-        version of this package; `palmares.sim.Snapshot` reads it, and notices damage, but not forgery: take
-        them only from whom you trust.
+        ``bytes(snapshot)``, some kilobytes, is for another process or machine with the same version of this
+        package. `palmares.sim.Snapshot` reads it. It detects damage, but not forgery: take snapshots only
+        from sources that you trust.
         """
         return self._native.snapshot()
 
     def restore(self, snapshot: Snapshot | bytes) -> Observation:
         """Go back to a snapshot of this world, or of another of the same task, hand, seed and noise.
 
-        It goes on bit for bit as the world did of which the snapshot was taken. Return what is seen.
+        The world then continues bit for bit as the original did. Return the observation of that tick.
 
         Raises:
-            ValueError: It is of another scene or hand, or these bytes are none of this version.
+            ValueError: The snapshot is of another scene or hand, or of another version of the package.
 
         """
         if isinstance(snapshot, bytes | bytearray | memoryview):
@@ -166,7 +177,7 @@ class World:
         return self.observe()
 
     def fork(self) -> Self:
-        """Return another world that goes on from here on its own."""
+        """Return a copy of the world that continues on its own."""
         fork = type(self).__new__(type(self))
         fork.__dict__.update(self.__dict__)
         fork._native = self._native.fork()
@@ -177,19 +188,19 @@ class World:
         return self._native.state_hash()
 
     def save_replay(self, path: str | os.PathLike[str], team: str = "palmares-py") -> None:
-        """Write the run so far as a replay, which ``palmares verify`` plays again and the pages show.
+        """Write the run up to this tick as a replay, for ``palmares verify`` and the pages.
 
-        It is signed by a key that is made for it: that proves that nobody changed the file since, not whose
-        run it was. The run is played once more for it; a run that was not ended counts as stopped here.
+        A new key signs it: this proves that the file is unchanged, but not its author. The run is played once
+        more to record it; an open run counts as stopped here.
 
         Raises:
-            ValueError: The world went on from bytes, which tell nothing of the ticks before; or the hand is
-                not one of `palmares.sim.HANDS`, or `training` made the run another than the task's.
+            ValueError: The world was restored from bytes, which lack the ticks before; or the hand is not one
+                of `palmares.sim.HANDS`, or `training` made the run differ from the task's.
             OSError: The file cannot be written.
 
         """
-        with progress(self.tick, "tick", "replay") as told:
-            self._native.save_replay(os.fspath(path), team, told)
+        with progress(self.tick, "tick", "replay") as report:
+            self._native.save_replay(os.fspath(path), team, report)
 
     @property
     def tick(self) -> int:
@@ -198,7 +209,7 @@ class World:
 
     @property
     def score(self) -> float:
-        """Score if the run ended now; after `result`, the one that counts."""
+        """Score if the run ended now; the final score after `result`."""
         return self._native.score
 
     @property
@@ -208,31 +219,31 @@ class World:
 
     @property
     def potential(self) -> dict[str, float] | None:
-        """The potential now, points, by term: they sum up to Φ. ``None`` without `Training.shaping`.
+        """The terms of the potential Φ, their sum, in points. ``None`` without `Training.shaping`.
 
-        ``distance``, ``contact``, ``lift`` and ``transport`` are of the object that has got farthest,
-        ``brought`` is for those in the goal.
+        ``distance``, ``contact``, ``lift`` and ``transport`` are terms of the most advanced object,
+        ``brought`` is the term of the objects in the goal.
         """
         return self._native.potential
 
     @property
     def varied(self) -> bool:
-        """Whether `training` made the run another than the task's: it has no replay then."""
+        """Whether `training` made the run differ from the task's; then it has no replay."""
         return self._native.varied
 
     @property
     def run_id(self) -> str:
-        """Name of the run, as it stands in its replay."""
+        """Name of the run, also in its replay."""
         return self._run_id
 
     @property
     def run(self) -> Opened:
-        """Its parameters: task, hand, seed, length of a tick, time limit."""
+        """Parameters of the run: task, hand, seed, length of a tick, time limit."""
         return self._run
 
     @property
     def scene(self) -> Scene:
-        """What stands in it at tick 0."""
+        """The bodies and regions at tick 0."""
         return self._scene
 
     def __repr__(self) -> str:
@@ -240,11 +251,11 @@ class World:
         return f"<World {self._run.task} with {self._run.hand}, seed {self._seed}{varied}, tick {self.tick}>"
 
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
-        """Answer a request of the protocol: ``step``, ``perturb`` or ``stop``."""
+        """Handle a request of the protocol (``step``, ``perturb`` or ``stop``); return the reply."""
         request.id = 1
-        ticks = request.repeat if isinstance(request, Step) else 0
-        with progress(ticks, "tick", "step") as told:
-            answer = self._native.answer(CODEC.encode(request), told)
+        ticks = request.repeat if isinstance(request, StepRequest) else 0
+        with progress(ticks, "tick", "step") as report:
+            answer = self._native.answer(CODEC.encode(request), report)
         return read(answer, kind)
 
     def _named(self, obs: Observation) -> Observation:
@@ -254,7 +265,7 @@ class World:
 
 
 def read(raw: bytes, kind: type[Answer]) -> Answer:
-    """Decode a message of the compiled part; raise the error if it refuses."""
+    """Decode a message of the compiled part; raise the error if it is one."""
     message = CODEC.message(raw)
     if isinstance(message, ErrorMessage):
         raise error_of(message.code, message.message, fatal=message.fatal, fault=message.fault)

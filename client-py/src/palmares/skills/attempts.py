@@ -1,4 +1,4 @@
-"""Attempts to move objects: which were made, and which objects are left to try."""
+"""Attempts to move objects, and the objects that are left to try."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Attempt:
-    """A grasp that was tried."""
+    """An attempt to grasp or move an object."""
 
     index: int
-    """Which object, as a row in `Truth.positions`"""
+    """Row of the object in `Truth.positions`"""
     position: Array
-    """Where the object was, (3,), m"""
+    """Position of the object at the attempt, (3,), m"""
     yaw_rad: float
     grasp: str = ""
-    """Name of the grasp, for a controller that has several"""
+    """Name of the grasp or motion, for a controller with several"""
 
 
 def attempts_here(attempts: Sequence[Attempt], index: int, position: Array, moved_m: float) -> list[Attempt]:
@@ -48,16 +48,16 @@ def candidates(
     moved_m: float,
     only: Container[int] | None = None,
 ) -> Iterator[tuple[ObjectBounds, list[ObjectBounds], list[Attempt]]]:
-    """Give each object in the shelf that may be tried, the others there, and what was tried where it stands.
+    """Yield each candidate in the shelf, the other objects there, and the attempts on it at its position.
 
     Args:
-        objects: All of them, in the shelf or not.
+        objects: All objects, in the shelf or not.
         shelf: The region.
-        attempts: What was tried so far.
-        ways: Which attempts count, by their `grasp`.
-        tries: An object that was tried so often where it stands is left there.
-        moved_m: For an object that has moved farther than this, earlier attempts do not count.
-        only: Rows of the objects that may be taken; all if it is left out.
+        attempts: All earlier attempts.
+        ways: Values of `Attempt.grasp` that count.
+        tries: An object with this number of attempts at its position is no candidate.
+        moved_m: Attempts on an object count until it has moved farther than this.
+        only: Rows of the objects that may be candidates; all if left out.
 
     """
     inside = [found for found in objects if shelf.contains(found.com)]
@@ -70,18 +70,18 @@ def candidates(
 
 @dataclass(frozen=True)
 class Place:
-    """Where to put the hand down on an object, or behind it."""
+    """Place of the hand on an object, or behind it."""
 
     target: ObjectBounds
     yaw_rad: float
     rotation: Array
     """World from hand, (3, 3)"""
     at: Array
-    """Position of the base when the fingers are down, (3,), m"""
+    """Position of the base with the fingers down, (3,), m"""
     score: float
-    """0 where nothing is in the way, else less"""
+    """0 if nothing is in the way, else less"""
 
     @property
     def into(self) -> Array:
-        """Level direction in which the fingers point, (3,); its y is 1."""
+        """Horizontal direction of the fingers, (3,); its y is 1."""
         return array([-math.tan(self.yaw_rad), 1.0, 0.0])

@@ -1,14 +1,15 @@
-"""Clearing a shelf with the SoftHand, given where objects are: push, rake, roll forward, tip over, or fetch.
+"""Clearing a shelf with the SoftHand, at known object positions: push, rake, roll forward, tip over or fetch.
 
-Between shelf and box is a gap of 15 cm. What leaves the shelf at less than 0.5 m/s falls into it, what leaves
-at about 1 m/s lands in the box. So nothing is carried; `attempt` does the first of these that there is to do:
+Between shelf and box is a gap of 15 cm. An object that leaves the shelf at less than 0.5 m/s falls into it;
+at about 1 m/s it lands in the box. So the hand pulls objects out instead of carrying them. `attempt` makes
+the first possible of these motions:
 
-    push    what stands at the opening, where it has no room to gain speed, is pushed in by some centimetres
-    flat    what rolls and lies at the opening is fetched at once, by the grasp that is best at it
-    rake    hooked fingers come down behind an object and pull it out, with all that stands before it
-    drag    what rolls and lies too near to the rear wall is rolled forward, to be raked then
-    tip     what stands tall at the rear wall is tipped over, to be raked then
-    fetch   onto the object from above with the palm, close, lift it a little and pull
+    push    Push an object at the opening, which cannot gain speed there, some centimetres into the shelf
+    flat    Fetch a rolling object at the opening with the flat grasp
+    rake    Put hooked fingers down behind an object and pull it out, with all objects in front of it
+    drag    Roll a rolling object near the rear wall forward, to rake it later
+    tip     Tip over a tall object at the rear wall, to rake it later
+    fetch   Put the palm onto an object from above, close, lift a little and pull
 """
 
 from __future__ import annotations
@@ -48,29 +49,33 @@ RAKE = raking.RakeShape(
 )
 """The SoftHand with its fingers hooked (σ = 0.4)"""
 DRAG = replace(RAKE, kinds=("drag",))
-"""The same, to roll an object forward"""
-FRONT_M, FRONT_TRIES, TIGHT_M = 0.07, 2, 0.01
-"""What rolls and lies so near to the opening is fetched first, so often, by the flat grasp, where the hand
-bumps into nothing by more than that"""
+"""The same hand, to roll an object forward"""
+FRONT_M = 0.07
+"""Rolling objects with their middle this near to the opening are fetched first"""
+FRONT_TRIES = 2
+"""Attempts to fetch such an object"""
+TIGHT_M = 0.01
+"""Largest overlap of the hand with other objects in such an attempt"""
 REAR_M = 0.2
-"""What rolls is rolled forward if its middle is farther in than this"""
+"""Rolling objects with their middle farther in than this are rolled forward"""
 DRAGS = 4
-"""Times that an object is dragged where it lies"""
+"""Attempts to roll an object forward from one position"""
 PRESS_N = 6.0
-"""How hard the fingers press on what they roll forward"""
+"""Force of the fingers on an object that they roll forward"""
 SIGMA_HOOKED, SIGMA_PULL = 0.4, 0.6
+"""Motor commands of the hooked fingers, on their way down and in the pull"""
 HOOK_S = 0.25
-"""How long hooking the fingers takes"""
+"""Duration of hooking the fingers"""
 TOP_M = 0.957
 """Height of the base on its way in, close under the shelf's top"""
 FLAT_Y_M = 0.51
-"""Farther in, straight fingers would touch the rear wall"""
+"""Largest y of the base with straight fingers; beyond, they touch the rear wall"""
 PULL_M_S = 2.0
-"""Greatest speed of a pull; there is hardly room to reach it"""
+"""Largest speed of a pull; the distance is hardly enough to reach it"""
 END_Y_M = -0.05
-"""Where the base comes to rest after a pull"""
-LEAST_SCORE = -0.1
-"""A rake that promises less gives way to a grasp"""
+"""y of the base at the end of a pull"""
+MIN_SCORE = -0.1
+"""Below this score of a rake other motions come first"""
 
 
 def attempt(
@@ -80,14 +85,14 @@ def attempt(
     rolls: Rolling,
     attempts: Sequence[Attempt],
 ) -> Attempt | None:
-    """Do what promises most; return what was tried, `None` if nothing is left to try.
+    """Make the best possible attempt and return it; `None` if none is left.
 
     Args:
-        mover: Of a SoftHand.
-        objects: All of them, in the shelf or not.
-        regions: The shelf, open towards -y, and the box before it.
-        rolls: Which objects roll.
-        attempts: What was tried so far.
+        mover: The mover of a SoftHand.
+        objects: All objects, in the shelf or not.
+        regions: The shelf, open towards -y, and the box in front of it.
+        rolls: Rows of the objects that roll.
+        attempts: All earlier attempts.
 
     """
     shelf, box = regions
@@ -102,7 +107,7 @@ def attempt(
     if flat is not None and flat.room_m > -TIGHT_M:
         return _fetch(mover, flat, box)
     pull = raking.choose(objects, shelf, RAKE, attempts, rolls=rolls)
-    if pull is not None and pull.score >= LEAST_SCORE:
+    if pull is not None and pull.score >= MIN_SCORE:
         return _rake(mover, pull)
     rear = _rolling_between(objects, rolls, shelf.min[1] + REAR_M, math.inf)
     drag = raking.choose(objects, shelf, DRAG, attempts, rolls=rolls, tries=DRAGS, only=rear)
@@ -121,18 +126,18 @@ def attempt(
 def _rolling_between(
     objects: Sequence[ObjectBounds], rolls: Rolling, low_m: float, high_m: float
 ) -> set[int]:
-    """Return which objects roll and have their middle between two places along y."""
+    """Return the rows of rolling objects with their middle between two values of y."""
     return {found.index for found in objects if found.index in rolls and low_m < found.middle[1] < high_m}
 
 
 def _fetch(mover: Mover, plan: fetching.Plan, box: Region) -> Attempt:
-    """Take an object from above."""
+    """Grasp an object from above."""
     fetching.fetch(mover, plan, box)
     return Attempt(plan.target.index, plan.target.middle, plan.yaw_rad, plan.grasp.name)
 
 
 def _rake(mover: Mover, plan: raking.RakePlan) -> Attempt:
-    """Put the fingers down and pull an object out, or forward."""
+    """Put the fingers down and pull an object out or forward."""
     raking.put_down(
         mover,
         plan,

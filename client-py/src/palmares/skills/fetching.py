@@ -31,26 +31,27 @@ GRASPS = (
 )
 NAMES = {grasp.name for grasp in GRASPS}
 YAWS_RAD = (0.0, 0.35, -0.35)
-"""Directions tried"""
+"""Directions of the hand to try"""
 TRIES = 12
-"""An object that was tried so often where it stands is left there"""
+"""Most attempts on an object at one position"""
 MOVED_M = 0.015
-"""For an object that has moved farther than this, earlier attempts do not count"""
+"""Attempts on an object count until it has moved farther than this"""
 MARGIN_M = 0.006
-"""Room to leave between the hand and what it should not touch"""
+"""Wanted distance between the hand and other objects"""
 
 WAIT_AT = array([0.0, -0.12, 0.95])
-"""Where the hand's base waits and turns, before the shelf and above the box, m"""
+"""Position of the base where it waits and turns, in front of the shelf and above the box, m"""
 IN_S, SINK_S, CLOSE_S, SQUEEZE_S, LIFT_S, OPEN_S, FALL_S = 0.9, 0.25, 0.6, 0.2, 0.3, 0.4, 0.3
+"""Durations of the steps of `fetch`"""
 LIFT_M = 0.02
-"""How far an object is lifted before it is drawn out"""
+"""Height of the lift before the pull"""
 SPEED_M_S = 1.4
-"""Greatest speed on the way out: what is faster flies over the box"""
+"""Largest speed on the way out; a faster object flies over the box"""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """An object, a grasp, and where the hand then is."""
+    """An object, a grasp, and the pose of the hand in it."""
 
     target: ObjectBounds
     grasp: TopGrasp
@@ -60,6 +61,7 @@ class Plan:
     at: Array
     """Position of the base when the fingers close, (3,), m"""
     room_m: float
+    """0 if the hand gets in freely, else less; see `room`"""
 
     @property
     def before(self) -> Array:
@@ -68,14 +70,14 @@ class Plan:
 
     @property
     def into(self) -> Array:
-        """Direction in which the hand goes in, level, unit vector (3,)."""
+        """Horizontal direction of the hand's way in, unit vector (3,)."""
         return array(rot_z(self.yaw_rad) @ [0.0, 1.0, 0.0])
 
 
 def room(plan: Plan, others: list[ObjectBounds], shelf: Region) -> float:
-    """Return how well the hand gets in: 0 if it touches nothing on its way, less if it does, m.
+    """Return 0 if the hand touches nothing on its way in, else less by the overlaps, m.
 
-    The hand is a set of spheres; on its way in the centre of each draws a line that ends where it stops.
+    The hand is a set of spheres, whose centres move along lines to their positions in the plan.
     """
     points, radii = SOFTHAND_PRESHAPED.at(plan.rotation, plan.before).spheres(5)
     inside = points[:, 1] + radii > shelf.min[1]
@@ -88,7 +90,7 @@ def room(plan: Plan, others: list[ObjectBounds], shelf: Region) -> float:
         score -= 2.0 * float(beyond.max(initial=0.0))
     back = -plan.into / plan.into[1]
     for other in others:
-        # Where each point's line passes the object's front, or ends.
+        # The point of each line at the object's front, or its end.
         front = np.clip(points[:, 1], other.low[1], other.high[1])
         reached = points[:, 1] + radii > other.low[1]
         line = points + np.outer(points[:, 1] - front, back)
@@ -108,15 +110,15 @@ def choose(
     only: Container[int] | None = None,
     tries: int = TRIES,
 ) -> Plan | None:
-    """Return the plan with the most room; one that failed where the object still stands counts less.
+    """Return the plan with the most room; earlier attempts at the same position lower its score.
 
     Args:
-        objects: All of them, in the shelf or not.
+        objects: All objects, in the shelf or not.
         shelf: The region; open towards -y.
-        attempts: What was tried so far.
-        grasps: Which may be taken.
-        only: Rows of the objects that may be taken; all if it is left out.
-        tries: An object that was tried so often where it stands is left there.
+        attempts: All earlier attempts.
+        grasps: Grasps to choose from.
+        only: Rows of the objects to choose from; all if left out.
+        tries: Most attempts on an object at one position.
 
     """
     best, best_score = None, -math.inf
@@ -135,7 +137,7 @@ def choose(
 
 
 def fetch(mover: Mover, plan: Plan, box: Region) -> None:
-    """Carry a plan out: whatever is in the hand in the end drops into the box."""
+    """Carry out a plan; the hand then opens over the box."""
     grasp = plan.grasp
     outside = plan.before - plan.into * (plan.before[1] + 0.02) / plan.into[1]
     mover.to(0.6, WAIT_AT, quat_of(plan.rotation), sigma=grasp.sigma_open)

@@ -1,4 +1,4 @@
-"""Room for the hand, and how the SoftHand takes an object from above."""
+"""Grasps from above with the SoftHand, and the hand's shape as capsules."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Capsules:
         return Capsules(self.start @ rotation.T + position, self.end @ rotation.T + position, self.radius)
 
     def distances(self, points: Array) -> Array:
-        """Return how far every point (m, 3) is from the surface of every capsule, (n, m), m; inside, < 0."""
+        """Return the distances of points (m, 3) from the surfaces of all capsules, (n, m), m; inside, < 0."""
         axis = self.end - self.start
         offset = points[None, :, :] - self.start[:, None, :]
         along = np.einsum("kij,kj->ki", offset, axis) / np.sum(axis**2, axis=1)[:, None]
@@ -42,7 +42,7 @@ class Capsules:
         return array(np.linalg.norm(points[None, :, :] - nearest, axis=2) - self.radius[:, None])
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the least and the largest coordinates of every capsule, each (n, 3), m."""
+        """Return the smallest and the largest coordinates of every capsule, each (n, 3), m."""
         radius = self.radius[:, None]
         return np.minimum(self.start, self.end) - radius, np.maximum(self.start, self.end) + radius
 
@@ -79,32 +79,32 @@ SOFTHAND_PRESHAPED = _capsules(
 
 @dataclass(frozen=True)
 class TopGrasp:
-    """How the SoftHand takes an object from above. Hand frame: fingers +z, palm normal +x, thumb +y."""
+    """A grasp of the SoftHand from above. Hand frame: fingers +z, palm normal +x, thumb +y."""
 
     name: str
     pitch_rad: float
-    """π/2 holds the fingers level, more points them down"""
+    """π/2 holds the fingers horizontal, more points them down"""
     roll_rad: float
     """Turns the palm about the fingers' axis"""
     above_m: float
     """Height of the hand's origin over the object's top, along the palm normal"""
     aside_m: float
-    """The object's middle in the hand frame along y"""
+    """y of the object's middle in the hand frame"""
     along_m: float
-    """The object's middle in the hand frame along the fingers"""
+    """z of the object's middle in the hand frame, along the fingers"""
     sigma_open: float
     """Motor command on the way to the object"""
     sigma_closed: float
     """Motor command of the grasp"""
     sink_m: float
-    """The hand approaches this much farther from the object and then sinks onto it"""
+    """The hand approaches at this distance above the grasp and then sinks"""
 
     def rotation(self, yaw_rad: float) -> Array:
         """Return world-from-hand (3, 3): fingers along +y, turned by `yaw_rad` about the vertical."""
         return rot_zyz(math.pi / 2 + yaw_rad, self.pitch_rad, self.roll_rad)
 
     def base_position(self, target: ObjectBounds, rotation: Array) -> Array:
-        """Return where the hand's base is when the fingers close on `target`, (3,), m."""
+        """Return the position of the base when the fingers close on `target`, (3,), m."""
         height_m = float(target.high[2] - target.low[2])
         in_hand = array([height_m / 2 + self.above_m, self.aside_m, self.along_m])
         return array(target.middle - rotation @ in_hand)

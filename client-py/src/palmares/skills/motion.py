@@ -36,15 +36,15 @@ UP = array([0.0, 0.0, 1.0])
 """Unit vector upwards, (3,), world frame"""
 
 SHARE_OF_LIMITS = 0.95
-"""`duration` uses this share of the base's limits, so that the servo has some left to correct errors."""
+"""`duration` uses this share of the limits; the servo needs the rest to correct errors"""
 
 
 @dataclass(frozen=True)
 class BaseLimits:
-    """Limits of the servo of the hand's base. It follows a target that keeps to them without lag.
+    """Limits of the servo of the hand's base. It follows a target within them without lag.
 
-    The speeds are in `Welcome.specs`. No message carries the accelerations: they are those that
-    docs/protocol.md states for `step`, and written down nowhere else in this package.
+    The speeds are in `Welcome.specs`. No message has the accelerations; docs/protocol.md states them for
+    `step`.
     """
 
     speed_m_s: float
@@ -54,7 +54,7 @@ class BaseLimits:
 
     @classmethod
     def of(cls, specs: Specs) -> Self:
-        """Return the limits with the speeds that the server sent."""
+        """Return the limits with the speeds of the server's specs."""
         _, speed_m_s = specs.action_field("base.linear").range
         _, angular_speed_rad_s = specs.action_field("base.angular").range
         return cls(speed_m_s, angular_speed_rad_s)
@@ -67,9 +67,9 @@ def smoothstep(x: float) -> float:
 
 
 def duration(distance_m: float, angle_rad: float, limits: BaseLimits, at_least_s: float = 0.0) -> float:
-    """Return the shortest time, s, in which a smoothstep over a distance and an angle keeps to `limits`.
+    """Return the shortest duration, s, of a smoothstep over a distance and an angle within `limits`.
 
-    The quintic's greatest velocity is 15/8 of distance per time, its greatest acceleration 10/√3 of distance
+    The quintic's largest velocity is 15/8 of distance per time, its largest acceleration 10/√3 of distance
     per time squared.
     """
     velocity, acceleration = 15 / 8 / SHARE_OF_LIMITS, 10 / math.sqrt(3) / SHARE_OF_LIMITS
@@ -96,7 +96,7 @@ class Mover:
         sigma: The last command of the motors, 0 (open) to 1 (closed).
 
     Args:
-        client: With a lockstep run open.
+        client: A client with an open lockstep run.
         first: The observation that `Client.reset` returned.
 
     """
@@ -118,10 +118,12 @@ class Mover:
         quat_xyzw: Array | None = None,
         sigma: float | None = None,
     ) -> None:
-        """Move base and fingers together, in `at_least_s` or as fast as the base may; what is left out stays.
+        """Move base and fingers together, in `at_least_s` or longer if the limits demand it.
+
+        Omitted targets stay.
 
         Raises:
-            RunOverError: The run ended on the way.
+            RunOverError: The run ended during the motion.
 
         """
         p0, q0, s0 = self.position, self.quat_xyzw, self.sigma
@@ -138,12 +140,12 @@ class Mover:
             self._step()
 
     def wait(self, duration_s: float) -> None:
-        """Hold still for a while."""
+        """Hold still."""
         for _ in range(round(duration_s / self._tick_s)):
             self._step()
 
     def wrist_force(self, duration_s: float) -> Array:
-        """Hold still for a while; return the mean force at the wrist, (3,), N."""
+        """Hold still; return the mean force at the wrist, (3,), N."""
         forces = []
         for _ in range(round(duration_s / self._tick_s)):
             self._step()
@@ -151,7 +153,7 @@ class Mover:
         return array(np.mean(forces, axis=0))
 
     def command(self) -> list[float]:
-        """Return σ of every motor; a hand with several motors overrides this."""
+        """Return σ of every motor; a subclass for a hand with several motors overrides this."""
         return [self.sigma]
 
     def stop(self) -> tuple[Result, Summary]:
@@ -174,11 +176,11 @@ class Mover:
 
 
 ACCELERATION = 3.9
-"""Of the base in a fling, m/s²; it can do 4"""
+"""Acceleration of the base in a fling, m/s²; its limit is 4"""
 
 
 def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
-    """Move the base to `position` (3,), m, as fast as it speeds up and brakes, at most at `speed_m_s`."""
+    """Move the base to `position` (3,), m, with full acceleration, at most at `speed_m_s`."""
     start = mover.position
     way = position - start
     far = float(np.linalg.norm(way))
@@ -199,7 +201,7 @@ def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
 
 
 def press(mover: Mover, press_n: float, most: int = 12) -> None:
-    """Sink by 3 mm, at most `most` times, until the wrist feels `press_n` more than before."""
+    """Sink in steps of 3 mm, at most `most`, until the wrist force has changed by `press_n`."""
     idle = mover.wrist_force(0.05)
     for _ in range(most):
         if np.linalg.norm(mover.wrist_force(0.02) - idle) > press_n:

@@ -1,4 +1,4 @@
-"""Where objects are, by the full state, and which of them roll."""
+"""Bounding boxes of objects, from the full state (``sensing="truth"``)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import numpy as np
 from palmares.arrays import Array, array
 from palmares.messages import Observation
 from palmares.rotation import rot_z
-from palmares.scene import Scene, SceneBody, Shape
+from palmares.scene import Scene, SceneBody
 from palmares.truth import Truth
+from palmares.wire import Shape
 
 __all__ = [
     "ObjectBounds",
@@ -26,13 +27,13 @@ __all__ = [
 ]
 
 Rolling = frozenset[int]
-"""Rows of objects that roll, in `Truth.positions`"""
+"""Rows of the objects that roll, in `Truth.positions`"""
 
 
 def truth_of(obs: Observation) -> Truth:
     """Return the full state; `ValueError` in a run with ``sensing="sensors"``."""
     if obs.truth is None:
-        raise ValueError('where objects are is known with sensing="truth" only')
+        raise ValueError('poses of objects need a run with sensing="truth"')
     return obs.truth
 
 
@@ -46,7 +47,7 @@ class ObjectBounds:
     """A free object: its bounding box along the world's axes and its centre of mass, each (3,), m."""
 
     index: int
-    """Row in `Truth.positions`."""
+    """Row in `Truth.positions`"""
     name: str
     low: Array
     high: Array
@@ -66,7 +67,7 @@ class ObjectBounds:
 def half_extents(shape: Shape, rotation: Array) -> Array:
     """Return half the extents (3,), m, along the world's axes of a shape turned by `rotation` (3, 3).
 
-    For spheres, capsules, cylinders and boxes; hulls, which have no extents of their own, count as points.
+    For spheres, capsules, cylinders and boxes; a hull, which has no such fields, counts as a point.
     """
     if shape.type == "box" and shape.half_extents is not None:
         return array(np.abs(rotation) @ array(shape.half_extents))
@@ -76,9 +77,9 @@ def half_extents(shape: Shape, rotation: Array) -> Array:
 
 
 def object_bounds(scene: Scene, obs: Observation, yaw_rad: float = 0.0) -> list[ObjectBounds]:
-    """Return where every free object is now, in the order of `Truth.objects`.
+    """Return the bounding boxes of the free objects, in the order of `Truth.objects`.
 
-    `yaw_rad` turns the axes about the vertical: boxes and centres are then given along the turned ones.
+    `yaw_rad` turns the axes of boxes and centres about the vertical.
     """
     found = []
     turned = rot_z(-yaw_rad)
@@ -96,15 +97,15 @@ def object_bounds(scene: Scene, obs: Observation, yaw_rad: float = 0.0) -> list[
 def upright_box(scene: Scene, obs: Observation, index: int) -> tuple[ObjectBounds, float]:
     """Return the smallest upright box around object `index`, and the direction of its longer side, rad.
 
-    The box is turned about its middle until that side lies along x, as `TopGrasp.base_position` takes it. The
-    direction is the one nearest to x where several do, as for a round object.
+    The returned box is turned about its middle until that side is along x, as `TopGrasp.base_position` needs
+    it. Of several equal directions, as for a round object, it is the one nearest to x.
     """
     best: tuple[float, float, ObjectBounds] | None = None
     for degrees in sorted(range(-87, 91, 3), key=abs):
         yaw_rad = math.radians(degrees)
         box = object_bounds(scene, obs, yaw_rad)[index]
         x, y, _ = box.high - box.low
-        # A little less area, as rounding makes it, should not turn the hand.
+        # Rounding of the area must not turn the hand.
         if y < 1.01 * x and (best is None or x * y < 0.99 * best[0]):
             best = float(x * y), yaw_rad, box
     assert best is not None
@@ -114,7 +115,7 @@ def upright_box(scene: Scene, obs: Observation, index: int) -> tuple[ObjectBound
 
 
 def rolling(bodies: Sequence[SceneBody]) -> Rolling:
-    """Return which of these free bodies roll: those of spheres and capsules alone."""
+    """Return the rows of the free bodies that roll: those made of spheres and capsules alone."""
     return frozenset(
         row
         for row, body in enumerate(bodies)

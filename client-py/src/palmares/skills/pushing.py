@@ -1,8 +1,8 @@
-"""Pushing objects into a shelf with the SoftHand's fist, to make room for raking them out.
+"""Pushing objects into a shelf with the SoftHand's fist, to rake them out later.
 
-What stands at the opening has no room to gain speed when it is pulled, or when something is pulled through
-it: it tips over the edge and falls down right before the shelf. From a few centimetres farther in it flies.
-`choose` finds an object that can be pushed in, with what stands behind it; `push` does it.
+An object at the opening cannot gain speed when it is pulled: it tips over the edge and falls down in front of
+the shelf. From a few centimetres farther in it flies. `choose` finds an object that can be pushed in together
+with the objects behind it; `push` pushes it.
 """
 
 from __future__ import annotations
@@ -24,21 +24,22 @@ __all__ = ["PushPlan", "choose", "push"]
 ROTATION = rot_zyz(np.pi / 2, 1.6)
 """World from hand: palm down, fingers towards +y"""
 FIST_M, REACH_M, HEIGHT_M = 0.05, 0.215, 0.078
-"""Half the width of the fist; how far it reaches from the base; height of the base above the shelf's floor"""
-IN_M, LEAST_M = 0.1, 0.02
-"""The middle of the object should then stand so far in; a shorter way than this is not worth it"""
+"""Half the width of the fist, its distance from the base, height of the base above the shelf's floor"""
+IN_M, MIN_PUSH_M = 0.1, 0.02
+"""Wanted distance of the object's middle from the opening; shortest push"""
 SHARES = (1.0, 0.75, 0.5)
-"""Parts of the wanted way that are tried"""
-APART_M = 0.006
-"""Room to leave at the rear wall"""
+"""Parts of the wanted push to try"""
+GAP_M = 0.006
+"""Smallest gap at the rear wall"""
 BEFORE_M, BACK_M = 0.03, 0.08
-"""The fist comes down so far before the object; and from so far before that"""
+"""Distance from the object at which the fist comes down, and the further distance of its approach"""
 SPEED_M_S = 0.1
+"""Speed of the push"""
 
 
 @dataclass(frozen=True)
 class PushPlan:
-    """An object, and how far to push it in."""
+    """An object, and the distance to push it."""
 
     target: ObjectBounds
     way_m: float
@@ -53,14 +54,14 @@ def choose(
     rolls: Rolling,
     moved_m: float = 0.015,
 ) -> PushPlan | None:
-    """Return an object that stands too near to the opening and can be pushed in; `None` if there is none.
+    """Return an object near the opening that can be pushed in; `None` if there is none.
 
     Args:
-        objects: All of them, in the shelf or not.
+        objects: All objects, in the shelf or not.
         shelf: The region; open towards -y.
-        attempts: What was tried so far; one push of each object where it stands is enough.
-        rolls: Which objects roll: these are not to be touched.
-        moved_m: For an object that has moved farther than this, earlier attempts do not count.
+        attempts: All earlier attempts; an object is pushed once at each position.
+        rolls: Rows of the objects that roll; the push must not touch them.
+        moved_m: Attempts on an object count until it has moved farther than this.
 
     """
     for target, others, _ in candidates(objects, shelf, attempts, ("push",), 1, moved_m):
@@ -68,7 +69,7 @@ def choose(
         x = float(np.clip(target.middle[0], shelf.min[0] + FIST_M, shelf.max[0] - FIST_M))
         for way_m in (share * wanted_m for share in SHARES):
             if (
-                way_m >= LEAST_M
+                way_m >= MIN_PUSH_M
                 and target.index not in rolls
                 and _fits(target, others, x, way_m, shelf, rolls)
             ):
@@ -80,7 +81,7 @@ def choose(
 def _fits(
     target: ObjectBounds, others: list[ObjectBounds], x: float, way_m: float, shelf: Region, rolls: Rolling
 ) -> bool:
-    """Whether all that would be pushed stays before the rear wall, and none of it rolls."""
+    """Whether all pushed objects stop in front of the rear wall, and none of them rolls."""
     low, high = array([x - FIST_M, shelf.min[1], 0.0]), array([x + FIST_M, target.low[1], 0.0])
     pushed = [(ObjectBounds(-1, "fist", low, high, high), way_m)]
     for other in sorted([*others, target], key=lambda other: float(other.low[1])):
@@ -91,14 +92,14 @@ def _fits(
         ]
         far = max(ways, default=0.0)
         if far > 0.0:
-            if other.index in rolls or other.high[1] + far > shelf.max[1] - APART_M:
+            if other.index in rolls or other.high[1] + far > shelf.max[1] - GAP_M:
                 return False
             pushed.append((other, far))
     return True
 
 
 def push(mover: Mover, plan: PushPlan) -> None:
-    """Push an object in, slowly."""
+    """Push an object into the shelf, slowly."""
     back = plan.before - array([0.0, BACK_M, 0.0])
     mover.to(0.6, back, quat_of(ROTATION), sigma=1.0)
     mover.to(0.3, plan.before)

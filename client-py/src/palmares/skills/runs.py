@@ -20,7 +20,7 @@ __all__ = [
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """The outcome of a run. Controllers add fields of their own; `play` prints them all."""
+    """Outcome of a run. Controllers add fields; `play` prints all of them."""
 
     run_id: str
     seed: int | None
@@ -41,18 +41,18 @@ class Summary:
 
 
 def play(run: Callable[[Client, int | None], Summary], doc: str | None) -> None:
-    """Play runs as the command line says and print their summaries: the main program of a controller.
+    """Read the command line, play runs and print their summaries: the main program of a controller.
 
     Args:
-        run: Plays one run of the scene with this seed; ``None`` lets the server draw one.
-        doc: Docstring of the controller; its first line is shown by ``--help``.
+        run: Plays one run in the scene of a seed; with ``None`` the server draws the seed.
+        doc: Docstring of the controller; ``--help`` shows its first line.
 
     """
     parser = argparse.ArgumentParser(description=(doc or "").partition("\n")[0])
-    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="address of the server, or local")
     parser.add_argument("--team", default="example", help="name on a practice server's leaderboard")
-    parser.add_argument("--seed", type=int, help="scene of the first run; the next runs count up")
-    parser.add_argument("--runs", type=int, default=1, help="how many runs")
+    parser.add_argument("--seed", type=int, help="scene of the first run; later runs count up from it")
+    parser.add_argument("--runs", type=int, default=1, help="number of runs")
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
     parser.add_argument("--json", action="store_true", help="one JSON object per run on standard output")
     args = parser.parse_args()

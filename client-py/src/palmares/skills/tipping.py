@@ -1,8 +1,7 @@
-"""Tipping over, with the SoftHand, what stands at a shelf's rear wall: lying, it can be raked.
+"""Tipping over tall objects at a shelf's rear wall with the SoftHand; after that they can be raked.
 
-There is no room behind it for the fingers, and what is tall leaves none above it to grasp it from. `choose`
-finds such an object, `tip` lays nearly straight fingers on its top, presses, and draws it forward until it
-falls.
+The fingers do not fit behind such an object, nor above it for a grasp. `choose` finds one; `tip` puts nearly
+straight fingers on its top, presses, and pulls it forward until it falls.
 """
 
 from __future__ import annotations
@@ -23,35 +22,39 @@ from palmares.skills.objects import ObjectBounds, Rolling
 __all__ = ["choose", "tip"]
 
 PITCH_RAD = 1.4
-"""π/2 holds the fingers level, less points them up: so they fit between a tall object and the shelf's top"""
+"""π/2 holds the fingers horizontal, less points them up, to fit between a tall object and the shelf's top"""
 YAWS_RAD = (0.0, 0.35, -0.35)
+"""Directions of the hand to try"""
 ASIDES_M = (0.0, -0.015, 0.015, -0.03, 0.03)
-"""How far beside its middle the object may be touched"""
+"""Distances from the object's middle to try, along x"""
 SIGMA = 0.1
-LEAST_HEIGHT_M, SLENDER = 0.12, 1.5
-"""What is lower, or not so many times as high as it is deep, slides and does not tip"""
+"""Motor command of the nearly straight fingers"""
+MIN_HEIGHT_M, SLENDER = 0.12, 1.5
+"""Smallest height, and smallest ratio of height to depth, of an object that tips instead of sliding"""
 FINGERS_M, TIPS_M = 0.2, 0.255
-"""From so far along the hand on there are fingers, and their ends"""
+"""Distances along the hand at which fingers and fingertips begin"""
 OVER_M, ROOM_M = 0.003, 0.003
-"""Room above the object, and at the walls"""
+"""Gaps above the object and at the walls"""
 MAX_CLASH_M = 0.03
-"""A hand that overlaps others by more does not go in"""
+"""Largest overlap of the hand with other objects"""
 TRIES, MOVED_M = 4, 0.015
+"""Most attempts on an object at one position, which count until it has moved farther"""
 PRESS_N, PRESSES = 8.0, 14
-"""How hard the fingers press, and how often they sink by 3 mm for it"""
+"""Force of the fingers, and most steps of 3 mm to reach it"""
 PULL_M, PULL_S = 0.16, 0.5
+"""Distance and duration of the pull"""
 
 
 def choose(
     objects: Sequence[ObjectBounds], shelf: Region, attempts: Sequence[Attempt], rolls: Rolling
 ) -> Place | None:
-    """Return the object that can be tipped over with most room; `None` if there is none.
+    """Return the best object to tip over and the place of the hand; `None` if there is none.
 
     Args:
-        objects: All of them, in the shelf or not.
+        objects: All objects, in the shelf or not.
         shelf: The region; open towards -y.
-        attempts: What was tried so far.
-        rolls: Which objects roll.
+        attempts: All earlier attempts.
+        rolls: Rows of the objects that roll.
 
     """
     best: Place | None = None
@@ -63,7 +66,7 @@ def choose(
             and other.middle[1] < target.middle[1]
             for other in others
         )
-        if target.index in rolls or height < max(LEAST_HEIGHT_M, SLENDER * depth) or any(before):
+        if target.index in rolls or height < max(MIN_HEIGHT_M, SLENDER * depth) or any(before):
             continue
         for yaw_rad in YAWS_RAD:
             again = 0.03 * sum(tried.yaw_rad == yaw_rad for tried in here)
@@ -117,7 +120,7 @@ def _place(
 
 
 def tip(mover: Mover, plan: Place) -> None:
-    """Carry a plan out; the object stays in the shelf."""
+    """Carry out a plan; the object stays in the shelf."""
     mover.to(0.5, plan.at - plan.into * plan.at[1], quat_of(plan.rotation), sigma=SIGMA)
     mover.to(0.6, plan.at)
     press(mover, PRESS_N, PRESSES)

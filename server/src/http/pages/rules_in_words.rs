@@ -1,15 +1,13 @@
-//! Text of the leaderboard page: the rules of each task, how to connect, and the legend.
+//! Panels next to the ranking: each task's rules, how to connect, and the legend. The viewer's script shows the same texts.
 
 use crate::rules::CompetitionPhase;
 use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 
-/// The phase of a competition.
+/// The phase of a competition as a sentence.
 pub(super) fn in_words(phase: CompetitionPhase) -> &'static str {
     match phase {
-        CompetitionPhase::Closed => {
-            "The competition is not open: sessions can begin when the organizer opens it."
-        }
+        CompetitionPhase::Closed => "The competition is not open: sessions can begin when the organizer opens it.",
         CompetitionPhase::Open => "The competition is open.",
         CompetitionPhase::Revealed => "The competition is over.",
     }
@@ -23,22 +21,22 @@ pub(super) fn rules_of(task: &TaskInfo) -> Markup {
             h3 { (task.name) }
             p { (task.description) }
             p.soft {
-                "A run lasts at most " (limit_s / 60) ":" (format!("{:02}", limit_s % 60)) " of simulated time, a tick "
+                "Time limit of a run: " (limit_s / 60) ":" (format!("{:02}", limit_s % 60)) " of simulated time. Tick: "
                 ((1000.0 * task.tick_s).round()) " ms."
             }
         }
     }
 }
 
-/// How to connect a program.
+/// How a program connects.
 pub(super) fn connect(here: &str, phase: Option<CompetitionPhase>) -> Markup {
     html! {
         section.panel {
             h3 { "Connect" }
             @if phase.is_some() {
                 p {
-                    "A team needs its token: the organizer makes it and gives it to the team. Keep it out of programs and \
-                     addresses; the Python client reads it from the environment:"
+                    "Your team needs its token, which the organizers give you. Do not write it into programs or addresses; \
+                     the Python client reads it from the environment:"
                 }
                 pre tabindex="0" {
                     "export PALMARES_TOKEN=plm_…   # your team's\n\
@@ -51,29 +49,29 @@ pub(super) fn connect(here: &str, phase: Option<CompetitionPhase>) -> Markup {
                 }
             }
             p {
-                "Or any program that speaks WebSocket, subprotocol " code { "palmares.v1.json" } ", to "
+                "Or with any WebSocket program: subprotocol " code { "palmares.v1.json" } ", address "
                 code { "ws://" (here) "/v1/control" }
-                @if phase.is_some() { ", with the token in the header " code { "Authorization: Bearer plm_…" } }
+                @if phase.is_some() { ", and the token in the header " code { "Authorization: Bearer plm_…" } }
                 "."
             }
         }
     }
 }
 
-/// The legend.
+/// The meaning of the columns and status marks.
 pub(super) fn legend(phase: Option<CompetitionPhase>, replays: bool) -> Markup {
     html! {
         p {
-            "Best score of each task; equal totals: the earlier first. Sensors: place among the teams that never saw the \
-             true state of the world. "
+            "Each task counts with the best score. With equal totals the earlier team is first. Sensors: rank among the \
+             teams that used only sensor readings, never the true state. "
             @if phase.is_some() {
-                b { "✓ verified" } ": the server has played the run's replay again and found the same score. "
-                b { "… provisional" } ": it has not yet; the score may still fall. "
+                b { "✓ verified" } ": the server has replayed the run and confirmed its score. "
+                b { "… provisional" } ": not replayed yet; the score may still change. "
             }
             @if replays {
-                "A score opens its replay."
+                "Click a score to see its replay."
             } @else if matches!(phase, Some(CompetitionPhase::Closed | CompetitionPhase::Open)) {
-                "Replays open when the competition is over."
+                "Replays become public when the competition is over."
             }
         }
     }

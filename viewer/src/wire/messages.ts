@@ -1,0 +1,1812 @@
+/**
+ * Types of all messages and HTTP bodies, derived from docs/schema: `cargo xtask generate` writes them. SI units unless a field
+ * says otherwise; vectors are in the world frame, quaternions are x, y, z, w.
+ */
+
+/** An accelerometer: it reads acceleration minus gravity, in the frame of its link. */
+export interface Accelerometer {
+  /** Link of the URDF on which it sits. */
+  link: string;
+  /** Largest magnitude along each axis, m/s². */
+  range: number;
+  /** Standard deviation of the noise, m/s². */
+  noise: number;
+  /** Standard deviation of the constant error, m/s². */
+  bias: number;
+}
+
+/** `ack`: the action or push was taken. */
+export interface Ack {
+  /** Of the request. */
+  id: number;
+  /** The tick at which it takes effect: the `obs` of this tick is the first to show it. */
+  tick: number;
+}
+
+/** `act`: from its next tick on a realtime world follows this action. */
+export interface Act {
+  /** Targets; what is left out keeps its last target. */
+  action: Action;
+  /** Cameras whose pictures the next observation shall have; see `step`. */
+  cameras?: string[];
+}
+
+/** Targets for one tick. What is left out keeps its last target. */
+export interface Action {
+  /** Where the hand's base should go. */
+  base?: BaseTarget;
+  /** σ of every motor, in the hand's motor order, each in [0, 1]. */
+  hand?: number[];
+}
+
+/** What a motor's sensors read. */
+export interface ActuatorObservation {
+  /** Name of the motor. */
+  name: string;
+  /** Commanded σ. */
+  command: number;
+  /** σ the motor has reached. */
+  position: number;
+  /** dσ/dt, 1/s. */
+  velocity: number;
+  /** Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes. */
+  tension: number;
+}
+
+/** All teams' hands, the oldest first. */
+export interface AllHands {
+  hands: HandRow[];
+}
+
+/** Something that an organizer told everybody. */
+export interface Announcement {
+  /** Counts up from 1. */
+  id: number;
+  /** What; empty when the one before no longer holds. */
+  text: string;
+  /** When, ms since 1970 UTC. */
+  unix_ms: number;
+}
+
+/** The newest first. */
+export interface Announcements {
+  announcements: Announcement[];
+}
+
+/** Records in the order in which they were made. */
+export interface Audit {
+  records: AuditEntry[];
+}
+
+/** A record. */
+export interface AuditEntry {
+  /** Counts up from 1. */
+  seq: number;
+  /** When, ms since 1970 UTC. */
+  unix_ms: number;
+  /** The token it was done with, or `server`. */
+  actor: string;
+  /** What. */
+  action: string;
+  /** To whom or what. */
+  subject: string;
+  /** Why. */
+  reason: string | null;
+}
+
+/** A pose to reach, or a velocity to keep, of the hand's base in the world frame. */
+export type BaseTarget =
+  | { position: [number, number, number]; quat_xyzw: [number, number, number, number] }
+  | { linear: [number, number, number]; angular: [number, number, number] };
+
+/** What a body is. */
+export type BodyKind = 'object' | 'furniture' | 'hand';
+
+/** Pose and velocity of a body in the world frame. */
+export interface BodyState {
+  /** Origin of the body frame, m. */
+  position: [number, number, number];
+  /** Orientation, x, y, z, w. */
+  quat_xyzw: [number, number, number, number];
+  /** Velocity of the origin, m/s. */
+  linear: [number, number, number];
+  /** rad/s */
+  angular: [number, number, number];
+}
+
+/** `bye`: ends the session; an open run is stopped and scored first. */
+export type Bye = Record<string, never>;
+
+/** A depth camera with a colour picture of the same view. Its optical frame has x to the right, y down and z forward. */
+export interface Camera {
+  /** Unique among the cameras of a run: `wrist`. */
+  name: string;
+  /** Origin of the optical frame, m: in the world for a camera of a task, in its link for one of a hand. */
+  position: [number, number, number];
+  /** Orientation of the optical frame, x, y, z, w. */
+  quat_xyzw: [number, number, number, number];
+  /** Pixels in a row. */
+  width: number;
+  /** Rows. */
+  height: number;
+  /** Horizontal field of view, degrees. */
+  fov_deg: number;
+  /** Nearest depth that is told, m. */
+  near: number;
+  /** Farthest depth that is told, m. */
+  far: number;
+  /** What a step of the 16-bit depth is, m. */
+  depth_unit: number;
+  /** How it differs from an ideal camera. */
+  stereo: Stereo;
+  /** The link of the hand on which it sits; none for a camera of a task, which stands still. */
+  link?: string;
+}
+
+/** What a camera saw. */
+export interface CameraImage {
+  /** The camera's name. */
+  camera: string;
+  /** The tick after which it was exposed; with `noise: "real"` some ticks ago. */
+  tick: number;
+  /** Pixels in a row. */
+  width: number;
+  /** Rows. */
+  height: number;
+  /** Focal lengths, pixels. The point (x, y, z) of the optical frame is at u = fx x/z + cx, v = fy y/z + cy, where the middle of the first pixel is at 0.5, 0.5. */
+  fx: number;
+  /** See `fx`. */
+  fy: number;
+  /** The optical axis in the picture, pixels. */
+  cx: number;
+  /** See `cx`. */
+  cy: number;
+  /** Origin of the optical frame (x right, y down, z forward) in the world when it was exposed, m. */
+  position: [number, number, number];
+  /** Its orientation, x, y, z, w. */
+  quat_xyzw: [number, number, number, number];
+  /** What a step of `depth` is, m. */
+  depth_unit: number;
+  /** Id of the body that is seen, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with sensing `truth`. */
+  bodies?: string;
+  /** Distance along the optical axis, 16 bits a pixel; 0 where there is no reading. */
+  depth?: string;
+  /** sRGB, three bytes a pixel. */
+  rgb?: string;
+}
+
+/** A camera in short. */
+export interface CameraInfo {
+  /** For `step.cameras`; a hand's is called `hand_…` in a task that has one of the same name. */
+  name: string;
+  /** Pixels in a row. */
+  width: number;
+  /** Rows. */
+  height: number;
+  /** Horizontal field of view, degrees. */
+  fov_deg: number;
+  /** What is nearer gives no reading, m. */
+  near: number;
+  /** What is farther gives no reading, m. */
+  far: number;
+}
+
+/** Who is asking: `"name/version"`, or an object. */
+export type ClientInfo =
+  | string
+  | { name: string; version?: string };
+
+/** `clock`: how time goes on, once a second. */
+export interface Clock {
+  /** The run. */
+  run_id: string;
+  /** What is left of the session, s; null when it has no limit. */
+  session_left_s: number | null;
+  /** What the session has spent, s; null when its clock is not known. */
+  elapsed_s: number | null;
+  /** Whether an organizer has stopped the session's clock. */
+  paused: boolean | null;
+  /** Simulated s per s in the last second; null in the first. */
+  real_time_factor: number | null;
+  /** How late a tick began at most in the last second, s; null where the run does not follow the clock. */
+  late_s: number | null;
+}
+
+/** What went wrong. */
+export type Code = 'bad_json' | 'unknown_op' | 'bad_request' | 'bad_action' | 'stale_tick' | 'wrong_state' | 'unknown_task' | 'unknown_hand' | 'unknown_camera' | 'hand_in_the_way' | 'not_authorized' | 'forbidden' | 'session_taken' | 'session_over' | 'capacity' | 'rate_limited' | 'too_large' | 'too_slow' | 'internal' | 'not_found';
+
+/** The competition. */
+export interface Competition {
+  /** For people. */
+  name: string;
+  /** `practice`: no token, own seeds, full state. */
+  mode: string;
+  /** Length of a session, s; null for none. */
+  session_s: number | null;
+  /** What each `reset` that opens a run takes from the session, s. */
+  reset_cost_s: number;
+  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
+  noise: Noise;
+  /** Tasks that are played with `sensors` only. */
+  sensors_only: string[];
+}
+
+/** What is being played here. */
+export interface CompetitionAnswer {
+  /** For people. */
+  name: string;
+  /** `practice`: no token, own seeds, full state. */
+  mode: string;
+  /** Length of a session, s; null for none. */
+  session_s: number | null;
+  /** What each `reset` that opens a run takes from the session, s. */
+  reset_cost_s: number;
+  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
+  noise: Noise;
+  /** Tasks that are played with `sensors` only. */
+  sensors_only: string[];
+  server: ServerInfo;
+  limits: Limits;
+  tasks: string[];
+  hands: string[];
+  /** How far it is; official competitions only. */
+  phase?: Phase;
+  /** Public key that replays are signed with. */
+  replay_key?: string;
+  /** The secret itself, once it is revealed. */
+  seed_secret?: string;
+  /** SHA-256 of the secret that the seeds are made from. */
+  seed_secret_sha256?: string;
+  /** Sessions that a team has. */
+  sessions_per_team?: number;
+}
+
+/** Why. */
+export interface CompetitionDeed {
+  /** Kept in the audit. */
+  reason?: string;
+}
+
+/** How far the competition is. */
+export interface CompetitionPhase {
+  phase: Phase;
+}
+
+/** A touching contact. */
+export interface Contact {
+  /** Id of the first body: those of the scene, then the hand's links. */
+  a: number;
+  /** Id of the second body. */
+  b: number;
+  /** Place in the world, m. */
+  position: [number, number, number];
+  /** Force on `b`, N. */
+  force: [number, number, number];
+  /** How much of its friction is used, |f_t| / (μ f_n): at 1 it slips. */
+  use: number;
+}
+
+/** Touching contacts, in every list one entry for each: force on body `b` by body `a`, world frame. */
+export interface Contacts {
+  /** Name of the first body. */
+  a: string[];
+  /** Name of the second body. */
+  b: string[];
+  /** m */
+  position: [number, number, number][];
+  /** N */
+  force: [number, number, number][];
+}
+
+/** A message from the server. */
+export type ControlReply =
+  | ({ op: 'welcome' } & Welcome)
+  | ({ op: 'obs' } & Obs)
+  | ({ op: 'ack' } & Ack)
+  | ({ op: 'result' } & RunResult)
+  | ({ op: 'time' } & TimeReport)
+  | ({ op: 'error' } & ErrorReply)
+  | ({ op: 'warning' } & Warning);
+
+/** An independent coordinate. */
+export interface CoordinateDescription {
+  /** Name. */
+  name: string;
+  /** Lower limit, rad or m; none where there is none. */
+  minimum: number | null;
+  /** Upper limit. */
+  maximum: number | null;
+  /** E, N·m/rad. */
+  stiffness: number;
+  /** D, N·m·s/rad. */
+  damping: number;
+  /** Where its spring is at rest. */
+  rest: number;
+}
+
+/** The hand as it is now. */
+export interface DecidedHand {
+  hand: HandRow;
+}
+
+/** The run as it is now, and its session, whose time may have been given back. */
+export interface DecidedRun {
+  run: RunRecord;
+  session: Session | null;
+}
+
+/** The session as it is now. */
+export interface DecidedSession {
+  session: Session;
+}
+
+/** A part of a tendon whose moment arm depends on a coordinate. */
+export interface ElementDescription {
+  /** Name of the coordinate. */
+  coordinate: string;
+  kind: 'da_vinci';
+  /** Radius of the pulley on the first joint, which the tendon's length is measured in: s is in rad there. */
+  r0: number;
+  /** Radius of the pulley on the first phalanx. */
+  r1: number;
+  /** Radius of the pulley on the second phalanx. */
+  r2: number;
+  /** Centre of the pulley on the first phalanx, x. */
+  a1: number;
+  /** Centre of the pulley on the first phalanx, y. */
+  b1: number;
+  /** Length of the first phalanx, joint to joint. */
+  l1: number;
+  /** Centre of the pulley on the second phalanx from the second joint, x at θ = 0. */
+  a2: number;
+  /** Centre of the pulley on the second phalanx from the second joint, y at θ = 0. */
+  b2: number;
+}
+
+/** `ended`: the run is over. The next one of the session is shown when it opens. */
+export interface Ended {
+  /** The run. */
+  run_id: string;
+  /** What it gave; null when the world failed. */
+  outcome: Final | null;
+  /** What the world failed of; absent when it did not. */
+  fault?: Fault;
+}
+
+/** The hand at rest. */
+export interface Equilibrium {
+  /** Joint coordinates, rad or m. */
+  q: number[];
+  /** Of every tendon, in its own unit. */
+  tension: number[];
+  /** `closed_form` or `newton`. */
+  law: string;
+  /** What the closed form does not know of: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds. */
+  beyond_closed_form: string[];
+  /** Every link in the world frame. */
+  links: LinkPose[];
+  /** What holds each of `contacts`. */
+  reactions: EquilibriumReaction[];
+  /** What forces, contacts and weight exert on each joint coordinate, N·m or N. */
+  torque: number[];
+}
+
+/** Pose of the base in the world frame. */
+export interface EquilibriumBase {
+  /** m */
+  position: [number, number, number];
+  /** Unit quaternion. */
+  quat_xyzw: [number, number, number, number];
+}
+
+/** A point of a link that is held at a place. */
+export interface EquilibriumContact {
+  /** Name of the link. */
+  link: string;
+  /** The point, in the link frame, m. */
+  point: [number, number, number];
+  /** Where it is held, in the world frame, m. */
+  position: [number, number, number];
+}
+
+/** A force on a link. */
+export interface EquilibriumForce {
+  /** Name of the link. */
+  link: string;
+  /** Where it acts, in the link frame, m. */
+  point: [number, number, number];
+  /** In the world frame, N; at most 200. */
+  force: [number, number, number];
+}
+
+/** What holds a point. */
+export interface EquilibriumReaction {
+  /** On the link, in the world frame, N; at most 100. */
+  force: [number, number, number];
+  /** How far the point is from its place, m: 0.01 mm for each N, and more where it cannot get there. */
+  gap: number;
+}
+
+/** What acts on the hand. */
+export interface EquilibriumRequest {
+  /** σ of every motor, 0 to 1. */
+  motors: number[];
+  /** Where the base is held; at the origin if left out. */
+  base?: EquilibriumBase;
+  /** Points that are held; at most 32. */
+  contacts?: EquilibriumContact[];
+  /** Forces that keep their direction; at most 32. */
+  forces?: EquilibriumForce[];
+}
+
+/** `error`: why a request failed. It changed nothing. */
+export interface ErrorReply {
+  /** For programs. */
+  code: Code;
+  /** For people. */
+  message: string;
+  /** The connection closes after this. */
+  fatal: boolean;
+  /** What the world of the run failed of, when that is why; absent otherwise. */
+  fault?: Fault;
+  /** Of the request; absent when it could not be read. */
+  id?: number;
+  /** When asking again makes sense, s. */
+  retry_after_s?: number;
+}
+
+/** Something the referee noted. */
+export interface Event {
+  /** When, in ticks. */
+  tick: number;
+  /** `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`; where objects are arranged, the name of the goal that has been reached. */
+  kind: string;
+  /** Which object: told with sensing `truth`, and in a run's result. */
+  object?: number;
+}
+
+/** `events`: what the referee noted. */
+export interface Events {
+  /** The run. */
+  run_id: string;
+  /** In order of time. */
+  events: Event[];
+}
+
+/** Why a world cannot go on. It stands still from then on. Everybody who tells of a fault, on the wire, in a log or in Python, takes its code and its words from here; a new kind goes to the end, where it changes no bytes of snapshots. */
+export type Fault = 'not_finite' | 'out_of_bounds' | 'unsolvable' | 'work_exhausted' | 'crashed';
+
+/** One field. */
+export interface Field {
+  /** Path; `[]` stands for every entry of a list. */
+  name: string;
+  /** Lengths; empty for a single number. */
+  shape: Length[];
+  /** Unit; empty for a pure number. */
+  unit: string;
+  /** Least value of an entry; null for none. Commands beyond are clipped. */
+  minimum: number | null;
+  /** Largest value of an entry; null for none. */
+  maximum: number | null;
+}
+
+/** A figure of a hand beside those of others. */
+export interface FigureRow {
+  /** Its name, also as a field of `[hand_limits]`. */
+  figure: string;
+  /** Its unit; empty for a count or a ratio. */
+  unit: string;
+  /** What it is, in words. */
+  what: string;
+  /** The hand's; none where it has nothing of the kind. */
+  value: number | null;
+  /** File and element that it was found in. */
+  place: string | null;
+  /** Those of the hands that come with the program, by their names. */
+  others: Record<string, number>;
+  /** The competition's limit; none where there is none. */
+  limit: number | null;
+  /** `most` or `least`. */
+  bound: string;
+  /** Whether the limit allows it. */
+  allowed: boolean;
+  /** Whether no hand that comes with the program goes as far. */
+  beyond_others: boolean;
+}
+
+/** What a run gave. */
+export interface Final {
+  /** Points. */
+  score: number;
+  /** Objects in the goal. */
+  in_goal: number;
+  /** Objects outside. */
+  outside: number;
+  /** Why it ended. */
+  reason: Reason;
+  /** Ticks played. */
+  ticks: number;
+  /** s of simulated time played. */
+  sim_time_s: number;
+}
+
+/** What a finger bears. */
+export interface FingerWrench {
+  /** Name of the finger's first link. */
+  name: string;
+  /** Sum of the forces of all contacts on its links, world frame, N. */
+  force: [number, number, number];
+  /** Their torque about the origin of the hand's base, world frame, N·m. */
+  torque: [number, number, number];
+}
+
+/** What a part looks like. */
+export type Form =
+  | Shape
+  | VisualMesh;
+
+/** Which hand, and why. */
+export interface HandDeed {
+  hand_id: string;
+  /** Told to the team and kept in the audit; `reject` needs it. */
+  reason?: string;
+}
+
+/** A hand without solver details. Units are SI; poses are those at rest. */
+export interface HandDescription {
+  /** Identifier. */
+  name: string;
+  /** One sentence for people. */
+  description: string;
+  /** Mass of all links, kg. */
+  mass: number;
+  /** Rigid bodies; the base first, parents before children. */
+  links: LinkDescription[];
+  /** Independent joint coordinates q, in the order of every vector of joints. */
+  coordinates: CoordinateDescription[];
+  /** Motors, in the order of the action's `hand` field. */
+  motors: MotorDescription[];
+  /** Tendons. */
+  tendons: TendonDescription[];
+  /** The fingers, by the names of their first links: the order of `telemetry.fingers`. */
+  fingers: string[];
+  /** Rectangles that feel touch. */
+  tactile: PatchDescription[];
+  /** What its sensors are like, and what else it has. */
+  sensors: Sensors;
+  /** Whether the hand's own weight is cancelled. */
+  gravity_compensation: boolean;
+  /** Shape, unit and range of the hand's part of an action and of an observation. */
+  specs: SpecDescription[];
+}
+
+/** A hand in short; `GET /v1/hands/{name}` has the rest. */
+export interface HandInfo {
+  /** For `reset`. */
+  name: string;
+  /** For people. */
+  description: string;
+  /** Names of the motors, in the order of `action.hand`. */
+  motors: string[];
+  /** Names of the joint coordinates, in the order of `truth.joints`. */
+  joints: string[];
+  /** Names of the joints that have an encoder, in the order of `hand.joints`. */
+  encoders: string[];
+  /** Names of the taxels, in the order of `hand.touch`. */
+  taxels: string[];
+  /** Its cameras. */
+  cameras: CameraInfo[];
+}
+
+/** What the hand's own sensors read. */
+export interface HandObservation {
+  /** The base. */
+  base: BodyState;
+  /** One entry per motor. */
+  actuators: ActuatorObservation[];
+  /** Reaction at the wrist: what the arm holds the hand with. */
+  wrist: Wrench;
+  /** Acceleration minus gravity in the frame of the accelerometer's link, m/s²; absent when the hand has none. */
+  acceleration?: [number, number, number];
+  /** Joint encoders, rad, in the order of `welcome.hands[].encoders`; absent when the hand has none. */
+  joints?: number[];
+  /** Force on every taxel, N: along x and y of its patch, and into the patch; in the order of `welcome.hands[].taxels`, absent when the hand has none. */
+  touch?: [number, number, number][];
+}
+
+/** A hand as stored. */
+export interface HandRow {
+  /** Identifies it. */
+  hand_id: string;
+  /** Whose it is. */
+  team: string;
+  /** As `reset` calls it. */
+  name: string;
+  /** Of the archive. */
+  sha256: string;
+  /** Of the archive. */
+  bytes: number;
+  /** `pending`, `approved` or `rejected`. */
+  status: string;
+  /** Why it was rejected, or what the organizer wants to say. */
+  note: string | null;
+  /** What the check found odd, JSON. */
+  warnings: string[];
+  /** When it came, ms since 1970 UTC. */
+  created_unix_ms: number;
+  /** When the organizer decided. */
+  decided_unix_ms: number | null;
+}
+
+export interface Hands {
+  /** Those that can be played, as in `welcome`: with the team's own when the team asks. */
+  hands: HandInfo[];
+  /** All that the team sent in, with their state; only for the team. */
+  own?: HandRow[];
+}
+
+/** `hello`: the first request on every connection. */
+export interface Hello {
+  /** Who is asking. In practice its name is the team's name on the leaderboard. */
+  client: ClientInfo;
+  /** From an earlier `welcome`: takes that session up again, within 30 s of losing the connection. */
+  resume_token?: string;
+  /** Practice only: length of the session in s. Without it a practice session has no limit. */
+  session_s?: number;
+}
+
+/** An elementary motion `x = ratio · q + offset` about or along an axis. */
+export interface HingeDescription {
+  /** `revolute` or `prismatic`. */
+  kind: string;
+  /** Frame of the hinge at x = 0 in the frame before it. */
+  origin: PoseDescription;
+  /** Unit axis in that frame. */
+  axis: [number, number, number];
+  /** dx/dq */
+  ratio: number;
+  /** rad or m */
+  offset: number;
+}
+
+/** A token, shown this once. */
+export interface IssuedToken {
+  /** Its public half, by which it is revoked. */
+  token_id: string;
+  /** All of it. */
+  token: string;
+  /** `organizer` or `viewer`, for another. */
+  role?: string;
+  /** Whose it is, for a team's. */
+  team?: string;
+}
+
+/** Encoders of joints. */
+export interface JointEncoders {
+  /** The coordinates that have one, in the order in which they are read. */
+  on: string[];
+  /** Least step, rad. */
+  resolution: number;
+  /** Standard deviation of the constant error of each, rad. */
+  bias: number;
+  /** Standard deviation of the noise, rad. */
+  noise: number;
+}
+
+/** Joint coordinates. */
+export interface Joints {
+  /** rad */
+  position: number[];
+  /** rad/s */
+  velocity: number[];
+}
+
+/** The ranking. */
+export interface Leaderboard {
+  tasks: string[];
+  rows: LeaderboardRow[];
+  unix_ms: number;
+}
+
+/** A team's place. */
+export interface LeaderboardRow {
+  /** 1 for the first. */
+  rank: number;
+  /** The team. */
+  team: string;
+  /** Sum of the best scores. */
+  total: number;
+  /** Finished runs. */
+  runs: number;
+  /** When the total was reached: the end of the run that completed it, ms since 1970 UTC. */
+  reached_unix_ms: number;
+  /** Whether every run the team ever opened was without the true state of the world. */
+  sensors_only: boolean;
+  /** Its place among the teams that only use sensors. */
+  sensors_rank: number | null;
+  /** Best run of each task. */
+  tasks: Record<string, TaskBest>;
+}
+
+/** A length that is fixed, or that of the hand or scene. */
+export type Length =
+  | number
+  | string;
+
+/** What a client must keep to. */
+export interface Limits {
+  /** Largest inbound message. */
+  message_bytes: number;
+  /** Largest `repeat` of a `step`. */
+  repeat: number;
+  /** Requests per second that a connection may keep up. */
+  requests_per_s: number;
+  /** Requests it may send at once beyond that rate. */
+  requests_burst: number;
+  /** How long a session waits for its client to come back, s. */
+  resume_grace_s: number;
+  /** Period of the server's pings, s. */
+  ping_interval_s: number;
+  /** A connection silent for this long, or that does not take a message for this long, is dropped, s. */
+  ping_timeout_s: number;
+  /** A connection that has not said hello for this long is closed, s. */
+  hello_timeout_s: number;
+  /** In real time: for so many ticks a silent controller's last action goes on; then the hand holds still. */
+  hold_ticks: number;
+  /** In real time: observations that wait for a slow client; of more the oldest is dropped. */
+  outbox_obs: number;
+}
+
+/** A rigid body. */
+export interface LinkDescription {
+  /** Name. */
+  name: string;
+  /** Name of the parent link; none for the base. */
+  parent: string | null;
+  /** Name of the coordinate that moves it. */
+  coordinate: string | null;
+  /** Its hinges from the parent outwards: one, or two for a rolling joint. */
+  hinges: HingeDescription[];
+  /** kg */
+  mass: number;
+  /** Centre of mass in the link frame, m. */
+  com: [number, number, number];
+  /** Where it is in the base frame when the hand is at rest. */
+  base_from_link_at_rest: PoseDescription;
+  /** Collision shapes. */
+  shapes: PlacedShape[];
+}
+
+/** Where a link is. */
+export interface LinkPose {
+  /** Its name. */
+  name: string;
+  /** m */
+  position: [number, number, number];
+  /** Unit quaternion. */
+  quat_xyzw: [number, number, number, number];
+}
+
+/** `list`: which runs are open. */
+export type List = Record<string, never>;
+
+/** A rule and what was measured. */
+export interface Measured {
+  /** `in_goal`, `at_rest`, `in_start`; `lifted`, `held`, `no_slip`, `shaken`; `inside`, `within`, `above`, `upright`, `at_rest`, `let_go`, `held`. */
+  rule: string;
+  /** Whether it holds. */
+  holds: boolean;
+  /** What was measured; none before there is anything to measure. */
+  value: number | null;
+  /** What it is compared with. */
+  limit: number;
+  /** Unit of both. */
+  unit: string;
+}
+
+/** How time passes in a run. */
+export type Mode = 'lockstep' | 'realtime';
+
+/** What a motor is told and does. */
+export interface Motor {
+  /** Commanded σ. */
+  command: number;
+  /** σ the motor has reached. */
+  position: number;
+  /** Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes. */
+  tension: number;
+  /** What it has done on its tendons since reset, ∫ f ds, J. */
+  work: number;
+}
+
+/** A motor. */
+export interface MotorDescription {
+  /** Name. */
+  name: string;
+  /** `s_ref = scaling · (σ − offset)`. */
+  scaling: number;
+  /** σ at which `s_ref` is 0. */
+  offset: number;
+  /** Largest |dσ/dt|, 1/s. */
+  speed_limit: number;
+}
+
+/** The encoder of a motor, and how its tension is known: by the motor's current. */
+export interface MotorSensor {
+  /** Least step of the position, in σ. */
+  resolution: number;
+  /** Standard deviation of its constant error, in σ. */
+  bias: number;
+  /** Standard deviation of the tension's noise, as a part of the tendon's largest force. */
+  tension_noise: number;
+  /** Standard deviation of the tension's constant error of scale. */
+  tension_gain: number;
+}
+
+/** What, and why. */
+export interface NewAnnouncement {
+  /** At most 500 characters; an empty one takes the one before off the pages. */
+  text: string;
+  /** Kept in the audit. */
+  reason?: string;
+}
+
+/** A token that is no team's. */
+export interface NewToken {
+  /** `organizer` or `viewer`. */
+  role: string;
+  /** Whose it is, for people. */
+  label?: string;
+  /** Kept in the audit. */
+  reason?: string;
+}
+
+/** How good the sensors are. */
+export type Noise = 'none' | 'real';
+
+/** Pose and velocity of the free objects in the world frame: in every table one row for each. */
+export interface Objects {
+  /** Origin of the body frame, m. */
+  position: [number, number, number][];
+  /** Orientation, x, y, z, w. */
+  quat_xyzw: [number, number, number, number][];
+  /** Velocity of the origin, m/s. */
+  linear: [number, number, number][];
+  /** rad/s */
+  angular: [number, number, number][];
+}
+
+/** `obs`: the state after `reset` or `step`, or after a tick of a realtime run. */
+export interface Obs {
+  /** Identifies the run. */
+  run_id: string;
+  /** s; null for a session without a limit. */
+  session_left_s: number | null;
+  /** Ticks since reset. */
+  tick: number;
+  /** s since reset. */
+  sim_time_s: number;
+  /** The action as applied: clipped to the spec, with what was left out filled in. */
+  applied_action: Action;
+  /** The hand. */
+  hand: HandObservation;
+  /** What the referee noted in this tick. */
+  events: Event[];
+  /** Score if the run ended now, without the settling rule. */
+  score: number;
+  /** The task is complete: nothing more can be gained. */
+  terminated: boolean;
+  /** The run was cut short by a limit. */
+  truncated: boolean;
+  /** What the cameras saw that were asked for. */
+  cameras?: CameraImage[];
+  /** Of the request; absent when it was streamed. */
+  id?: number;
+  /** In a realtime run: how long after the tick was due this was sent, s. */
+  late_s?: number;
+  /** Why, when `terminated` or `truncated`. */
+  reason?: string;
+  /** How the run was opened; in the reply to `reset` only. */
+  run?: Opened;
+  /** What stands in the world; in the reply to `reset` only. */
+  scene?: Scene;
+  /** The full state, when the run's sensing is `truth`. */
+  truth?: Truth;
+}
+
+/** How a run was opened. */
+export interface Opened {
+  /** Name of the task. */
+  task: string;
+  /** Name of the hand. */
+  hand: string;
+  /** How time passes. */
+  mode: Mode;
+  /** `sensors` or `truth`. */
+  sensing: Sensing;
+  /** `none` or `real`. */
+  noise: Noise;
+  /** In practice: what `reset` takes to build this scene again. */
+  seed: number | null;
+  /** Length of a tick, s. */
+  tick_s: number;
+  /** Longest run, s of simulated time. */
+  time_limit_s: number;
+}
+
+/** What may be told beside the poses. */
+export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
+
+/** A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards. */
+export interface PatchDescription {
+  /** Name. */
+  name: string;
+  /** Name of its link. */
+  link: string;
+  /** m */
+  position: [number, number, number];
+  /** Unit quaternion. */
+  quat_xyzw: [number, number, number, number];
+  /** Extents along x and y, m. */
+  size: [number, number];
+  /** Taxels along x and y, which divide it. */
+  taxels: [number, number];
+}
+
+/** `perturb`: practice only. A wrench acts on a link of the hand from the next tick on. */
+export interface Perturb {
+  /** Name of a link of the hand. */
+  link: string;
+  /** World frame; the torque is about the link's origin, where the force acts. */
+  wrench: PushWrench;
+  /** For how long, s of simulated time. */
+  duration_s: number;
+}
+
+/** How far an official competition is. */
+export type Phase = 'closed' | 'open' | 'revealed';
+
+/** A shape fixed to a link. */
+export interface PlacedShape {
+  /** m */
+  position: [number, number, number];
+  /** Unit quaternion. */
+  quat_xyzw: [number, number, number, number];
+  /** The shape. */
+  shape: Shape;
+  /** Coulomb friction coefficient. */
+  friction: number;
+}
+
+/** A position and an orientation. */
+export interface PoseDescription {
+  /** m */
+  position: [number, number, number];
+  /** Unit quaternion. */
+  quat_xyzw: [number, number, number, number];
+}
+
+/** `poses`: where everything that moves is. */
+export interface Poses {
+  /** The run. */
+  run_id: string;
+  /** Ticks since reset. */
+  tick: number;
+  /** s since reset. */
+  sim_time_s: number;
+  /** For every body of `scene.moving`: position x, y, z in m, orientation x, y, z, w. In single precision. */
+  poses: [number, number, number, number, number, number, number][];
+  /** Every touching contact, for those who subscribed with the overlay `contacts`. */
+  contacts?: Contact[];
+  /** What goes on in the hand, for those who subscribed with the overlay `telemetry`. */
+  telemetry?: Telemetry;
+}
+
+/** An error, RFC 9457. */
+export interface Problem {
+  /** No page describes the codes one by one: the standard's word for that. */
+  type: string;
+  title: string;
+  status: number;
+  detail: string;
+  code: Code;
+  retry_after_s?: number;
+}
+
+/** Force and torque. */
+export interface PushWrench {
+  /** N */
+  force: [number, number, number];
+  /** N·m; none when left out. */
+  torque?: [number, number, number];
+}
+
+/** `leaderboard`: the ranking. */
+export interface Ranking {
+  /** Best first. */
+  rows: LeaderboardRow[];
+}
+
+/** Why a run ended. */
+export type Reason = 'stopped' | 'complete' | 'session_over' | 'disconnected' | 'time_limit' | 'world_fault' | 'voided';
+
+/** An axis-aligned region of space. */
+export interface Region {
+  /** `box_a`, `box_b`. */
+  name: string;
+  /** m */
+  min: [number, number, number];
+  /** m */
+  max: [number, number, number];
+  /** The part it plays in the rules: `start`, `goal`; none for others. */
+  role?: string;
+}
+
+/** The replay of a run: `GET /v1/runs/{id}/replay`. */
+export interface ReplayInfo {
+  /** SHA-256 of the file, 64 hexadecimal digits. */
+  sha256: string;
+  /** Its size. */
+  bytes: number;
+}
+
+/** `reset`: opens a run at tick 0. */
+export interface Reset {
+  /** Name of a task, see `welcome.tasks`. */
+  task: string;
+  /** Name of a hand, see `welcome.hands`. */
+  hand: string;
+  /** Cameras to look through at tick 0; see `step`. */
+  cameras?: string[];
+  /** How time passes. */
+  mode?: Mode;
+  /** How good the sensors are; in a competition the organizer says. Left out: as the competition has it. */
+  noise?: Noise;
+  /** None are defined yet; must be left out or empty. */
+  options?: Record<string, unknown>;
+  /** Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one. */
+  seed?: number;
+  /** How much `obs` shows. */
+  sensing?: Sensing;
+}
+
+/** What was taken back. */
+export interface RevokedTokens {
+  /** How many. */
+  revoked: number;
+  /** Whose tokens, if a team was asked for. */
+  team?: string;
+  /** Which token, if one was asked for. */
+  token_id?: string;
+}
+
+/** Which run, and why. */
+export interface RunDeed {
+  run_id: string;
+  /** Kept in the audit; `void` needs it. */
+  reason?: string;
+}
+
+/** The session's present run. */
+export interface RunInfo {
+  /** Identifies the run. */
+  run_id: string;
+  /** Its task. */
+  task: string;
+  /** Its hand. */
+  hand: string;
+  /** How time passes in it. */
+  mode: Mode;
+  /** The current tick, which the next `step` must name. */
+  tick: number;
+  /** False when the server closed it (time limit, end of the session): `stop` fetches the result. */
+  open: boolean;
+}
+
+/** A run as `GET /v1/runs/{id}` shows it. */
+export interface RunRecord {
+  /** Identifies it. */
+  run_id: string;
+  /** Name on the leaderboard. */
+  team: string;
+  task: string;
+  /** Hand. */
+  hand: string;
+  mode: string;
+  sensing: string;
+  /** Where it stands. */
+  status: string;
+  reason: string | null;
+  note: string | null;
+  score: number | null;
+  in_goal: number | null;
+  outside: number | null;
+  ticks: number | null;
+  sim_time_s: number | null;
+  missed_ticks: number;
+  state_hash: string | null;
+  /** In practice, what `reset` takes to build the scene again. */
+  seed: number | null;
+  /** The seed itself; null while it is hidden. */
+  seed_hex: string | null;
+  started_unix_ms: number;
+  ended_unix_ms: number | null;
+  server_version: string;
+  build_hash: string;
+  /** What the referee noted; of an official run only for those who may watch it, until the seeds are revealed. */
+  events?: Event[];
+  /** Number of the run among the team's in this task; official runs only. */
+  k?: number;
+  replay_sha256?: string;
+  /** The session it belongs to; only for those who may know. */
+  session_id?: string;
+  /** Other teams' runs with the same actions over a long stretch; for organizers only, and left out where there are none. */
+  similar?: SimilarRun[];
+  verified_unix_ms?: number;
+  verify_note?: string;
+}
+
+/** `result`: what a finished run is worth. It stands in the server's database when this is sent. */
+export interface RunResult {
+  /** Identifies the run. */
+  run_id: string;
+  /** Its task. */
+  task: string;
+  /** SHA-256 of everything that the task is, 64 hexadecimal digits. */
+  task_hash: string;
+  /** Its hand. */
+  hand: string;
+  /** How time passed in it. */
+  mode: Mode;
+  /** `practice`, or `voided` after a fault of the server. */
+  status: string;
+  /** Points. */
+  score: number;
+  /** Objects in the goal; where objects are arranged, goals reached. */
+  in_goal: number;
+  /** Objects outside both boxes. */
+  outside: number;
+  /** Why the run ended. */
+  reason: Reason;
+  /** Ticks played. */
+  ticks: number;
+  /** s of simulated time played. */
+  sim_time_s: number;
+  /** In real time: ticks for which no new action had come. */
+  missed_ticks: number;
+  /** In real time: ticks that the server began more than half a tick after they were due. */
+  late_ticks: number;
+  /** In real time: the latest beginning of a tick, s. */
+  late_max_s: number;
+  /** In real time: observations that the client did not take in time. */
+  dropped_obs: number;
+  /** Hash of the final state, 16 hexadecimal digits. */
+  state_hash: string;
+  /** Everything the referee noted. */
+  events: Event[];
+  /** s; null for a session without a limit. */
+  session_left_s: number | null;
+  /** What the world failed of; absent when it did not. */
+  fault?: Fault;
+  /** Of the request; absent when the server closed the run and tells it unasked. */
+  id?: number;
+  /** For people: what that means and what to try; absent when the world did not fail. */
+  note?: string;
+  /** Its replay; absent when the run was not recorded. */
+  replay?: ReplayInfo;
+}
+
+/** `runs`: what can be watched now. */
+export interface Runs {
+  /** Of the request. */
+  id: number;
+  /** Open runs. */
+  runs: WatchRun[];
+}
+
+/** Everything a controller needs to know about the world, sent in the reply to `reset`. */
+export interface Scene {
+  /** Fixed and free bodies. Free ones come first, in the order of `truth.objects`. */
+  bodies: SceneBody[];
+  /** Named regions the rules speak of. */
+  regions: Region[];
+  /** m/s² */
+  gravity: [number, number, number];
+}
+
+/** A body and its shapes. */
+export interface SceneBody {
+  /** Index in the scene. */
+  id: number;
+  /** Unique name: `ball_3`, `box_a`. */
+  name: string;
+  /** False for furniture. */
+  free: boolean;
+  /** kg; 0 for furniture. */
+  mass: number;
+  /** Centre of mass in the body frame, m. */
+  com: [number, number, number];
+  /** Coulomb friction coefficient of two surfaces like this one; two bodies have the geometric mean of theirs. */
+  friction: number;
+  /** Convex parts in the body frame. */
+  parts: ScenePart[];
+  /** sRGB, for viewers. */
+  color: [number, number, number];
+  /** A horizontal ground that goes on for ever: its surface is the top of its one part, which shows some of it. */
+  endless?: boolean;
+  /** Position at tick 0, m; not told of free bodies when the run's sensing is `sensors`. */
+  position?: [number, number, number];
+  /** Orientation at tick 0, x, y, z, w; told or not as the position. */
+  quat_xyzw?: [number, number, number, number];
+}
+
+/** A convex part of a body. */
+export interface ScenePart {
+  /** In the body frame, m. */
+  position: [number, number, number];
+  /** x, y, z, w */
+  quat_xyzw: [number, number, number, number];
+  /** Geometry. */
+  shape: Shape;
+}
+
+/** `score`: what the run would be worth if it ended now. */
+export interface Score {
+  /** The run. */
+  run_id: string;
+  /** Ticks since reset. */
+  tick: number;
+  /** Points. */
+  score: number;
+}
+
+/** How much a controller may see. */
+export type Sensing = 'sensors' | 'truth';
+
+/** What the sensors of a hand are like, and which it has beside its motors' own. The arm it is mounted on brings the sensors of its wrist. */
+export interface Sensors {
+  /** Every motor's. */
+  motors: MotorSensor;
+  /** What a taxel of its tactile patches is like. */
+  touch: Touch;
+  /** Feels accelerations; none when the hand has none. */
+  accelerometer?: Accelerometer;
+  /** Cameras on it. */
+  cameras?: Camera[];
+  /** Encoders of joints; none when the hand has none. */
+  joints?: JointEncoders;
+}
+
+/** The program. */
+export interface ServerInfo {
+  /** Version of the program. */
+  version: string;
+  /** Commit it was built from. */
+  build_hash: string;
+}
+
+/** A session, its clock as it stands now. */
+export interface Session {
+  /** Identifies it. */
+  session_id: string;
+  /** Whose it is. */
+  team: string;
+  /** `practice` or `official`. */
+  mode: string;
+  /** `open`, `ended` or `voided`. */
+  status: string;
+  /** What the client said of itself. */
+  client_version: string | null;
+  /** Its length, s. */
+  limit_s: number | null;
+  /** Its clock: wall-clock time without pauses, s. */
+  clock_wall_s: number;
+  /** The same, simulated time, s. */
+  clock_simulated_s: number;
+  /** Time given back, s. */
+  refunded_s: number;
+  /** Since when an organizer holds it, ms since 1970 UTC. */
+  paused_unix_ms: number | null;
+  /** How often an organizer has held it. */
+  pauses: number;
+  /** When it began. */
+  created_unix_ms: number;
+  /** When it ended. */
+  ended_unix_ms: number | null;
+  /** Its runs. */
+  runs: number;
+  /** What the clock counts: the greater of its two times, s. */
+  elapsed_s: number;
+  /** Time left, s; null without a limit. */
+  left_s: number | null;
+}
+
+/** Which session, why, and for `grant` how much. */
+export interface SessionDeed {
+  session_id: string;
+  /** Kept in the audit; `void` and `grant` need it. */
+  reason?: string;
+  /** For `grant`: more than 0 and at most a day. */
+  seconds?: number;
+}
+
+/** The newest first. */
+export interface Sessions {
+  sessions: Session[];
+}
+
+/** A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z. */
+export type Shape =
+  | { type: 'sphere'; radius: number }
+  | { type: 'capsule'; radius: number; half_length: number }
+  | { type: 'cylinder'; radius: number; half_length: number }
+  | { type: 'box'; half_extents: [number, number, number]; rounding: number }
+  | { type: 'hull'; points: [number, number, number][]; rounding: number };
+
+/** A hand to look at before deciding. */
+export interface ShownHand {
+  hand: HandRow;
+  /** Beside the hands of the program and the competition's limits. */
+  figures: FigureRow[];
+  /** What the hand would touch where it starts, in words. */
+  in_the_way: string[];
+  /** The hand in full: what an organizer turns and closes before deciding. */
+  description: HandDescription;
+}
+
+/** Another team's run with the same actions over a long stretch. */
+export interface SimilarRun {
+  /** The other run. */
+  run_id: string;
+  /** Whose it is. */
+  team: string;
+  /** Its number among the team's runs of the task. */
+  k: number | null;
+  /** At least so many changes of the action, one after another, are the same. */
+  changes: number;
+}
+
+/** One field of an action or an observation. */
+export interface SpecDescription {
+  /** Path of the field in the message. */
+  name: string;
+  /** Length. */
+  shape: [number];
+  /** Unit. */
+  unit: string;
+  /** Least value of each entry; none where there is no bound. */
+  minimum: (number | null)[];
+  /** Largest value of each entry. */
+  maximum: (number | null)[];
+}
+
+/** Every numeric field a controller writes or reads. */
+export interface Specs {
+  /** Fields of `step.action`. */
+  action: Field[];
+  /** Fields of `obs`. */
+  observation: Field[];
+}
+
+/** `step`: advances the world by `repeat` ticks under one action. */
+export interface Step {
+  /** The current tick: that of the last `obs`. */
+  tick: number;
+  /** Targets; what is left out keeps its last target. */
+  action: Action;
+  /** Cameras whose pictures the observation shall have: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`. */
+  cameras?: string[];
+  /** Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over. */
+  repeat?: number;
+}
+
+/** What a real stereo camera does to depth. */
+export interface Stereo {
+  /** Pictures per second. */
+  rate_hz: number;
+  /** From exposure until the picture can be read, s. */
+  latency_s: number;
+  /** Distance between the two imagers, m; the second is to the right. */
+  baseline: number;
+  /** Standard deviation of the disparity, pixels. */
+  disparity_noise: number;
+  /** Least step of the disparity, pixels. */
+  disparity_step: number;
+  /** Beyond this angle between the surface's normal and the view nothing is seen, degrees. */
+  grazing_deg: number;
+  /** Part of the pixels that are lost at random. */
+  dropout: number;
+}
+
+/** `stop`: lets the objects settle, counts, closes the run. */
+export type Stop = Record<string, never>;
+
+/** What a team is told of a hand that it sent in. */
+export interface SubmittedHand {
+  /** Identifies it. */
+  hand_id: string;
+  /** Whose it is. */
+  team: string;
+  /** As `reset` calls it. */
+  name: string;
+  /** Of the archive. */
+  sha256: string;
+  /** Of the archive. */
+  bytes: number;
+  /** `pending`, `approved` or `rejected`. */
+  status: string;
+  /** Why it was rejected, or what the organizer wants to say. */
+  note: string | null;
+  /** What the check found odd, JSON. */
+  warnings: string[];
+  /** When it came, ms since 1970 UTC. */
+  created_unix_ms: number;
+  /** When the organizer decided. */
+  decided_unix_ms: number | null;
+  /** Beside the hands of the program and the limits. */
+  figures: FigureRow[];
+}
+
+/** `subscribe`: what to show; exactly one of the fields. A second one replaces the first. */
+export interface Subscribe {
+  /** `true`: official runs before practice, then one in which something happened in the last 10 s, then the one that moved last; when it ends, the next. */
+  featured?: boolean;
+  /** `true`: no world, but the ranking and announcements. */
+  leaderboard?: boolean;
+  /** What is to be told beside the poses. With this field, empty or not, `clock` is told once a second. */
+  overlays?: Overlay[];
+  /** One run. */
+  run_id?: string;
+  /** A session: one run after the other. */
+  session_id?: string;
+}
+
+/** `subscribed`: what is shown from now on. */
+export interface Subscribed {
+  /** Of the request. */
+  id: number;
+  /** The run that is shown now; null when the session has none open, or nobody plays. The next one is shown when it opens. */
+  run_id: string | null;
+}
+
+/** A team's best run of a task. */
+export interface TaskBest {
+  /** Points. */
+  score: number;
+  /** The earliest run with this score. */
+  run_id: string;
+  /** `practice`, `provisional` or `verified`. */
+  status: string;
+  /** Its end, ms since 1970 UTC. */
+  ended_unix_ms: number;
+}
+
+/** A task in short. */
+export interface TaskInfo {
+  /** For `reset`. */
+  name: string;
+  /** For people. */
+  description: string;
+  /** Length of a tick, s. */
+  tick_s: number;
+  /** Length of a physics step, s. */
+  step_s: number;
+  /** Longest run, s of simulated time. */
+  time_limit_s: number;
+  /** Its cameras. */
+  cameras: CameraInfo[];
+  /** SHA-256 of everything that it is, 64 hexadecimal digits. */
+  hash: string;
+}
+
+/** The tasks. */
+export interface Tasks {
+  tasks: TaskInfo[];
+}
+
+/** Which team, and why. */
+export interface TeamDeed {
+  team: string;
+  /** Kept in the audit. */
+  reason?: string;
+}
+
+/** A team. */
+export interface TeamRow {
+  /** Its name. */
+  team: string;
+  /** When it was added, ms since 1970 UTC. */
+  created_unix_ms: number;
+  /** Its tokens that are not revoked. */
+  live_tokens: number;
+  /** Its sessions that are not voided. */
+  sessions: number;
+}
+
+/** The teams by name. */
+export interface Teams {
+  teams: TeamRow[];
+}
+
+/** What goes on in a hand. */
+export interface Telemetry {
+  /** Every motor, in the hand's order. */
+  motors: Motor[];
+  /** Tension of every tendon, in the tendon's unit (hand.toml). */
+  tension: number[];
+  /** The hand's coordinates, rad. */
+  q: number[];
+  /** Where the free hand would rest at the present motor position, rad; empty if that is not defined. */
+  predicted: number[];
+  /** What each finger bears. */
+  fingers: FingerWrench[];
+  /** Force on every taxel without the errors of a sensor, N: along x and y of its patch, and into it. */
+  touch: [number, number, number][];
+}
+
+/** A tendon. */
+export interface TendonDescription {
+  /** Name. */
+  name: string;
+  /** Name of the motor that winds it. */
+  motor: string;
+  /** Its row of R at rest, one entry per coordinate. */
+  moment_arms: number[];
+  /** What makes R depend on the configuration. */
+  elements: ElementDescription[];
+  /** Whether it pushes as well as it pulls. */
+  both_ways: boolean;
+  /** K */
+  stiffness: number;
+  /** b */
+  damping: number;
+  /** f_max */
+  force_limit: number;
+}
+
+/** `time`: how the session's clock stands. */
+export type Time = Record<string, never>;
+
+/** `time`: how the session's clock stands. */
+export interface TimeReport {
+  /** Of the request. */
+  id: number;
+  /** What is left, s; null for a session without a limit. */
+  session_left_s: number | null;
+  /** Length of the session, s; null for none. */
+  session_s: number | null;
+  /** The greater of the next two, s. */
+  elapsed_s: number;
+  /** Wall-clock time since the first reset, pauses left out, s. */
+  wall_s: number;
+  /** Simulated time of all runs, s. */
+  simulated_s: number;
+  /** Time given back for faults of the server, s; the other times are without it. */
+  refunded_s: number;
+  /** Whether an organizer has stopped the clock. */
+  paused: boolean;
+  /** The session's run, if any. */
+  run: RunInfo | null;
+  /** The server's clock, ms since 1970 UTC. */
+  server_unix_ms: number;
+}
+
+/** Which token, and why. */
+export interface TokenDeed {
+  token_id: string;
+  /** Kept in the audit. */
+  reason?: string;
+}
+
+/** A token as stored. */
+export interface TokenRow {
+  /** Its public half. */
+  token_id: string;
+  /** What it is for. */
+  role: string;
+  /** Whose it is. */
+  team: string | null;
+  /** For people. */
+  label: string;
+  /** When it was made, ms since 1970 UTC. */
+  created_unix_ms: number;
+  /** When it was revoked. */
+  revoked_unix_ms: number | null;
+}
+
+/** The tokens, without their secrets. */
+export interface Tokens {
+  tokens: TokenRow[];
+}
+
+/** What a taxel is like. */
+export interface Touch {
+  /** The pressure below a point of contact spreads so far to each side, m. */
+  footprint: number;
+  /** How far beside the patch's plane a touched point may lie, m: the bulge of a curved surface. */
+  depth: number;
+  /** Whether forces along the surface are felt. */
+  shear: boolean;
+  /** Least step, N. */
+  resolution: number;
+  /** Largest force that is told of one taxel, N. */
+  saturation: number;
+  /** Standard deviation of the noise, N. */
+  noise: number;
+  /** Readings per second. */
+  rate_hz: number;
+}
+
+/** The full state. */
+export interface Truth {
+  /** Every free object, in scene order. */
+  objects: Objects;
+  /** Joint coordinates, in the hand's coordinate order. */
+  joints: Joints;
+  /** Every touching contact. */
+  contacts: Contacts;
+  /** Where the free hand would rest at the present motor position, rad; empty if that is not defined. */
+  predicted_equilibrium: number[];
+}
+
+/** What the referee thinks of an object. */
+export interface Verdict {
+  /** Which object, in scene order. */
+  object: number;
+  /** Whether it gives points for being where it should be. */
+  counts: boolean;
+  /** Where it is, as far as the rules care: `goal`, `start`, `outside`, `on_the_way`; where one object is held: `down`, `up`, `shaking`, `lost`, `kept`; where objects are arranged: the name of the goal that comes next, `later` if that is another object's, `done`, `none` for an object of no goal. */
+  place: string;
+  /** The rules it is measured by. */
+  reasons: Measured[];
+}
+
+/** `verdicts`: why objects count or do not, at most twice a second when it has changed. */
+export interface Verdicts {
+  /** The run. */
+  run_id: string;
+  /** Ticks since reset. */
+  tick: number;
+  /** In scene order. */
+  objects: Verdict[];
+}
+
+/** Triangles of a part. */
+export interface VisualMesh {
+  /** `mesh` */
+  type: string;
+  /** Single-precision numbers, little endian, in base64: x, y, z of the three corners of each triangle, m. */
+  triangles: string;
+}
+
+/** A part of a link as it looks. */
+export interface VisualPart {
+  /** Name of the link. */
+  link: string;
+  /** Where it is in the link's frame, m. */
+  position: [number, number, number];
+  /** Unit quaternion. */
+  quat_xyzw: [number, number, number, number];
+  shape: Form;
+}
+
+/** All parts; none for a hand that looks as it touches. */
+export interface Visuals {
+  parts: VisualPart[];
+}
+
+/** `warning`: the session's time is running out. Sent unasked at 300, 60 and 10 s. */
+export interface Warning {
+  /** Which of the marks was passed, s. */
+  mark_s: number;
+  /** What is left, s. */
+  session_left_s: number;
+}
+
+/** A body and its shapes. */
+export interface WatchBody {
+  /** Identifies the body within the run. */
+  id: number;
+  /** For people. */
+  name: string;
+  /** What it is. */
+  kind: BodyKind;
+  /** Pose at tick 0. */
+  position: [number, number, number];
+  /** x, y, z, w */
+  quat_xyzw: [number, number, number, number];
+  /** Convex parts in the body frame. */
+  parts: ScenePart[];
+  /** sRGB, 0 to 1. */
+  color: [number, number, number];
+}
+
+/** `bye`: ends the connection. */
+export type WatchBye = Record<string, never>;
+
+/** A message to a spectator. */
+export type WatchReply =
+  | ({ op: 'subscribed' } & Subscribed)
+  | ({ op: 'runs' } & Runs)
+  | ({ op: 'scene' } & WatchScene)
+  | ({ op: 'poses' } & Poses)
+  | ({ op: 'score' } & Score)
+  | ({ op: 'events' } & Events)
+  | ({ op: 'ended' } & Ended)
+  | ({ op: 'clock' } & Clock)
+  | ({ op: 'verdicts' } & Verdicts)
+  | ({ op: 'leaderboard' } & Ranking)
+  | ({ op: 'announcement' } & Announcement)
+  | ({ op: 'error' } & ErrorReply);
+
+/** An open run, as spectators may know it. */
+export interface WatchRun {
+  /** Identifies the run. */
+  run_id: string;
+  /** Identifies its session. */
+  session_id: string;
+  /** Who plays. */
+  team: string;
+  /** Name of the task. */
+  task: string;
+  /** Name of the hand. */
+  hand: string;
+  /** Whether it counts in a competition. */
+  official: boolean;
+  /** Length of a tick, s. */
+  tick_s: number;
+  /** Longest run, s of simulated time. */
+  time_limit_s: number;
+}
+
+/** `scene`: everything there is to draw. */
+export interface WatchScene {
+  /** The run that is shown. */
+  run: WatchRun;
+  /** Objects, furniture and the hand's links. */
+  bodies: WatchBody[];
+  /** Ids of the bodies that move, in the order of `poses.poses`. */
+  moving: number[];
+  /** Named regions the rules speak of. */
+  regions: Region[];
+  /** The hand in full, as `GET /v1/hands/{name}` tells it; left out where the viewer may not know it: a hand that a team sent in is told to that team and to organizers. */
+  hand?: HandDescription;
+}
+
+/** `welcome`: what this server offers. */
+export interface Welcome {
+  /** Of the request. */
+  id: number;
+  /** Identifies the session. */
+  session_id: string;
+  /** Secret that takes the session up again on a new connection. */
+  resume_token: string;
+  /** Name of the team on the leaderboard. */
+  team: string;
+  /** s; null for a session without a limit. */
+  session_left_s: number | null;
+  /** The competition. */
+  competition: Competition;
+  /** The program. */
+  server: ServerInfo;
+  /** What a client must keep to. */
+  limits: Limits;
+  /** Tasks that can be played. */
+  tasks: TaskInfo[];
+  /** Hands that can be played with. */
+  hands: HandInfo[];
+  /** Fields of actions and observations. */
+  specs: Specs;
+  /** The run that goes on, when a session is taken up again; else null. */
+  run: RunInfo | null;
+  /** For people: what is odd about the team's name. Absent when nothing is. */
+  note?: string;
+}
+
+/** Force and torque in the world frame, torque about the base origin. */
+export interface Wrench {
+  /** N */
+  force: [number, number, number];
+  /** N·m */
+  torque: [number, number, number];
+}
