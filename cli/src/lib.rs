@@ -16,7 +16,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// The version and commit of this program, as a server tells its clients.
+/// The version and commit of this program, as in a server's `welcome`.
 pub fn version() -> ServerInfo {
     server::version()
 }

@@ -25,7 +25,7 @@ pub(crate) struct Competition {
     pub(crate) hands: Vec<Arc<Hand>>,
     /// Hands that teams uploaded.
     pub(crate) own_hands: OwnHands,
-    /// What controllers may observe.
+    /// Observations that controllers may have.
     pub(crate) sensing: SensingRules,
     /// Settings of the organizer.
     pub(crate) settings: Settings,

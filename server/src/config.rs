@@ -135,7 +135,7 @@ pub(crate) struct Config {
     pub(crate) builtin_tasks: Option<Vec<String>>,
     /// Folders of further tasks.
     pub(crate) tasks: Vec<PathBuf>,
-    /// What controllers may observe.
+    /// Observations that controllers may have.
     pub(crate) sensing: SensingRules,
     /// Names of the built-in hands to play; None for all.
     pub(crate) builtin_hands: Option<Vec<String>>,

@@ -91,7 +91,7 @@ fn examine(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<Exa
 /// A hand that may be played, and the results of its check.
 struct Examined {
     hand: Arc<Hand>,
-    /// Of its archive.
+    /// SHA-256 of its archive.
     sha256: String,
     warnings: Vec<String>,
     figures: Vec<FigureRow>,

@@ -38,7 +38,7 @@ pub(crate) struct CheckArgs {
     strict: bool,
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Debug, Default, Serialize)]
 struct Report {
     /// `usable` or `unusable`.

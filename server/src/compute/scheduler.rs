@@ -317,9 +317,9 @@ mod tests {
             tokio::task::yield_now().await;
         }
         drop(held);
-        let mut seen = Vec::new();
+        let mut given_to = Vec::new();
         for _ in 0..waiters.len() {
-            seen.push(order.recv().await.expect("all come"));
+            given_to.push(order.recv().await.expect("all come"));
         }
         let expected = [
             "official realtime",
@@ -330,7 +330,7 @@ mod tests {
             "practice",
             "practice later",
         ];
-        assert_eq!(seen, expected);
+        assert_eq!(given_to, expected);
     }
 
     fn waits<T>(future: std::pin::Pin<&mut impl Future<Output = T>>) -> bool {

@@ -1,4 +1,4 @@
-//! What controllers may observe in a competition.
+//! Observations that controllers may have in a competition.
 
 use super::file::CompetitionMode;
 use palmares_protocol::{Code, Refusal};

@@ -22,7 +22,7 @@ pub(crate) struct RunAccess<'a> {
     pub(crate) team: &'a str,
     /// Whether it counts in a competition.
     pub(crate) official: bool,
-    /// What its controller observes.
+    /// Observations of its controller: sensors only, or also the true state.
     pub(crate) sensing: Sensing,
 }
 

@@ -85,36 +85,36 @@ fn counted<T>(out: &mut Vec<u8>, all: &[T]) -> usize {
 }
 
 /// Encodes motors, tendons, joints and the predicted equilibrium.
-pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
+pub(super) fn telemetry(hand: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
-    let motors = counted(&mut out, &seen.motors);
-    for motor in &seen.motors[..motors] {
+    let motors = counted(&mut out, &hand.motors);
+    for motor in &hand.motors[..motors] {
         [motor.command, motor.position, motor.tension].iter().for_each(|x| put(&mut out, *x));
     }
-    let tendons = counted(&mut out, &seen.tension);
-    seen.tension[..tendons].iter().for_each(|x| put(&mut out, *x));
-    let joints = counted(&mut out, &seen.q);
-    seen.q[..joints].iter().for_each(|x| put(&mut out, *x));
-    let predicted = seen.predicted.len() == seen.q.len() && !seen.q.is_empty();
+    let tendons = counted(&mut out, &hand.tension);
+    hand.tension[..tendons].iter().for_each(|x| put(&mut out, *x));
+    let joints = counted(&mut out, &hand.q);
+    hand.q[..joints].iter().for_each(|x| put(&mut out, *x));
+    let predicted = hand.predicted.len() == hand.q.len() && !hand.q.is_empty();
     out.push(u8::from(predicted));
     if predicted {
-        seen.predicted[..joints].iter().for_each(|x| put(&mut out, *x));
+        hand.predicted[..joints].iter().for_each(|x| put(&mut out, *x));
     }
     out
 }
 
 /// Encodes work of the motors, wrenches of the fingers and forces of the taxels.
-pub(super) fn sensors(seen: &Telemetry) -> Vec<u8> {
+pub(super) fn sensors(hand: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
-    let motors = counted(&mut out, &seen.motors);
-    seen.motors[..motors].iter().for_each(|motor| put(&mut out, motor.work));
-    let fingers = counted(&mut out, &seen.fingers);
-    for finger in &seen.fingers[..fingers] {
+    let motors = counted(&mut out, &hand.motors);
+    hand.motors[..motors].iter().for_each(|motor| put(&mut out, motor.work));
+    let fingers = counted(&mut out, &hand.fingers);
+    for finger in &hand.fingers[..fingers] {
         finger.force.iter().chain(&finger.torque).for_each(|x| put(&mut out, *x));
     }
-    let taxels = u16::try_from(seen.touch.len()).unwrap_or(u16::MAX);
+    let taxels = u16::try_from(hand.touch.len()).unwrap_or(u16::MAX);
     out.extend(taxels.to_le_bytes());
-    seen.touch[..usize::from(taxels)].as_flattened().iter().for_each(|x| put(&mut out, *x));
+    hand.touch[..usize::from(taxels)].as_flattened().iter().for_each(|x| put(&mut out, *x));
     out
 }
 
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn telemetry_and_contacts_byte_by_byte() {
         let finger = FingerWrench { name: "thumb".into(), force: [1.0, 0.0, 0.0], torque: [0.0, 0.5, 0.0] };
-        let seen = Telemetry {
+        let hand = Telemetry {
             motors: vec![Motor { command: 1.0, position: 0.5, tension: 2.0, work: 1.0 }],
             tension: vec![-1.0],
             q: vec![0.25, 0.0],
@@ -208,10 +208,10 @@ mod tests {
         let mut expected = vec![1];
         expected.extend([one, half, two].concat());
         expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0]);
-        assert_eq!(telemetry(&seen), [&expected[..], &[0]].concat());
+        assert_eq!(telemetry(&hand), [&expected[..], &[0]].concat());
         let finger = [&one[..], &[0; 12], &half, &[0; 4]].concat();
-        assert_eq!(sensors(&seen), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
-        let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..seen });
+        assert_eq!(sensors(&hand), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
+        let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..hand });
         assert_eq!(predicted, [&expected[..], &[1], &one, &one].concat());
 
         let contact =

@@ -44,7 +44,7 @@ pub(super) struct Channel {
     /// The newest frame.
     pub(super) frames: watch::Sender<Arc<Frame>>,
     pub(super) queue: broadcast::Sender<QueuedMessage>,
-    /// Overlays that viewers asked for.
+    /// Overlays of the viewers.
     pub(super) overlays: OverlayCounts,
     /// Time of the newest sample, ms since the hub exists.
     pub(super) moved: AtomicU64,

@@ -116,11 +116,11 @@ impl Frame {
     /// The referee's judgement of each object, if the sample has it.
     pub(super) fn verdicts(&self) -> Option<&Vec<Verdict>> {
         let explained = || {
-            let mut told = self.sample.evidence.as_ref()?.explain();
-            for rule in told.iter_mut().flat_map(|verdict| &mut verdict.reasons) {
+            let mut verdicts = self.sample.evidence.as_ref()?.explain();
+            for rule in verdicts.iter_mut().flat_map(|verdict| &mut verdict.reasons) {
                 rule.value = rule.value.map(|value| (value * VALUE_STEPS).round() / VALUE_STEPS);
             }
-            Some(told)
+            Some(verdicts)
         };
         self.verdicts.get_or_init(explained).as_ref()
     }

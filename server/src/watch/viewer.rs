@@ -392,7 +392,7 @@ impl Viewer {
             Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
             Err(error) => {
                 // The viewer keeps the last ranking and gets the next one.
-                tracing::error!(%error, "store failed");
+                tracing::error!(%error, "the database failed");
                 ControlFlow::Continue(())
             }
         }

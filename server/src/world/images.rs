@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// The camera images of a step.
 #[derive(Debug, Default)]
 pub(crate) struct StepImages {
-    /// Images that the controller asked for.
+    /// Images that the controller requested.
     pub(crate) requested: Vec<Arc<Exposure>>,
     /// Images of the next frame, for a controller that keeps asking for the same cameras.
     pub(crate) upcoming: Vec<Arc<Exposure>>,

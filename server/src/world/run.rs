@@ -266,8 +266,8 @@ impl World {
     /// The controller's observation.
     pub(crate) fn observe(&mut self) -> Result<Observation, StepError> {
         let playable = self.run.as_ref().map_err(|failure| StepError::Failed(*failure))?;
-        let seen = catch_unwind(AssertUnwindSafe(|| Ok(playable.observe(self.sensing))));
-        self.end_on_failure(seen)
+        let observed = catch_unwind(AssertUnwindSafe(|| Ok(playable.observe(self.sensing))));
+        self.end_on_failure(observed)
     }
 
     /// Ends the world after a failure or a panic.
@@ -290,10 +290,10 @@ impl World {
         }
         let observers = &mut self.observers;
         // An observer may be the cause of the panic.
-        let told = catch_unwind(AssertUnwindSafe(|| {
+        let notified = catch_unwind(AssertUnwindSafe(|| {
             observers.iter_mut().for_each(|observer| observer.failed(failure.fault));
         }));
-        if let Err(panic) = told {
+        if let Err(panic) = notified {
             tracing::error!(panic = panic_text(panic.as_ref()), "an observer panicked");
         }
     }

@@ -7,7 +7,9 @@ use palmares_protocol::reply::TaskInfo;
 /// The phase of a competition as a sentence.
 pub(super) fn in_words(phase: CompetitionPhase) -> &'static str {
     match phase {
-        CompetitionPhase::Closed => "The competition is not open: sessions can begin when the organizer opens it.",
+        CompetitionPhase::Closed => {
+            "The competition is not open: sessions can begin when the organizer opens it."
+        }
         CompetitionPhase::Open => "The competition is open.",
         CompetitionPhase::Revealed => "The competition is over.",
     }

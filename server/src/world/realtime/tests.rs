@@ -27,10 +27,10 @@ fn actions_take_effect_at_the_tick_they_were_promised() {
     live.tick(0);
     assert_eq!(live.act(moving(0.3), vec![]), Ok(3));
     live.tick(0);
-    let seen: Vec<(u64, Action)> = std::iter::from_fn(|| live.pop())
+    let streamed: Vec<(u64, Action)> = std::iter::from_fn(|| live.pop())
         .map(|s| (s.observation.tick, s.observation.applied_action))
         .collect();
-    assert_eq!(seen, [(1, moving(0.2)), (2, Action::default()), (3, moving(0.3))]);
+    assert_eq!(streamed, [(1, moving(0.2)), (2, Action::default()), (3, moving(0.3))]);
     assert_eq!(live.stats().tempo.missed, 1);
 }
 
@@ -90,8 +90,8 @@ fn a_world_that_breaks_says_so_and_ticks_no_more() {
         assert!(live.tick(0).is_some());
         assert!(live.tick(0).is_none());
         assert_eq!(live.over(), Some(Reason::WorldFault));
-        let seen: Vec<Observation> = std::iter::from_fn(|| live.pop()).map(|s| s.observation).collect();
-        let [first, last] = seen.as_slice() else { panic!("{seen:?}") };
+        let streamed: Vec<Observation> = std::iter::from_fn(|| live.pop()).map(|s| s.observation).collect();
+        let [first, last] = streamed.as_slice() else { panic!("{streamed:?}") };
         assert_eq!((first.tick, first.truncated), (1, false));
         assert_eq!((last.tick, last.truncated, last.reason.as_deref()), (1, true, Some("world_fault")));
         assert!(last.events.is_empty(), "they were streamed before");
@@ -125,7 +125,7 @@ fn a_run_that_is_cut_short_says_why_in_its_last_observation() {
     assert!(live.take(Some(Reason::SessionOver)).is_some());
     assert!(live.tick(0).is_none());
     assert!(live.take(Some(Reason::SessionOver)).is_none());
-    let seen: Vec<(u64, bool)> =
+    let streamed: Vec<(u64, bool)> =
         std::iter::from_fn(|| live.pop()).map(|s| (s.observation.tick, s.observation.truncated)).collect();
-    assert_eq!(seen, [(1, false), (1, true)]);
+    assert_eq!(streamed, [(1, false), (1, true)]);
 }
