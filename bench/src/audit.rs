@@ -1,22 +1,22 @@
 //! An audit of the energy of free bodies.
 //!
-//! Kinetic and potential energy, less the work of what kicks them, may fall (friction, dissipation) but never rise
+//! Kinetic and potential energy, less the work of kicks, may fall (friction, dissipation) but never rise
 //! above an earlier value by more than contacts held then. What contacts hold is bounded from above: a normal force f
 //! at an overlap δ by the larger of ½ f δ and ½ k δ², since f has the damper's share in it and a near-rigid
 //! contact is softer than k; friction f_t in a stiction anchor of stiffness k_t by ½ f_t²/k_t. Overlaps are those at
-//! the start of a step, forces those of its end, so that a step's contacts are booked with its start.
+//! the start of a step, forces those of its end, so that a step's contacts count at its start.
 
 use crate::energy::Stored;
 use crate::engine::Engine;
 use anyhow::Result;
 use palmares_sim::World;
 
-/// The books of a run.
+/// The energy of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Audit {
     work_j: f64,
     kicks_j: f64,
-    /// The least that the bodies and the contacts have had, less the work, J.
+    /// The least energy of bodies and contacts, less the work, J.
     least_j: f64,
     most_j: f64,
     gain_j: f64,
@@ -34,13 +34,13 @@ pub fn mechanical(engine: &dyn Engine) -> f64 {
 }
 
 impl Audit {
-    /// Books the work of something from outside, J.
+    /// Adds work from outside, J.
     pub fn worked(&mut self, work_j: f64) {
         self.work_j += work_j;
         self.kicks_j += work_j.abs();
     }
 
-    /// Has `step` take one step of `engine`, and balances the state it started from.
+    /// Has `step` take one step of `engine`, and balances the state before it.
     pub fn step(
         &mut self,
         engine: &mut dyn Engine,
@@ -59,8 +59,8 @@ impl Audit {
         self.gain_j
     }
 
-    /// The same in parts of the energy that was ever there to be moved about: the fall of the balance from its
-    /// highest to its lowest, and the work of the kicks.
+    /// The same as a part of the energy that was available: the fall of the balance from its highest to its lowest value,
+    /// and the work of the kicks.
     pub fn gain(&self) -> f64 {
         self.gain_j / (self.most_j - self.least_j + self.kicks_j).max(1e-9)
     }

@@ -1,7 +1,7 @@
-//! Where a world's energy is and where it goes.
+//! The parts of a world's energy, and the works that change it.
 //!
-//! Works are forces of the solved step times displacements over it, whatever the integrator does between; those of
-//! contacts are impulses times mean velocities, so that what an impact takes is booked as well.
+//! Works are forces of the solved step times displacements over it, whatever the integrator does in between. Works of
+//! contacts are impulses times mean velocities, so that the loss of an impact counts as well.
 
 use palmares_models::Vec3;
 use palmares_sim::actuation::base::shortest_turn;
@@ -20,7 +20,7 @@ pub struct Stored {
     pub springs: f64,
     /// In the tendons: `½ K x²` up to the largest tension, linear beyond.
     pub tendons: f64,
-    /// Of weight; that of a hand that compensates its own is left out.
+    /// Of weight, without that of a hand that compensates its own.
     pub height: f64,
 }
 
@@ -64,7 +64,7 @@ impl Stored {
         sum
     }
 
-    /// All of it.
+    /// The sum.
     pub fn total(&self) -> f64 {
         self.kinetic + self.springs + self.tendons + self.height
     }
@@ -80,7 +80,7 @@ fn lengths(model: &Model, state: &State) -> Vec<(f64, f64)> {
     hand.tendons.iter().map(of).collect()
 }
 
-/// Energy that came and went since the beginning, J.
+/// Energy that came and went since the start, J.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Works {
     /// By the motors on the tendons, `∮ f ds_ref`.
@@ -105,7 +105,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Begins now.
+    /// Starts now.
     pub fn new(world: &World) -> Self {
         let (model, state) = (world.model(), world.state());
         let mut ledger = Ledger {
@@ -124,7 +124,7 @@ impl Ledger {
         }
     }
 
-    /// Books the step the world has just taken under `command`.
+    /// Adds the step that the world has just taken under `command`.
     pub fn step(&mut self, world: &World, command: &Command) {
         let (model, state) = (world.model(), world.state());
         let h = model.config().step_s;

@@ -4,22 +4,18 @@
 //! against the same scene at a step of 0.02 ms. Invariants that any run must keep are reported beside it.
 
 pub mod audit;
-pub mod cameras;
+pub mod case_report;
 pub mod cases;
-pub mod child;
+pub mod command;
 pub mod energy;
 pub mod engine;
-pub mod fingerprint;
 #[cfg(test)]
 mod gates;
-pub mod grasps;
-pub mod mjcf;
+pub mod monitor;
 pub mod overlap;
 pub mod random;
 pub mod recorder;
-pub mod report;
 pub mod rigs;
 pub mod robust;
 #[cfg(test)]
 mod steady;
-pub mod watch;

@@ -1,10 +1,10 @@
-//! How deep shapes may overlap before a run is of no use.
+//! The deepest overlap of shapes with which a run is of use.
 
 use palmares_sim::{Model, Owner};
 
-/// Part of the least width of the thinnest body that moves, object or link, that shapes may overlap by: a body that has
-/// sunk in by half its width is nearer to the far side of the other's surface than to the near one, and is pushed out
-/// there. It passes through.
+/// The bound, as a part of the least width of the thinnest body that moves, object or link. A body that has sunk in by half
+/// its width is nearer to the far side of the other's surface than to the near one, and is pushed out there: it passes
+/// through.
 pub const PART: f64 = 0.5;
 
 /// Scenes that begin with a deeper overlap may deepen it by a tenth.
@@ -20,7 +20,7 @@ pub fn bound_m(model: &Model, first_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::synergy::softhand;
+    use crate::rigs::softhand;
     use palmares_models::Pose;
     use palmares_models::object::Object;
     use palmares_models::shape::Shape;

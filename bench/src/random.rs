@@ -5,7 +5,7 @@ use palmares_tasks::Seed;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// A seeded source of what random scenes are made of.
+/// A seeded source of random numbers.
 pub struct Random(ChaCha12Rng);
 
 impl Random {
@@ -14,12 +14,12 @@ impl Random {
         Random(ChaCha12Rng::from_seed(Seed::from_u64(seed).0))
     }
 
-    /// Evenly in [low, high).
+    /// Uniform in [low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Evenly in its logarithm, in [low, high); both positive.
+    /// Uniform in its logarithm, in [low, high); both positive.
     pub fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         libm::exp(self.between(libm::log(low), libm::log(high)))
     }
@@ -34,7 +34,7 @@ impl Random {
         Vec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
     }
 
-    /// A direction, evenly over the sphere.
+    /// A direction, uniform over the sphere.
     pub fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.cube();
@@ -45,7 +45,7 @@ impl Random {
         }
     }
 
-    /// An orientation, evenly over all of them (Shoemake 1992, by rejection).
+    /// An orientation, uniform over all of them (Shoemake 1992, by rejection).
     pub fn rotation(&mut self) -> Rotation {
         loop {
             let (v, w) = (self.cube(), self.between(-1.0, 1.0));

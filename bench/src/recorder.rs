@@ -1,13 +1,13 @@
-//! Steps an engine and adds up what it cost and what went wrong.
+//! Steps an engine and adds up its time and its errors.
 
+use crate::case_report::{Invariants, Times};
 use crate::engine::Engine;
 use crate::overlap;
-use crate::report::{Invariants, Times};
 use anyhow::{Result, bail};
 use palmares_sim::{Command, Model};
 use std::sync::Arc;
 
-/// CPU time of the stepping thread, its split by phase, and what went wrong.
+/// CPU time of the stepping thread, its split by phase, and errors.
 #[derive(Default)]
 pub struct Recorder {
     phases_s: [f64; 3],
@@ -25,12 +25,12 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// One that breaks a run off after so much CPU time, for timings of which the first part is enough.
+    /// A recorder that ends a run after this CPU time, s, for timings that need only its first part.
     pub fn for_at_most(longest_s: f64) -> Self {
         Recorder { longest_s: Some(longest_s), ..Recorder::default() }
     }
 
-    /// Whether it broke the run off.
+    /// Whether it ended the run.
     pub fn broke_off(&self) -> bool {
         self.longest_s.is_some_and(|longest| self.total_s > longest)
     }
@@ -59,7 +59,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// So many steps under one command.
+    /// `count` steps under one command.
     pub fn steps(&mut self, engine: &mut dyn Engine, command: &Command, count: u64) -> Result<()> {
         (0..count).try_for_each(|_| self.step(engine, command))
     }
@@ -93,7 +93,7 @@ impl Recorder {
         (self.iterations as f64 / self.steps.max(1) as f64, self.iterations_max)
     }
 
-    /// What every case can tell.
+    /// The checks that every case has.
     pub fn invariants(&self) -> Invariants {
         Invariants {
             max_penetration_mm: Some(self.penetration_m * 1e3),

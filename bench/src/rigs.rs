@@ -1,11 +1,16 @@
-//! Small hands built in code, and a base that does not yield: what textbook answers need.
+//! Small hands built in code, and a base that does not yield, for cases with textbook answers.
 
-use crate::cases::synergy::softhand;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::Config;
 use palmares_sim::config::BaseConfig;
+use std::sync::Arc;
+
+/// The stock SoftHand.
+pub fn softhand() -> Result<Arc<Hand>> {
+    Hand::builtin("softhand").context("the SoftHand is built in")
+}
 
 /// Limits that are never reached, rad or m.
 pub const WIDE: f64 = 1e3;
@@ -35,13 +40,13 @@ pub fn bare_chain(springs: bool) -> Result<Hand> {
     Ok(hand)
 }
 
-/// A part that moves against the base along or about z, and what pulls it.
+/// A part that moves against the base along or about z, and the tendon that pulls it.
 pub struct Finger {
     /// Whether it turns or slides.
     pub kind: HingeKind,
-    /// Where its joint stands in the base, z being the axis.
+    /// Pose of its joint in the base; the axis is z.
     pub base_from_hinge: Pose,
-    /// kg; its centre of mass lies in the joint.
+    /// kg; its centre of mass is in the joint.
     pub mass: f64,
     /// About the joint, kg·m².
     pub inertia: f64,

@@ -107,8 +107,8 @@ enum Command {
     /// Print the schema of the messages (JSON Schema) or of the HTTP addresses (OpenAPI)
     Schema {
         /// The schema
-        #[arg(value_enum, default_value_t = schema::What::Control)]
-        what: schema::What,
+        #[arg(value_enum, default_value_t = server::Description::Control)]
+        what: server::Description,
     },
 }
 

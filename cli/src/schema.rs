@@ -1,32 +1,20 @@
 //! `palmares schema`.
 
-use crate::server;
-use clap::ValueEnum;
+use crate::server::{self, Description};
 use serde_json::{Map, Value};
 use std::io::Write;
 
-/// A schema.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum What {
-    /// The messages of the control socket, as JSON Schema
-    Control,
-    /// The messages of the watch socket, as JSON Schema
-    Watch,
-    /// The HTTP addresses, as OpenAPI 3.1
-    Openapi,
-}
-
 /// Prints a schema.
-pub(crate) fn schema(what: What) -> anyhow::Result<()> {
-    std::io::stdout().lock().write_all(text(what)?.as_bytes())?;
+pub(crate) fn schema(description: Description) -> anyhow::Result<()> {
+    std::io::stdout().lock().write_all(text(description)?.as_bytes())?;
     Ok(())
 }
 
-fn text(what: What) -> anyhow::Result<String> {
-    Ok(serde_json::to_string_pretty(&sorted(server::schema(what)?))? + "\n")
+fn text(description: Description) -> anyhow::Result<String> {
+    Ok(serde_json::to_string_pretty(&sorted(server::schema(description)?))? + "\n")
 }
 
-/// Sorts fields by name, independent of the features of serde_json.
+/// With fields in the order of their names, however serde_json was built.
 fn sorted(value: Value) -> Value {
     match value {
         Value::Object(fields) => {
@@ -43,12 +31,13 @@ fn sorted(value: Value) -> Value {
 #[cfg(all(test, feature = "server"))]
 mod tests {
     use super::*;
+    use clap::ValueEnum;
     use std::path::Path;
 
     #[test]
     fn docs_schema_describes_the_types_of_this_source() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/schema");
-        for what in What::value_variants() {
+        for what in Description::value_variants() {
             let name = what.to_possible_value().expect("no variant is hidden").get_name().to_owned();
             let committed = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap_or_default();
             let current = text(*what).expect("a description");

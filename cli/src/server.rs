@@ -1,5 +1,18 @@
 //! The server, for the commands that need it. A build without the feature `server` has the same commands and refuses them.
 
+use clap::ValueEnum;
+
+/// A description that `palmares schema` prints.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Description {
+    /// The messages of the control socket, as JSON Schema
+    Control,
+    /// The messages of the watch socket, as JSON Schema
+    Watch,
+    /// The HTTP addresses, as OpenAPI 3.1
+    Openapi,
+}
+
 #[cfg(feature = "server")]
 pub(crate) use linked::*;
 #[cfg(not(feature = "server"))]
@@ -7,24 +20,24 @@ pub(crate) use missing::*;
 
 #[cfg(feature = "server")]
 mod linked {
-    use crate::schema::What;
+    use super::Description;
     use palmares_server::schema;
     use serde_json::Value;
 
     pub(crate) use palmares_server::{ServeOptions, hand_limits, restore, serve, version};
 
-    pub(crate) fn schema(what: What) -> anyhow::Result<Value> {
-        Ok(match what {
-            What::Control => schema::control(),
-            What::Watch => schema::watch(),
-            What::Openapi => schema::openapi(),
+    pub(crate) fn schema(description: Description) -> anyhow::Result<Value> {
+        Ok(match description {
+            Description::Control => schema::control(),
+            Description::Watch => schema::watch(),
+            Description::Openapi => schema::openapi(),
         })
     }
 }
 
 #[cfg(not(feature = "server"))]
 mod missing {
-    use crate::schema::What;
+    use super::Description;
     use clap::Args;
     use palmares_models::measure::HandLimits;
     use palmares_protocol::reply::ServerInfo;
@@ -60,7 +73,7 @@ mod missing {
         Err(refused("palmares hand check --config"))
     }
 
-    pub(crate) fn schema(_: What) -> anyhow::Result<Value> {
+    pub(crate) fn schema(_: Description) -> anyhow::Result<Value> {
         Err(refused("palmares schema"))
     }
 

@@ -6,7 +6,7 @@ A control tick is 10 ms: ten steps of the physics, the referee, and an observati
 In the air the hands open and close at their start; among the objects they first go down into them. Each row
 is the median of several blocks, which alternate with those of all other rows of the scene, quartiles in
 brackets. ``--url`` adds rows for a server and for `AsyncVectorEnv` on it; ``--mjcf`` adds the `rollout` of
-MuJoCo with the same number of worlds of the same scene, written by ``palmares-bench mjcf``.
+MuJoCo with the same number of worlds of the same scene, written by ``palmares-compare mjcf``.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ def main() -> None:
         "--mjcf",
         type=Path,
         metavar="FOLDER",
-        help="scenes for MuJoCo: folders SCENE/SETTINGS, each by `palmares-bench mjcf --out`",
+        help="scenes for MuJoCo: folders SCENE/SETTINGS, each by `palmares-compare mjcf --out`",
     )
     parser.add_argument("--worlds", type=int, default=64)
     parser.add_argument("--blocks", type=int, default=7)

@@ -8,7 +8,9 @@ use crate::obs::Obs;
 use crate::request::Mode;
 use crate::specs::Specs;
 use palmares_models::camera::Camera;
-use palmares_models::hand::{Hand, TactilePatch};
+use palmares_models::hand::Hand;
+use palmares_senses::channels::cameras::ImageInfo;
+use palmares_senses::{ChannelInfo, ENCODERS, JOINTS, MOTORS, TAXELS};
 use palmares_tasks::{Event, Fault, Noise, Outcome, Reason, Task};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -141,6 +143,9 @@ pub struct CameraInfo {
     pub near: f64,
     /// What is farther gives no reading, m.
     pub far: f64,
+    /// The images that it takes.
+    #[schemars(default)]
+    pub images: Vec<ImageInfo>,
 }
 
 impl CameraInfo {
@@ -154,6 +159,7 @@ impl CameraInfo {
             fov_deg: *fov_deg,
             near: *near,
             far: *far,
+            images: ImageInfo::all(camera),
         }
     }
 }
@@ -211,6 +217,9 @@ pub struct HandInfo {
     /// Names of the taxels, in the order of `hand.touch`.
     #[schemars(default)]
     pub taxels: Vec<String>,
+    /// The channels of `obs.hand` with this hand.
+    #[schemars(default)]
+    pub channels: Vec<ChannelInfo>,
     /// Its cameras.
     #[schemars(default)]
     pub cameras: Vec<CameraInfo>,
@@ -222,10 +231,11 @@ impl HandInfo {
         HandInfo {
             name: hand.name.clone(),
             description: hand.description.clone(),
-            motors: hand.motors.iter().map(|motor| motor.name.clone()).collect(),
-            joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
-            encoders: hand.sensors.joints.iter().flat_map(|encoders| encoders.on.clone()).collect(),
-            taxels: hand.tactile.iter().flat_map(TactilePatch::taxel_names).collect(),
+            motors: (MOTORS.names)(hand),
+            joints: (JOINTS.names)(hand),
+            encoders: (ENCODERS.names)(hand),
+            taxels: (TAXELS.names)(hand),
+            channels: ChannelInfo::all(hand),
             cameras: hand.sensors.cameras.iter().map(CameraInfo::of).collect(),
         }
     }

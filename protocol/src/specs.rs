@@ -1,8 +1,10 @@
 //! Names, shapes, units and ranges of the fields of actions and observations.
 
+use palmares_senses::{CHANNELS, Rows};
 use palmares_tasks::ActionLimits;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// Every numeric field a controller writes or reads.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -17,7 +19,7 @@ pub struct Specs {
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Field {
     /// Path; `[]` stands for every entry of a list.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Lengths; empty for a single number.
     pub shape: Vec<Length>,
     /// Unit; empty for a pure number.
@@ -44,7 +46,31 @@ fn field(
     unit: &'static str,
     range: (Option<f64>, Option<f64>),
 ) -> Field {
-    Field { name, shape: shape.to_vec(), unit, minimum: range.0, maximum: range.1 }
+    Field { name: name.into(), shape: shape.to_vec(), unit, minimum: range.0, maximum: range.1 }
+}
+
+/// The fields of `obs.hand`, as its channels are declared.
+fn of_hand() -> impl Iterator<Item = Field> {
+    CHANNELS.iter().flat_map(|channel| {
+        channel.columns.iter().map(|column| {
+            let (entries, rows) = match (&channel.rows, &channel.record) {
+                (Rows::Each(index), Some(_)) => ("[]", Some(index)),
+                (Rows::Each(index), None) => ("", Some(index)),
+                (Rows::One | Rows::If(_), _) => ("", None),
+            };
+            let dot = if column.name.is_empty() { "" } else { "." };
+            let list = column.width > 1 || (rows.is_none() && channel.record.is_none());
+            let rows = rows.map(|index| Length::Of(index.name));
+            let (minimum, maximum) = column.fixed_limits();
+            Field {
+                name: format!("hand.{}{entries}{dot}{}", channel.key, column.name).into(),
+                shape: rows.into_iter().chain(list.then_some(Length::Fixed(column.width))).collect(),
+                unit: column.unit,
+                minimum,
+                maximum,
+            }
+        })
+    })
 }
 
 impl Default for Specs {
@@ -59,6 +85,17 @@ impl Default for Specs {
         let (three, four) = ([Length::Fixed(3)], [Length::Fixed(4)]);
         let (motors, joints) = ([Length::Of("motors")], [Length::Of("joints")]);
         let of_objects = |n: usize| [Length::Of("objects"), Length::Fixed(n)];
+        let of_world = [field("tick", &[], "", FROM_ZERO), field("sim_time_s", &[], "s", FROM_ZERO)];
+        let of_truth = [
+            field("truth.objects.position", &of_objects(3), "m", FREE),
+            field("truth.objects.quat_xyzw", &of_objects(4), "", UNIT),
+            field("truth.objects.linear", &of_objects(3), "m/s", FREE),
+            field("truth.objects.angular", &of_objects(3), "rad/s", FREE),
+            field("truth.joints.position", &joints, "rad", FREE),
+            field("truth.joints.velocity", &joints, "rad/s", FREE),
+            field("truth.predicted_equilibrium", &joints, "rad", FREE),
+            field("score", &[], "points", FREE),
+        ];
         Specs {
             action: vec![
                 field("base.position", &three, "m", symmetric(limits.reach_m)),
@@ -67,31 +104,7 @@ impl Default for Specs {
                 field("base.angular", &three, "rad/s", symmetric(limits.angular_speed)),
                 field("hand", &motors, "", SIGMA),
             ],
-            observation: vec![
-                field("tick", &[], "", FROM_ZERO),
-                field("sim_time_s", &[], "s", FROM_ZERO),
-                field("hand.base.position", &three, "m", FREE),
-                field("hand.base.quat_xyzw", &four, "", UNIT),
-                field("hand.base.linear", &three, "m/s", FREE),
-                field("hand.base.angular", &three, "rad/s", FREE),
-                field("hand.actuators[].command", &motors, "", SIGMA),
-                field("hand.actuators[].position", &motors, "", FREE),
-                field("hand.actuators[].velocity", &motors, "1/s", FREE),
-                field("hand.actuators[].tension", &motors, "tendon", FREE),
-                field("hand.wrist.force", &three, "N", FREE),
-                field("hand.wrist.torque", &three, "N·m", FREE),
-                field("hand.joints", &[Length::Of("encoders")], "rad", FREE),
-                field("hand.touch", &[Length::Of("taxels"), Length::Fixed(3)], "N", FREE),
-                field("hand.acceleration", &three, "m/s²", FREE),
-                field("truth.objects.position", &of_objects(3), "m", FREE),
-                field("truth.objects.quat_xyzw", &of_objects(4), "", UNIT),
-                field("truth.objects.linear", &of_objects(3), "m/s", FREE),
-                field("truth.objects.angular", &of_objects(3), "rad/s", FREE),
-                field("truth.joints.position", &joints, "rad", FREE),
-                field("truth.joints.velocity", &joints, "rad/s", FREE),
-                field("truth.predicted_equilibrium", &joints, "rad", FREE),
-                field("score", &[], "points", FREE),
-            ],
+            observation: of_world.into_iter().chain(of_hand()).chain(of_truth).collect(),
         }
     }
 }

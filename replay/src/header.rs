@@ -1,10 +1,10 @@
 //! What stands at the beginning of a replay: which run this is and what its bits depend on.
 
 use crate::format::RUN_RECORD;
-use crate::identity;
 use crate::lower_hex::from_hex;
 use crate::verify_error::VerifyError;
 use palmares_models::hand::Hand;
+use palmares_tasks::identity;
 use palmares_tasks::{Noise, Seed, Sensing, Task};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

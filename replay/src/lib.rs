@@ -13,7 +13,6 @@ mod foxglove;
 mod frames;
 mod hands;
 mod header;
-mod identity;
 mod item;
 mod lower_hex;
 mod messages;

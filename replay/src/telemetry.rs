@@ -16,6 +16,8 @@ const FINE: f64 = (1 << 14) as f64;
 const PLACE: f64 = (1 << 13) as f64;
 /// N, and the tendons' unit.
 const FORCE: f64 = (1 << 8) as f64;
+/// Readings of sensors, in steps of 2⁻¹⁰ of their unit.
+const READING: f64 = (1 << 10) as f64;
 /// Of friction use.
 const PART: f64 = (1 << 8) as f64;
 /// What is infinite is told as this.
@@ -60,6 +62,8 @@ pub(crate) struct TelemetryMessage {
     pub(crate) finger_torque: Vec<f32>,
     #[prost(float, repeated, tag = "18")]
     pub(crate) touch: Vec<f32>,
+    #[prost(float, repeated, tag = "19")]
+    pub(crate) readings: Vec<f32>,
 }
 
 /// The `FileDescriptorSet` that readers of `palmares.Telemetry` need.
@@ -84,6 +88,7 @@ pub(crate) fn schema() -> Vec<u8> {
         floats("finger_force"),
         floats("finger_torque"),
         floats("touch"),
+        floats("readings"),
     ];
     let telemetry = file("palmares/Telemetry.proto", "palmares", &[TIME], message("Telemetry", fields));
     FileDescriptorSet { file: vec![descriptors::time(), telemetry] }.encode_to_vec()
@@ -140,6 +145,7 @@ impl Telemeter {
             finger_force: all(seen.fingers.iter().flat_map(|finger| &finger.force), FORCE),
             finger_torque: all(seen.fingers.iter().flat_map(|finger| &finger.torque), FINE),
             touch: all(seen.touch.iter().flatten(), FORCE),
+            readings: all(&seen.readings, READING),
             ..TelemetryMessage::default()
         };
         let due = self.pictures.is_multiple_of(AGAIN_AFTER);

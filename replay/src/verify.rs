@@ -3,10 +3,10 @@
 use crate::format::HASH_EVERY;
 use crate::hands::hand;
 use crate::header::Header;
-use crate::identity;
 use crate::messages::StateHash;
 use crate::reader::{RecordedTick, Replay};
 use crate::verify_error::VerifyError;
+use palmares_tasks::identity;
 use palmares_tasks::{Event, Outcome, Run, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;

@@ -18,6 +18,7 @@ use crate::telemetry::{self, Telemeter};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
+use palmares_senses::ChannelInfo;
 use palmares_tasks::{Outcome, Run};
 use prost::Message;
 use serde::Serialize;
@@ -76,7 +77,13 @@ fn about(run: &Run) -> Vec<Metadata> {
     let bodies = scene.bodies.iter().map(|body| body.name.clone());
     let names: Vec<String> = bodies.chain(run.hand_bodies().into_iter().map(|link| link.name)).collect();
     vec![
-        record(HAND_RECORD, &[("description", json(serde_json::to_string(&run.hand().describe())))]),
+        record(
+            HAND_RECORD,
+            &[
+                ("description", json(serde_json::to_string(&run.hand().describe()))),
+                ("readings", json(serde_json::to_string(&ChannelInfo::in_readings(run.hand())))),
+            ],
+        ),
         record(
             SCENE_RECORD,
             &[

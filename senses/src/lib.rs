@@ -1,14 +1,23 @@
-//! What a robot feels and sees. Every reading is a function of the world's states, of the run's seed and of the time: it
-//! changes nothing, and does not depend on what else was read.
+//! The sensors of a hand and of its arm. A reading depends on the world's states, the run's seed and the time. Reading a
+//! sensor changes nothing, and does not depend on what else was read.
+//!
+//! [`channels`] has one file for each channel: what it is, its law and its errors. Rows of numbers, messages, arrays,
+//! replays, pages and the table in docs/senses.md follow from these declarations.
 
-mod accelerometer;
 pub mod camera;
-mod encoders;
+pub mod channels;
+mod declaration;
+mod document;
+mod moment;
 pub mod noise;
-mod senses;
-pub mod touch;
-mod wrist;
+mod quantise;
+mod sensor;
+mod sensors;
+mod table;
 
-pub use encoders::{BaseReading, MotorReading};
-pub use senses::{Senses, SensorReadings, SensorState};
-pub use wrist::DRIFT_N;
+pub use channels::CHANNELS;
+pub use declaration::{Channel, Column, ENCODERS, Index, JOINTS, MOTORS, Range, Record, Rows, TAXELS};
+pub use document::{document, image_document};
+pub use moment::Moment;
+pub use sensors::{SensorState, Sensors};
+pub use table::{ChannelInfo, ColumnInfo, Entry, SensorReadings, SensorTable};

@@ -1,7 +1,7 @@
-//! The noise of sensors: a function of the run's seed, the sensor and the sample, whatever else was drawn.
+//! The noise of sensors: a function of the run's seed, the sensor and the sample. Other draws do not change it.
 //!
-//! ChaCha is a counter-based generator: its key is made of the run's seed and the sensor's name, its position is that of
-//! the sample, so that any number can be had without those before it.
+//! ChaCha is a counter-based generator. Its key is a hash of the run's seed and the sensor's name, and its position is that
+//! of the sample, so that no number needs those before it.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -9,25 +9,25 @@ use sha2::{Digest, Sha256};
 use std::f64::consts::{SQRT_2, TAU};
 use std::sync::OnceLock;
 
-/// 32-bit words that a sample may use: more than the pixels of the largest picture need.
+/// 32-bit words of a sample: more than the pixels of the largest image need.
 const WORDS_PER_SAMPLE: u128 = 1 << 24;
 
 /// The noise of all sensors of a run.
 #[derive(Clone, Debug)]
 pub struct Noise {
     key: [u8; 32],
-    /// What normal numbers are multiplied by.
+    /// Factor of normal numbers.
     factor: f64,
 }
 
 impl Noise {
-    /// The noise that belongs to a run's seed. Its key is SHA-256("palmares sensor noise" ‖ seed), which tells nothing of
-    /// the scene that is made of the same seed.
+    /// The noise of a run with this seed. Its key is SHA-256("palmares sensor noise" ‖ seed), which reveals nothing of the
+    /// scene of the same seed.
     pub fn new(seed: &[u8; 32]) -> Self {
         Self::keyed("palmares sensor noise", seed)
     }
 
-    /// Random numbers for something else that belongs to the seed: their key is SHA-256(purpose ‖ seed).
+    /// Random numbers for another purpose with the same seed: their key is SHA-256(purpose ‖ seed).
     pub fn keyed(purpose: &str, seed: &[u8; 32]) -> Self {
         let mut hash = Sha256::new();
         hash.update(purpose.as_bytes());
@@ -35,13 +35,13 @@ impl Noise {
         Noise { key: hash.finalize().into(), factor: 1.0 }
     }
 
-    /// The same with all normal numbers, of which the errors of sensors are made, so many times as large.
+    /// The same noise with all normal numbers, and with them the errors of sensors, multiplied by `factor`.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Noise { factor, ..self }
     }
 
-    /// The noise of one sensor, which its name tells from all others of the run.
+    /// The noise of one sensor; its name is unique in the run.
     pub fn sensor(&self, name: &str) -> SensorNoise {
         let mut hash = Sha256::new();
         hash.update(self.key);
@@ -73,7 +73,8 @@ impl Sample {
         (f64::from(self.0.next_u32()) + 0.5) / 4_294_967_296.0
     }
 
-    /// Normal, of mean 0 and standard deviation 1 (or as [`Noise::scaled`] has it), by the transform of Box and Muller (1958).
+    /// Normal with mean 0 and standard deviation 1, times the factor of [`Noise::scaled`], by the transform of Box and Muller
+    /// (1958).
     pub fn normal(&mut self) -> f64 {
         let (length, turn) = (self.unit(), self.unit());
         self.1 * ((-2.0 * libm::log(length)).sqrt() * libm::cos(TAU * turn))
@@ -84,8 +85,9 @@ impl Sample {
         std::array::from_fn(|_| self.normal())
     }
 
-    /// Uniform and normal numbers of a pixel from one word: 20 bits are an equally likely one of 2²⁰ parts of (0, 1), 12
-    /// bits an equally likely one of 4096 quantiles, whose standard deviation is 1 (or as above). The normal one never exceeds 3.7 of them.
+    /// A uniform and a normal number for a pixel, from one word. 20 bits select one of 2²⁰ equally likely parts of (0, 1), 12
+    /// bits one of 4096 equally likely quantiles with standard deviation 1, times the factor. The normal number is at most 3.7
+    /// standard deviations.
     pub fn pixel(&mut self) -> (f64, f64) {
         let word = self.0.next_u32();
         let unit = (f64::from(word >> 12) + 0.5) / 1_048_576.0;
@@ -93,7 +95,7 @@ impl Sample {
     }
 }
 
-/// The normal distribution's quantiles in the middle of 4096 equally likely parts, scaled to a standard deviation of 1.
+/// Quantiles of the normal distribution in the middle of 4096 equally likely parts, scaled to a standard deviation of 1.
 fn quantiles() -> &'static [f64; 4096] {
     static TABLE: OnceLock<Box<[f64; 4096]>> = OnceLock::new();
     TABLE.get_or_init(|| {
@@ -152,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_does_not_depend_on_what_was_drawn_before() {
+    fn a_sample_does_not_depend_on_earlier_draws() {
         let noise = Noise::new(&[1; 32]);
         let alone = noise.sensor("a").sample(5).normal3();
         let sensor = noise.sensor("a");
@@ -167,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn scaled_noise_has_the_same_numbers_so_many_times_as_large() {
+    fn scaled_noise_has_the_same_numbers_times_the_factor() {
         let (noise, scaled) = (Noise::new(&[1; 32]), Noise::new(&[1; 32]).scaled(2.0));
         let (mut a, mut b) = (noise.sensor("a").sample(5), scaled.sensor("a").sample(5));
         for _ in 0..100 {

@@ -12,7 +12,7 @@ fn lens() -> Intrinsics {
     Intrinsics::new(WIDTH as u32, HEIGHT as u32, 70.0, 0.02, 5.0)
 }
 
-/// Signed distance from a point in the shape's frame, where it is known in closed form or by projection on a polyhedron.
+/// Signed distance from a point in the shape's frame, in closed form or by projection on a polyhedron.
 fn distance(shape: &Shape, p: Vec3) -> f64 {
     let round = |half: Vec3, r: f64| {
         let q = p.abs() - half;
@@ -62,35 +62,35 @@ fn tetrahedron(s: f64, rounding: f64) -> Shape {
     Shape::Hull { points, rounding }
 }
 
-/// Draws one shape and compares every pixel; returns how many showed it, and how many differed at its rim.
+/// Draws one shape and compares every pixel. Returns the number of pixels that show it, and of those that differ at its rim.
 fn compare(shape: &Shape, pose: Pose) -> (usize, usize) {
     let lens = lens();
     let body = Body { parts: vec![(Pose::IDENTITY, shape.clone())], endless: false };
     let geometry = Geometry::new(&[body]);
-    let mut picture = GBuffer::default();
-    picture.with_normals(true);
-    draw(&geometry, &[pose], Pose::IDENTITY, &lens, &mut picture);
+    let mut image = GBuffer::default();
+    image.with_normals(true);
+    draw(&geometry, &[pose], Pose::IDENTITY, &lens, &mut image);
     let expected: Vec<Option<f64>> = (0..WIDTH * HEIGHT)
         .map(|k| marched(shape, &pose, lens.ray(k % WIDTH, k / WIDTH)).filter(|z| *z >= lens.near))
         .collect();
     let (mut shown, mut at_rim) = (0, 0);
     for (k, expected) in expected.iter().enumerate() {
-        let drawn = Some(picture.depth[k]).filter(|z| z.is_finite());
-        assert_eq!(drawn.is_some(), picture.body[k] == 0);
+        let drawn = Some(image.depth[k]).filter(|z| z.is_finite());
+        assert_eq!(drawn.is_some(), image.body[k] == 0);
         match (drawn, expected) {
             (None, None) => {}
             (Some(drawn), Some(expected)) if (drawn - expected).abs() <= 1e-6 => {
                 shown += 1;
                 let ray = lens.ray(k % WIDTH, k / WIDTH);
                 let point = pose.inverse().transform_point(ray * drawn);
-                let told = picture.normal.as_ref().expect("wanted")[k].map(f64::from);
+                let told = image.normal.as_ref().expect("wanted")[k].map(f64::from);
                 let told = pose.rotation.inverse() * Vec3::from_array(told);
                 // Outwards the distance grows; along an edge the direction is either face's.
                 let grown = distance(shape, point + told * 1e-5);
                 assert!(grown > 0.5e-5, "{shape:?} at pixel {k}: normal {told:?}, {grown}");
             }
             _ => {
-                // A ray that all but touches: half a pixel beside it one hits and one misses.
+                // The ray almost misses: of two rays half a pixel away, one hits and one misses.
                 let (u, v) = (k % WIDTH, k / WIDTH);
                 let around = [(-0.5, 0.0), (0.5, 0.0), (0.0, -0.5), (0.0, 0.5)].map(|(du, dv)| {
                     let step = Vec3::new(du / lens.fx, dv / lens.fy, 0.0);
@@ -134,13 +134,13 @@ proptest! {
     ) {
         let rotation = Rotation::from_scaled_axis(Vec3::from_array(turn));
         let pose = Pose::from_parts(Vec3::new(at.0, at.1, at.2), rotation);
-        // A camera inside sees nothing that could be compared.
+        // A camera inside the shape has nothing to compare.
         prop_assume!(distance(&shape, pose.inverse().transform_point(Vec3::ZERO)) > 0.03);
         let (shown, at_rim) = compare(&shape, pose);
         prop_assert!(at_rim <= 2 + shown / 50, "{} of {} at the rim", at_rim, shown);
     }
 
-    /// Nothing panics, and no pixel is a number that is none, whatever the poses and the lens.
+    /// With no pose and no lens anything panics or a pixel is not a number.
     #[test]
     fn nothing_brings_it_down(
         shape in shapes(),
@@ -151,17 +151,17 @@ proptest! {
         let geometry = Geometry::new(&[Body { parts: vec![(Pose::IDENTITY, shape)], endless: false }]);
         let [x, y, z, a, b, c] = numbers;
         let pose = Pose::from_parts(Vec3::new(x, y, z), Rotation::from_xyzw(a, b, c, 1.0));
-        let mut picture = GBuffer::default();
+        let mut image = GBuffer::default();
         for (body, camera) in [(pose, Pose::IDENTITY), (Pose::IDENTITY, pose)] {
-            draw(&geometry, &[body], camera, &lens, &mut picture);
-            prop_assert!(picture.depth.iter().all(|z| z.is_infinite() || (0.01..=10.0).contains(z)));
-            prop_assert_eq!(picture.depth.len(), 17 * 9);
+            draw(&geometry, &[body], camera, &lens, &mut image);
+            prop_assert!(image.depth.iter().all(|z| z.is_infinite() || (0.01..=10.0).contains(z)));
+            prop_assert_eq!(image.depth.len(), 17 * 9);
         }
     }
 }
 
 #[test]
-fn the_ground_has_no_end_and_what_is_behind_the_camera_is_not_seen() {
+fn the_ground_has_no_end_and_bodies_behind_the_camera_are_not_visible() {
     let top = Pose::translation(0.0, 0.0, -0.15);
     let slab = Shape::Box { half_extents: [1.0, 1.0, 0.05], rounding: 0.0 };
     let ground = Body { parts: vec![(top, slab)], endless: true };
@@ -170,28 +170,28 @@ fn the_ground_has_no_end_and_what_is_behind_the_camera_is_not_seen() {
     let geometry = Geometry::new(&[ground, balls]);
     // One metre up, looking down.
     let camera = Pose::from_parts(Vec3::new(0.0, 0.0, 1.0), Rotation::from_xyzw(1.0, 0.0, 0.0, 0.0));
-    let (lens, mut picture) = (lens(), GBuffer::default());
-    draw(&geometry, &[Pose::IDENTITY; 2], camera, &lens, &mut picture);
-    let first = (picture.depth.clone(), picture.body.clone());
+    let (lens, mut image) = (lens(), GBuffer::default());
+    draw(&geometry, &[Pose::IDENTITY; 2], camera, &lens, &mut image);
+    let first = (image.depth.clone(), image.body.clone());
     let middle = HEIGHT / 2 * WIDTH + WIDTH / 2;
-    assert_eq!((picture.body[0], picture.body[middle]), (0, 1));
-    assert!((picture.depth[0] - 1.1).abs() < 1e-12, "{}", picture.depth[0]);
+    assert_eq!((image.body[0], image.body[middle]), (0, 1));
+    assert!((image.depth[0] - 1.1).abs() < 1e-12, "{}", image.depth[0]);
     let (along, z) = (lens.ray(WIDTH / 2, HEIGHT / 2).length_squared(), 0.6f64);
     let expected = (z - (z * z - along * (z * z - 0.05 * 0.05)).sqrt()) / along;
-    assert!((picture.depth[middle] - expected).abs() < 1e-12, "{} {expected}", picture.depth[middle]);
-    draw(&geometry, &[Pose::IDENTITY; 2], camera, &lens, &mut picture);
-    assert_eq!(first, (picture.depth.clone(), picture.body.clone()), "memory is used again");
+    assert!((image.depth[middle] - expected).abs() < 1e-12, "{} {expected}", image.depth[middle]);
+    draw(&geometry, &[Pose::IDENTITY; 2], camera, &lens, &mut image);
+    assert_eq!(first, (image.depth.clone(), image.body.clone()), "memory is used again");
 }
 
-/// The picture of a ball is the ellipse that its tangents make, to half a pixel.
+/// The image of a ball is the ellipse of its tangents, to half a pixel.
 #[test]
 fn the_rim_of_a_ball_is_where_its_tangents_are() {
     let lens = lens();
     let center = Vec3::new(0.1, -0.05, 0.6);
     let body = Body { parts: vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.12 })], endless: false };
-    let mut picture = GBuffer::default();
+    let mut image = GBuffer::default();
     let pose = Pose::from_parts(center, Rotation::IDENTITY);
-    draw(&Geometry::new(&[body]), &[pose], Pose::IDENTITY, &lens, &mut picture);
+    draw(&Geometry::new(&[body]), &[pose], Pose::IDENTITY, &lens, &mut image);
     for v in 0..HEIGHT {
         for u in 0..WIDTH {
             let ray = lens.ray(u, v).normalize();
@@ -199,7 +199,7 @@ fn the_rim_of_a_ball_is_where_its_tangents_are() {
             // A pixel's width at that distance.
             let pixel = center.z / lens.fx;
             if miss.abs() > 0.5 * pixel {
-                assert_eq!(picture.body[v * WIDTH + u] == 0, miss < 0.0, "{u} {v}");
+                assert_eq!(image.body[v * WIDTH + u] == 0, miss < 0.0, "{u} {v}");
             }
         }
     }

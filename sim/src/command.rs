@@ -1,7 +1,7 @@
 //! Commands to a world for one step.
 
-use crate::actuation::base::BaseCommand;
 use crate::model::Model;
+use crate::state::BaseReference;
 use palmares_models::{Pose, Vec3};
 
 /// Command for one step.
@@ -35,4 +35,37 @@ pub struct Push {
     pub point: Vec3,
     /// Force in the world frame, N.
     pub force: Vec3,
+}
+
+/// Command to the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BaseCommand {
+    /// Move to a pose and stay, within the limits. `linear` and `angular` give the target's own motion, so
+    /// that the base follows a smooth path without lag.
+    Pose {
+        /// Target pose.
+        target: Pose,
+        /// Velocity of the target, m/s.
+        linear: Vec3,
+        /// Angular velocity of the target, rad/s.
+        angular: Vec3,
+    },
+    /// Keep a velocity, within the limits.
+    Twist {
+        /// m/s
+        linear: Vec3,
+        /// rad/s
+        angular: Vec3,
+    },
+    /// Set point of the servo itself: a path computed elsewhere, with no limits applied here.
+    Exact(BaseReference),
+    /// The servo is off: the hand flies as a free body.
+    Free,
+}
+
+impl BaseCommand {
+    /// Stay at a pose.
+    pub fn stay(target: Pose) -> Self {
+        BaseCommand::Pose { target, linear: Vec3::ZERO, angular: Vec3::ZERO }
+    }
 }

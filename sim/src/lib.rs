@@ -5,6 +5,7 @@
 //! restored. Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
 
 pub mod actuation;
+pub mod anchor;
 pub mod bounds;
 mod command;
 pub mod config;
@@ -18,14 +19,14 @@ pub mod solver;
 pub mod state;
 pub mod statics;
 mod step;
+pub mod surface;
 pub mod world;
 
 #[cfg(test)]
 mod tests;
 
-pub use actuation::base::BaseCommand;
 pub use bounds::Fault;
-pub use command::{Command, Push};
+pub use command::{BaseCommand, Command, Push};
 pub use config::Config;
 pub use model::{Model, Owner};
 pub use outcome::{ContactForce, PhaseTimer, StepOutcome, StepPhase};

@@ -1,9 +1,9 @@
 //! Constant parts of a world: the hand, the objects, the furniture and the constants.
 
 use crate::config::Config;
-use crate::contact::manifold::seams::Seams;
-use crate::contact::manifold::solid::Solid;
-use crate::contact::spin::SpinSurface;
+use crate::surface::seams::Seams;
+use crate::surface::solid::Solid;
+use crate::surface::spin::SpinSurface;
 use palmares_models::hand::{Hand, Pad};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;

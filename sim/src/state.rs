@@ -1,7 +1,7 @@
 //! Variable part of a world. A clone is a snapshot; a world given a clone continues bit for bit.
 
+use crate::anchor::Pair;
 use crate::bounds::{Fault, MAX_DISTANCE, MAX_SPEED, MAX_SUBSTEPS};
-use crate::contact::anchor::Pair;
 use crate::digest::Digest;
 use crate::model::Model;
 use palmares_models::{Pose, Vec3};

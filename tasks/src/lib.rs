@@ -2,6 +2,8 @@
 
 pub mod action;
 pub mod build;
+pub mod hand_observation;
+pub mod identity;
 pub mod image;
 pub mod inspect;
 pub mod observation;
@@ -12,6 +14,7 @@ pub mod run;
 pub mod scene;
 pub mod score;
 pub mod seed;
+pub mod sensing;
 pub mod settle;
 pub mod start;
 pub mod table;
@@ -21,9 +24,11 @@ pub mod training;
 pub use palmares_sim::Fault;
 
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};
-pub use observation::{Event, Noise, Observation, Sensing};
+pub use hand_observation::HandObservation;
+pub use observation::{Event, Observation};
 pub use run::{Outcome, Reason, Run};
 pub use scene::Scene;
 pub use seed::Seed;
+pub use sensing::{Noise, Sensing};
 pub use settle::SceneError;
 pub use task::Task;

@@ -1,32 +1,12 @@
 //! What a controller sees after a tick.
 
 use crate::action::Action;
+use crate::hand_observation::HandObservation;
 use crate::image::CameraImage;
+use crate::sensing::Sensing;
 use crate::table::{Numbers, Table};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// How much a controller may see.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Sensing {
-    /// What real sensors give: actuators, wrist, touch.
-    Sensors,
-    /// The full state as well: the `truth` block.
-    #[default]
-    Truth,
-}
-
-/// How good the sensors are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Noise {
-    /// Every reading is exact and of this very tick.
-    #[default]
-    None,
-    /// As real sensors are: with resolution, noise, bias, drift, latency and drop-outs.
-    Real,
-}
 
 /// State after a tick. The server adds `id`, `run_id` and the session's clock around it.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -69,42 +49,6 @@ pub struct BodyState {
     pub linear: [f64; 3],
     /// rad/s
     pub angular: [f64; 3],
-}
-
-/// What the hand's own sensors read.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct HandObservation {
-    /// The base.
-    pub base: BodyState,
-    /// One entry per motor.
-    pub actuators: Vec<ActuatorObservation>,
-    /// Reaction at the wrist: what the arm holds the hand with.
-    pub wrist: Wrench,
-    /// Joint encoders, rad, in the order of `welcome.hands[].encoders`; absent when the hand has none.
-    #[serde(skip_serializing_if = "Numbers::is_empty")]
-    pub joints: Numbers,
-    /// Force on every taxel, N: along x and y of its patch, and into the patch; in the order of `welcome.hands[].taxels`,
-    /// absent when the hand has none.
-    #[serde(skip_serializing_if = "Table::is_empty")]
-    pub touch: Table<3>,
-    /// Acceleration minus gravity in the frame of the accelerometer's link, m/s²; absent when the hand has none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub acceleration: Option<[f64; 3]>,
-}
-
-/// What a motor's sensors read.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ActuatorObservation {
-    /// Name of the motor.
-    pub name: String,
-    /// Commanded σ.
-    pub command: f64,
-    /// σ the motor has reached.
-    pub position: f64,
-    /// dσ/dt, 1/s.
-    pub velocity: f64,
-    /// Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes.
-    pub tension: f64,
 }
 
 /// Force and torque in the world frame, torque about the base origin.

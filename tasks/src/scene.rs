@@ -1,6 +1,6 @@
 //! What stands in the world at tick 0, as told to the client.
 
-use crate::observation::Sensing;
+use crate::sensing::Sensing;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use parry3d_f64::bounding_volume::BoundingVolume;

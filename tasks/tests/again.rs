@@ -2,8 +2,9 @@
 
 use palmares_models::hand::Hand;
 use palmares_sim::SharedScratch;
+use palmares_tasks::Sensing;
 use palmares_tasks::action::{Action, ActionError, ActionLimits, BaseTarget};
-use palmares_tasks::observation::{Sensing, Wrench};
+use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::{PushError, Reason, Run};
 use palmares_tasks::seed::Seed;
 use palmares_tasks::task::Task;
@@ -180,7 +181,7 @@ proptest! {
 fn a_push_moves_the_hand_while_it_lasts() {
     let mut run = start();
     let stay = Action::default();
-    let base = |run: &Run| run.observe(Sensing::Sensors).hand.base.position;
+    let base = |run: &Run| run.observe(Sensing::Sensors).hand.column("base", "position");
     run.step(&stay).expect("valid");
     let before = base(&run);
     let link = run.hand().links[0].name.clone();
@@ -247,7 +248,7 @@ fn poses_are_those_of_the_observation_and_end_with_the_links() {
         assert_eq!(body.id, *id);
     }
     assert_eq!(bodies[0].id, run.scene().bodies.len());
-    assert_eq!(poses[1].1.translation.to_array(), seen.hand.base.position);
+    assert_eq!(poses[1].1.translation.to_array()[..], seen.hand.column("base", "position"));
 }
 
 #[test]

@@ -4,8 +4,8 @@ use palmares_models::hand::Hand;
 use palmares_models::{Rotation, Vec3};
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::statics::equilibrium::solve_free;
+use palmares_tasks::Sensing;
 use palmares_tasks::action::{Action, BaseTarget};
-use palmares_tasks::observation::Sensing;
 use palmares_tasks::run::{Reason, Run};
 use palmares_tasks::seed::Seed;
 use palmares_tasks::task::Task;
@@ -43,7 +43,7 @@ fn the_prediction_is_where_the_hand_comes_to_rest() {
     for (q, predicted) in truth.joints.position.0.iter().zip(&truth.predicted_equilibrium.0) {
         assert!((q - predicted).abs() < 1e-6, "{q} {predicted}");
     }
-    let tensions: Vec<f64> = seen.hand.actuators.iter().map(|a| a.tension).collect();
+    let tensions = seen.hand.column("motors", "tension");
     assert!(tensions[0] > tensions[1] && tensions[1] > tensions[2] && tensions[2] > 0.1, "{tensions:?}");
     assert!(tensions[3].abs() < 1e-6);
 }

@@ -1,4 +1,4 @@
-//! Senses of whole runs: they change nothing, are the same whoever asks and when, and are as noisy as they say.
+//! Sensors of whole runs: reading them changes nothing, readings do not depend on other readings, and errors are as declared.
 
 use palmares_models::hand::Hand;
 use palmares_tasks::image::CameraImage;
@@ -86,7 +86,7 @@ fn noise_belongs_to_run_and_tick_and_not_to_who_asked_before() {
     assert_ne!(ideal.observe(Sensing::Sensors).hand, silent.observe(Sensing::Sensors).hand);
     assert_ne!(images(&mut ideal, &["wrist"]), images(&mut silent, &["wrist"]));
     // Another run has other noise, though nothing is different before the cameras but the balls.
-    let wrist = |seed| run("softhand", seed, Noise::Real).observe(Sensing::Sensors).hand.wrist;
+    let wrist = |seed| run("softhand", seed, Noise::Real).observe(Sensing::Sensors).hand.of("wrist").to_vec();
     assert_ne!(wrist(3), wrist(4));
     assert_eq!(wrist(3), wrist(3));
 }
@@ -125,11 +125,11 @@ fn readings_scatter_as_declared() {
     for _ in 0..count {
         still.step(&action).expect("valid");
         let hand = still.observe(Sensing::Sensors).hand;
-        for (axis, x) in hand.wrist.force.iter().chain(&hand.wrist.torque).enumerate() {
+        for (axis, x) in hand.of("wrist").iter().enumerate() {
             wrench[axis].push(*x);
         }
-        joints.push(hand.joints.0[0]);
-        tension.push(hand.actuators[0].tension);
+        joints.push(hand.of("encoders")[0]);
+        tension.push(hand.column("motors", "tension")[0]);
     }
     let deviation = |x: &[f64]| {
         let mean = x.iter().sum::<f64>() / x.len() as f64;

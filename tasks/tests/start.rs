@@ -74,14 +74,14 @@ fn the_hand_is_at_rest_and_wakes_nothing_in_the_first_tick() {
         for hand in hands() {
             let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(2)).expect("the scene builds");
             let before = run.world().state().clone();
-            let wrist = run.observe(Sensing::Sensors).hand.wrist;
+            let wrist = run.observe(Sensing::Sensors).hand.of("wrist").to_vec();
             assert_eq!(before.step, 0);
             run.step(&palmares_tasks::Action::default()).expect("valid");
             let after = run.world().state();
             assert_eq!(before.objects, after.objects, "{} {}", task.name, hand.name);
             assert!(after.sleep.iter().all(|sleep| sleep.asleep), "{} {}", task.name, hand.name);
-            let now = run.observe(Sensing::Sensors).hand.wrist;
-            for (a, b) in wrist.force.iter().chain(&wrist.torque).zip(now.force.iter().chain(&now.torque)) {
+            let now = run.observe(Sensing::Sensors).hand.of("wrist").to_vec();
+            for (a, b) in wrist.iter().zip(&now) {
                 assert!((a - b).abs() < 1e-3, "{} {}: {wrist:?} {now:?}", task.name, hand.name);
             }
             let moved = (after.base.translation - before.base.translation).length();

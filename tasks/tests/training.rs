@@ -142,9 +142,8 @@ fn numbers(run: &Run) -> (Vec<[f64; 6]>, [f64; 7]) {
         let [x, y, z] = body.position.expect("the truth");
         [body.mass, body.friction, body.half_extents()[0], x, y, z]
     });
-    let base = run.observe(Sensing::Truth).hand.base;
-    let ([x, y, z], [qx, qy, qz, qw]) = (base.position, base.quat_xyzw);
-    (objects.collect(), [x, y, z, qx, qy, qz, qw])
+    let hand = run.observe(Sensing::Truth).hand;
+    (objects.collect(), hand.of("base")[..7].try_into().expect("a pose"))
 }
 
 #[test]
@@ -212,7 +211,7 @@ fn sensors_err_by_the_factor_that_is_drawn() {
     let base = |options: &Options, noise| {
         let run = open(&task, &hand("softhand"), Seed::from_u64(5), noise, options).expect("a scene");
         let seen = run.observe(Sensing::Sensors);
-        (seen.hand.base.position, run.digest())
+        (seen.hand.column("base", "position"), run.digest())
     };
     let none = Options::none(&task);
     let (exact, digest) = base(&none, Noise::None);

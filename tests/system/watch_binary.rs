@@ -31,6 +31,7 @@ struct Frame {
     work: Vec<f32>,
     fingers: Vec<Vec<f32>>,
     touch: Vec<Vec<f32>>,
+    readings: Vec<f32>,
     contacts: Vec<(u16, u16, [f32; 6], u8)>,
 }
 
@@ -106,6 +107,10 @@ fn decoded(bytes: &[u8]) -> Frame {
         frame.work = bytes.floats(motors);
         frame.fingers = (0..bytes.byte()).map(|_| bytes.floats(6)).collect();
         frame.touch = (0..bytes.short()).map(|_| bytes.floats(3)).collect();
+    }
+    if flags & 16 > 0 {
+        let count = usize::from(bytes.short());
+        frame.readings = bytes.floats(count);
     }
     assert!(bytes.0.is_empty(), "{} bytes too many", bytes.0.len());
     frame
@@ -241,6 +246,8 @@ async fn binary_frames_tell_what_the_json_ones_tell() {
     near(&last.work, &numbers(&json!([motor["work"]])), 1e-3);
     let fingers = telemetry["fingers"].as_array().expect("fingers");
     assert_eq!((last.fingers.len(), last.touch.len()), (fingers.len(), 0));
+    // Force and torque at the wrist.
+    assert_eq!(last.readings.len(), 6);
     for (told, finger) in last.fingers.iter().zip(fingers) {
         near(&told[..3], &numbers(&finger["force"]), 1e-3);
         near(&told[3..], &numbers(&finger["torque"]), 1e-3);

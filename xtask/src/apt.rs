@@ -1,9 +1,9 @@
-//! Debian's packages, where they are missing and can be installed.
+//! Installs Debian packages that are missing.
 
 use crate::python::succeeds;
 use std::process::Command;
 
-/// Installs a package. Needs Debian and root; says nothing when it fails.
+/// Installs a package. This needs Debian and root; a failure prints nothing.
 pub(crate) fn install(package: &str) -> bool {
     println!("installing Debian's package {package}");
     let install = || {
@@ -14,7 +14,7 @@ pub(crate) fn install(package: &str) -> bool {
     install() || (updated() && install())
 }
 
-/// A Chromium for the tests of the pages: installed already, or now.
+/// A Chromium for the tests of the pages, installed if it is missing.
 pub(crate) fn chromium() -> Option<&'static str> {
     let there = || {
         let usual = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
@@ -23,7 +23,7 @@ pub(crate) fn chromium() -> Option<&'static str> {
     there().or_else(|| install("chromium").then(there).flatten())
 }
 
-/// Whether the tests of the database can have a Postgres: installed already, or now.
+/// Whether there is a Postgres for the tests of the database, installed if it is missing.
 pub(crate) fn postgres() -> bool {
     let there = || {
         let servers = std::fs::read_dir("/usr/lib/postgresql").into_iter().flatten().flatten();

@@ -1,7 +1,7 @@
-//! `cargo xtask test`: every check there is, one after the other, with a summary.
+//! `cargo xtask test`: every check, one after the other, with a summary.
 
 use crate::apt;
-use crate::cargo::{build_extension, build_server, cargo};
+use crate::cargo::{build_for_tests, cargo};
 use crate::dependencies;
 use crate::docker;
 use crate::instructions;
@@ -69,8 +69,20 @@ pub(crate) fn run() -> Result<bool> {
             let missing = "Postgres is not installed (Debian's package `postgresql`), and could not be";
             or_skipped(apt::postgres().then_some(()).ok_or_else(|| missing.to_owned()))
         }),
-        step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ]);
+    let mut server = None;
+    steps.push(step("build of tests, server and Python extension", || {
+        server = Some(build_for_tests()?);
+        Ok(PASSED)
+    }));
+    steps.push(step("Rust tests", || {
+        let mut tests = cargo();
+        tests.args(["test", "--workspace", "--no-fail-fast"]);
+        if let Some(program) = &server {
+            tests.env("PALMARES_SERVER_BIN", program);
+        }
+        counted(&mut tests, rust_tests)
+    }));
     steps.push(step("licences and sources of crates", || match dependencies::prepare_deny()? {
         Ok(mut deny) => whole(&mut deny),
         Err(reason) => or_skipped(Err(reason)),
@@ -79,12 +91,6 @@ pub(crate) fn run() -> Result<bool> {
         Ok(mut bench) => whole(&mut bench),
         Err(reason) => or_skipped(Err(reason)),
     }));
-    let mut server = None;
-    steps.push(step("server for the Python tests", || {
-        server = Some(build_server(false)?);
-        Ok(PASSED)
-    }));
-    steps.push(step("compiled part of the Python package", || build_extension(false).map(|_| PASSED)));
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);
@@ -131,8 +137,8 @@ pub(crate) fn run() -> Result<bool> {
 
     println!("\n== summary");
     for Step { name, took, tally } in &steps {
-        let verdict = if tally.failed == 0 { "ok    " } else { "FAILED" };
-        println!("{verdict} {:7.1} s  {name}: {tally}", took.as_secs_f64());
+        let status = if tally.failed == 0 { "ok    " } else { "FAILED" };
+        println!("{status} {:7.1} s  {name}: {tally}", took.as_secs_f64());
     }
     let total = steps.iter().fold(Tally::default(), |sum, step| sum.plus(step.tally));
     println!("{total}");
@@ -150,7 +156,7 @@ fn step(name: &'static str, body: impl FnOnce() -> Result<Tally>) -> Step {
     Step { name, took: start.elapsed(), tally }
 }
 
-/// A check that passed, or the reason why this machine cannot make it, said aloud.
+/// A check that passed, or the printed reason why this machine cannot make it.
 fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
     match outcome {
         Ok(()) => Ok(PASSED),
@@ -168,7 +174,7 @@ fn whole(command: &mut Command) -> Result<Tally> {
     Ok(Tally { passed, failed: 1 - passed, skipped: 0 })
 }
 
-/// Runs a command, shows its standard output as it comes and counts the tests it tells of.
+/// Runs a command, shows its standard output meanwhile and counts the tests that it reports.
 fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tally> {
     let mut child =
         command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start {command:?}"))?;
@@ -180,7 +186,7 @@ fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tal
             tally = tally.plus(read(&line).unwrap_or_default());
         }
     }
-    // Something that is no test failed: a crate that does not compile, a test program that crashed.
+    // Something other than a test failed: a crate does not compile, or a test program crashed.
     if !child.wait()?.success() && tally.failed == 0 {
         tally.failed = 1;
     }

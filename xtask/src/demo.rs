@@ -1,4 +1,4 @@
-//! `cargo xtask demo`: builds the program, and lets `palmares demo` show it.
+//! `cargo xtask demo`: builds the program and runs `palmares demo`.
 
 use crate::cargo::build_server;
 use crate::python::Environment;
@@ -13,21 +13,21 @@ pub(crate) struct Options {
     /// Print the outcome as one JSON object on the last line.
     #[arg(long)]
     json: bool,
-    /// Which task: balls, shelf or grasp.
+    /// Task: balls, shelf or grasp.
     #[arg(long, default_value = "balls")]
     task: String,
-    /// Which scene.
+    /// Seed of the scene.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Let the server run on, to look at its pages.
+    /// Leave the server running, to look at its pages.
     #[arg(long)]
     stay: bool,
-    /// Keep the server's database and log, and say where they are.
+    /// Keep the server's database and log, and print their folder.
     #[arg(long)]
     keep: bool,
 }
 
-/// Builds, plays one run, prints what came of it.
+/// Builds, plays one run and prints its result.
 pub(crate) fn run(options: &Options) -> Result<()> {
     eprintln!("== building the viewer");
     if let Err(error) = viewer::run() {
@@ -38,7 +38,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     eprintln!("== preparing the Python environment");
     let environment = Environment::prepare()?;
 
-    // Beside the program, in the target directory.
+    // Next to the program, in the target directory.
     let target =
         program.parent().and_then(Path::parent).context("the program lies in no target directory")?;
     let folder = target.join("demo");

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// The benchmark ready to run, or the reason why this machine cannot.
+/// The benchmark, ready to run, or the reason why this machine cannot run it.
 pub(crate) fn prepare() -> Result<Result<Command, String>> {
     let there = answers("valgrind") || (apt::install("valgrind") && answers("valgrind"));
     if !there {

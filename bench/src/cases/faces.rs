@@ -5,8 +5,8 @@ use super::scene::{
     G, Scene, awake, cuboid, fastest, push, set_velocity, settle, tilted, velocity, weightless,
 };
 use super::setup::{Setup, steps};
+use crate::case_report::Figure;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};

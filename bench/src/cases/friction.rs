@@ -3,8 +3,8 @@
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, push, set_velocity, settle, tilted, velocity};
 use super::setup::{Setup, steps};
+use crate::case_report::{Figure, Invariants};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
 use anyhow::{Result, ensure};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;

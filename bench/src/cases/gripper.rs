@@ -3,8 +3,8 @@
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, cuboid, rigid};
 use super::setup::{Setup, ends_of_steps};
+use crate::case_report::Figure;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, Hand, HingeKind};

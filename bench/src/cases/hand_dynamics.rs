@@ -2,11 +2,11 @@
 
 use super::case::{Case, Finding};
 use super::setup::{Setup, ends_of_steps, ramp, steps};
-use super::synergy::{softhand, world_of};
+use super::synergy::world_of;
+use crate::case_report::Figure;
 use crate::energy::Stored;
 use crate::recorder::Recorder;
-use crate::report::Figure;
-use crate::rigs::{Finger, bare_chain, bolted, fingers};
+use crate::rigs::{Finger, bare_chain, bolted, fingers, softhand};
 use anyhow::Result;
 use palmares_models::hand::{Hand, HingeKind};
 use palmares_models::{Pose, Rotation};

@@ -6,17 +6,17 @@ use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, scene};
 use super::scene::fastest;
 use super::setup::{Setup, ends_of_steps, moved, ramp, risen};
-use super::synergy::softhand;
+use crate::case_report::{Figure, Invariants};
 use crate::energy::Stored;
+use crate::monitor::Monitor;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
-use crate::watch::Watch;
+use crate::rigs::softhand;
 use anyhow::{Context, Result};
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::base::BaseCommand;
+use palmares_sim::BaseCommand;
 use palmares_sim::{Command, Config, Model, State};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -55,42 +55,42 @@ pub const CASES: &[Case] = &[
 ];
 
 /// What was seen of a scene.
-struct Seen {
+struct PlayResult {
     /// The fastest that an object or the base ever was, m/s.
     fastest_m_s: f64,
     /// The books of energy; only our own engine keeps those of its forces.
-    watch: Option<Watch>,
+    monitor: Option<Monitor>,
     invariants: Invariants,
     end: State,
 }
 
-/// Steps a scene under commands that depend on time, and watches it.
+/// Steps a scene under commands that depend on time, and monitores it.
 fn play(
     setup: &Setup,
     recorder: &mut Recorder,
     (model, state): (Model, State),
     time_s: f64,
-    mut tell: impl FnMut(f64, &mut Command),
-) -> Result<Seen> {
+    mut command_at: impl FnMut(f64, &mut Command),
+) -> Result<PlayResult> {
     let start = state.base;
     let mut engine = setup.start(model, state)?;
     let mut command = Command::stay(engine.model(), start);
-    let mut watch = engine.world().map(Watch::new);
+    let mut monitor = engine.world().map(Monitor::new);
     let mut fastest_m_s: f64 = 0.0;
     for t in ends_of_steps(time_s, setup.dt_s) {
-        tell(t, &mut command);
+        command_at(t, &mut command);
         recorder.step(&mut *engine, &command)?;
         fastest_m_s = fastest_m_s.max(fastest(&*engine));
-        if let Some((watch, world)) = watch.as_mut().zip(engine.world()) {
-            watch.step(world, &command);
+        if let Some((monitor, world)) = monitor.as_mut().zip(engine.world()) {
+            monitor.step(world, &command);
         }
     }
-    let invariants = watch.as_ref().map_or_else(|| recorder.invariants(), Watch::invariants);
-    Ok(Seen { fastest_m_s, watch, invariants, end: engine.state().clone() })
+    let invariants = monitor.as_ref().map_or_else(|| recorder.invariants(), Monitor::invariants);
+    Ok(PlayResult { fastest_m_s, monitor, invariants, end: engine.state().clone() })
 }
 
 /// Nothing may get faster than what is there can make it.
-fn finding(seen: &Seen, held: Option<bool>, within_m_s: f64) -> Finding {
+fn finding(seen: &PlayResult, held: Option<bool>, within_m_s: f64) -> Finding {
     Finding {
         error: Figure::bounded("fastest body", seen.fastest_m_s, "m/s", within_m_s),
         invariants: Invariants { held, ..seen.invariants },
@@ -114,7 +114,7 @@ fn close_and_lift(
     recorder: &mut Recorder,
     hand: &Arc<Hand>,
     grasp: &Grasp,
-) -> Result<(Seen, bool)> {
+) -> Result<(PlayResult, bool)> {
     let (mut model, state, start) = scene(hand, Config::with_step(setup.dt_s), grasp, CHOSEN)?;
     add_floor(&mut model, -0.3)?;
     let before = state.objects[0].translation.z;
@@ -154,7 +154,7 @@ pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
 
 /// The worst of five cables.
 pub fn tendons(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let mut worst: Option<Seen> = None;
+    let mut worst: Option<PlayResult> = None;
     let mut held = true;
     for stiffness in [50.0, 1e3, 1e4, 1e5, 1e6] {
         let mut hand = Hand::clone(&*softhand()?);
@@ -257,9 +257,9 @@ pub fn spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     state.v[3..].copy_from_slice(&[30.0, 20.0, 95.0]);
     let kinetic = Stored::of(&model, &state).kinetic;
     let seen = play(setup, recorder, (model, state), 3.0, |_, _| {})?;
-    let watch = seen.watch.context("only our own engine keeps books of its forces")?;
+    let monitor = seen.monitor.context("only our own engine keeps books of its forces")?;
     Ok(Finding {
-        error: Figure::new("energy from nowhere", 100.0 * watch.excess_j / kinetic, "%"),
-        invariants: watch.invariants(),
+        error: Figure::new("energy from nowhere", 100.0 * monitor.excess_j / kinetic, "%"),
+        invariants: monitor.invariants(),
     })
 }

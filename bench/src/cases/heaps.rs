@@ -3,10 +3,10 @@
 use super::case::{Case, Finding};
 use super::scene::{Scene, awake, cuboid, rigid};
 use super::setup::{Setup, steps};
+use crate::case_report::Figure;
 use crate::engine::Engine;
 use crate::random::Random;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};

@@ -3,9 +3,9 @@
 use super::case::{Case, Finding};
 use super::scene::{Scene, awake, cuboid, velocity};
 use super::setup::{Setup, steps};
+use crate::case_report::Figure;
 use crate::random::Random;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, HingeKind};

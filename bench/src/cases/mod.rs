@@ -20,6 +20,7 @@ pub mod mechanism;
 pub mod pile;
 pub mod pinch;
 pub mod pour;
+pub mod random_heap;
 pub mod reflex;
 pub mod residuals;
 pub mod robustness;
@@ -35,8 +36,8 @@ pub mod torsion;
 pub use case::{Case, Finding};
 pub use setup::{ASIDE_M, Setup, ends_of_steps, moved, ramp, risen, steps};
 
+use crate::case_report::CaseReport;
 use crate::recorder::Recorder;
-use crate::report::Report;
 use anyhow::{Result, bail};
 
 /// Every case there is, by subject.
@@ -75,7 +76,7 @@ pub fn all() -> impl Iterator<Item = &'static Case> {
 }
 
 /// Runs one case.
-pub fn run(name: &str, setup: &Setup) -> Result<(Report, Recorder)> {
+pub fn run(name: &str, setup: &Setup) -> Result<(CaseReport, Recorder)> {
     let Some(case) = all().find(|case| case.name == name) else {
         let names: Vec<&str> = all().map(|case| case.name).collect();
         bail!("unknown case `{name}`; known cases: {}", names.join(", "));
@@ -85,7 +86,7 @@ pub fn run(name: &str, setup: &Setup) -> Result<(Report, Recorder)> {
     }
     let mut recorder = Recorder::default();
     let finding = (case.run)(setup, &mut recorder)?;
-    let report = Report {
+    let report = CaseReport {
         case: name.to_owned(),
         engine: setup.engine.name().to_owned(),
         settings: setup.engine.settings().to_owned(),

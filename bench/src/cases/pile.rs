@@ -2,10 +2,10 @@
 
 use super::case::{Case, Finding};
 use super::setup::{Setup, ends_of_steps, ramp, risen, steps};
-use super::synergy::softhand;
+use crate::case_report::Figure;
 use crate::random::Random;
 use crate::recorder::Recorder;
-use crate::report::Figure;
+use crate::rigs::softhand;
 use anyhow::Result;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;

@@ -3,8 +3,8 @@
 use super::case::{Case, Finding};
 use super::grasp::{static_residual, tension_balance};
 use super::setup::{Setup, ends_of_steps, ramp, risen};
+use crate::case_report::{Figure, Invariants};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;

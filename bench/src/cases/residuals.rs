@@ -1,13 +1,13 @@
 //! The laws of contact, read off the solved steps of a heap.
 
 use super::case::{Case, Finding};
+use super::random_heap::{heaps_of_thirty, thirty};
 use super::scene::velocity;
 use super::setup::{Setup, steps};
 use crate::audit::Audit;
+use crate::case_report::Figure;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::Figure;
-use crate::robust::heaps::{heaps_of_thirty, thirty};
 use anyhow::{Context, Result};
 use palmares_models::Vec3;
 use palmares_models::object::Object;

@@ -5,8 +5,8 @@ use super::scene::{
     G, Scene, awake, cuboid, kick, kinetic, push, rigid, set_velocity, settle, tilted, velocity,
 };
 use super::setup::{Setup, ends_of_steps, steps};
+use crate::case_report::Figure;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};

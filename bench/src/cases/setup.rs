@@ -1,7 +1,7 @@
-//! How a case is run: by which engine, at which step, from which start.
+//! The engine, the step and the start with which a case is run.
 
 use crate::engine::limit::{self, NotFinished};
-use crate::engine::{Engine, EngineKind};
+use crate::engine::{Engine, EngineFactory, OwnFactory};
 use crate::random::Random;
 use anyhow::Result;
 use palmares_models::{Pose, Vec3};
@@ -12,25 +12,30 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// How to run a case.
+/// Engine, step and start of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
-    /// Who steps.
-    pub engine: EngineKind,
+    /// The engine that steps.
+    pub engine: &'static dyn EngineFactory,
     /// Step, s.
     pub dt_s: f64,
     /// Step of the reference run for cases without an analytic answer; `None` leaves it out.
     pub reference_dt_s: Option<f64>,
-    /// Which of many starts: 0 is the scene as it is, in the others every object stands up to [`ASIDE_M`] aside.
+    /// The start: 0 is the scene as it is, in the others every object is up to [`ASIDE_M`] aside.
     pub start: u32,
 }
 
-/// How far objects are put aside for another start, m, along x and along y: less than anybody could place them.
+/// Largest shift of objects for another start, m, along x and along y: finer than anybody could place them.
 pub const ASIDE_M: f64 = 1e-4;
 
 impl Setup {
+    /// The scene as it is on our engine, without a reference run.
+    pub fn own(dt_s: f64) -> Self {
+        Setup::new(&OwnFactory, dt_s)
+    }
+
     /// The scene as it is, without a reference run.
-    pub fn new(engine: EngineKind, dt_s: f64) -> Self {
+    pub fn new(engine: &'static dyn EngineFactory, dt_s: f64) -> Self {
         Setup { engine, dt_s, reference_dt_s: None, start: 0 }
     }
 
@@ -46,13 +51,13 @@ impl Setup {
         self.engine.start(model.into(), state)
     }
 
-    /// The same engine at the step of the reference run; `None` where none was asked for.
+    /// The same engine at the step of the reference run; `None` without one.
     pub fn reference(&self) -> Option<Setup> {
         self.reference_dt_s.map(|dt_s| Setup { dt_s, reference_dt_s: None, ..*self })
     }
 
-    /// What `make` makes of this setup; made once for each `name`, engine and step, since reference runs are long. Nor is
-    /// one begun again that did not come to an end in its time.
+    /// The result of `make` with this setup, made once for each `name`, engine and step, since reference runs are long. One
+    /// that did not end in its time is not started again.
     pub fn once<T: Clone + 'static>(&self, name: &str, make: impl FnOnce(&Setup) -> Result<T>) -> Result<T> {
         let Setup { engine, dt_s, start, .. } = self;
         let key = format!("{name} {} {} {dt_s:e} {start}", engine.name(), engine.settings());
@@ -62,7 +67,7 @@ impl Setup {
         let made = match known {
             Some(known) => known,
             None => {
-                let made = match limit::apart(|| make(self)) {
+                let made = match limit::with_own_limit(|| make(self)) {
                     Ok(it) => Ok(it),
                     Err(error) => Err(error.downcast::<NotFinished>()?),
                 };
@@ -114,7 +119,7 @@ mod tests {
     #[test]
     fn another_start_stands_up_to_a_tenth_of_a_millimetre_aside() {
         let place = |start: u32| {
-            let setup = Setup { start, ..Setup::new(EngineKind::Own, 1e-3) };
+            let setup = Setup { start, ..Setup::own(1e-3) };
             let at = Pose::translation(0.0, 0.0, 0.5);
             let scene = Scene::new(awake(1e-3)).expect("empty");
             let scene = scene.body(cuboid(0.1, 0.1, 0.1), 1.0, 0.5, at).expect("sound");

@@ -3,9 +3,9 @@
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, push, rigid};
 use super::setup::{Setup, ends_of_steps, steps};
+use crate::case_report::Figure;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};

@@ -3,9 +3,10 @@
 use super::case::{Case, Finding};
 use super::scene::Scene;
 use super::setup::{Setup, ends_of_steps, ramp, steps};
+use crate::case_report::Figure;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::Figure;
+use crate::rigs::softhand;
 use anyhow::{Context, Result};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
@@ -35,11 +36,6 @@ pub const CASES: &[Case] = &[
         push_locked_motor,
     ),
 ];
-
-/// The stock SoftHand.
-pub fn softhand() -> Result<Arc<Hand>> {
-    Hand::builtin("softhand").context("the SoftHand is built in")
-}
 
 /// Parts of a free hand are at least this far apart, m.
 const FREE_M: f64 = 5e-4;

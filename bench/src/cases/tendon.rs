@@ -3,11 +3,11 @@
 use super::case::{Case, Finding};
 use super::scene::Scene;
 use super::setup::{Setup, ends_of_steps, ramp, steps};
-use super::synergy::{softhand, world_of};
+use super::synergy::world_of;
+use crate::case_report::Figure;
 use crate::energy::{Ledger, Stored};
 use crate::recorder::Recorder;
-use crate::report::Figure;
-use crate::rigs::{Finger, bolted, fingers};
+use crate::rigs::{Finger, bolted, fingers, softhand};
 use anyhow::{Context, Result};
 use palmares_models::hand::{Hand, HingeKind};
 use palmares_models::shape::Shape;

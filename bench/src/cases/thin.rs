@@ -3,9 +3,9 @@
 use super::case::{Case, Finding};
 use super::scene::{Scene, cuboid, set_velocity, weightless};
 use super::setup::Setup;
+use crate::case_report::Figure;
 use crate::random::Random;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use anyhow::{Result, bail};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};

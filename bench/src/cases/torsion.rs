@@ -3,9 +3,9 @@
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, set_velocity, settle, velocity};
 use super::setup::{Setup, steps};
+use crate::case_report::Figure;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::Figure;
 use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, HingeKind, Pad, PadOn};

@@ -1,15 +1,15 @@
-//! CPU time of the stepping thread, less what reading it costs.
+//! CPU time of the stepping thread, less the time of reading it.
 
 use cpu_time::ThreadTime;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-/// How often the clock is read around nothing to find out what that costs.
+/// Number of empty measurements.
 const TRIALS: usize = 2000;
 
-/// What a measurement of nothing says, the median of many: reading a thread's CPU time is a system call, a fifth of the
-/// step of a ball on a floor. `empty` makes one.
-pub(super) fn overhead(known: &OnceLock<Duration>, empty: impl Fn() -> Duration) -> Duration {
+/// The time of an empty measurement, the median of many: reading a thread's CPU time is a system call, a fifth of the step of
+/// a ball on a floor. `empty` makes one.
+pub fn overhead(known: &OnceLock<Duration>, empty: impl Fn() -> Duration) -> Duration {
     *known.get_or_init(|| {
         let mut spent: Vec<Duration> = (0..TRIALS).map(|_| empty()).collect();
         spent.sort_unstable();
@@ -18,6 +18,6 @@ pub(super) fn overhead(known: &OnceLock<Duration>, empty: impl Fn() -> Duration)
 }
 
 /// CPU time since `start`, s, less `overhead`.
-pub(super) fn spent_s(start: ThreadTime, overhead: Duration) -> f64 {
+pub fn spent_s(start: ThreadTime, overhead: Duration) -> f64 {
     start.elapsed().saturating_sub(overhead).as_secs_f64()
 }

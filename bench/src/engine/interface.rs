@@ -1,24 +1,38 @@
-//! What every engine does: steps a scene and mirrors it into a [`State`].
+//! The interface of an engine: it steps a scene and mirrors it into a [`State`].
 
 use anyhow::Result;
 use palmares_models::{Mat3, Vec3};
 use palmares_sim::{Command, ContactForce, Model, State, StepOutcome, World};
+use std::fmt::Debug;
 use std::sync::Arc;
 
-/// Contacts at least this stiff, N/m, stand for rigid bodies: peers get what serves them best there.
+/// Contacts at least this stiff, N/m, represent rigid bodies: peers get the settings that serve them best there.
 pub const RIGID: f64 = 1e9;
 
-/// What a step cost.
+/// The time of a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {
-    /// CPU time of the stepping thread, less what reading the clock cost, s.
+    /// CPU time of the stepping thread, less that of reading the clock, s.
     pub total_s: f64,
-    /// Wall time by phase (dynamics, collision, solver), s; zeros where the engine does not tell. Only the
-    /// ratios are used.
+    /// Wall time by phase (dynamics, collision, solver), s; zeros where the engine does not report
+    /// it. Only the ratios are used.
     pub phases_s: [f64; 3],
 }
 
-/// Something that steps a scene.
+/// An engine with its settings, which a case starts for each of its scenes.
+pub trait EngineFactory: Debug + Sync {
+    /// Name of the engine, as on the command line.
+    fn name(&self) -> &'static str;
+    /// Name of its settings, as on the command line.
+    fn settings(&self) -> &'static str;
+    /// An engine about to take its first step from `state`.
+    ///
+    /// # Errors
+    /// The engine cannot simulate this scene, or cannot be started.
+    fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>>;
+}
+
+/// An engine that steps one scene.
 pub trait Engine {
     /// The scene.
     fn model(&self) -> &Arc<Model>;
@@ -26,10 +40,10 @@ pub trait Engine {
     fn step(&mut self, command: &Command) -> Result<Cost>;
     /// Poses, coordinates, velocities and tensions now.
     fn state(&self) -> &State;
-    /// Sets poses and velocities by hand; the engine goes on from them.
+    /// Poses and velocities to set; the engine goes on from them.
     fn state_mut(&mut self) -> &mut State;
-    /// Lets a force and a torque about its centre of mass act on an object during the next step, in the world's axes:
-    /// by default as the impulse they have over it, which is what a semi-implicit engine makes of them.
+    /// Applies a force and a torque about its centre of mass to an object during the next step, in the world's axes. The
+    /// default applies their impulse over the step, as a semi-implicit engine does.
     fn push(&mut self, object: usize, force: Vec3, torque: Vec3) {
         let model = Arc::clone(self.model());
         let h = model.config().step_s;
@@ -42,9 +56,9 @@ pub trait Engine {
             *v += change;
         }
     }
-    /// How the last step went. Peers fill in the deepest overlap and whether all numbers are finite.
+    /// The outcome of the last step. Peers fill in the deepest overlap and whether all numbers are finite.
     fn outcome(&self) -> StepOutcome;
-    /// Touching contacts of the last step and their forces; none where the engine does not tell.
+    /// Touching contacts of the last step and their forces; empty where the engine does not report them.
     fn contacts(&mut self) -> Result<Vec<ContactForce>> {
         Ok(self.world().map_or(Vec::new(), |world| world.contact_forces().to_vec()))
     }

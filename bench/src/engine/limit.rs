@@ -1,6 +1,7 @@
-//! A limit on the CPU time of a peer's runs: some would take an hour to say what shorter ones say, and some never end. It
-//! is looked at before every step; in a process that [`enforce`]s it, a step that outlasts it ends the process. The clock on
-//! the wall would have other work beside it decide what comes to an end.
+//! A limit on the CPU time of runs of other engines: some take an hour without saying more than shorter ones, and some never
+//! end. It is checked before every step. In a process that [`enforce`]s it, a step that outlasts it ends the process. By the
+//! clock on the wall, other work on the machine would decide which runs end.
+
 use super::interface::{Cost, Engine};
 use anyhow::Result;
 use cpu_time::{ProcessTime, ThreadTime};
@@ -13,10 +14,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{sleep, spawn};
 use std::time::Duration;
 
-/// With this a process ends where a step outlasts the limit.
+/// Exit code of a process that ends because a step outlasts the limit.
 pub const EXIT_CODE: i32 = 75;
-/// So much longer than the limit a process may take that enforces it, s, and how often that is looked at: work between
-/// steps counts there as well.
+/// A process that enforces the limit may take this much longer, s, since work between steps counts there as well; and how
+/// often this is checked.
 const GRACE_S: f64 = 2.0;
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
@@ -30,18 +31,18 @@ struct Limit {
     spent_s: f64,
 }
 
-/// CPU time of a process that enforces it at which the limit of its run will be over, s.
+/// CPU time of a process that enforces it at which the limit of its run is over, s.
 static END_S: Mutex<Option<f64>> = Mutex::new(None);
 
 fn cpu_s() -> f64 {
     ProcessTime::now().as_duration().as_secs_f64()
 }
 
-/// A peer's run that came to no end in time: it says nothing, neither good nor bad.
+/// A run of a peer did not end in time: it says nothing, neither good nor bad.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("not finished within {allowed_s} s")]
 pub struct NotFinished {
-    /// The time it had, s.
+    /// Its limit, s.
     pub allowed_s: f64,
 }
 
@@ -49,12 +50,12 @@ pub struct NotFinished {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("a step failed at {at_s:.3} s")]
 pub struct StepFailed {
-    /// When, s.
+    /// Simulated time, s.
     pub at_s: f64,
 }
 
-/// From now on a step that outlasts its run's limit ends this process with [`EXIT_CODE`]: for a process that plays one run
-/// at a time and whose parent can do without it.
+/// From now on a step that outlasts its run's limit ends this process with [`EXIT_CODE`]. This is for a process that plays
+/// one run at a time for a parent that can start another.
 pub fn enforce() {
     spawn(|| {
         loop {
@@ -67,14 +68,14 @@ pub fn enforce() {
     });
 }
 
-/// Sets the limit of this thread; what was set before.
+/// Sets the limit of this thread and returns the one before.
 fn replace(limit: Option<Limit>) -> Option<Limit> {
     let end_s = limit.map(|limit| cpu_s() + limit.allowed_s - limit.spent_s);
     *END_S.lock().unwrap_or_else(PoisonError::into_inner) = end_s;
     LIMIT.replace(limit)
 }
 
-/// Runs `run`, which ends with an error after so much CPU time in steps of peers, s, or when one of them fails.
+/// Runs `run`, which ends with an error after `allowed_s` of CPU time in steps of peers, or when one of them fails.
 pub fn within<T>(allowed_s: f64, run: impl FnOnce() -> T) -> T {
     let before = replace(Some(Limit { allowed_s, spent_s: 0.0 }));
     let outcome = run();
@@ -82,9 +83,9 @@ pub fn within<T>(allowed_s: f64, run: impl FnOnce() -> T) -> T {
     outcome
 }
 
-/// Runs `run` with a limit of its own of the same length, where there is one: a reference is not a part of the first
-/// run that needs it.
-pub fn apart<T>(run: impl FnOnce() -> T) -> T {
+/// Runs `run` with a limit of its own of the same length, where there is one: a reference is no part of the first run that
+/// needs it.
+pub fn with_own_limit<T>(run: impl FnOnce() -> T) -> T {
     match LIMIT.get() {
         Some(outer) => within(outer.allowed_s, run),
         None => run(),
@@ -100,8 +101,8 @@ fn spend(seconds: f64) {
     LIMIT.set(LIMIT.get().map(|limit| Limit { spent_s: limit.spent_s + seconds, ..limit }));
 }
 
-/// A peer that steps as long as there is time.
-pub(super) struct Limited(pub Box<dyn Engine>);
+/// A peer that steps until its limit.
+pub struct Limited(pub Box<dyn Engine>);
 
 impl Engine for Limited {
     fn model(&self) -> &Arc<Model> {
@@ -114,9 +115,9 @@ impl Engine for Limited {
         }
         let begin = ThreadTime::now();
         let cost = self.0.step(command)?;
-        // MuJoCo steps in another process, and tells how long.
+        // MuJoCo steps in another process, and reports its time.
         spend(cost.total_s.max(begin.elapsed().as_secs_f64()));
-        // What has failed once does nothing that was asked for; to go on takes a report an hour.
+        // A run with a failed step is of no use; to go on would take a report an hour.
         if LIMIT.get().is_some() && !self.0.outcome().converged {
             return Err(
                 StepFailed { at_s: self.0.state().step as f64 * self.0.model().config().step_s }.into()
@@ -150,27 +151,44 @@ impl Engine for Limited {
 mod tests {
     use super::*;
     use crate::cases::{self, Setup};
-    use crate::engine::{EngineKind, rapier};
+    use crate::engine::{EngineFactory, OwnFactory};
 
-    fn run(engine: EngineKind) -> Result<()> {
-        let setup = Setup::new(engine, 8e-3);
-        cases::run("bowling", &setup).map(|_| ())
+    /// Ours as if it were a peer.
+    #[derive(Debug)]
+    struct Peer;
+
+    impl EngineFactory for Peer {
+        fn name(&self) -> &'static str {
+            "peer"
+        }
+
+        fn settings(&self) -> &'static str {
+            "default"
+        }
+
+        fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
+            Ok(Box::new(Limited(OwnFactory.start(model, state)?)))
+        }
+    }
+
+    fn run(engine: &'static dyn EngineFactory) -> Result<()> {
+        cases::run("bowling", &Setup::new(engine, 8e-3)).map(|_| ())
     }
 
     #[test]
     fn a_peer_ends_with_its_time_and_ours_does_not() {
-        let error = within(0.0, || run(EngineKind::Rapier(&rapier::STIFF120))).expect_err("there is no time");
+        let error = within(0.0, || run(&Peer)).expect_err("there is no time");
         assert_eq!(error.downcast_ref(), Some(&NotFinished { allowed_s: 0.0 }));
-        within(0.0, || run(EngineKind::Own)).expect("ours has no limit");
-        within(600.0, || run(EngineKind::Rapier(&rapier::STIFF120))).expect("there is time");
-        run(EngineKind::Rapier(&rapier::STIFF120)).expect("there is no limit");
+        within(0.0, || run(&OwnFactory)).expect("ours has no limit");
+        within(600.0, || run(&Peer)).expect("there is time");
+        run(&Peer).expect("there is no limit");
     }
 
     #[test]
-    fn what_runs_apart_takes_nothing_from_the_run_around_it() {
+    fn a_run_with_a_limit_of_its_own_takes_no_time_of_the_run_around_it() {
         within(2.0, || {
             spend(1.5);
-            apart(|| {
+            with_own_limit(|| {
                 assert!(!used_up());
                 spend(2.1);
                 assert!(used_up());

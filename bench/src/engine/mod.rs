@@ -1,15 +1,12 @@
-//! Engines that can step a scene: ours, and the peers it is compared with.
+//! What a case needs of an engine, and ours. The crate `palmares-compare` has others.
 //!
-//! A scene is a model with a start state; every engine mirrors what it simulates into such a state, so
-//! that a case is written once and judged by the same code whoever steps it.
+//! A scene is a model with a start state. Every engine mirrors its simulation into such a state, so that a case is
+//! written once and the same code judges every engine.
 
-mod clock;
+pub mod clock;
 mod interface;
-mod kind;
 pub mod limit;
-pub mod mujoco;
 mod own;
-pub mod rapier;
 
-pub use interface::{Cost, Engine, RIGID};
-pub use kind::EngineKind;
+pub use interface::{Cost, Engine, EngineFactory, RIGID};
+pub use own::OwnFactory;

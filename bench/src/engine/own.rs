@@ -1,7 +1,7 @@
-//! Palmares' own world with a clock beside it.
+//! Palmares' own world with a clock.
 
 use super::clock;
-use super::interface::{Cost, Engine};
+use super::interface::{Cost, Engine, EngineFactory};
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use palmares_models::Vec3;
@@ -11,9 +11,27 @@ use std::hint::black_box;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
+/// Our engine. It has one set of settings, the constants of `sim/src/config.rs`.
+#[derive(Debug)]
+pub struct OwnFactory;
+
+impl EngineFactory for OwnFactory {
+    fn name(&self) -> &'static str {
+        "own"
+    }
+
+    fn settings(&self) -> &'static str {
+        "default"
+    }
+
+    fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
+        Ok(Box::new(Own::new(World::new(model, state))))
+    }
+}
+
 /// Reading a thread's CPU time is a system call; it is made once a step. The phases are timed with the cheap
 /// wall clock, and only their ratios are used.
-pub(super) struct Own {
+struct Own {
     world: World,
     overhead: Duration,
 }
@@ -21,7 +39,7 @@ pub(super) struct Own {
 static OVERHEAD: OnceLock<Duration> = OnceLock::new();
 
 impl Own {
-    pub(super) fn new(world: World) -> Self {
+    fn new(world: World) -> Self {
         let overhead = clock::overhead(&OVERHEAD, || {
             let start = ThreadTime::now();
             let mut phases = Phases::new();

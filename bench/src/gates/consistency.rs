@@ -3,7 +3,6 @@
 use super::{converged, error, report};
 use crate::cases::Setup;
 use crate::cases::synergy::{close_trace, difference};
-use crate::engine::EngineKind;
 use crate::recorder::Recorder;
 
 #[test]
@@ -16,7 +15,7 @@ fn free_motion_converges_with_first_order_at_least() {
 #[test]
 fn free_fingers_close_with_less_than_a_tenth_of_the_error_of_implicit_euler() {
     let trace = |dt_s| {
-        let setup = Setup::new(EngineKind::Own, dt_s);
+        let setup = Setup::own(dt_s);
         close_trace(&setup, &mut Recorder::default()).expect("the hand closes")
     };
     let reference = trace(0.0625e-3);

@@ -1,20 +1,22 @@
 //! Grasps hold.
 
 use super::{at_most, converged, creeps, error, held, report};
+use crate::case_report::CaseReport;
 use crate::cases::grasp::{CHOSEN, Grasp, Placement, kept};
 use crate::cases::{Setup, run};
-use crate::engine::EngineKind;
 
 const GRASPS: [&str; 2] = ["softhand_cylinder", "softhand_box"];
 
-/// How deep the object lies in the hand at the end, mm: the middle one of three starts. How the fingers come to lie around it is
-/// chance: of six starts at 8 ms one ended a quarter less deep than the others.
-fn depth_of_hold(case: &str, dt_s: f64) -> f64 {
-    let mut depths = [0, 1, 2].map(|start| {
-        let setup = Setup { start, ..Setup::new(EngineKind::Own, dt_s) };
-        let (report, _) = run(case, &setup).expect("the case runs");
-        report.invariants.hold_penetration_mm.expect("grasps report the depth of the hold")
-    });
+/// Overlap of the object with the hand at the end, mm: the median of three starts, of which `first` is the first. The place
+/// where a finger comes to rest is chance: of six starts at 8 ms one ended a quarter less deep than the others.
+fn depth_of_hold(first: &CaseReport) -> f64 {
+    let depth =
+        |report: &CaseReport| report.invariants.hold_penetration_mm.expect("grasps report this depth");
+    let other = |start| {
+        let setup = Setup { start, ..Setup::own(first.dt_s) };
+        depth(&run(&first.case, &setup).expect("the case runs").0)
+    };
+    let mut depths = [depth(first), other(1), other(2)];
     depths.sort_by(f64::total_cmp);
     depths[1]
 }
@@ -32,10 +34,10 @@ fn grasps_hold_while_shaken_at_every_step() {
             let balance = seen.tension_balance_nm.expect("grasps report the balance of tension");
             let residual = seen.static_residual_nm.expect("grasps report the static residual");
             assert!(residual + balance <= 1e-6, "{case} at {dt}: {residual:e} N m");
-            let hold = depth_of_hold(case, dt);
+            let hold = depth_of_hold(&report);
             let finest = *finest.get_or_insert(hold);
-            // The contact law does not depend on the step.
-            // Within 8 ms the fingers close by a good part of it: over eight starts the middle one is then 11 % deeper.
+            // The contact law does not depend on the step: a tenth is the chance of three starts. Within 8 ms the fingers
+            // close by a good part of the overlap, which adds a twentieth.
             let most = if dt > 4e-3 { 0.15 } else { 0.1 };
             assert!((hold / finest - 1.0).abs() <= most, "{case} at {dt}: {hold} mm after {finest} mm");
             if dt == 1e-3 {
@@ -49,7 +51,7 @@ fn grasps_hold_while_shaken_at_every_step() {
 #[test]
 fn nothing_creeps_out_of_the_hand_in_a_minute() {
     for case in ["softhand_cylinder_60s", "softhand_box_60s"] {
-        // The full minute at 1 ms is a matter of `palmares-bench case`.
+        // `palmares-bench case` plays the full minute at 1 ms.
         held(&at_most(case, &[(8e-3, 1e-3)])[0]);
     }
 }
@@ -57,7 +59,7 @@ fn nothing_creeps_out_of_the_hand_in_a_minute() {
 #[test]
 fn a_grasp_hardly_depends_on_the_step() {
     for case in GRASPS {
-        let setup = Setup { reference_dt_s: Some(2e-5), ..Setup::new(EngineKind::Own, 1e-3) };
+        let setup = Setup { reference_dt_s: Some(5e-5), ..Setup::own(1e-3) };
         let (report, _) = run(case, &setup).expect("the case runs");
         assert!(error(&report) <= 0.4, "{case}: {} mm", error(&report));
     }
@@ -66,21 +68,23 @@ fn a_grasp_hardly_depends_on_the_step() {
 #[test]
 fn both_objects_are_held_wherever_they_lie_in_the_hand() {
     // Contact points that lost their memory when their features changed dropped the cylinder from ten of these.
-    let setup = Setup::new(EngineKind::Own, 1e-3);
-    let mut lost = Vec::new();
-    for grasp in [Grasp::cylinder(), Grasp::cuboid()] {
+    let setup = Setup::own(1e-3);
+    let lost = [Grasp::cylinder(), Grasp::cuboid()].map(|grasp| {
+        let mut lost = Vec::new();
         for along_mm in [142, 145, 148, 151, 154] {
             for across_mm in [-14, -12, -10, -8, -6] {
                 let (along_m, across_m) = (1e-3 * f64::from(along_mm), 1e-3 * f64::from(across_mm));
                 let placement = Placement { along_m, across_m, ..CHOSEN };
                 let kept = kept(&setup, &grasp, placement).expect("the grasp can be tried");
                 if !kept {
-                    lost.push(format!("{:?} at {along_mm}, {across_mm} mm", grasp.shape));
+                    lost.push((along_mm, across_mm));
                 }
             }
         }
-    }
-    // Boxes at the edge of the reach turn out between two fingers: friction's torque about a contact is that of an even pressure, a
-    // half to two thirds of what it was with all pressure at the rim, and with that all of them were kept.
-    assert!(lost.len() <= 2, "{lost:?}");
+        lost
+    });
+    // The cylinder is in reach everywhere. Boxes at the edge of the reach turn out between two fingers, with an even pressure
+    // in their contacts. Which of them is chance. 2 of 25 are lost; the 95 % interval of such a count (Clopper and Pearson)
+    // ends at 26 %, which is 6.
+    assert!(lost[0].is_empty() && lost[1].len() <= 6, "lost cylinders and boxes, mm: {lost:?}");
 }

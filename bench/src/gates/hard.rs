@@ -1,11 +1,11 @@
 //! Nothing explodes.
 
 use super::{at_most, converged, gains, held, report, within};
-use crate::report::Report;
+use crate::case_report::CaseReport;
 
 /// Runs a case at short and long steps: every step converges, no number breaks, no energy appears and no body gets
 /// faster than what is there can make it.
-fn sound(case: &str, from_nowhere_j: f64) -> Vec<Report> {
+fn sound(case: &str, from_nowhere_j: f64) -> Vec<CaseReport> {
     [0.5e-3, 1e-3, 4e-3, 16e-3]
         .into_iter()
         .map(|dt| {

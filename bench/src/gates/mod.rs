@@ -1,5 +1,5 @@
-//! Cases that gate: what must hold, at every step length asked for. No timing is asserted here.
-//! One file per subject, mirroring `cases/`.
+//! Gates: bounds that cases must keep at several steps. A bound follows from a law, a requirement or the spread over many
+//! starts, and its comment names it. No gate asserts a time. One file per subject, as in `cases/`.
 
 mod balls;
 mod consistency;
@@ -13,7 +13,6 @@ mod held;
 mod hold;
 mod impact;
 mod mechanism;
-mod peers;
 mod pile;
 mod pinch;
 mod pour;
@@ -26,23 +25,22 @@ mod synergy;
 mod tendon;
 mod thin;
 
+use crate::case_report::CaseReport;
 use crate::cases::{Setup, run};
-use crate::engine::EngineKind;
-use crate::report::Report;
 
 /// Runs a case of ours without a reference run.
-pub(crate) fn report(case: &str, dt_s: f64) -> Report {
-    let setup = Setup::new(EngineKind::Own, dt_s);
+pub(crate) fn report(case: &str, dt_s: f64) -> CaseReport {
+    let setup = Setup::own(dt_s);
     run(case, &setup).expect("the case runs").0
 }
 
 /// The figure of a case with an analytic answer.
-pub(crate) fn error(report: &Report) -> f64 {
+pub(crate) fn error(report: &CaseReport) -> f64 {
     report.error.value.expect("the case has an analytic answer")
 }
 
-/// Runs a case at steps, s; every step converges, and the figure is at most what stands beside the step.
-pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<Report> {
+/// Runs a case at steps, s; every step converges, and the figure is at most the bound of its step.
+pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<CaseReport> {
     let run = |&(dt_s, most): &(f64, f64)| {
         let report = report(case, dt_s);
         converged(&report);
@@ -53,41 +51,37 @@ pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<Report> {
     bounds.iter().map(run).collect()
 }
 
-/// Energy that appeared from nowhere or, where a case says so, its largest change, J, is at most so much.
-pub(crate) fn gains(report: &Report, most_j: f64) {
+/// Energy that appeared from nowhere or, where a case says so, its largest change is at most `most_j`.
+pub(crate) fn gains(report: &CaseReport, most_j: f64) {
     let gain = report.invariants.energy_gain_j.expect("the gain is reported");
     assert!(gain <= most_j, "{} at {}: {gain:e} J", report.case, report.dt_s);
 }
 
-/// Objects creep by at most so much, mm/s.
-pub(crate) fn creeps(report: &Report, most_mm_s: f64) {
+/// Objects creep by at most `most_mm_s`.
+pub(crate) fn creeps(report: &CaseReport, most_mm_s: f64) {
     let creep = report.invariants.slip_mm_s.expect("creep is reported");
     assert!(creep <= most_mm_s, "{} at {}: {creep:e} mm/s", report.case, report.dt_s);
 }
 
-/// What the case asks for at its end is so: the object is in the hand, or where else it should be.
-pub(crate) fn held(report: &Report) {
+/// The object is where the case requires it at the end, mostly in the hand.
+pub(crate) fn held(report: &CaseReport) {
     assert_eq!(report.invariants.held, Some(true), "{} at {}", report.case, report.dt_s);
 }
 
-/// What the case bounds kept to it.
-pub(crate) fn within(report: &Report) {
+/// The figure is within the bound of the case.
+pub(crate) fn within(report: &CaseReport) {
     let most = report.error.within.expect("the case has a bound");
     assert!(error(report) <= most, "{} at {}: {} of {most}", report.case, report.dt_s, error(report));
 }
 
 /// Every step of the run converged and stayed finite.
-pub(crate) fn converged(report: &Report) {
+pub(crate) fn converged(report: &CaseReport) {
     assert_eq!(report.invariants.newton_unconverged, Some(0), "{}", report.case);
 }
 
 #[test]
 fn unknown_names_are_refused_with_the_known_ones() {
-    let setup = Setup::new(EngineKind::Own, 1e-3);
+    let setup = Setup::own(1e-3);
     let message = run("softhand_fre", &setup).err().expect("refused").to_string();
     assert!(message.contains("softhand_free"), "{message}");
-    let message = EngineKind::from_names("other", None).expect_err("refused").to_string();
-    assert!(message.contains("known engines: own, rapier, mujoco"), "{message}");
-    let message = EngineKind::from_names("mujoco", Some("stiff")).expect_err("refused").to_string();
-    assert!(message.contains("known settings: default, ") && message.contains("stiff5"), "{message}");
 }

@@ -1,14 +1,13 @@
 //! Many bodies poured into a box.
 
 use crate::cases::{Setup, pour};
-use crate::engine::EngineKind;
 use crate::recorder::Recorder;
 
-/// Half a second at the middle one of the usual steps: after half of it a step takes more than it may in a world of a hundred. The
-/// whole case, at each step, is a matter of `palmares-bench case poured_500`.
+/// Half a second at the middle one of the usual steps. From the middle on, a step computes more than the limit of a world of
+/// a hundred. `palmares-bench case poured_500` plays the whole case.
 #[test]
 fn five_hundred_bodies_are_poured_without_a_fault() {
-    let setup = Setup::new(EngineKind::Own, 4e-3);
+    let setup = Setup::own(4e-3);
     let mut recorder = Recorder::default();
     let finding = pour::poured(&setup, &mut recorder, 500, 0.5).expect("no step has a fault");
     assert_eq!(finding.invariants.newton_unconverged, Some(0));

@@ -9,7 +9,7 @@ fn a_thousand_random_heaps_stay_in_their_box_and_gain_no_energy() {
     eprintln!("seed {SEED}: {worst:?}");
 }
 
-/// Three seconds each; the thousand are a matter of `palmares-bench robust --grasps 1000`.
+/// Three seconds each; `palmares-bench robust --grasps 1000` plays a thousand.
 #[test]
 fn a_hundred_random_grasps_bear_being_disturbed() {
     let tally = grasps::check(SEED, 100).expect("every grasp holds");

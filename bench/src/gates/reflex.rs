@@ -3,7 +3,6 @@
 use super::{at_most, held};
 use crate::cases::Setup;
 use crate::cases::reflex::{Placement, play};
-use crate::engine::EngineKind;
 use crate::recorder::Recorder;
 
 const STEPS_S: [f64; 6] = [0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3];
@@ -30,7 +29,7 @@ fn a_ball_is_held_without_creep_at_every_step() {
 /// The grasp is no lucky one.
 #[test]
 fn the_ball_is_held_wherever_it_lies_between_the_fingers() {
-    let setup = Setup::new(EngineKind::Own, 4e-3);
+    let setup = Setup::own(4e-3);
     for x_m in [0.0, 0.03] {
         for z_m in [0.145, 0.155] {
             for preshape in [0.0, 0.25, 0.5, 0.75, 1.0] {

@@ -37,7 +37,7 @@ fn a_rod_in_painleves_paradox_stops_with_a_bounded_impulse() {
         let report = report("painleve_rod", dt);
         converged(&report);
         within(&report);
-        // Of 12.3 J; the books know what its contact springs hold to a part in ten thousand.
+        // Of 12.3 J; the audit knows the energy in its contact springs to a part in ten thousand.
         gains(&report, 1.2e-3);
     }
 }
@@ -48,7 +48,7 @@ fn thirty_objects_fall_into_a_box_and_none_leaves_it() {
         let report = report("thirty_objects", dt);
         converged(&report);
         within(&report);
-        // Of some 60 J that fall and are kicked.
+        // Of some 60 J of falls and kicks.
         gains(&report, 1e-2);
     }
 }
@@ -61,11 +61,13 @@ fn every_contact_keeps_to_signorini_and_coulomb() {
 
 #[test]
 fn friction_opposes_slip() {
-    at_most("contact_dissipation", &[(1e-3, 0.7)]);
+    // No law sets a bound. The 32 heaps lose 0.43 % with a standard error of 0.06 % (jackknife over the heaps); the
+    // bound is three standard errors above it. Friction that kept an old direction of slip lost 1.06 %.
+    at_most("contact_dissipation", &[(1e-3, 0.6)]);
 }
 
 #[test]
 fn a_contact_that_slides_off_and_on_carries_little_at_a_gap() {
-    // 2.4 mm while a point that had carried nothing was taken for stuck.
+    // It was 2.4 mm while a point that had carried nothing was taken for stuck.
     at_most("contact_hover", &[(1e-3, 0.8)]);
 }

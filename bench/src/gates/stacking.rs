@@ -1,12 +1,12 @@
 //! Bodies at rest on each other.
 
 use super::at_most;
-use crate::report::Report;
+use crate::case_report::CaseReport;
 
 /// Newton stops at 1e-6 of the impulses; the contact at the top of fifteen has a hundredth of their sum.
 const FORCE_PERCENT: f64 = 1e-2;
 
-fn forces_are_right(reports: &[Report]) {
+fn forces_are_right(reports: &[CaseReport]) {
     for report in reports {
         let wrong = report.invariants.force_error_percent.expect("the error of the force is reported");
         assert!(wrong <= FORCE_PERCENT, "{} at {}: {wrong} %", report.case, report.dt_s);

@@ -3,41 +3,42 @@
 //! The hand closes on a random object, palm down on its pedestal or palm up with the object on it; then the base goes
 //! from target to target within its limits, σ jumps, links are pushed.
 
-use super::{all_hold, rotation};
+use super::all_hold;
 use crate::cases::grasp::{Grasp, Placement, scene};
-use crate::cases::synergy::softhand;
-use crate::watch::Watch;
+use crate::cases::random_heap::rotation;
+use crate::monitor::Monitor;
+use crate::rigs::softhand;
 use anyhow::{Result, ensure};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::BaseCommand;
 use palmares_sim::Push;
-use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::{Command, Config, World};
 use proptest::prelude::*;
 use std::sync::Arc;
 
 /// Steps of the runs, s.
 const STEPS_S: [f64; 4] = [1e-3, 2e-3, 4e-3, 8e-3];
-/// How long a command or a push lasts, s.
+/// Duration of a command or a push, s.
 const PIECE_S: f64 = 0.2;
-/// How many pieces the hand has for closing in peace, and how many follow.
+/// Number of pieces in which the hand closes undisturbed, and of those that follow.
 const CLOSING: usize = 4;
 const DISTURBED: usize = 11;
-/// How far the floor is from the pedestal's top or, palm up, from the hand, m.
+/// Distance of the floor from the pedestal's top or, palm up, from the hand, m.
 const FLOOR_M: f64 = 0.4;
 
-/// What becomes of a piece of a run: what is not given stays as it was, but a push is over.
+/// Changes at the start of a piece of a run. Without a value the command stays as it was, and a push ends.
 #[derive(Clone, Debug)]
 struct Piece {
-    /// Where the base goes from its start, m, and how it turns, rad.
+    /// Displacement of the base from its start, m, and its turn, rad.
     base: Option<([f64; 3], [f64; 3])>,
     /// Rarely: most grasps end with it.
     sigma: Option<f64>,
-    /// Which link, modulo the number of links; where in its frame, m; N.
+    /// Link, modulo the number of links; point in its frame, m; force, N.
     push: Option<(usize, [f64; 3], [f64; 3])>,
 }
 
-/// A grasp and what disturbs it.
+/// A grasp and its disturbances.
 #[derive(Clone, Debug)]
 pub struct Disturbed {
     dt_s: f64,
@@ -47,13 +48,13 @@ pub struct Disturbed {
     pieces: Vec<Piece>,
 }
 
-/// What a run showed.
+/// The worst of a run.
 pub struct Outcome {
     /// Energy, speeds, steps that failed.
-    pub watch: Watch,
-    /// How far the object's centre or the hand's base got beyond the floor, m; negative when they did not.
+    pub monitor: Monitor,
+    /// Farthest centre of the object or base of the hand beyond the floor, m; negative when above it.
     pub escaped_m: f64,
-    /// Whether the object was in the hand when the disturbance began, and at the end; it need not be.
+    /// Whether the object was in the hand when the disturbance began, and at the end. Neither is required.
     pub kept: [bool; 2],
 }
 
@@ -62,9 +63,9 @@ pub struct Outcome {
 pub struct Tally {
     /// Objects that were in the hand when the disturbance began.
     pub grasped: usize,
-    /// ... and still at the end.
+    /// Objects that were in the hand at the end.
     pub kept: usize,
-    /// Largest energy from nowhere, of the energy given and 0.1 J.
+    /// Largest energy from nowhere, as a part of the energy given and 0.1 J.
     pub excess: f64,
     /// Fastest object, m/s.
     pub object_speed: f64,
@@ -102,7 +103,7 @@ fn piece() -> impl Strategy<Value = Piece> {
         .prop_map(|(base, sigma, push)| Piece { base, sigma, push })
 }
 
-/// Any grasp.
+/// Random grasps.
 fn disturbed() -> impl Strategy<Value = Disturbed> {
     let placement = (0.13..0.19f64, -0.04..0.02f64, 0.5..1.0f64)
         .prop_map(|(along_m, across_m, sigma)| Placement { along_m, across_m, sigma });
@@ -116,7 +117,7 @@ impl Disturbed {
     /// Plays it.
     fn play(&self) -> Result<Outcome> {
         let hand = softhand()?;
-        // Palm up is palm down with everything falling the other way.
+        // Palm up is palm down with gravity reversed.
         let down = if self.palm_up { 1.0 } else { -1.0 };
         let config = Config { gravity: Vec3::new(0.0, 0.0, 9.81 * down), ..Config::with_step(self.dt_s) };
         let (mut model, state, start) = scene(&hand, config, &self.grasp, self.placement)?;
@@ -125,7 +126,7 @@ impl Disturbed {
         let mut world = World::new(Arc::new(model), state);
         let mut command = Command::stay(world.model(), start);
         let mut outcome =
-            Outcome { watch: Watch::new(&world), escaped_m: f64::NEG_INFINITY, kept: [false; 2] };
+            Outcome { monitor: Monitor::new(&world), escaped_m: f64::NEG_INFINITY, kept: [false; 2] };
         command.sigma[0] = self.placement.sigma;
         let mut pieces = self.pieces.iter();
         for piece in 0..CLOSING + DISTURBED {
@@ -133,11 +134,11 @@ impl Disturbed {
                 outcome.kept[0] = self.in_hand(&world);
             }
             if piece >= CLOSING {
-                pieces.next().into_iter().for_each(|it| it.tell(start, hand.links.len(), &mut command));
+                pieces.next().into_iter().for_each(|it| it.command(start, hand.links.len(), &mut command));
             }
             for _ in 0..(PIECE_S / self.dt_s).round() as u64 {
                 world.step(&command);
-                outcome.watch.step(&world, &command);
+                outcome.monitor.step(&world, &command);
                 let state = world.state();
                 for at in [state.base.translation, state.objects[0].translation] {
                     outcome.escaped_m = outcome.escaped_m.max(down * at.z - FLOOR_M);
@@ -158,7 +159,7 @@ impl Disturbed {
 }
 
 impl Piece {
-    fn tell(&self, start: Pose, links: usize, command: &mut Command) {
+    fn command(&self, start: Pose, links: usize, command: &mut Command) {
         if let Some((shift, turn)) = self.base {
             let turn = Rotation::from_scaled_axis(Vec3::from_array(turn));
             let at = start.translation + Vec3::from_array(shift);
@@ -177,11 +178,11 @@ impl Piece {
 }
 
 impl Outcome {
-    /// What must hold for every grasp. Energy from nowhere is at most a hundredth of what motors, servo and pushes gave,
+    /// Checks the bounds of every grasp. Energy from nowhere is at most a hundredth of what motors, servo and pushes gave,
     /// plus 1 mJ; objects stay below 10 m/s, the base below 5 m/s, joints below 1000 rad/s. The base may hook onto the
     /// pedestal and be let go under the servo's full force.
     fn judge(&self) -> Result<()> {
-        let w = &self.watch;
+        let w = &self.monitor;
         ensure!(w.broken == 0, "{} steps not finite", w.broken);
         ensure!(w.unconverged == 0, "{} steps not converged", w.unconverged);
         let known = 0.01 * w.given_j + 1e-3;
@@ -199,7 +200,7 @@ pub fn check(seed: u64, count: u32) -> Result<Tally> {
     let mut tally = Tally::default();
     all_hold(seed, count, &disturbed(), |grasp| {
         let outcome = grasp.play()?;
-        let w = &outcome.watch;
+        let w = &outcome.monitor;
         tally.grasped += usize::from(outcome.kept[0]);
         tally.kept += usize::from(outcome.kept == [true; 2]);
         tally.excess = tally.excess.max(w.excess_j / (w.given_j + 0.1));

@@ -1,13 +1,12 @@
-//! How often things go well: random scenes, and one scene in many placements.
+//! Random scenes, and one scene in many placements: in how many does a grasp or a heap hold?
 //!
-//! proptest makes the random scenes, the same ones for a seed on every machine, and makes a failing one small.
+//! proptest draws the random scenes, the same ones for a seed on every machine, and makes a failing one small.
 
 pub mod grasps;
 pub mod heaps;
 pub mod placements;
 
 use anyhow::{Result, bail};
-use palmares_models::Rotation;
 use palmares_tasks::Seed;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestError, TestRng, TestRunner};
@@ -15,11 +14,11 @@ use std::cell::RefCell;
 
 /// Seed of the random scenes of the tests.
 pub const SEED: u64 = 1;
-/// How many smaller scenes are tried when one fails.
+/// Number of smaller scenes that are tried when one fails.
 const SHRINKS: u32 = 200;
 
-/// Asks `holds` about `count` values of `strategy`. Where one does not hold, the error tells the seed, what is wrong and
-/// the smallest value found of which that much is wrong.
+/// Checks `count` values of `strategy`. Where one does not hold, the error names the seed, the fault and the smallest value
+/// with this fault that was found.
 pub fn all_hold<S: Strategy>(
     seed: u64,
     count: u32,
@@ -31,21 +30,14 @@ pub fn all_hold<S: Strategy>(
     let random = TestRng::from_seed(RngAlgorithm::ChaCha, &Seed::from_u64(seed).0);
     let holds = RefCell::new(holds);
     let outcome = TestRunner::new_with_rng(config, random).run(strategy, |value| {
-        let judge = &mut *holds.borrow_mut();
-        judge(&value).map_err(|error| TestCaseError::fail(format!("{error:#}")))
+        let check = &mut *holds.borrow_mut();
+        check(&value).map_err(|error| TestCaseError::fail(format!("{error:#}")))
     });
     match outcome {
         Ok(()) => Ok(()),
         Err(TestError::Fail(reason, value)) => bail!("seed {seed}: {reason}; smallest found: {value:#?}"),
         Err(TestError::Abort(reason)) => bail!("seed {seed}: {reason}"),
     }
-}
-
-/// An orientation, evenly over all of them but for the corners of a cube of quaternions.
-fn rotation() -> impl Strategy<Value = Rotation> {
-    prop::array::uniform4(-1.0..1.0f64)
-        .prop_filter("a direction needs a length", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01)
-        .prop_map(|[x, y, z, w]| Rotation::from_xyzw(x, y, z, w).normalize())
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
-//! A grid of placements of the object in the hand: in how many are the grasps of the cases kept?
+//! A grid of placements of the object in the hand: which of them keep the grasps of the cases?
 
 use crate::cases::Setup;
 use crate::cases::grasp::{Grasp, Placement, kept};
-use crate::engine::EngineKind;
 use anyhow::Result;
 
 /// Steps at which a placement must keep both objects, s.
@@ -21,11 +20,11 @@ pub fn grid() -> Vec<Placement> {
     all
 }
 
-/// What a placement keeps at the steps of `STEPS_S`, in their order: cylinder, box.
+/// Whether a placement keeps cylinder and box, at each of `STEPS_S` in their order.
 pub fn outcomes(placement: Placement, first_failure_only: bool) -> Result<Vec<[bool; 2]>> {
     let mut all = Vec::new();
     for dt_s in STEPS_S {
-        let setup = Setup::new(EngineKind::Own, dt_s);
+        let setup = Setup::own(dt_s);
         let mut seen = [false; 2];
         for (seen, grasp) in seen.iter_mut().zip([Grasp::cylinder(), Grasp::cuboid()]) {
             *seen = kept(&setup, &grasp, placement)?;

@@ -1,7 +1,9 @@
-//! An observation as rows of numbers: which fields it has for a task, a hand and a sensing, and how they are filled.
+//! An observation as a row of numbers: its fields for a task, a hand and a sensing, and their values. First come the channels of
+//! the hand, as they are declared.
 
-use palmares_models::hand::{Hand, TactilePatch};
+use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
+use palmares_senses::{CHANNELS, Channel};
 use palmares_tasks::scene::SceneBody;
 use palmares_tasks::{Run, Sensing, Task};
 use std::iter::repeat_n;
@@ -19,17 +21,9 @@ pub(crate) struct Field {
 /// All fields, in the order in which a row has them.
 pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
     let objects = task.objects.count;
-    let sensors = &hand.sensors;
-    let encoders = sensors.joints.as_ref().map_or(0, |joints| joints.on.len());
-    let mut shapes = vec![
-        ("base", vec![13]),
-        ("motors", vec![hand.motors.len(), 4]),
-        ("wrist", vec![6]),
-        ("encoders", vec![encoders]),
-        ("touch", vec![hand.tactile.iter().map(TactilePatch::len).sum::<usize>(), 3]),
-        ("acceleration", vec![if sensors.accelerometer.is_some() { 3 } else { 0 }]),
-        ("time_left", vec![1]),
-    ];
+    let channels = CHANNELS.iter().filter(|channel| is_shown(channel, sensing));
+    let mut shapes: Vec<_> = channels.map(|channel| (channel.name, channel.shape(hand))).collect();
+    shapes.push(("time_left", vec![1]));
     if sensing == Sensing::Truth {
         shapes.extend([
             ("joints", vec![2, hand.coordinates.len()]),
@@ -46,7 +40,7 @@ pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
     fields.filter(|field| field.len > 0).collect()
 }
 
-/// The fields that stay as they are in a run: the last ones. Of `objects` those that are not there have kind −1 and no size
+/// The fields that do not change in a run: the last ones. Objects that the run lacks of `objects` have kind −1, and zeros as size
 /// and mass.
 pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize) -> Vec<f64> {
     if sensing == Sensing::Sensors {
@@ -63,24 +57,15 @@ pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize) -> Vec<f64> 
     row
 }
 
-/// Writes a run's fields behind one another; `constant` are the last. Of `objects` those that are not there are zeros.
+/// Writes a run's fields one after the other; `constant` are the last. Objects that the run lacks of `objects` are zeros.
 pub(crate) fn write(run: &Run, sensing: Sensing, objects: usize, constant: &[f64], row: &mut Vec<f64>) {
+    let (state, table) = (run.world().state(), run.sensor_table());
     row.clear();
-    let state = run.world().state();
-    let seen = run.read_sensors();
-    let (base, (force, torque)) = (seen.base, seen.wrist);
-    row.extend(base.pose.translation.to_array());
-    row.extend(base.pose.rotation.to_array());
-    row.extend(base.linear.to_array());
-    row.extend(base.angular.to_array());
-    for (reached, motor) in state.motors.iter().zip(&seen.motors) {
-        row.extend([reached.command, motor.position, motor.velocity, motor.tension]);
+    row.resize(table.dimension(), 0.0);
+    run.read_sensors_into(row);
+    for hidden in table.entries().iter().rev().filter(|entry| !is_shown(entry.channel, sensing)) {
+        row.drain(hidden.address..hidden.address + hidden.dimension);
     }
-    row.extend(force);
-    row.extend(torque);
-    row.extend(&seen.joints);
-    row.extend(seen.touch.as_flattened());
-    row.extend(seen.acceleration.iter().flatten());
     row.push(run.task().time_limit_s - run.sim_time_s());
     if sensing == Sensing::Truth {
         let joints = run.hand().coordinates.len();
@@ -97,6 +82,10 @@ pub(crate) fn write(run: &Run, sensing: Sensing, objects: usize, constant: &[f64
         row.extend(repeat_n(0.0, 13 * missing));
     }
     row.extend_from_slice(constant);
+}
+
+fn is_shown(channel: &Channel, sensing: Sensing) -> bool {
+    !channel.truth || sensing == Sensing::Truth
 }
 
 /// 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull, 5 several parts.

@@ -59,6 +59,8 @@ class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
             pressed = hand.touch[:, 2]
             taxels = f"{int((pressed > 0.0).sum())} of {pressed.size} taxels"
             rows.append(("touch", f"{taxels}, {pressed.sum():.3g} N in all"))
+        if hand.acceleration is not None:
+            rows.append(("acceleration", f"{vector(hand.acceleration)} m/s²"))
         for name, image in self.cameras.items():
             rows.append((f"camera {name}", f"{image.width} × {image.height}"))
         if self.truth is not None:

@@ -204,11 +204,11 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
     """What the hand's own sensors read."""
 
     base: BodyState
-    """The base."""
+    """Pose and velocity of the base in the world frame, by the arm's encoders."""
     actuators: list[Actuator]
-    """One entry per motor."""
+    """Command, position, velocity and tension of every motor, by its encoder and its current."""
     wrist: Wrench
-    """Reaction at the wrist: what the arm holds the hand with."""
+    """Force and torque between arm and hand in the world frame, torque about the base's origin."""
     acceleration: Vec3 | None = None
     """Acceleration minus gravity in the frame of the accelerometer's link, m/s²; ``None`` when the hand has
     none."""
@@ -217,7 +217,7 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
 
     @property
     def joints(self) -> Array:
-        """Shape (n,); Joint encoders, rad, in the order of ``welcome.hands[].encoders``.
+        """Shape (n,); Joint encoders, in the order of ``welcome.hands[].encoders``, rad.
 
         empty when the hand has none.
         """
@@ -225,9 +225,10 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
 
     @property
     def touch(self) -> Array:
-        """Shape (n, 3); Force on every taxel, N: along x and y of its patch, and into the patch.
+        """Shape (n, 3).
 
-        in the order of ``welcome.hands[].taxels``, empty when the hand has none.
+        Force on every taxel along x and y of its patch and into the patch, in the order of
+        ``welcome.hands[].taxels``, N; empty when the hand has none.
         """
         return array(self._touch, -1, 3)
 
@@ -660,6 +661,25 @@ class Limits(msgspec.Struct, kw_only=True, gc=False):
     """In real time: observations that wait for a slow client; of more the oldest is dropped."""
 
 
+class ImageInfo(msgspec.Struct, kw_only=True, gc=False):
+    """An image of a camera, as clients learn it."""
+
+    name: str
+    """Its field in ``obs.cameras[]``, and ``NAME`` in the request ``camera.NAME``."""
+    shape: list[int]
+    """Shape of the array: rows, pixels in a row, and the numbers of a pixel if it has several."""
+    unit: str
+    """Unit; empty for a pure number."""
+    minimum: float
+    """Least value."""
+    maximum: float
+    """Largest value."""
+    truth: bool
+    """Only with sensing ``truth``."""
+    description: str
+    """For people."""
+
+
 class CameraInfo(msgspec.Struct, kw_only=True, gc=False):
     """A camera in short."""
 
@@ -675,6 +695,8 @@ class CameraInfo(msgspec.Struct, kw_only=True, gc=False):
     """What is nearer gives no reading, m."""
     far: float
     """What is farther gives no reading, m."""
+    images: list[ImageInfo] = []
+    """The images that it takes."""
 
 
 class TaskInfo(msgspec.Struct, kw_only=True, gc=False):
@@ -696,6 +718,39 @@ class TaskInfo(msgspec.Struct, kw_only=True, gc=False):
     """SHA-256 of everything that it is, 64 hexadecimal digits."""
 
 
+class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):
+    """Numbers of a channel that have a unit and a range in common."""
+
+    width: int
+    """How many numbers."""
+    unit: str
+    """Unit; empty for a pure number."""
+    minimum: float | None = None
+    """Least value; ``None`` for none."""
+    maximum: float | None = None
+    """Largest value; ``None`` for none."""
+    name: str = ""
+    """Absent where the channel's numbers have no names."""
+
+
+class ChannelInfo(msgspec.Struct, kw_only=True, gc=False):
+    """A channel of a hand, as clients and viewers learn it."""
+
+    name: str
+    """Name of its array in environments and batches."""
+    key: str
+    """Its key in ``obs.hand``."""
+    shape: list[int]
+    """Shape of the array."""
+    columns: list[ColumnInfo]
+    """Columns along the array's last axis. Where a column has a name, ``obs.hand`` has an object with these
+    names, or a list of such objects, one for each row."""
+    truth: bool
+    """It is only in observations with sensing ``truth``."""
+    description: str
+    """For people."""
+
+
 class HandInfo(msgspec.Struct, kw_only=True, gc=False):
     """A hand in short; ``GET /v1/hands/{name}`` has the rest."""
 
@@ -711,6 +766,8 @@ class HandInfo(msgspec.Struct, kw_only=True, gc=False):
     """Names of the joints that have an encoder, in the order of ``hand.joints``."""
     taxels: list[str] = []
     """Names of the taxels, in the order of ``hand.touch``."""
+    channels: list[ChannelInfo] = []
+    """The channels of ``obs.hand`` with this hand."""
     cameras: list[CameraInfo] = []
     """Its cameras."""
 

@@ -4,7 +4,7 @@ use super::intrinsics::Intrinsics;
 use super::round::Round;
 use palmares_models::Vec3;
 
-/// A rectangle of pixels: those of the first row and column, and one beyond the last.
+/// A rectangle of pixels: its first row and column, and the ones after its last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Area {
     pub(super) left: usize,
@@ -18,7 +18,7 @@ impl Area {
         Area { left: 0, right: lens.width as usize, top: 0, bottom: lens.height as usize }
     }
 
-    /// The pixels that may show a sphere; none when it is out of view. A sphere around the camera may be anywhere.
+    /// The pixels that can show a sphere; none when it is out of view. A sphere around the camera can be in every pixel.
     pub(super) fn of_sphere(center: Vec3, radius: f64, lens: &Intrinsics) -> Option<Self> {
         if center.z <= -radius {
             return None;
@@ -60,27 +60,27 @@ impl Area {
     }
 }
 
-/// The z-buffer while a piece is drawn.
+/// The z-buffer while a primitive is drawn.
 pub(super) struct Canvas<'a> {
     pub(super) width: usize,
-    /// x of the rays of every column.
+    /// x of the ray of every column.
     pub(super) columns: &'a [f64],
     pub(super) inverse: &'a mut [f64],
-    pub(super) piece: &'a mut [u32],
+    pub(super) primitive: &'a mut [u32],
     pub(super) number: u32,
 }
 
 impl Canvas<'_> {
-    /// A row of a flat piece: 1/z is `start + step · x`, x being that of the rays.
+    /// A row of a flat primitive: 1/z is `start + step · x`, with x of the ray.
     pub(super) fn flat_row(&mut self, v: usize, left: usize, right: usize, start: f64, step: f64) {
         let row = v * self.width;
         let inverse = &mut self.inverse[row + left..row + right];
-        let piece = &mut self.piece[row + left..row + right];
-        for ((inverse, piece), x) in inverse.iter_mut().zip(piece).zip(&self.columns[left..right]) {
+        let primitive = &mut self.primitive[row + left..row + right];
+        for ((inverse, primitive), x) in inverse.iter_mut().zip(primitive).zip(&self.columns[left..right]) {
             let here = start + step * x;
             let nearer = here > *inverse;
             *inverse = if nearer { here } else { *inverse };
-            *piece = if nearer { self.number } else { *piece };
+            *primitive = if nearer { self.number } else { *primitive };
         }
     }
 
@@ -91,11 +91,11 @@ impl Canvas<'_> {
         for v in area.top..area.bottom {
             let y = lens.row(v);
             let Some((first, last)) = outlines.range(y) else { continue };
-            // A pixel more on each side: what is told at the outline itself is up to rounding.
+            // One more pixel on each side: at the outline itself rounding decides.
             let left = (first * lens.fx + lens.cx - 1.5).max(area.left as f64) as usize;
             let right = (last * lens.fx + lens.cx + 1.5).min(area.right as f64) as usize;
             for u in left..right {
-                // Behind what is there already, wherever the ray meets it.
+                // The pixel has something nearer, wherever the ray meets the surface.
                 if self.inverse[v * self.width + u] >= most {
                     continue;
                 }
@@ -103,7 +103,7 @@ impl Canvas<'_> {
                     let (here, pixel) = (1.0 / z, v * self.width + u);
                     if here > self.inverse[pixel] {
                         self.inverse[pixel] = here;
-                        self.piece[pixel] = self.number;
+                        self.primitive[pixel] = self.number;
                     }
                 }
             }

@@ -1,15 +1,15 @@
 //! Flat faces.
 //!
-//! A ray d through the camera's centre meets the plane n·p = c at z = c / (n·d) where d has z = 1: 1/z is linear over the
-//! picture. It passes to one side of the line through corners a and b by the sign of d·(a × b), which is linear as well
-//! and needs no clipping when a corner is behind the camera.
+//! A ray d with z = 1 through the camera's centre meets the plane n·p = c at z = c / (n·d): 1/z is linear over the image.
+//! The sign of d·(a × b) is the side on which the ray passes the line through corners a and b. It is linear as well, and
+//! needs no clipping when a corner is behind the camera.
 
 use super::canvas::{Area, Canvas};
 use super::intrinsics::Intrinsics;
 use palmares_models::Vec3;
 
-/// A function over the picture that is linear: its value at the middle of the first pixel, and its steps along a row and
-/// from row to row.
+/// A linear function over the image: its value at the middle of the first pixel, and its steps along a row and from row to
+/// row.
 #[derive(Clone, Copy)]
 struct Linear {
     at: f64,
@@ -18,7 +18,7 @@ struct Linear {
 }
 
 impl Linear {
-    /// n·d of the rays d.
+    /// n·d as a function of the ray d.
     fn of(n: Vec3, lens: &Intrinsics) -> Self {
         let (along, down) = (n.x / lens.fx, n.y / lens.fy);
         let at = n.z + n.x * (0.5 - lens.cx) / lens.fx + n.y * (0.5 - lens.cy) / lens.fy;
@@ -26,7 +26,7 @@ impl Linear {
     }
 }
 
-/// Draws a face of which `corners` are anticlockwise seen from outside; without corners the whole plane. All in the optical
+/// Draws a face, or a whole plane without corners. `corners` are anticlockwise as seen from outside. All are in the optical
 /// frame.
 pub(super) fn face(
     normal: Vec3,
@@ -37,14 +37,14 @@ pub(super) fn face(
     canvas: &mut Canvas<'_>,
 ) {
     let c = normal.dot(point);
-    // Seen from behind, or edge on.
+    // The camera is behind the face, or in its plane.
     if c >= 0.0 {
         return;
     }
     let inverse = normal / c;
-    let mut sides = [Linear { at: 0.0, along: 0.0, down: 0.0 }; MOST_CORNERS];
+    let mut sides = [Linear { at: 0.0, along: 0.0, down: 0.0 }; MAX_CORNERS];
     let count = corners.len();
-    if count > MOST_CORNERS {
+    if count > MAX_CORNERS {
         return;
     }
     for (k, side) in sides[..count].iter_mut().enumerate() {
@@ -72,4 +72,4 @@ pub(super) fn face(
 }
 
 /// Faces have three or four corners.
-const MOST_CORNERS: usize = 4;
+const MAX_CORNERS: usize = 4;

@@ -1,28 +1,28 @@
-//! Bodies, taken apart into pieces with a closed form.
+//! Bodies, divided into primitives that a ray meets in closed form.
 
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::transformation::try_convex_hull;
 use std::collections::BTreeMap;
 
-/// What is drawn of a body.
+/// The shapes of a body.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Convex parts in the body's frame.
     pub parts: Vec<(Pose, Shape)>,
-    /// It is a horizontal ground without end, whose height is that of the top of its one part, a box.
+    /// It is a horizontal ground without end. Its one part is a box, whose top is the ground.
     pub endless: bool,
 }
 
 /// The shapes of all bodies, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct Geometry {
-    pub(super) bodies: Vec<Pieces>,
+    pub(super) bodies: Vec<BodyGeometry>,
 }
 
-/// A body's pieces in its own frame.
+/// A body's primitives in its own frame.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pieces {
+pub(super) struct BodyGeometry {
     /// Height of an endless ground above the origin of the body.
     pub(super) ground: Option<f64>,
     pub(super) solids: Vec<Solid>,
@@ -47,12 +47,12 @@ pub(super) enum SolidKind {
     Rounded { faces: Vec<Face>, edges: Vec<Edge>, rounding: f64 },
 }
 
-/// A flat face, already moved outwards.
+/// A flat face, moved outwards by the rounding.
 #[derive(Clone, Debug)]
 pub(super) struct Face {
     /// Outwards.
     pub(super) normal: Vec3,
-    /// Anticlockwise seen from outside.
+    /// Anticlockwise as seen from outside.
     pub(super) corners: Vec<Vec3>,
 }
 
@@ -61,20 +61,20 @@ pub(super) struct Face {
 pub(super) struct Edge {
     pub(super) a: Vec3,
     pub(super) b: Vec3,
-    /// The faces that it joins.
+    /// The two faces of the edge.
     pub(super) faces: [usize; 2],
 }
 
 impl Geometry {
-    /// The pieces of bodies. A hull without volume is left out.
+    /// The primitives of bodies. A hull without volume has none.
     pub fn new(bodies: &[Body]) -> Self {
-        let pieces = bodies.iter().map(|body| match &body.parts[..] {
+        let primitives = bodies.iter().map(|body| match &body.parts[..] {
             [(pose, Shape::Box { half_extents, .. })] if body.endless => {
-                Pieces { ground: Some(pose.translation.z + half_extents[2]), solids: Vec::new() }
+                BodyGeometry { ground: Some(pose.translation.z + half_extents[2]), solids: Vec::new() }
             }
-            parts => Pieces { ground: None, solids: parts.iter().filter_map(solid).collect() },
+            parts => BodyGeometry { ground: None, solids: parts.iter().filter_map(solid).collect() },
         });
-        Geometry { bodies: pieces.collect() }
+        Geometry { bodies: primitives.collect() }
     }
 }
 
@@ -115,7 +115,7 @@ fn cuboid(half: [f64; 3]) -> (Vec<Vec3>, Vec<Vec<usize>>) {
     (corners, faces.map(Vec::from).to_vec())
 }
 
-/// Faces whose normals differ by less are one face: between them nothing bends.
+/// Two faces whose normals differ by less are one flat face.
 const FLAT: f64 = 1.0 - 1e-10;
 
 fn polyhedron(pose: &Pose, (corners, indices): (Vec<Vec3>, Vec<Vec<usize>>), rounding: f64) -> Solid {
@@ -137,7 +137,7 @@ fn polyhedron(pose: &Pose, (corners, indices): (Vec<Vec3>, Vec<Vec<usize>>), rou
     }
     let mut edges = Vec::new();
     for ((a, b), joined) in sides {
-        // A sliver that was left out leaves an edge with one face.
+        // An edge next to a sliver that was dropped has one face.
         let faces_of = [joined[0], joined[joined.len() - 1]];
         let bends = faces[faces_of[0]].normal.dot(faces[faces_of[1]].normal) < FLAT || joined.len() == 1;
         if rounding > 0.0 && bends {

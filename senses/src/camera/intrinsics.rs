@@ -1,10 +1,10 @@
-//! A pinhole.
+//! A pinhole camera.
 
 use palmares_models::Vec3;
 use palmares_models::camera::Camera;
 
-/// A pinhole and the range in which it sees. The point (x, y, z) of the optical frame (x right, y down, z forward) is seen
-/// at u = fx x/z + cx, v = fy y/z + cy; the middle of the first pixel is at 0.5, 0.5.
+/// A pinhole camera and its range. The point (x, y, z) of the optical frame (x right, y down, z forward) is at
+/// u = fx x/z + cx, v = fy y/z + cy; the middle of the first pixel is at 0.5, 0.5.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
     /// Pixels in a row.
@@ -19,9 +19,9 @@ pub struct Intrinsics {
     pub cx: f64,
     /// The optical axis, pixels.
     pub cy: f64,
-    /// What is nearer hides what is behind it and is not seen itself, m.
+    /// A nearer surface hides the surfaces behind it and has no depth, m.
     pub near: f64,
-    /// What is farther is not seen, m.
+    /// A farther surface has no depth, m.
     pub far: f64,
 }
 
@@ -33,17 +33,17 @@ impl Intrinsics {
         Intrinsics { width, height, fx: f, fy: f, cx, cy, near, far }
     }
 
-    /// Those of a declared camera.
+    /// The intrinsics of a declared camera.
     pub fn of(camera: &Camera) -> Self {
         Intrinsics::new(camera.width, camera.height, camera.fov_deg, camera.near, camera.far)
     }
 
-    /// How many pixels there are.
+    /// The number of pixels.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
 
-    /// x of the rays of every column, with z = 1.
+    /// x of the ray of every column, with z = 1.
     pub(super) fn columns(&self) -> Vec<f64> {
         (0..self.width).map(|u| (f64::from(u) + 0.5 - self.cx) / self.fx).collect()
     }
@@ -53,7 +53,7 @@ impl Intrinsics {
         (v as f64 + 0.5 - self.cy) / self.fy
     }
 
-    /// The direction in which the middle of a pixel looks, with z = 1.
+    /// The ray through the middle of a pixel, with z = 1.
     pub fn ray(&self, u: usize, v: usize) -> Vec3 {
         Vec3::new((u as f64 + 0.5 - self.cx) / self.fx, self.row(v), 1.0)
     }

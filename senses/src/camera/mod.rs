@@ -1,8 +1,9 @@
-//! Cameras: what they see is drawn into a z-buffer, in 64 bits and on one thread, the same on every machine.
+//! Cameras. A z-buffer in 64 bits, on one thread, gives the same image on every machine.
 //!
-//! [`Geometry`] takes bodies apart into pieces with a closed form once per run: flat faces, spheres, capsules, cylinders.
-//! A rounded box or hull is its faces, moved outwards by the rounding, and a capsule along each edge. [`draw`] keeps of
-//! every pixel the nearest piece; [`shade`] colours the picture, [`stereo_depth`] gives depth the errors of a real camera.
+//! [`Geometry`] divides bodies into primitives that a ray meets in closed form, once per run: flat faces, spheres, capsules,
+//! cylinders. A rounded box or hull is its faces, moved outwards by the rounding, and a capsule along each edge. [`draw`]
+//! writes the nearest primitive of every pixel to a [`GBuffer`]. [`shade`] makes colours of it, [`plain_depth`] exact depth,
+//! [`stereo_depth`] depth with the errors of a stereo camera. A [`CameraSensor`] has the times of its images.
 
 mod canvas;
 mod draw;
@@ -11,6 +12,7 @@ mod gbuffer;
 mod geometry;
 mod intrinsics;
 mod round;
+mod sensor;
 mod shade;
 mod stereo;
 
@@ -18,5 +20,6 @@ pub use draw::draw;
 pub use gbuffer::GBuffer;
 pub use geometry::{Body, Geometry};
 pub use intrinsics::Intrinsics;
+pub use sensor::CameraSensor;
 pub use shade::shade;
 pub use stereo::{plain_depth, stereo_depth};

@@ -1,4 +1,4 @@
-//! Capsules, spheres and cylinders: where a ray meets them.
+//! Capsules, spheres and cylinders, and their points on a ray.
 
 use palmares_models::Vec3;
 
@@ -10,7 +10,7 @@ pub(super) struct Round {
     axis: Vec3,
     length: f64,
     radius: f64,
-    /// From the axis to the camera's centre, and what a ray's quadratic has in common.
+    /// From the camera's centre to the axis, and the constant of every ray's quadratic.
     across: Vec3,
     constant: f64,
     /// a along the axis, and the constants of the quadratics of the spheres around a and b.
@@ -19,11 +19,11 @@ pub(super) struct Round {
     flat: bool,
 }
 
-/// Where a picture may show it: where the discriminants are not negative, of the side without end and of the spheres at
-/// the ends.
+/// The part of the image that can show it: where the discriminant of the infinite side, or of a sphere at an end, is not
+/// negative.
 pub(super) struct Outlines([Outline; 3]);
 
-/// A symmetric matrix M: a ray d meets the surface where dᵀ M d ≥ 0.
+/// A symmetric matrix M: a ray d meets the surface if dᵀ M d ≥ 0.
 #[derive(Clone, Copy, Debug, Default)]
 struct Outline {
     xx: f64,
@@ -47,8 +47,8 @@ impl Outline {
         }
     }
 
-    /// Between which x the row of rays (x, y, 1) meets the surface: everywhere when that cannot be told, as when the
-    /// camera is within it.
+    /// Least and largest x at which the row of rays (x, y, 1) meets the surface. They are infinite where no bound is known, such
+    /// as for a camera within the surface.
     fn range(&self, y: f64) -> Option<(f64, f64)> {
         let (a, b) = (self.xx, self.xy * y + self.xz);
         let c = (self.yy * y + 2.0 * self.yz) * y + self.zz;
@@ -65,8 +65,8 @@ impl Outline {
 }
 
 impl Outlines {
-    /// Between which x a row of rays (x, y, 1) may meet it, if anywhere: a capsule looks like the strip of its side and the
-    /// spheres at its ends, of which the convex hull is taken; an end of a cylinder lies within such a sphere.
+    /// Least and largest x at which a row of rays (x, y, 1) can meet it, if it can. The outline of a capsule is the convex hull of
+    /// its side's strip and of the spheres at its ends; an end of a cylinder is within such a sphere.
     pub(super) fn range(&self, y: f64) -> Option<(f64, f64)> {
         let ranges = self.0.iter().filter_map(|outline| outline.range(y));
         ranges.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
@@ -96,8 +96,8 @@ impl Round {
         Outlines([side, Outline::new(self.a, a, Vec3::ZERO), Outline::new(self.b, b, Vec3::ZERO)])
     }
 
-    /// Depth at which a ray with z = 1 meets it: of the points within the radius of the axis' line, whose squared distance
-    /// from it is a t² − 2 b t + c, and of those of the spheres at the ends.
+    /// Depth at which a ray with z = 1 meets it: the side, where the squared distance from the axis minus the squared radius,
+    /// a t² − 2 b t + c, is zero, or a sphere at an end.
     #[inline]
     pub(super) fn meet(&self, d: Vec3) -> Option<f64> {
         let (along, b, whole) = (d.dot(self.axis), d.dot(self.across), d.length_squared());
@@ -118,14 +118,14 @@ impl Round {
             let b = d.dot(end);
             let discriminant = b * b - whole * constant;
             let t = (b - discriminant.sqrt()) / whole;
-            // Not a number when the ray passes by.
+            // Not a number when the ray misses the sphere.
             if t > 0.0 { t } else { f64::INFINITY }
         };
         let nearest = sphere(self.a, self.ends[0]).min(sphere(self.b, self.ends[1]));
         (nearest < f64::INFINITY).then_some(nearest)
     }
 
-    /// Where a ray meets an end of a cylinder.
+    /// Depth at which a ray meets an end of a cylinder.
     fn meet_cap(&self, d: Vec3, along: f64) -> Option<f64> {
         if along == 0.0 {
             return None;
@@ -140,7 +140,7 @@ impl Round {
     pub(super) fn normal(&self, point: Vec3) -> Vec3 {
         let at = (point - self.a).dot(self.axis);
         if self.flat {
-            // On an end the point is well within the side.
+            // A point on an end is well within the side.
             let off = point - self.a - self.axis * at;
             let inside = off.length() < self.radius * (1.0 - 1e-9);
             if inside && (at.abs() < 1e-9 || (at - self.length).abs() < 1e-9) {

@@ -1,11 +1,11 @@
-//! Colours: plain shading by a light at the camera.
+//! Colours, shaded by a light at the camera.
 
-use super::GBuffer;
+use super::gbuffer::GBuffer;
 use super::intrinsics::Intrinsics;
 
-/// Part of the light that comes from everywhere.
+/// Share of ambient light.
 const AMBIENT: f64 = 0.35;
-/// sRGB of what is behind everything.
+/// sRGB of pixels that show no body.
 const BACKGROUND: [f64; 3] = [0.86, 0.88, 0.90];
 
 /// The byte nearest to 255 x, where 0 ≤ x ≤ 1.
@@ -13,13 +13,13 @@ fn byte(x: f64) -> u8 {
     (255.0 * x + 0.5) as u8
 }
 
-/// sRGB, three bytes a pixel: the body's colour, darker the more its surface is turned away. The picture has normals.
-pub fn shade(picture: &GBuffer, lens: &Intrinsics, colors: &[[f64; 3]]) -> Vec<u8> {
+/// sRGB, three bytes a pixel: the body's colour, darker where its surface is turned away. The G-buffer must have normals.
+pub fn shade(image: &GBuffer, lens: &Intrinsics, colors: &[[f64; 3]]) -> Vec<u8> {
     let columns = lens.columns();
     let width = columns.len().max(1);
-    let normals = picture.normal.as_deref().unwrap_or_default();
-    let mut bytes = vec![0; 3 * picture.body.len()];
-    let rows = bytes.chunks_mut(3 * width).zip(picture.body.chunks(width)).zip(normals.chunks(width));
+    let normals = image.normal.as_deref().unwrap_or_default();
+    let mut bytes = vec![0; 3 * image.body.len()];
+    let rows = bytes.chunks_mut(3 * width).zip(image.body.chunks(width)).zip(normals.chunks(width));
     for (v, ((bytes, bodies), normals)) in rows.enumerate() {
         let y = lens.row(v);
         for (((rgb, body), normal), x) in bytes.chunks_exact_mut(3).zip(bodies).zip(normals).zip(&columns) {

@@ -1,27 +1,28 @@
-//! What a stereo camera makes of the distances before it.
+//! Depth as a stereo camera measures it.
 //!
-//! Two imagers a baseline B apart see a point at depth z with the disparity d = f B / z. The camera finds it with a noise
-//! of σ pixels and in steps, so that depth scatters by z² σ / (f B). It finds nothing where the second imager is in the
-//! shadow of something nearer or looks past its picture, where a surface is seen at a grazing angle, and here and there.
+//! In two imagers with the baseline B a point at depth z has the disparity d = f B / z. The camera finds it with a noise of
+//! σ pixels and in steps, so that depth scatters by z² σ / (f B). It finds none where something nearer hides the point from
+//! the second imager, where the point is outside the second image, at grazing angles, and in a share of all other pixels.
 
-use super::{GBuffer, Intrinsics};
-use crate::encoders::quantised;
+use super::gbuffer::GBuffer;
+use super::intrinsics::Intrinsics;
 use crate::noise::Sample;
+use crate::quantise::quantised;
 use palmares_models::camera::{Camera, Stereo};
 
-/// Depths in the camera's unit; 0 where it has no reading.
-pub fn plain_depth(picture: &GBuffer, camera: &Camera) -> Vec<u16> {
-    picture.depth.iter().map(|&z| told(z, camera)).collect()
+/// Exact depths in the camera's unit; 0 where it has no reading.
+pub fn plain_depth(image: &GBuffer, camera: &Camera) -> Vec<u16> {
+    image.depth.iter().map(|&z| in_units(z, camera)).collect()
 }
 
-/// A depth as the camera tells it.
-fn told(z: f64, camera: &Camera) -> u16 {
+/// A depth in the camera's unit; 0 out of its range.
+fn in_units(z: f64, camera: &Camera) -> u16 {
     if z >= camera.near && z <= camera.far { (z / camera.depth_unit + 0.5) as u16 } else { 0 }
 }
 
-/// The same with the errors of a real camera. The picture has normals.
+/// Depths with the errors of a real camera. The G-buffer must have normals.
 pub fn stereo_depth(
-    picture: &GBuffer,
+    image: &GBuffer,
     intrinsics: &Intrinsics,
     camera: &Camera,
     sample: &mut Sample,
@@ -31,16 +32,16 @@ pub fn stereo_depth(
     let width = columns.len().max(1);
     let grazing = libm::cos(grazing_deg.to_radians());
     let lost = grazing * grazing;
-    let normals = picture.normal.as_deref().unwrap_or_default();
-    let mut depths = vec![0; picture.body.len()];
+    let normals = image.normal.as_deref().unwrap_or_default();
+    let mut depths = vec![0; image.body.len()];
     let mut disparities = vec![0.0; width];
-    let rows = picture.inverse.chunks(width).zip(picture.body.chunks(width));
+    let rows = image.inverse.chunks(width).zip(image.body.chunks(width));
     let rows = rows.zip(normals.chunks(width)).zip(depths.chunks_mut(width));
     for (v, (((inverse, bodies), normals), depths)) in rows.enumerate() {
         both_see(inverse, bodies, scale, &mut disparities);
         let y = intrinsics.row(v);
         for (((&disparity, normal), x), depth) in disparities.iter().zip(normals).zip(&columns).zip(depths) {
-            // Drawn for every pixel: what one reads does not depend on its neighbours.
+            // Drawn for every pixel, so that no reading depends on its neighbours.
             let (chance, noise) = sample.pixel();
             if disparity <= 0.0 || chance < dropout {
                 continue;
@@ -52,15 +53,15 @@ pub fn stereo_depth(
             }
             let found = quantised(disparity + disparity_noise * noise, disparity_step);
             if found > 0.0 {
-                *depth = told(scale / found, camera);
+                *depth = in_units(scale / found, camera);
             }
         }
     }
     depths
 }
 
-/// The disparities of a row's points that the second imager, to the right, sees as well, else 0: a point at u is at u − d
-/// there, and what lies to the right of it and is nearer may cover it.
+/// The disparity of each point of a row that is visible in the second imager, to the right, as well; 0 for the others. A
+/// point at u is at u − d there, and a nearer point to its right can hide it.
 fn both_see(inverse: &[f64], bodies: &[u16], scale: f64, disparities: &mut [f64]) {
     let mut leftmost = f64::INFINITY;
     for (u, ((inverse, body), disparity)) in inverse.iter().zip(bodies).zip(disparities).enumerate().rev() {
@@ -121,9 +122,9 @@ mod tests {
     fn depth_scatters_with_the_square_of_the_distance() {
         for z in [0.5, 1.0, 2.0] {
             let camera = camera(stereo());
-            let (picture, intrinsics) = wall(&camera, |_| z);
+            let (image, intrinsics) = wall(&camera, |_| z);
             let mut sample = Noise::new(&[1; 32]).sensor("camera").sample(0);
-            let depths = stereo_depth(&picture, &intrinsics, &camera, &mut sample);
+            let depths = stereo_depth(&image, &intrinsics, &camera, &mut sample);
             let read: Vec<f64> =
                 depths.iter().filter(|d| **d > 0).map(|d| f64::from(*d) * DEPTH_UNIT).collect();
             let mean = read.iter().sum::<f64>() / read.len() as f64;
@@ -140,9 +141,9 @@ mod tests {
     #[test]
     fn disparity_comes_in_steps() {
         let camera = camera(Stereo { disparity_step: 0.25, ..stereo() });
-        let (picture, intrinsics) = wall(&camera, |_| 1.0);
+        let (image, intrinsics) = wall(&camera, |_| 1.0);
         let mut sample = Noise::new(&[1; 32]).sensor("camera").sample(0);
-        let mut depths = stereo_depth(&picture, &intrinsics, &camera, &mut sample);
+        let mut depths = stereo_depth(&image, &intrinsics, &camera, &mut sample);
         depths.sort_unstable();
         depths.dedup();
         let scale = intrinsics.fx * 0.05;
@@ -153,20 +154,20 @@ mod tests {
         }
     }
 
-    /// The shadow beside something at z₁ before a wall at z₂ is f B (1/z₁ − 1/z₂) pixels wide, on its left.
+    /// To the left of something at z₁ before a wall at z₂ is a shadow of f B (1/z₁ − 1/z₂) pixels.
     #[test]
-    fn the_second_imager_is_in_the_shadow_of_what_is_near() {
+    fn a_near_object_hides_points_from_the_second_imager() {
         let camera = camera(Stereo { disparity_noise: 0.0, ..stereo() });
-        let (picture, intrinsics) = wall(&camera, |u| if (100..150).contains(&u) { 0.5 } else { 1.5 });
+        let (image, intrinsics) = wall(&camera, |u| if (100..150).contains(&u) { 0.5 } else { 1.5 });
         let mut sample = Noise::new(&[1; 32]).sensor("camera").sample(0);
-        let depths = stereo_depth(&picture, &intrinsics, &camera, &mut sample);
+        let depths = stereo_depth(&image, &intrinsics, &camera, &mut sample);
         let scale = intrinsics.fx * 0.05;
         let shadow = (scale * (1.0 / 0.5 - 1.0 / 1.5)).round() as usize;
         assert!(shadow > 5);
         let lost: Vec<usize> = (30..200).filter(|u| depths[*u] == 0).collect();
         assert!(lost.len().abs_diff(shadow) <= 1, "{lost:?} {shadow}");
         assert!(lost.iter().all(|u| (100 - shadow - 1..100).contains(u)), "{lost:?}");
-        // At the left edge the second imager looks past the picture.
+        // At the left edge the points are outside the second image.
         let band = (scale / 1.5).ceil() as usize;
         assert!((0..band).all(|u| depths[u] == 0) && depths[band] > 0);
     }
@@ -174,14 +175,14 @@ mod tests {
     #[test]
     fn grazing_views_and_a_part_of_all_others_are_lost() {
         let camera = camera(Stereo { dropout: 0.1, ..stereo() });
-        let (mut picture, intrinsics) = wall(&camera, |_| 1.0);
-        let share = |picture: &GBuffer| {
+        let (mut image, intrinsics) = wall(&camera, |_| 1.0);
+        let share = |image: &GBuffer| {
             let mut sample = Noise::new(&[5; 32]).sensor("camera").sample(3);
-            let depths = stereo_depth(picture, &intrinsics, &camera, &mut sample);
+            let depths = stereo_depth(image, &intrinsics, &camera, &mut sample);
             let kept = depths.chunks(200).flat_map(|row| &row[20..]).filter(|d| **d > 0).count();
             kept as f64 / (180.0 * 100.0)
         };
-        assert!((share(&picture) - 0.9).abs() < 0.012, "{}", share(&picture));
+        assert!((share(&image) - 0.9).abs() < 0.012, "{}", share(&image));
         // A surface that is turned away from the view by 79 or 81 degrees at every pixel.
         let turned = |degrees: f64| {
             let (sin, cos) = libm::sincos(degrees.to_radians());
@@ -192,9 +193,9 @@ mod tests {
             };
             Some((0..200 * 100).map(normal).collect())
         };
-        picture.normal = turned(79.0);
-        assert!((share(&picture) - 0.9).abs() < 0.012);
-        picture.normal = turned(81.0);
-        assert_eq!(share(&picture), 0.0);
+        image.normal = turned(79.0);
+        assert!((share(&image) - 0.9).abs() < 0.012);
+        image.normal = turned(81.0);
+        assert_eq!(share(&image), 0.0);
     }
 }

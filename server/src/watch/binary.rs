@@ -10,8 +10,10 @@ const KEY: u8 = 1;
 const TELEMETRY: u8 = 2;
 /// Flag: contacts follow.
 const CONTACTS: u8 = 4;
-/// Flag: sensor readings of the hand follow.
-const SENSORS: u8 = 8;
+/// Flag: loads on the hand follow: work of the motors, fingers and taxels.
+const LOADS: u8 = 8;
+/// Flag: readings of sensors follow.
+const READINGS: u8 = 16;
 /// A body has moved when it is this far from its last sent position, m.
 const MOVED_M: f32 = 5e-5;
 /// A body has turned when its orientation differs by this angle, a tenth of a degree, rad.
@@ -30,8 +32,10 @@ pub(super) struct FrameContent<'a> {
     pub(super) poses: &'a [WirePose],
     /// Encoded by [`telemetry`], for viewers with that overlay.
     pub(super) telemetry: Option<&'a [u8]>,
-    /// Encoded by [`sensors`], together with the telemetry.
-    pub(super) sensors: Option<&'a [u8]>,
+    /// Encoded by [`loads`], together with the telemetry.
+    pub(super) loads: Option<&'a [u8]>,
+    /// Encoded by [`readings`], together with the telemetry.
+    pub(super) readings: Option<&'a [u8]>,
     /// Encoded by [`contacts`], for viewers with that overlay.
     pub(super) contacts: Option<&'a [u8]>,
 }
@@ -41,16 +45,14 @@ pub(super) fn encode(content: &FrameContent<'_>, sent: &mut Vec<WirePose>, key: 
     let key = key || sent.len() != content.poses.len();
     sent.resize(content.poses.len(), [0.0; 7]);
     let extra = |bytes: Option<&[u8]>| bytes.map_or(0, <[u8]>::len);
-    let size = 12
-        + 18 * content.poses.len()
-        + extra(content.telemetry)
-        + extra(content.contacts)
-        + extra(content.sensors);
+    let parts = [content.telemetry, content.contacts, content.loads, content.readings];
+    let size = 12 + 18 * content.poses.len() + parts.into_iter().map(extra).sum::<usize>();
     let mut out = Vec::with_capacity(size);
     let flags = if key { KEY } else { 0 }
         | if content.telemetry.is_some() { TELEMETRY } else { 0 }
         | if content.contacts.is_some() { CONTACTS } else { 0 }
-        | if content.sensors.is_some() { SENSORS } else { 0 };
+        | if content.loads.is_some() { LOADS } else { 0 }
+        | if content.readings.is_some() { READINGS } else { 0 };
     out.extend([VERSION, flags, 0, 0]);
     out.extend((content.tick as u32).to_le_bytes());
     put(&mut out, content.score);
@@ -66,10 +68,7 @@ pub(super) fn encode(content: &FrameContent<'_>, sent: &mut Vec<WirePose>, key: 
         }
     }
     out[2..4].copy_from_slice(&bodies.to_le_bytes());
-    [content.telemetry, content.contacts, content.sensors]
-        .into_iter()
-        .flatten()
-        .for_each(|bytes| out.extend(bytes));
+    parts.into_iter().flatten().for_each(|bytes| out.extend(bytes));
     out
 }
 
@@ -104,7 +103,7 @@ pub(super) fn telemetry(hand: &Telemetry) -> Vec<u8> {
 }
 
 /// Encodes work of the motors, wrenches of the fingers and forces of the taxels.
-pub(super) fn sensors(hand: &Telemetry) -> Vec<u8> {
+pub(super) fn loads(hand: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
     let motors = counted(&mut out, &hand.motors);
     hand.motors[..motors].iter().for_each(|motor| put(&mut out, motor.work));
@@ -115,6 +114,15 @@ pub(super) fn sensors(hand: &Telemetry) -> Vec<u8> {
     let taxels = u16::try_from(hand.touch.len()).unwrap_or(u16::MAX);
     out.extend(taxels.to_le_bytes());
     hand.touch[..usize::from(taxels)].as_flattened().iter().for_each(|x| put(&mut out, *x));
+    out
+}
+
+/// Encodes readings of sensors.
+pub(super) fn readings(hand: &Telemetry) -> Vec<u8> {
+    let count = u16::try_from(hand.readings.len()).unwrap_or(u16::MAX);
+    let mut out = Vec::with_capacity(2 + 4 * usize::from(count));
+    out.extend(count.to_le_bytes());
+    hand.readings[..usize::from(count)].iter().for_each(|x| put(&mut out, *x));
     out
 }
 
@@ -176,7 +184,15 @@ mod tests {
     }
 
     fn content(poses: &[WirePose]) -> FrameContent<'_> {
-        FrameContent { tick: 0x0102_0304, score: 1.5, poses, telemetry: None, sensors: None, contacts: None }
+        FrameContent {
+            tick: 0x0102_0304,
+            score: 1.5,
+            poses,
+            telemetry: None,
+            loads: None,
+            readings: None,
+            contacts: None,
+        }
     }
 
     #[test]
@@ -203,6 +219,7 @@ mod tests {
             predicted: vec![],
             fingers: vec![finger],
             touch: vec![[0.0, 0.0, 2.0]],
+            readings: vec![0.5, 2.0],
         };
         let (one, half, two) = ([0, 0, 0x80, 0x3f], [0, 0, 0, 0x3f], [0, 0, 0, 0x40]);
         let mut expected = vec![1];
@@ -210,7 +227,8 @@ mod tests {
         expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0]);
         assert_eq!(telemetry(&hand), [&expected[..], &[0]].concat());
         let finger = [&one[..], &[0; 12], &half, &[0; 4]].concat();
-        assert_eq!(sensors(&hand), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
+        assert_eq!(readings(&hand), [&[2, 0][..], &half, &two].concat());
+        assert_eq!(loads(&hand), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
         let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..hand });
         assert_eq!(predicted, [&expected[..], &[1], &one, &one].concat());
 
@@ -226,11 +244,12 @@ mod tests {
         let with = FrameContent {
             telemetry: Some(&[7]),
             contacts: Some(&[8, 9]),
-            sensors: Some(&[10]),
+            loads: Some(&[10]),
+            readings: Some(&[11]),
             ..content(&poses)
         };
         let frame = encode(&with, &mut vec![REST], false);
-        assert_eq!((frame[1], &frame[12..]), (14, &[7, 8, 9, 10][..]));
+        assert_eq!((frame[1], &frame[12..]), (30, &[7, 8, 9, 10, 11][..]));
     }
 
     #[test]

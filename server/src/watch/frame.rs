@@ -5,6 +5,7 @@ use super::messages::{BodyKind, Poses, Verdicts, WatchBody, WatchReply, WatchRun
 use super::sample::{Overlays, WatchSample};
 use axum::extract::ws::Utf8Bytes;
 use palmares_models::Pose;
+use palmares_senses::ChannelInfo;
 use palmares_tasks::Run;
 use palmares_tasks::referee::Verdict;
 use palmares_tasks::run::{Contact, Telemetry, TelemetryModel};
@@ -16,12 +17,13 @@ const HAND_COLOR: [f64; 3] = [0.72, 0.74, 0.78];
 /// Steps per unit to which values are rounded, so that noise does not make a new message.
 const VALUE_STEPS: f64 = 1e3;
 
-/// Telemetry, and its two parts of a binary frame.
+/// Telemetry, and its three parts of a binary frame.
 #[derive(Debug)]
 struct EncodedTelemetry {
     telemetry: Telemetry,
     bytes: Vec<u8>,
-    sensors: Vec<u8>,
+    loads: Vec<u8>,
+    readings: Vec<u8>,
 }
 
 /// A frame of a run.
@@ -64,7 +66,8 @@ impl Frame {
             || self.sample.run_sample.as_ref().map(|sample| self.telemetry_model.telemetry(sample));
         let encoded = |telemetry| EncodedTelemetry {
             bytes: binary::telemetry(&telemetry),
-            sensors: binary::sensors(&telemetry),
+            loads: binary::loads(&telemetry),
+            readings: binary::readings(&telemetry),
             telemetry,
         };
         self.telemetry.get_or_init(|| telemetry().map(encoded)).as_ref()
@@ -107,7 +110,8 @@ impl Frame {
             score: self.sample.score,
             poses: &self.poses,
             telemetry: telemetry.map(|encoded| encoded.bytes.as_slice()),
-            sensors: telemetry.map(|encoded| encoded.sensors.as_slice()),
+            loads: telemetry.map(|encoded| encoded.loads.as_slice()),
+            readings: telemetry.map(|encoded| encoded.readings.as_slice()),
             contacts: contacts.map(|(_, bytes)| bytes.as_slice()),
         };
         binary::encode(&content, sent, key)
@@ -176,8 +180,9 @@ pub(super) fn scene(info: WatchRun, run: &Run) -> [Utf8Bytes; 2] {
     }
     let moving = poses.iter().map(|(id, _)| *id).collect();
     let regions = scene.regions.clone();
-    let mut scene = WatchScene { run: info, bodies, moving, regions, hand: None };
+    let mut scene = WatchScene { run: info, bodies, moving, regions, hand: None, readings: Vec::new() };
     let bare = text(&WatchReply::Scene(Box::new(scene.clone())));
     scene.hand = Some(Box::new(run.hand().describe()));
+    scene.readings = ChannelInfo::in_readings(run.hand());
     [text(&WatchReply::Scene(Box::new(scene))), bare]
 }

@@ -3,6 +3,7 @@
 use crate::store::{Announcement, LeaderboardRow};
 use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::reply::ErrorReply;
+use palmares_senses::ChannelInfo;
 use palmares_tasks::referee::Verdict;
 use palmares_tasks::run::{Contact, Telemetry};
 use palmares_tasks::scene::{Region, ScenePart};
@@ -94,6 +95,9 @@ pub(crate) struct WatchScene {
     /// team or an organizer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) hand: Option<Box<HandDescription>>,
+    /// The channels of `telemetry.readings`, one after the other; with `hand` only.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) readings: Vec<ChannelInfo>,
 }
 
 /// Kind of a body.

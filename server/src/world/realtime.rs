@@ -281,7 +281,7 @@ impl RealtimeWorld {
     /// The action that holds the hand where it is.
     fn hold(world: &mut World) -> Result<Action, StepError> {
         let observation = world.observe()?;
-        let sigma = observation.hand.actuators.iter().map(|actuator| actuator.position).collect();
+        let sigma = observation.hand.column("motors", "position");
         let base = palmares_tasks::BaseTarget::Twist { linear: [0.0; 3], angular: [0.0; 3] };
         Ok(Action { base: Some(base), hand: Some(sigma) })
     }

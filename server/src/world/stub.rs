@@ -3,9 +3,10 @@
 use super::run::{Playable, World};
 use crate::compute::admission::Admission;
 use palmares_protocol::Mode;
-use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
 use palmares_tasks::run::Failure;
-use palmares_tasks::{Action, ActionError, Event, Fault, Observation, Outcome, Reason, Run, Sensing};
+use palmares_tasks::{
+    Action, ActionError, Event, Fault, HandObservation, Observation, Outcome, Reason, Run, Sensing,
+};
 
 /// Counts ticks; ends, breaks, panics or never returns at a given tick.
 pub(crate) struct Stub {
@@ -51,20 +52,11 @@ impl Playable for Stub {
         Ok(())
     }
     fn observe(&self, _: Sensing) -> Observation {
-        let (position, linear) = ([0.0; 3], [0.0; 3]);
-        let base = BodyState { position, quat_xyzw: [0.0, 0.0, 0.0, 1.0], linear, angular: linear };
         Observation {
             tick: self.tick,
             sim_time_s: 0.0,
             applied_action: self.last_action.clone(),
-            hand: HandObservation {
-                base,
-                actuators: vec![],
-                wrist: Wrench { force: [0.0; 3], torque: [0.0; 3] },
-                joints: Default::default(),
-                touch: Default::default(),
-                acceleration: None,
-            },
+            hand: HandObservation::default(),
             cameras: vec![],
             truth: None,
             events: self.new_events.clone(),

@@ -1,42 +1,10 @@
 //! The free-flying base: a set point that obeys speed limits, and a saturated servo that follows it.
 
+use crate::command::BaseCommand;
 use crate::config::{BaseConfig, Config};
 use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::state::BaseReference;
 use palmares_models::{Pose, Rotation, Vec3};
-
-/// Command to the base.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BaseCommand {
-    /// Move to a pose and stay, within the limits. `linear` and `angular` give the target's own motion, so
-    /// that the base follows a smooth path without lag.
-    Pose {
-        /// Target pose.
-        target: Pose,
-        /// Velocity of the target, m/s.
-        linear: Vec3,
-        /// Angular velocity of the target, rad/s.
-        angular: Vec3,
-    },
-    /// Keep a velocity, within the limits.
-    Twist {
-        /// m/s
-        linear: Vec3,
-        /// rad/s
-        angular: Vec3,
-    },
-    /// Set point of the servo itself: a path computed elsewhere, with no limits applied here.
-    Exact(BaseReference),
-    /// The servo is off: the hand flies as a free body.
-    Free,
-}
-
-impl BaseCommand {
-    /// Stay at a pose.
-    pub fn stay(target: Pose) -> Self {
-        BaseCommand::Pose { target, linear: Vec3::ZERO, angular: Vec3::ZERO }
-    }
-}
 
 /// Advances the set point by one step under a command. `at` is the base's pose. Anti-windup: while the servo
 /// saturates, the set point of a blocked base waits; otherwise the base would jump when it comes free.

@@ -1,7 +1,6 @@
-//! Contact detection: broad phase, narrow phase by parry, impacts, and the memory of stiction.
+//! Contact detection: broad phase, narrow phase by parry, and impacts.
 
 pub mod advancement;
-pub mod anchor;
 pub mod broad_phase;
 pub(crate) mod collide;
 pub mod distance_cache;
@@ -10,4 +9,3 @@ pub mod impact_sequence;
 pub mod manifold;
 pub mod narrow_phase;
 pub mod restitution;
-pub mod spin;

@@ -1,17 +1,17 @@
 //! Narrow phase: contact points of near pairs.
 
-use super::anchor::{Anchor, Pair};
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
 use super::manifold::{self, Finder};
 use super::restitution::Rebound;
-use super::spin::SpinLaw;
+use crate::anchor::{Anchor, Pair};
 use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
 use crate::config::Config;
 use crate::dynamics::hand::HandDynamics;
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use crate::state::Sleep;
+use crate::surface::spin::SpinLaw;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query::{

@@ -2,7 +2,7 @@
 
 use super::forces::StepForces;
 use super::impacts::{ObjectImpact, on_object};
-use crate::contact::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
+use crate::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
 use crate::contact::collide::Collision;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
 use crate::model::Model;

@@ -35,10 +35,10 @@ pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
 pub use workspace::SharedScratch;
 
-use crate::actuation::base::{self, BaseCommand};
+use crate::actuation::base;
 use crate::actuation::motor;
 use crate::bounds::{Fault, hand_work, step_work};
-use crate::command::Command;
+use crate::command::{BaseCommand, Command};
 use crate::contact::collide::collide;
 use crate::model::Model;
 use crate::outcome::{PhaseTimer, StepOutcome, StepPhase};

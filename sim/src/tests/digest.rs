@@ -1,6 +1,6 @@
 //! Snapshots and digests: equal motions have equal digests, different ones do not.
 
-use crate::contact::anchor::{Anchor, Pair};
+use crate::anchor::{Anchor, Pair};
 use crate::{Command, Config, Model, State, World};
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;

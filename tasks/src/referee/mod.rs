@@ -1,4 +1,4 @@
-//! The referee: a pure state machine from what it sees of the objects to events, counts and points.
+//! The referee: a pure state machine from poses of the objects to events, counts and points.
 
 mod arrange;
 mod collect;
@@ -33,23 +33,23 @@ pub enum Referee {
     Arrange(ArrangeReferee),
 }
 
-/// What a referee has seen so far.
+/// The state of a referee.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RefereeState(Seen);
 
-/// The same by rules.
+/// The state by kind of rules.
 #[derive(Clone, Serialize, Deserialize)]
 enum Seen {
     /// Where each object is.
     Collect(Vec<Place>),
-    /// How far the object has got.
+    /// Stage of the object.
     Hold(HoldState),
-    /// How many goals have been reached.
+    /// Number of goals that have been reached.
     Arrange(ArrangeState),
 }
 
 impl Referee {
-    /// A referee at tick 0, when the objects are where they are shown.
+    /// A referee at tick 0, with the objects at these poses.
     pub fn new(task: &Task, objects: &[ObjectSnapshot]) -> Self {
         match &task.rules {
             Rules::Collect(rules) => Referee::Collect(CollectReferee::new(task, rules, objects.len())),
@@ -58,7 +58,7 @@ impl Referee {
         }
     }
 
-    /// What it has seen so far.
+    /// Its state.
     pub fn state(&self) -> RefereeState {
         RefereeState(match self {
             Referee::Collect(referee) => Seen::Collect(referee.places.clone()),
@@ -77,18 +77,18 @@ impl Referee {
         }
     }
 
-    /// Watches on from there.
+    /// Continues from a state.
     pub fn restore(&mut self, state: &RefereeState) {
         match (self, &state.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.clone_from(places),
             (Referee::Hold(referee), Seen::Hold(seen)) => referee.seen = *seen,
             (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.seen = *seen,
-            // Of another kind of task: nothing is restored.
+            // A state of another kind of task.
             (Referee::Collect(_) | Referee::Hold(_) | Referee::Arrange(_), _) => {}
         }
     }
 
-    /// Looks at every object, in scene order, at a tick; returns what changed. Ticks ascend.
+    /// Updates the state by every object, in scene order; returns the events. Ticks ascend.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         match self {
             Referee::Collect(referee) => referee.watch(tick, objects),
@@ -97,7 +97,7 @@ impl Referee {
         }
     }
 
-    /// The count by what has been noted so far.
+    /// The count by its state.
     pub fn count(&self) -> Count {
         match self {
             Referee::Collect(referee) => referee.count(),
@@ -106,7 +106,7 @@ impl Referee {
         }
     }
 
-    /// Points by what has been noted so far.
+    /// Points by its state.
     pub fn score(&self) -> f64 {
         match self {
             Referee::Collect(referee) => referee.score(referee.count()),

@@ -1,8 +1,7 @@
-//! Cameras: what of the world a picture is made from is copied where the world is stepped; the picture can be drawn later
-//! and on any thread.
+//! Cameras. The thread that steps the world copies the poses of all bodies; an image can be rendered later and on any thread.
 
 use super::hand_body::HandBody;
-use super::shots::{Channels, Shot, camera_name};
+use super::shots::{Shot, camera_name};
 use crate::image::{CameraImage, Pixels};
 use crate::scene::Scene;
 use crate::task::Task;
@@ -11,31 +10,26 @@ use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
 use palmares_models::{Rotation, Vec3};
-use palmares_senses::camera::{Body, GBuffer, Geometry, Intrinsics, draw, plain_depth, shade, stereo_depth};
-use palmares_senses::noise::{Noise, SensorNoise};
+use palmares_senses::camera::{Body, CameraSensor, GBuffer, Geometry, draw, shade};
+use palmares_senses::channels::cameras::{BODIES, DEPTH, RGB};
+use palmares_senses::noise::Noise;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
-/// A camera of a run.
+/// A camera of a run, and the hand's link that carries it.
 #[derive(Debug)]
 struct View {
-    camera: Camera,
-    intrinsics: Intrinsics,
-    /// The hand's link on which it sits.
+    sensor: CameraSensor,
     link: Option<usize>,
-    noise: Option<SensorNoise>,
-    /// Ticks between two pictures, and from exposure until one can be read; none for a camera without errors.
-    period: f64,
-    latency: u64,
 }
 
-/// The cameras of a run, and the shapes that they see.
+/// The cameras of a run, and the shapes of its bodies.
 #[derive(Debug, Default)]
 pub(super) struct Cameras {
     views: Vec<View>,
     bodies: Vec<Body>,
-    /// Where bodies stand that do not move.
+    /// Poses of the bodies that do not move.
     fixed: Vec<Pose>,
     colors: Vec<[f64; 3]>,
     geometry: OnceLock<Geometry>,
@@ -53,15 +47,10 @@ impl Cameras {
         noise: Option<&Noise>,
     ) -> Self {
         let views = task.cameras.iter().chain(&hand.sensors.cameras).map(|camera| {
-            let name = camera_name(task, camera);
-            let stereo = &camera.stereo;
+            let named = Camera { name: camera_name(task, camera), ..camera.clone() };
             View {
-                intrinsics: Intrinsics::of(camera),
+                sensor: CameraSensor::new(named, task.tick_s, noise),
                 link: camera.link.as_deref().and_then(|link| hand.link(link)),
-                noise: noise.map(|noise| noise.sensor(&format!("camera {name}"))),
-                period: 1.0 / (stereo.rate_hz * task.tick_s),
-                latency: (stereo.latency_s / task.tick_s - 1e-9).ceil().max(0.0) as u64,
-                camera: Camera { name, ..camera.clone() },
             }
         });
         let standing = scene.bodies.iter().map(|body| {
@@ -95,30 +84,6 @@ fn placed(position: [f64; 3], quat_xyzw: [f64; 4], shape: &Shape) -> (Pose, Shap
     (Pose::from_parts(Vec3::from_array(position), Rotation::from_xyzw(x, y, z, w)), shape.clone())
 }
 
-impl View {
-    /// The tick after which picture `frame` is taken.
-    fn exposed(&self, frame: u64) -> u64 {
-        (frame as f64 * self.period - 1e-9).ceil().max(0.0) as u64
-    }
-
-    /// Number and tick of the last picture taken until `tick`.
-    fn last(&self, tick: u64) -> (u64, u64) {
-        let mut frame = (tick as f64 / self.period) as u64 + 1;
-        while frame > 0 && self.exposed(frame) > tick {
-            frame -= 1;
-        }
-        (frame, self.exposed(frame))
-    }
-
-    /// Number and tick of the picture that can be read after `tick`.
-    fn newest(&self, tick: u64) -> (u64, u64) {
-        match self.noise {
-            None => (tick, tick),
-            Some(_) => self.last(tick.saturating_sub(self.latency)),
-        }
-    }
-}
-
 /// Recent poses of all bodies, for cameras whose images come late.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct PoseHistory {
@@ -126,41 +91,41 @@ pub(super) struct PoseHistory {
 }
 
 impl PoseHistory {
-    /// Whether it remembers bodies that there are.
+    /// Whether all of its bodies are in a world of so many.
     pub(super) fn fits(&self, bodies: usize) -> bool {
         self.poses
             .iter()
             .all(|(_, poses)| poses.iter().all(|(body, pose)| *body < bodies && pose.is_finite()))
     }
 
-    /// Where everything was after `tick`, if that is remembered.
+    /// The poses after `tick`, if they are kept.
     fn at(&self, tick: u64) -> Option<&Vec<(usize, Pose)>> {
         self.poses.iter().find(|(at, _)| *at == tick).map(|(_, poses)| poses)
     }
 
-    /// Remembers where everything is after `tick`, if one of the cameras takes a picture then.
+    /// Keeps the poses after `tick` if a camera takes an image then, and drops those that no camera needs any more.
     pub(super) fn remember(
         &mut self,
         cameras: &Cameras,
         tick: u64,
         poses: impl Iterator<Item = (usize, Pose)>,
     ) {
-        let late = || cameras.views.iter().filter(|view| view.noise.is_some());
-        if !late().any(|view| view.last(tick).1 == tick) {
+        let late = || cameras.views.iter().map(|view| &view.sensor).filter(|sensor| sensor.is_late());
+        if !late().any(|sensor| sensor.last(tick).1 == tick) {
             return;
         }
-        let oldest = late().map(|view| view.newest(tick).1).min().unwrap_or(tick);
-        let mut room = Vec::new();
+        let oldest = late().map(|sensor| sensor.newest(tick).1).min().unwrap_or(tick);
+        let mut recycled = Vec::new();
         while self.poses.front().is_some_and(|(at, _)| *at < oldest) {
-            room = self.poses.pop_front().map(|(_, poses)| poses).unwrap_or_default();
+            recycled = self.poses.pop_front().map(|(_, poses)| poses).unwrap_or_default();
         }
-        room.clear();
-        room.extend(poses);
-        self.poses.push_back((tick, room));
+        recycled.clear();
+        recycled.extend(poses);
+        self.poses.push_back((tick, recycled));
     }
 }
 
-/// A picture that has been taken, and is drawn when it is wanted.
+/// An image that has been exposed, and is rendered when it is needed.
 #[derive(Debug)]
 pub struct Exposure {
     cameras: Arc<Cameras>,
@@ -172,8 +137,8 @@ pub struct Exposure {
 }
 
 impl Cameras {
-    /// The newest picture that can be read after `tick`, of the world as it is (`now`) or, with the latency of a real
-    /// camera, as it was (`pose_history`).
+    /// The newest image that can be read after `tick`. With the latency of a real camera its poses are from `pose_history`, else
+    /// they are those of `now`.
     pub(super) fn expose(
         self: &Arc<Self>,
         shot: Shot,
@@ -182,14 +147,14 @@ impl Cameras {
         pose_history: &PoseHistory,
         now: impl Iterator<Item = (usize, Pose)>,
     ) -> Arc<Exposure> {
-        let (frame, exposed) = self.views[shot.camera].newest(tick);
+        let (frame, exposed) = self.views[shot.camera].sensor.newest(tick);
         image_cache.of(shot, frame, || {
             let poses = pose_history.at(exposed).cloned().unwrap_or_else(|| now.collect());
             Exposure { cameras: Arc::clone(self), shot, tick: exposed, frame, poses, image: OnceLock::new() }
         })
     }
 
-    /// The picture after the newest one that can be read, if it has been taken already.
+    /// The image after the newest one that can be read, if it has been exposed.
     pub(super) fn upcoming(
         self: &Arc<Self>,
         shot: Shot,
@@ -197,10 +162,12 @@ impl Cameras {
         image_cache: &mut ImageCache,
         pose_history: &PoseHistory,
     ) -> Option<Arc<Exposure>> {
-        let view = &self.views[shot.camera];
-        view.noise.as_ref()?;
-        let frame = view.newest(tick).0 + 1;
-        let exposed = view.exposed(frame);
+        let sensor = &self.views[shot.camera].sensor;
+        if !sensor.is_late() {
+            return None;
+        }
+        let frame = sensor.newest(tick).0 + 1;
+        let exposed = sensor.exposed(frame);
         let poses = pose_history.at(exposed)?.clone();
         let make = || Exposure {
             cameras: Arc::clone(self),
@@ -214,7 +181,7 @@ impl Cameras {
     }
 }
 
-/// The last pictures of every camera: one that is asked for twice is drawn once.
+/// The last images of every camera, so that each is rendered once.
 #[derive(Debug, Default)]
 pub(super) struct ImageCache(Vec<Arc<Exposure>>);
 
@@ -230,19 +197,20 @@ impl ImageCache {
 }
 
 impl Exposure {
-    /// The picture, which is drawn the first time: some milliseconds of work.
+    /// The image. The first call renders it, which takes some milliseconds.
     pub fn render(&self) -> &CameraImage {
         self.image.get_or_init(|| self.draw())
     }
 
-    /// Whether it has been drawn.
+    /// Whether it has been rendered.
     pub fn is_rendered(&self) -> bool {
         self.image.get().is_some()
     }
 
     fn draw(&self) -> CameraImage {
         let Cameras { views, bodies, fixed, colors, geometry, first_link } = &*self.cameras;
-        let View { camera, intrinsics, link, noise, .. } = &views[self.shot.camera];
+        let View { sensor, link } = &views[self.shot.camera];
+        let CameraSensor { camera, intrinsics, .. } = sensor;
         let geometry = geometry.get_or_init(|| Geometry::new(bodies));
         let mut poses = fixed.clone();
         for (body, pose) in &self.poses {
@@ -250,14 +218,10 @@ impl Exposure {
         }
         let on = link.map_or(Pose::IDENTITY, |link| poses[first_link + link]);
         let pose = on * camera.pose();
-        let Channels { depth, rgb, bodies } = self.shot.channels;
-        let mut picture = GBuffer::default();
-        picture.with_normals(rgb || noise.is_some());
-        draw(geometry, &poses, pose, intrinsics, &mut picture);
-        let depths = || match noise {
-            None => plain_depth(&picture, camera),
-            Some(noise) => stereo_depth(&picture, intrinsics, camera, &mut noise.sample(self.frame)),
-        };
+        let [depth, rgb, bodies] = [&DEPTH, &RGB, &BODIES].map(|image| self.shot.has(image));
+        let mut drawn = GBuffer::default();
+        drawn.with_normals(rgb || sensor.is_late());
+        draw(geometry, &poses, pose, intrinsics, &mut drawn);
         CameraImage {
             camera: camera.name.clone(),
             tick: self.tick,
@@ -270,9 +234,9 @@ impl Exposure {
             position: pose.translation.to_array(),
             quat_xyzw: pose.rotation.to_array(),
             depth_unit: camera.depth_unit,
-            depth: depth.then(|| Pixels::of_words(&depths())),
-            rgb: rgb.then(|| Pixels(shade(&picture, intrinsics, colors))),
-            bodies: bodies.then(|| Pixels::of_words(&picture.body)),
+            depth: depth.then(|| Pixels::of_words(&sensor.depth(&drawn, self.frame))),
+            rgb: rgb.then(|| Pixels(shade(&drawn, intrinsics, colors))),
+            bodies: bodies.then(|| Pixels::of_words(&drawn.body)),
         }
     }
 }

@@ -1,13 +1,13 @@
-//! Pictures of a run.
+//! Images of a run.
 
 use super::Run;
 use super::cameras::Exposure;
 use super::shots::{Shot, ShotError, shots};
-use crate::observation::Sensing;
+use crate::sensing::Sensing;
 use std::sync::Arc;
 
 impl Run {
-    /// The pictures that are asked for by `wanted`: see [`shots`].
+    /// The images that `wanted` names: see [`shots`].
     ///
     /// # Errors
     /// There is no such camera or channel, or it is not for this sensing.
@@ -15,7 +15,7 @@ impl Run {
         shots(&self.task, &self.hand, wanted, sensing)
     }
 
-    /// Takes pictures of the world as it is, or with the latency of real cameras as it was. Nothing is drawn yet.
+    /// Exposes images of the present world or, with the latency of real cameras, of an earlier one. It renders nothing.
     pub fn expose(&mut self, shots: &[Shot]) -> Vec<Arc<Exposure>> {
         let mut image_cache = std::mem::take(&mut self.image_cache);
         let take = |shot: &Shot| {
@@ -26,8 +26,8 @@ impl Run {
         taken
     }
 
-    /// Pictures that real cameras have taken and that [`Run::expose`] will give in their next period: who has time may
-    /// draw them before they are asked for.
+    /// Images that real cameras have exposed and that [`Run::expose`] returns in their next period. A thread with time to spare can
+    /// render them before a request names them.
     pub fn upcoming(&mut self, shots: &[Shot]) -> Vec<Arc<Exposure>> {
         let Run { cameras, image_cache, pose_history, tick, .. } = self;
         shots.iter().filter_map(|shot| cameras.upcoming(*shot, *tick, image_cache, pose_history)).collect()

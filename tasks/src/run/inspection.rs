@@ -1,4 +1,4 @@
-//! What is asked of a run by those who look into it. Where its world is stepped nothing but copies are made.
+//! Samples of a run for viewers. The thread that steps the world only copies its state.
 
 use super::Run;
 use super::evidence::Evidence;
@@ -7,12 +7,12 @@ use crate::referee::Verdict;
 use std::sync::Arc;
 
 impl Run {
-    /// What [`Run::sample`] are read with.
+    /// The model that reads [`Run::sample`].
     pub fn telemetry_model(&self) -> &Arc<TelemetryModel> {
         &self.telemetry_model
     }
 
-    /// A copy of what watchers may ask about this moment.
+    /// A copy of the present state, for telemetry.
     pub fn sample(&self) -> RunSample {
         let state = self.world.state();
         RunSample {
@@ -22,6 +22,7 @@ impl Run {
             base: state.base,
             q: state.q.clone(),
             contacts: self.world.contact_forces().to_vec(),
+            readings: self.sensors.ideal(&self.world),
         }
     }
 
@@ -32,7 +33,7 @@ impl Run {
         motors.map(|(k, motor)| (motor.position, motor_tension(&self.hand, k, &state.tension))).collect()
     }
 
-    /// Adds what the motors have done on their tendons in a tick, at whose begin they were so.
+    /// Adds the work of the motors on their tendons in a tick; `before` is their state when it began.
     pub(super) fn count_work(&mut self, before: &[(f64, f64)]) {
         let ticked = before.iter().zip(self.motor_states());
         for ((motor, work), ((from, pulled), (to, pulls))) in
@@ -42,7 +43,7 @@ impl Run {
         }
     }
 
-    /// What goes on in the hand.
+    /// The present telemetry.
     pub fn telemetry(&self) -> Telemetry {
         self.telemetry_model.telemetry(&self.sample())
     }
@@ -52,7 +53,7 @@ impl Run {
         self.telemetry_model.contacts(&self.sample())
     }
 
-    /// What the referee knows now.
+    /// The present knowledge of the referee.
     pub fn evidence(&self) -> Evidence {
         let (model, state) = (self.world.model(), self.world.state());
         let speeds = (0..state.objects.len()).map(|k| state.object_velocity(model, k).0.length());
@@ -73,8 +74,8 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observation::Sensing;
     use crate::run::telemetry::friction_use;
+    use crate::sensing::Sensing;
     use crate::{Action, BaseTarget, Seed, Task};
     use palmares_models::hand::Hand;
     use palmares_models::{Pose, Vec3};
@@ -100,11 +101,10 @@ mod tests {
         let truth = seen.truth.expect("the truth");
         let told = run.telemetry();
         assert_eq!((&told.q, &told.predicted), (&truth.joints.position.0, &truth.predicted_equilibrium.0));
-        for (motor, seen) in told.motors.iter().zip(&seen.hand.actuators) {
-            assert_eq!(
-                (motor.command, motor.position, motor.tension),
-                (seen.command, seen.position, seen.tension)
-            );
+        for (motor, [command, position, _, tension]) in
+            told.motors.iter().zip(seen.hand.of("motors").as_chunks().0)
+        {
+            assert_eq!((motor.command, motor.position, motor.tension), (*command, *position, *tension));
         }
         let names: Vec<String> = run
             .scene()

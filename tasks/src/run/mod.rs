@@ -32,11 +32,12 @@ pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, Telemetr
 
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
-use crate::observation::{Event, Noise};
+use crate::observation::Event;
 use crate::referee::{ObjectSnapshot, REST_SPEED, Referee};
 use crate::scene::Scene;
 use crate::score::Count;
 use crate::seed::Seed;
+use crate::sensing::Noise;
 use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::{Task, Variation};
@@ -45,12 +46,12 @@ use driven::{Pushing, Target};
 use origin::Origin;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_senses::Senses;
+use palmares_senses::Sensors;
 use palmares_sim::{Fault, SharedScratch, World};
 use std::sync::{Arc, OnceLock};
 
-/// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
-/// referee counts what it sees.
+/// Compute budget of the settling after a run, in the unit of [`palmares_sim::bounds`]: some seconds. Then the referee counts
+/// the objects at their present poses.
 pub const SETTLING_WORK: u64 = 2_000_000_000;
 
 /// One world, one task, one hand.
@@ -64,29 +65,29 @@ pub struct Run {
     body_names: Arc<[String]>,
     world: World,
     telemetry_model: Arc<TelemetryModel>,
-    senses: Senses,
+    sensors: Sensors,
     cameras: Arc<Cameras>,
     pose_history: PoseHistory,
     image_cache: ImageCache,
     referee: Referee,
     tick: u64,
     target: Target,
-    /// Where the base was when the server took it to shake it.
+    /// Pose of the base when the shake began.
     shaken_at: Option<Pose>,
     applied: Action,
     pushing: Vec<Pushing>,
     news: Vec<Event>,
     history: Vec<Event>,
-    /// What each motor has done on its tendons, J.
+    /// Work of each motor on its tendons, J.
     work: Vec<f64>,
     /// Digest of the state, if the next tick has been prepared since.
     prepared: Option<u64>,
-    /// What the last tick has computed, in the unit of [`palmares_sim::bounds`].
+    /// Computation of the last tick, in the unit of [`palmares_sim::bounds`].
     computed: u64,
 }
 
 impl Run {
-    /// Builds the scene, puts the hand in and the world at tick 0. Takes up to a second of computing.
+    /// Builds the scene with the hand, at tick 0. This takes up to a second.
     ///
     /// # Errors
     /// There is no sound scene, or the hand overlaps something where it starts.
@@ -103,9 +104,9 @@ impl Run {
         let sightings = sightings(&built.world);
         let telemetry_model =
             TelemetryModel::new(hand.clone(), built.world.model(), &built.scene, &built.body_names);
-        let senses = Senses::new(hand.clone(), &built.world, task.tick_s, None);
+        let sensors = Sensors::new(hand.clone(), &built.world, task.tick_s, None);
         let run = Run {
-            senses,
+            sensors,
             cameras: Arc::default(),
             pose_history: PoseHistory::default(),
             image_cache: ImageCache::default(),
@@ -133,7 +134,7 @@ impl Run {
         Ok(run.with_noise(Noise::None))
     }
 
-    /// The same run at tick 0 with sensors as good as `noise` says; the world goes the same way, bit for bit.
+    /// The same run at tick 0 with the errors of sensors that `noise` selects. The world takes the same course, bit for bit.
     #[must_use]
     pub fn with_noise(mut self, noise: Noise) -> Self {
         (self.noise, self.origin) = (noise, OnceLock::new());
@@ -141,7 +142,7 @@ impl Run {
             let factor = self.task.variation().map_or(1.0, Variation::sensor_noise);
             palmares_senses::noise::Noise::new(&self.seed.0).scaled(factor)
         });
-        self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
+        self.sensors = Sensors::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
         self.cameras =
             Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, self.hand_bodies()), noise.as_ref()));
         (self.pose_history, self.image_cache) = (PoseHistory::default(), ImageCache::default());
@@ -149,14 +150,14 @@ impl Run {
         self
     }
 
-    /// For cameras whose pictures take their time.
+    /// Keeps the present poses for cameras whose images come late.
     fn remember_poses(&mut self) {
         let mut pose_history = std::mem::take(&mut self.pose_history);
         pose_history.remember(&self.cameras, self.tick, self.poses());
         self.pose_history = pose_history;
     }
 
-    /// What stands in the world at tick 0.
+    /// The scene at tick 0.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -171,17 +172,17 @@ impl Run {
         &self.hand
     }
 
-    /// What the scene was made from.
+    /// The seed of the scene.
     pub fn seed(&self) -> Seed {
         self.seed
     }
 
-    /// How good its sensors are.
+    /// The errors of its sensors.
     pub fn noise(&self) -> Noise {
         self.noise
     }
 
-    /// The world, for those who measure.
+    /// The world, for measurements.
     pub fn world(&self) -> &World {
         &self.world
     }
@@ -196,13 +197,13 @@ impl Run {
         self.tick as f64 * self.task.tick_s
     }
 
-    /// The action as applied in the last tick: clipped, with what was left out filled in. Playing the applied
-    /// actions of all ticks in another run of the same task, hand and seed gives the same bits.
+    /// The applied action of the last tick: clipped and complete. The applied actions of all ticks give the same bits in another
+    /// run of the same task, hand and seed.
     pub fn applied(&self) -> &Action {
         &self.applied
     }
 
-    /// What the referee noted in the last tick.
+    /// The referee's events of the last tick.
     pub fn events(&self) -> &[Event] {
         &self.news
     }
@@ -212,7 +213,7 @@ impl Run {
         self.referee.score()
     }
 
-    /// Objects by where they are, as far as it has been noted.
+    /// Number of objects by place, by the events of the referee.
     pub fn count(&self) -> Count {
         self.referee.count()
     }
@@ -237,8 +238,8 @@ impl Run {
         sightings(&self.world)
     }
 
-    /// Does now what the next tick does before its action matters, for those who have the time while they wait for it. The
-    /// tick gives the same bits, sooner.
+    /// Computes the part of the next tick that does not depend on its action, while the server waits for it. The tick gives the same
+    /// bits, sooner.
     pub fn prepare(&mut self) {
         if self.prepared.is_none() {
             self.prepared = Some(self.world.state().hash());
@@ -261,12 +262,12 @@ impl Run {
         self.fault().is_none()
     }
 
-    /// What ails the world, if anything does: it stands still then.
+    /// The fault of the world, if it has one. A world with a fault makes no more steps.
     pub fn fault(&self) -> Option<Fault> {
         self.world.fault()
     }
 
-    /// When the world failed and of what, if it did.
+    /// Fault and time of a failed world.
     pub fn failure(&self) -> Option<Failure> {
         let (tick, step) = (self.tick, Some(self.steps()));
         self.fault().map(|fault| Failure { fault, tick, step })
@@ -277,7 +278,7 @@ impl Run {
         self.world.state().step
     }
 
-    /// What the last tick has computed, in the unit of [`palmares_sim::bounds`].
+    /// Computation of the last tick, in the unit of [`palmares_sim::bounds`].
     pub fn computed(&self) -> u64 {
         self.computed
     }
@@ -322,7 +323,7 @@ impl Run {
     }
 }
 
-/// What the referee is shown.
+/// The objects as the referee gets them.
 fn sightings(world: &World) -> Vec<ObjectSnapshot> {
     let state = world.state();
     let hand_from_world = state.base.inverse();

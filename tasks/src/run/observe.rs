@@ -1,22 +1,21 @@
-//! What a controller is shown of a run.
+//! What a controller learns of a run.
 
 use super::{Reason, Run};
-use crate::observation::{
-    ActuatorObservation, BodyState, Contacts, HandObservation, Joints, Objects, Observation, Sensing, Truth,
-    Wrench,
-};
+use crate::hand_observation::HandObservation;
+use crate::observation::{BodyState, Contacts, Joints, Objects, Observation, Truth};
+use crate::sensing::Sensing;
 use crate::table::{Numbers, Table};
-use palmares_senses::{MotorReading, SensorReadings};
+use palmares_senses::{SensorReadings, SensorTable};
 
 impl Run {
-    /// What a controller sees now; pictures are taken by [`Run::expose`]. `events` are those of the last [`Run::step`].
+    /// The observation after the last [`Run::step`], with its `events`. [`Run::expose`] takes images.
     pub fn observe(&self, sensing: Sensing) -> Observation {
         let over = self.over();
         Observation {
             tick: self.tick,
             sim_time_s: self.sim_time_s(),
             applied_action: self.applied.clone(),
-            hand: self.observe_hand(),
+            hand: HandObservation::new(self.read_sensors(), sensing),
             cameras: Vec::new(),
             truth: (sensing == Sensing::Truth).then(|| self.observe_truth()),
             events: self.news.iter().map(|event| event.told(sensing)).collect(),
@@ -27,36 +26,19 @@ impl Run {
         }
     }
 
-    /// What the sensors of the hand and its arm read now.
+    /// The present readings of the sensors of the hand and its arm.
     pub fn read_sensors(&self) -> SensorReadings {
-        self.senses.read(&self.world)
+        self.sensors.read(&self.world)
     }
 
-    fn observe_hand(&self) -> HandObservation {
-        let SensorReadings { base, motors, joints, wrist: (force, torque), touch, acceleration } =
-            self.read_sensors();
-        let actuators = self.hand.motors.iter().zip(&self.world.state().motors).zip(motors);
-        HandObservation {
-            base: BodyState {
-                position: base.pose.translation.to_array(),
-                quat_xyzw: base.pose.rotation.to_array(),
-                linear: base.linear.to_array(),
-                angular: base.angular.to_array(),
-            },
-            actuators: actuators
-                .map(|((motor, reached), MotorReading { position, velocity, tension })| ActuatorObservation {
-                    name: motor.name.clone(),
-                    command: reached.command,
-                    position,
-                    velocity,
-                    tension,
-                })
-                .collect(),
-            wrist: Wrench { force, torque },
-            joints: Numbers(joints),
-            touch: Table(touch),
-            acceleration,
-        }
+    /// Writes them to a row of [`SensorTable::dimension`] numbers.
+    pub fn read_sensors_into(&self, row: &mut [f64]) {
+        self.sensors.read_into(&self.world, row);
+    }
+
+    /// Which numbers of a row are whose.
+    pub fn sensor_table(&self) -> &SensorTable {
+        self.sensors.table()
     }
 
     fn observe_truth(&self) -> Truth {
@@ -73,7 +55,7 @@ impl Run {
         }
     }
 
-    /// Where every free object is, and how fast.
+    /// Pose and velocity of every free object.
     pub fn object_states(&self) -> impl Iterator<Item = BodyState> {
         let (model, state) = (self.world.model(), self.world.state());
         (0..state.objects.len()).map(move |k| {

@@ -1,7 +1,7 @@
 //! Which run a snapshot is of.
 
-use crate::observation::Noise;
 use crate::seed::Seed;
+use crate::sensing::Noise;
 use crate::task::Task;
 use palmares_models::hand::Hand;
 use serde::{Deserialize, Serialize};

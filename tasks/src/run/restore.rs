@@ -1,4 +1,4 @@
-//! Going back to a snapshot, and going on from here twice.
+//! Snapshots and forks of a run.
 
 use super::Run;
 use super::cameras::ImageCache;
@@ -9,7 +9,7 @@ use crate::action::Action;
 use palmares_sim::World;
 use std::sync::{Arc, OnceLock};
 
-/// No run has made as many ticks.
+/// More ticks than any run makes.
 const MOST_TICKS: u64 = 1 << 40;
 
 impl Run {
@@ -19,7 +19,7 @@ impl Run {
             taken_here: true,
             origin: Arc::clone(self.origin()),
             world: self.world.snapshot(),
-            senses: self.senses.state(),
+            sensors: self.sensors.state(),
             referee: self.referee.state(),
             pose_history: self.pose_history.clone(),
             tick: self.tick,
@@ -33,10 +33,10 @@ impl Run {
         }
     }
 
-    /// Goes on from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
+    /// Continues from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
     ///
     /// # Errors
-    /// It is of another run, or its bytes have been changed. Nothing has changed then.
+    /// It is of another run, or its bytes have been changed. The run stays as it was.
     pub fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
         let own = self.origin();
         if !Arc::ptr_eq(own, &from.origin)
@@ -50,7 +50,7 @@ impl Run {
             return Err(SnapshotError::Unfit { what });
         }
         self.world.resume(&from.world);
-        self.senses.restore(&from.senses);
+        self.sensors.restore(&from.sensors);
         self.referee.restore(&from.referee);
         self.pose_history.clone_from(&from.pose_history);
         self.image_cache = ImageCache::default();
@@ -63,7 +63,7 @@ impl Run {
         Ok(())
     }
 
-    /// Another run that goes on from here on its own. Not between [`Run::prepare`] and the step that it prepares.
+    /// Another run that continues from here on its own. Not between [`Run::prepare`] and the step that it prepares.
     #[must_use]
     pub fn fork(&self) -> Run {
         let mut world = World::new(Arc::clone(self.world.model()), self.world.state().clone());
@@ -78,7 +78,7 @@ impl Run {
             body_names: Arc::clone(&self.body_names),
             world,
             telemetry_model: Arc::clone(&self.telemetry_model),
-            senses: self.senses.clone(),
+            sensors: self.sensors.clone(),
             cameras: Arc::clone(&self.cameras),
             pose_history: self.pose_history.clone(),
             image_cache: ImageCache::default(),
@@ -96,7 +96,7 @@ impl Run {
         }
     }
 
-    /// Which part of a snapshot that names this run cannot be this run's, if one cannot.
+    /// The part of a snapshot that cannot be this run's, although the snapshot names this run.
     fn unfit(&self, from: &Snapshot) -> Option<&'static str> {
         let (objects, links) = (self.world.model().objects().len(), self.hand.links.len());
         let motors = self.hand.motors.len();
@@ -104,7 +104,7 @@ impl Run {
         let pushed = |push: &Pushing| push.link < links && push.is_within(Run::PUSH_LIMITS);
         let parts = [
             ("world", from.world.fits(self.world.model())),
-            ("sensors", self.senses.fits(&from.senses)),
+            ("sensors", self.sensors.fits(&from.sensors)),
             ("referee", self.referee.fits(&from.referee)),
             ("camera pictures", from.pose_history.fits(self.body_names.len())),
             ("tick", from.tick < MOST_TICKS),

@@ -1,44 +1,47 @@
-//! Which pictures are asked for, by the words of a controller. Task and hand are enough to tell, before there is a run.
+//! The images that a request names. Task and hand determine them, before there is a run.
 
-use crate::observation::Sensing;
+use crate::sensing::Sensing;
 use crate::task::Task;
 use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;
+use palmares_senses::channels::cameras::{DEPTH, IMAGES, ImageChannel};
 
-/// What a camera can tell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Channels {
-    pub(super) depth: bool,
-    pub(super) rgb: bool,
-    pub(super) bodies: bool,
-}
-
-/// A picture that is wanted of a camera.
+/// The images of one exposure of a camera that are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shot {
     /// Its place among the task's cameras and, after them, the hand's.
     pub(super) camera: usize,
-    pub(super) channels: Channels,
+    /// By their place in [`IMAGES`].
+    images: [bool; IMAGES.len()],
 }
 
-/// Why pictures cannot be taken.
+impl Shot {
+    /// Whether this image is wanted.
+    pub(super) fn has(&self, image: &ImageChannel) -> bool {
+        IMAGES.iter().zip(self.images).any(|(known, wanted)| wanted && known.name == image.name)
+    }
+}
+
+/// Why images cannot be taken.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShotError {
     /// There is no such camera.
     #[error("no camera `{name}`; there are: {known}")]
     Unknown {
-        /// What was asked for.
+        /// The name in the request.
         name: String,
         /// The cameras of the run.
         known: String,
     },
     /// There is no such channel.
-    #[error("camera `{camera}` has no channel `{channel}`; there are: depth, rgb, bodies")]
+    #[error("camera `{camera}` has no channel `{channel}`; there are: {known}")]
     Channel {
         /// The camera.
         camera: String,
-        /// What was asked for.
+        /// The channel in the request.
         channel: String,
+        /// The channels of cameras.
+        known: String,
     },
     /// Bodies are part of the truth.
     #[error("which body a pixel shows is told with sensing \"truth\" only")]
@@ -51,8 +54,8 @@ pub fn camera_name(task: &Task, camera: &Camera) -> String {
     if taken { format!("hand_{}", camera.name) } else { camera.name.clone() }
 }
 
-/// The pictures that are asked for by `wanted`: the name of a camera for its depth, or `camera.channel` with one of
-/// `depth`, `rgb`, `bodies`.
+/// The images that a request names: by the name of a camera for its depth, or by `camera.channel` with the name of one of
+/// [`IMAGES`].
 ///
 /// # Errors
 /// There is no such camera or channel, or it is not for this sensing.
@@ -64,26 +67,24 @@ pub fn shots(task: &Task, hand: &Hand, wanted: &[String], sensing: Sensing) -> R
     let known: Vec<String> = cameras.map(|camera| camera_name(task, camera)).collect();
     let mut shots: Vec<Shot> = Vec::new();
     for wanted in wanted {
-        let (name, channel) = wanted.split_once('.').unwrap_or((wanted, "depth"));
+        let (name, channel) = wanted.split_once('.').unwrap_or((wanted, DEPTH.name));
         let camera = known.iter().position(|camera| camera == name).ok_or_else(|| ShotError::Unknown {
             name: name.chars().take(64).collect(),
             known: known.join(", "),
         })?;
         let place = shots.iter().position(|shot| shot.camera == camera).unwrap_or_else(|| {
-            shots.push(Shot { camera, channels: Channels::default() });
+            shots.push(Shot { camera, images: Default::default() });
             shots.len() - 1
         });
-        let channels = &mut shots[place].channels;
-        match channel {
-            "depth" => channels.depth = true,
-            "rgb" => channels.rgb = true,
-            "bodies" if sensing == Sensing::Truth => channels.bodies = true,
-            "bodies" => return Err(ShotError::Hidden),
-            _ => {
-                let channel = channel.chars().take(64).collect();
-                return Err(ShotError::Channel { camera: name.to_owned(), channel });
-            }
+        let Some(image) = IMAGES.iter().position(|image| image.name == channel) else {
+            let channel = channel.chars().take(64).collect();
+            let known = IMAGES.map(|image| image.name).join(", ");
+            return Err(ShotError::Channel { camera: name.to_owned(), channel, known });
+        };
+        if IMAGES[image].truth && sensing != Sensing::Truth {
+            return Err(ShotError::Hidden);
         }
+        shots[place].images[image] = true;
     }
     Ok(shots)
 }

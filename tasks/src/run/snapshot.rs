@@ -1,4 +1,4 @@
-//! All that changes of a run, kept in memory or as bytes.
+//! The state of a run, in memory or as bytes.
 
 use super::cameras::PoseHistory;
 use super::driven::{Pushing, Target};
@@ -15,22 +15,22 @@ use sha2::{Digest, Sha256};
 use std::io::{Read, Write};
 use std::sync::Arc;
 
-/// What its bytes begin with. They are for the version of the program that wrote them.
+/// Begin of its bytes. Only the version of the program that wrote them reads them.
 const MAGIC: &str = concat!("palmares snapshot ", env!("CARGO_PKG_VERSION"), "\n");
-/// Bytes of the SHA-256 that comes next.
+/// Bytes of the SHA-256 after it.
 const DIGEST: usize = 32;
-/// Longer than any, unpacked.
+/// More bytes than any snapshot has, unpacked.
 const LONGEST: u64 = 64 << 20;
 
-/// A run after a tick. What does not change in a run, its scene and the hand, is not part of it.
+/// A run after a tick, without its constants, the scene and the hand.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Snapshot {
-    /// Whether a run took it, here: what was read from bytes may be anything.
+    /// Whether a run of this process took it. Bytes can be anything.
     #[serde(skip)]
     pub(super) taken_here: bool,
     pub(super) origin: Arc<Origin>,
     pub(super) world: palmares_sim::Snapshot,
-    pub(super) senses: palmares_senses::SensorState,
+    pub(super) sensors: palmares_senses::SensorState,
     pub(super) referee: referee::RefereeState,
     pub(super) pose_history: PoseHistory,
     pub(super) tick: u64,
@@ -43,13 +43,13 @@ pub struct Snapshot {
     pub(super) work: Vec<f64>,
 }
 
-/// Why a run cannot go on from a snapshot.
+/// Why a run cannot continue from a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
-    /// Other bytes, or not all of them.
+    /// The bytes are of something else, or incomplete.
     #[error("these {bytes} bytes are no snapshot of this version ({})", env!("CARGO_PKG_VERSION"))]
     Unreadable {
-        /// How many there are.
+        /// Their number.
         bytes: usize,
     },
     /// It is of another run.
@@ -58,7 +58,7 @@ pub enum SnapshotError {
         /// `task`, `hand`, `seed` or `noise`.
         what: &'static str,
     },
-    /// It names this run, and is none of its snapshots: somebody changed its bytes, and their digest with them.
+    /// It names this run, but is not one of its snapshots: its bytes and their digest were changed.
     #[error("the snapshot's {what} cannot be this run's: its bytes have been changed")]
     Unfit {
         /// Which part of it.
@@ -66,21 +66,21 @@ pub enum SnapshotError {
     },
 }
 
-/// An [`Action`] as it is kept: without names, and nothing left out.
+/// An [`Action`] without names and with all fields, for postcard.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Applied {
     base: Option<AppliedBase>,
     pub(super) hand: Option<Vec<f64>>,
 }
 
-/// A [`BaseTarget`] as it is kept.
+/// A [`BaseTarget`] for postcard.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) enum AppliedBase {
     Pose([f64; 3], [f64; 4]),
     Twist([f64; 3], [f64; 3]),
 }
 
-/// An [`Event`] as it is kept.
+/// An [`Event`] for postcard.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Noted {
     tick: u64,
@@ -108,14 +108,14 @@ impl From<&Applied> for Action {
     }
 }
 
-/// As they are kept.
+/// Converts events for postcard.
 pub(super) fn noted(events: &[Event]) -> Vec<Noted> {
     let note =
         |Event { tick, kind, object }: &Event| Noted { tick: *tick, kind: kind.clone(), object: *object };
     events.iter().map(note).collect()
 }
 
-/// As they were.
+/// Converts them back.
 pub(super) fn events(noted: &[Noted]) -> Vec<Event> {
     let event =
         |Noted { tick, kind, object }: &Noted| Event { tick: *tick, kind: kind.clone(), object: *object };

@@ -1,14 +1,14 @@
-//! What a run looks like from inside, for those who watch: motors, tendons, contacts, and the predicted equilibrium.
+//! Telemetry of a run for viewers and replays: motors, tendons, contacts, readings, and the predicted equilibrium.
 //!
-//! Where the world is stepped it is copied as it stands ([`RunSample`]); [`TelemetryModel`], which outlive no run but may be
-//! shared with any thread, make of it what is shown.
+//! The thread that steps the world copies its state to a [`RunSample`]. A [`TelemetryModel`] computes telemetry from it, on any
+//! thread.
 
 use super::predictor::Predictor;
 use crate::scene::Scene;
 use palmares_models::hand::Hand;
 use palmares_models::hand::fingers::Finger;
 use palmares_models::{Pose, Vec3};
-use palmares_senses::touch;
+use palmares_senses::channels::touch;
 use palmares_sim::state::MotorState;
 use palmares_sim::{ContactForce, Model, Owner};
 use schemars::JsonSchema;
@@ -16,7 +16,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A copy of what the readers of a moment need.
+/// A copy of the state from which telemetry is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSample {
     pub(super) motors: Vec<MotorState>,
@@ -25,6 +25,7 @@ pub struct RunSample {
     pub(super) base: Pose,
     pub(super) q: Vec<f64>,
     pub(super) contacts: Vec<ContactForce>,
+    pub(super) readings: Vec<f64>,
 }
 
 /// What a motor is told and does.
@@ -66,6 +67,8 @@ pub struct Telemetry {
     pub fingers: Vec<FingerWrench>,
     /// Force on every taxel without the errors of a sensor, N: along x and y of its patch, and into it.
     pub touch: Vec<[f64; 3]>,
+    /// Readings without the errors of sensors: the channels that the scene's `readings` lists, one after the other.
+    pub readings: Vec<f64>,
 }
 
 /// A touching contact.
@@ -84,7 +87,7 @@ pub struct Contact {
     pub friction_use: f64,
 }
 
-/// What does not change in a run and is needed to read its [`RunSample`].
+/// The constants of a run that [`RunSample`]s are read with.
 #[derive(Debug)]
 pub struct TelemetryModel {
     hand: Arc<Hand>,
@@ -131,7 +134,7 @@ impl TelemetryModel {
         objects.iter().copied().enumerate().chain(links).collect()
     }
 
-    /// What goes on in the hand.
+    /// The telemetry of a sample.
     pub fn telemetry(&self, seen: &RunSample) -> Telemetry {
         let motors = seen.motors.iter().enumerate().map(|(k, reached)| Motor {
             command: reached.command,
@@ -146,6 +149,7 @@ impl TelemetryModel {
             predicted: self.predict(&seen.motors),
             fingers: self.fingers.iter().map(|finger| wrench(finger, seen)).collect(),
             touch: self.touch(seen),
+            readings: seen.readings.clone(),
         }
     }
 
@@ -176,7 +180,7 @@ impl TelemetryModel {
             .collect()
     }
 
-    /// Where the free hand would rest.
+    /// The predicted equilibrium of the free hand.
     pub(super) fn predict(&self, motors: &[MotorState]) -> Vec<f64> {
         self.predictor.predict(|motor| motors[motor].position)
     }
@@ -205,7 +209,7 @@ pub(super) fn motor_tension(hand: &Hand, motor: usize, tension: &[f64]) -> f64 {
     hand.tendons.iter().zip(tension).filter(|(tendon, _)| tendon.motor == motor).map(|(_, f)| f).sum()
 }
 
-/// What is beyond all measure is told as this.
+/// Largest friction use.
 const MOST_USE: f64 = 1e3;
 
 /// |f_t| / (μ f_n), at most [`MOST_USE`]; 0 without a force across.

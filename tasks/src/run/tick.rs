@@ -1,6 +1,6 @@
-//! A tick: from an action to what the base and the motors are told in every step, and to what is noted afterwards.
+//! A tick: from an action to the commands of base and motors in every step, and to the events after it.
 //!
-//! Applying an applied action again changes no bit: a record of applied actions plays the run again.
+//! An applied action is its own clipped form, so that the applied actions play the run again, bit for bit.
 
 use super::Run;
 use super::driven::Target;
@@ -26,7 +26,7 @@ impl Run {
         self.computed = self.advance();
         self.tick += 1;
         self.count_work(&before);
-        self.senses.tick(&self.world, self.tick);
+        self.sensors.tick(&self.world, self.tick);
         self.remember_poses();
         self.push_on();
         self.news = self.referee.watch(self.tick, &self.sightings());
@@ -34,14 +34,14 @@ impl Run {
         Ok(())
     }
 
-    /// Clips an action to the spec and makes it the present one; what it leaves out stays.
+    /// Clips an action to the spec and makes it the present one. Fields that it omits keep their values.
     pub(super) fn apply(&mut self, action: &Action) {
         let limits = &self.world.model().config().base;
         if let Some(base) = &action.base {
             let (clipped, target) = match base {
                 BaseTarget::Pose { position, quat_xyzw } => {
                     let position = position.map(|x| x.clamp(-ActionLimits::REACH_M, ActionLimits::REACH_M));
-                    // The check before has refused what has no direction.
+                    // The check has refused a quaternion without a direction.
                     let rotation = unit(*quat_xyzw).unwrap_or(Rotation::IDENTITY);
                     let to = Pose::from_parts(Vec3::from_array(position), rotation);
                     let from = self.origin_of(to);
@@ -66,8 +66,8 @@ impl Run {
         }
     }
 
-    /// Where a pose target comes from: a target that moved by less than the speed limits since the last
-    /// command is a point of a path and is followed along it; a farther one is a place to go to.
+    /// The begin of a pose target's path in this tick. A target within the speed limits of the last one is a point of a path,
+    /// which begins there. A farther one is approached at the limits.
     fn origin_of(&self, to: Pose) -> Pose {
         let limits = &self.world.model().config().base;
         match self.target {

@@ -15,9 +15,9 @@ pub use options::Options;
 pub use potential::{Potential, Terms};
 pub use shaper::Shaper;
 
-use crate::observation::Noise;
 use crate::run::Run;
 use crate::seed::Seed;
+use crate::sensing::Noise;
 use crate::settle::SceneError;
 use crate::task::Task;
 use palmares_models::hand::Hand;

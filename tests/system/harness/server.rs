@@ -6,7 +6,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// The program under test, built by the same cargo, profile and target directory as the tests.
+/// The program under test: that of PALMARES_SERVER_BIN or, without it, a build by the same cargo, profile and target
+/// directory as the tests.
 pub(crate) fn program() -> &'static Path {
     static PROGRAM: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     // The failure is kept as well: one failed build is enough.
@@ -17,6 +18,9 @@ pub(crate) fn program() -> &'static Path {
 }
 
 fn build() -> Result<PathBuf, String> {
+    if let Some(program) = std::env::var_os("PALMARES_SERVER_BIN") {
+        return Ok(program.into());
+    }
     let own = std::env::current_exe().map_err(|error| error.to_string())?;
     // target/<profile>/deps/system-…
     let profile = own.parent().and_then(Path::parent).ok_or("no profile directory")?;

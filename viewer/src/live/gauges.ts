@@ -1,6 +1,7 @@
-/** The hand's telemetry as bars: motors, tensions, contact forces on fingers and patches, deviation of joints from the prediction. */
+/** The hand's telemetry as bars and figures: motors, tensions, contact forces on fingers and patches, sensors, deviation of joints from the prediction. */
 import { points } from '../ui/format';
 import { el, setText } from '../ui/elements';
+import { type Channel, readingsOf } from '../model/channel';
 import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
 
@@ -26,11 +27,14 @@ export class Gauges {
   private fingers: Gauge[] = [];
   private patches: Gauge[] = [];
   private joints = el('dl', { class: 'facts' });
+  private readings = el('dl', { class: 'facts' });
   private hand: HandDescription | null = null;
+  private channels: readonly Channel[] = [];
 
-  /** Creates the gauges of a hand. */
-  setHand(hand: HandDescription | null): void {
+  /** Creates the gauges of a hand; `channels`: those of `Telemetry.readings`. */
+  setHand(hand: HandDescription | null, channels: readonly Channel[]): void {
     this.hand = hand;
+    this.channels = channels;
     this.element.hidden = hand === null;
     if (!hand) return;
     this.motors = hand.motors.map((motor) => gauge(`${motor.name}, closed`, 1, 'of 1'));
@@ -39,8 +43,10 @@ export class Gauges {
     this.patches = (hand.tactile ?? []).map((patch) => gauge(patch.name, PATCH_N, 'N'));
     const skin = this.patches.length > 0 ? [el('h3', {}, 'Force on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
     this.joints = el('dl', { class: 'facts' });
+    this.readings = el('dl', { class: 'facts' });
+    const sensors = channels.length > 0 ? [el('h3', {}, 'Sensors'), this.readings] : [];
     this.element.replaceChildren(el('summary', {}, 'Hand: motors and sensors'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
-      el('h3', {}, 'Contact force on each finger, N'), ...this.fingers.map((g) => g.row), ...skin,
+      el('h3', {}, 'Contact force on each finger, N'), ...this.fingers.map((g) => g.row), ...skin, ...sensors,
       el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
   }
 
@@ -58,6 +64,8 @@ export class Gauges {
       taxel += count;
     });
     telemetry.tension.forEach((tension, k) => { set(this.tendons[k], Math.abs(tension), tension.toPrecision(3)); });
+    this.readings.replaceChildren(...readingsOf(this.channels, telemetry.readings ?? []).flatMap(({ label, unit, numbers }) =>
+      [el('dt', {}, label), el('dd', { class: 'num' }, `${numbers.map((x) => x.toFixed(2)).join(', ')} ${unit}`)]));
     const { predicted, q } = telemetry;
     if (!predicted) {
       this.joints.replaceChildren(el('dt', {}, 'No prediction'), el('dd', {}, 'not available for this hand'));

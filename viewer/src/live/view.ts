@@ -80,7 +80,7 @@ export class LiveView implements WatchListener {
     this.note.hidden = true;
     this.log.replaceChildren();
     this.stage.setScene(scene);
-    this.gauges.setHand(scene.hand ?? null);
+    this.gauges.setHand(scene.hand ?? null, scene.readings ?? []);
     void this.dress(scene);
     this.explain();
     setText(this.figures.score, '–');

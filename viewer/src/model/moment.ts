@@ -14,6 +14,8 @@ export interface Telemetry {
   fingers?: { force: number[]; torque: number[] }[];
   /** Force on each taxel, N: along x and y of its patch, and into it. */
   touch?: number[][];
+  /** Readings of sensors without errors, in the order of `scene.readings`. */
+  readings?: number[];
 }
 
 /** A contact of two bodies. */

@@ -1,4 +1,5 @@
 /** The scene of a run: bodies with their shapes, and the regions of the rules. SI units. */
+import type { Channel } from './channel';
 import type { HandDescription } from './hand';
 import type { Quat, Vec3 } from './pose';
 import type { Shape } from './shape';
@@ -38,7 +39,7 @@ export interface RunInfo {
 }
 
 /** The drawn scene. `moving` has the ids of the bodies in a moment's poses, in that order. */
-export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription }
+export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
 
 /** A body in the server's message. */
 interface WireBody extends Omit<Body, 'quat' | 'parts'> {
@@ -47,7 +48,7 @@ interface WireBody extends Omit<Body, 'quat' | 'parts'> {
 }
 
 /** The message `scene` of the watch socket. */
-export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription }
+export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
 
 /** Converts the message. */
 export function sceneOf(wire: WireScene): SceneInfo {

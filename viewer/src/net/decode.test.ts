@@ -64,6 +64,12 @@ describe('frames', () => {
     expect(felt?.touch).toEqual([[0, 0, 1], [0, 0, 4]]);
   });
 
+  it('have the readings of sensors', () => {
+    const floats = (...all: number[]): number[] => [...new Uint8Array(new Float32Array(all).buffer)];
+    const tail = [0, 0, 0, 0, 2, 0, ...floats(0.5, -3)];
+    expect(new FrameReader(0, 0.01).read(frame(19, [], tail))?.telemetry?.readings).toEqual([0.5, -3]);
+  });
+
   it('of another version are refused, cut ones too', () => {
     const other = frame(1, []);
     new DataView(other).setUint8(0, 2);

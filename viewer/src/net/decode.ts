@@ -5,7 +5,8 @@ const VERSION = 1;
 const KEY_FRAME = 1;
 const TELEMETRY = 2;
 const CONTACTS = 4;
-const FELT = 8;
+const LOADS = 8;
+const READINGS = 16;
 
 /** A quaternion in 32 bits: the index of its largest component, then the other three with 10 bits each. */
 export function unpackQuaternion(packed: number): [number, number, number, number] {
@@ -38,7 +39,7 @@ function telemetry(cursor: Cursor): Telemetry {
 }
 
 /** Adds the work of the motors, fingers and taxels. */
-function felt(cursor: Cursor, known: Telemetry): Telemetry {
+function loads(cursor: Cursor, known: Telemetry): Telemetry {
   const work = cursor.floats(cursor.u8());
   const fingers = Array.from({ length: cursor.u8() }, () => ({ force: cursor.vec(), torque: cursor.vec() }));
   const touch = Array.from({ length: cursor.u16() }, () => cursor.vec());
@@ -81,7 +82,8 @@ export class FrameReader {
     const moment: Moment = { tick, time: tick * this.tickS, score, poses: this.poses };
     if (flags & TELEMETRY) moment.telemetry = telemetry(cursor);
     if (flags & CONTACTS) moment.contacts = contacts(cursor);
-    if (flags & FELT && moment.telemetry) moment.telemetry = felt(cursor, moment.telemetry);
+    if (flags & LOADS && moment.telemetry) moment.telemetry = loads(cursor, moment.telemetry);
+    if (flags & READINGS && moment.telemetry) moment.telemetry.readings = cursor.floats(cursor.u16());
     return this.complete ? moment : null;
   }
 }

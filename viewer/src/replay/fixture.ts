@@ -16,7 +16,7 @@ export function record(tick: number, given: Partial<TelemetryRecord> = {}): Tele
   return {
     tick, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
     contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [],
-    work: [], fingerForce: [], fingerTorque: [], touch: [], ...given,
+    work: [], fingerForce: [], fingerTorque: [], touch: [], readings: [], ...given,
   };
 }
 

@@ -28,6 +28,7 @@ function telemetryOf(record: TelemetryRecord): Telemetry {
     predicted: record.predicted.length > 0 ? record.predicted : null,
     fingers: triples(record.fingerForce).map((force, k) => ({ force, torque: triple(record.fingerTorque, k) })),
     touch: triples(record.touch),
+    readings: record.readings,
   };
 }
 

@@ -27,6 +27,7 @@ export interface TelemetryRecord {
   fingerForce: number[];
   fingerTorque: number[];
   touch: number[];
+  readings: number[];
 }
 
 type Numbers = number[];
@@ -69,6 +70,7 @@ const readTelemetry = (field: number, record: TelemetryRecord, pbf: PbfReader): 
     case 16: pbf.readPackedFloat(record.fingerForce); break;
     case 17: pbf.readPackedFloat(record.fingerTorque); break;
     case 18: pbf.readPackedFloat(record.touch); break;
+    case 19: pbf.readPackedFloat(record.readings); break;
   }
 };
 
@@ -77,6 +79,6 @@ export function telemetry(data: Uint8Array): TelemetryRecord {
   return new PbfReader(data).readFields(readTelemetry, {
     tick: 0, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
     contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [],
-    work: [], fingerForce: [], fingerTorque: [], touch: [],
+    work: [], fingerForce: [], fingerTorque: [], touch: [], readings: [],
   });
 }

@@ -103,6 +103,7 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
   });
   const regions = records.get('palmares.scene')?.get('regions');
   const hand = records.get('palmares.hand')?.get('description');
+  const readings = records.get('palmares.hand')?.get('readings');
   const outcome = records.get('palmares.result')?.get('outcome');
   const scene: SceneInfo = {
     bodies: framed.map(({ body }) => body),
@@ -110,6 +111,7 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
     regions: regions ? (JSON.parse(regions) as SceneInfo['regions']) : [],
   };
   if (hand) scene.hand = JSON.parse(hand) as NonNullable<SceneInfo['hand']>;
+  if (readings) scene.readings = JSON.parse(readings) as NonNullable<SceneInfo['readings']>;
   const last = frames.at(-1)?.time ?? 0;
   return {
     info,

@@ -55,7 +55,7 @@ export class ReplayView {
       button('Fig. 6', () => { this.closing.open(this.player.time); }, { title: 'Closing: measured and predicted', 'aria-label': 'Fig. 6. Closing: measured and predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
     dock.append(this.timeline.element, this.charts.element);
     this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
-    this.gauges.setHand(first?.scene.hand ?? null);
+    this.gauges.setHand(first?.scene.hand ?? null, first?.scene.readings ?? []);
     const switches = overlaySwitches(stages);
     showOverlaySwitches(switches, loaded.some((one) => one.recording.telemetry.length > 0));
     for (const stage of stages()) stage.setOverlay('regions', true);

@@ -189,6 +189,24 @@ export interface CameraInfo {
   near: number;
   /** What is farther gives no reading, m. */
   far: number;
+  /** The images that it takes. */
+  images: ImageInfo[];
+}
+
+/** A channel of a hand, as clients and viewers learn it. */
+export interface ChannelInfo {
+  /** Name of its array in environments and batches. */
+  name: string;
+  /** Its key in `obs.hand`. */
+  key: string;
+  /** Shape of the array. */
+  shape: number[];
+  /** Columns along the array's last axis. Where a column has a name, `obs.hand` has an object with these names, or a list of such objects, one for each row. */
+  columns: ColumnInfo[];
+  /** It is only in observations with sensing `truth`. */
+  truth: boolean;
+  /** For people. */
+  description: string;
 }
 
 /** Who is asking: `"name/version"`, or an object. */
@@ -214,6 +232,20 @@ export interface Clock {
 
 /** What went wrong. */
 export type Code = 'bad_json' | 'unknown_op' | 'bad_request' | 'bad_action' | 'stale_tick' | 'wrong_state' | 'unknown_task' | 'unknown_hand' | 'unknown_camera' | 'hand_in_the_way' | 'not_authorized' | 'forbidden' | 'session_taken' | 'session_over' | 'capacity' | 'rate_limited' | 'too_large' | 'too_slow' | 'internal' | 'not_found';
+
+/** Numbers of a channel that have a unit and a range in common. */
+export interface ColumnInfo {
+  /** How many numbers. */
+  width: number;
+  /** Unit; empty for a pure number. */
+  unit: string;
+  /** Least value; null for none. */
+  minimum: number | null;
+  /** Largest value; null for none. */
+  maximum: number | null;
+  /** Absent where the channel's numbers have no names. */
+  name?: string;
+}
 
 /** The competition. */
 export interface Competition {
@@ -594,23 +626,25 @@ export interface HandInfo {
   encoders: string[];
   /** Names of the taxels, in the order of `hand.touch`. */
   taxels: string[];
+  /** The channels of `obs.hand` with this hand. */
+  channels: ChannelInfo[];
   /** Its cameras. */
   cameras: CameraInfo[];
 }
 
 /** What the hand's own sensors read. */
 export interface HandObservation {
-  /** The base. */
+  /** Pose and velocity of the base in the world frame, by the arm's encoders. */
   base: BodyState;
-  /** One entry per motor. */
+  /** Command, position, velocity and tension of every motor, by its encoder and its current. */
   actuators: ActuatorObservation[];
-  /** Reaction at the wrist: what the arm holds the hand with. */
+  /** Force and torque between arm and hand in the world frame, torque about the base's origin. */
   wrist: Wrench;
   /** Acceleration minus gravity in the frame of the accelerometer's link, m/s²; absent when the hand has none. */
   acceleration?: [number, number, number];
-  /** Joint encoders, rad, in the order of `welcome.hands[].encoders`; absent when the hand has none. */
+  /** Joint encoders, in the order of `welcome.hands[].encoders`, rad; absent when the hand has none. */
   joints?: number[];
-  /** Force on every taxel, N: along x and y of its patch, and into the patch; in the order of `welcome.hands[].taxels`, absent when the hand has none. */
+  /** Force on every taxel along x and y of its patch and into the patch, in the order of `welcome.hands[].taxels`, N; absent when the hand has none. */
   touch?: [number, number, number][];
 }
 
@@ -667,6 +701,24 @@ export interface HingeDescription {
   ratio: number;
   /** rad or m */
   offset: number;
+}
+
+/** An image of a camera, as clients learn it. */
+export interface ImageInfo {
+  /** Its field in `obs.cameras[]`, and `NAME` in the request `camera.NAME`. */
+  name: string;
+  /** Shape of the array: rows, pixels in a row, and the numbers of a pixel if it has several. */
+  shape: number[];
+  /** Unit; empty for a pure number. */
+  unit: string;
+  /** Least value. */
+  minimum: number;
+  /** Largest value. */
+  maximum: number;
+  /** Only with sensing `truth`. */
+  truth: boolean;
+  /** For people. */
+  description: string;
 }
 
 /** A token, shown this once. */
@@ -1542,6 +1594,8 @@ export interface Telemetry {
   fingers: FingerWrench[];
   /** Force on every taxel without the errors of a sensor, N: along x and y of its patch, and into it. */
   touch: [number, number, number][];
+  /** Readings without the errors of sensors: the channels that the scene's `readings` lists, one after the other. */
+  readings: number[];
 }
 
 /** A tendon. */
@@ -1771,6 +1825,8 @@ export interface WatchScene {
   regions: Region[];
   /** The hand in full, as `GET /v1/hands/{name}` tells it; left out where the viewer may not know it: a hand that a team sent in is told to that team and to organizers. */
   hand?: HandDescription;
+  /** The channels of `telemetry.readings`, one after the other; with `hand` only. */
+  readings?: ChannelInfo[];
 }
 
 /** `welcome`: what this server offers. */

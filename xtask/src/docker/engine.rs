@@ -12,7 +12,7 @@ pub(super) struct Engine {
 }
 
 impl Engine {
-    /// The engine of this machine, or why there is none.
+    /// The engine of this machine, or the reason why there is none.
     pub(super) fn find() -> Result<Self, String> {
         if !succeeds(Command::new("docker").arg("--version")) {
             return Err("docker is not installed".into());
@@ -36,10 +36,10 @@ impl Engine {
         command
     }
 
-    /// A build of an image upon `runtime`; the build context is still to be named.
+    /// A build of an image on top of `runtime`; the caller adds the build context.
     pub(super) fn build(&self, image: &str, runtime: &str) -> Command {
         let mut build = self.docker(&["build", "--quiet", "--tag", image]);
-        // Plain stages: they build everywhere, also where BuildKit's plugin is missing.
+        // Plain stages build everywhere, also without BuildKit's plugin.
         build.env("DOCKER_BUILDKIT", "0").args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
         build
     }
@@ -52,7 +52,7 @@ impl Engine {
     }
 }
 
-/// What a command prints; an error with what it complains of when it fails.
+/// The output of a command; its error output as the error when it fails.
 pub(super) fn output(command: &mut Command) -> Result<String> {
     let output = command.output().with_context(|| format!("cannot start {command:?}"))?;
     let complaint = String::from_utf8_lossy(&output.stderr);
@@ -81,12 +81,12 @@ impl Project<'_> {
         output(&mut self.compose(&["up", "--detach", "--no-build"])).map(drop)
     }
 
-    /// SIGTERM, and the grace that compose.yaml gives.
+    /// Stops it by SIGTERM, within the grace period of compose.yaml.
     pub(super) fn stop(&self) -> Result<()> {
         output(&mut self.compose(&["stop"])).map(drop)
     }
 
-    /// Where the server is reached from outside: `127.0.0.1:49153`.
+    /// The address of the server from outside: `127.0.0.1:49153`.
     pub(super) fn address(&self) -> Result<String> {
         let bound = output(&mut self.compose(&["port", "palmares", "8080"]))?;
         let port = bound.lines().next().and_then(|line| line.rsplit(':').next());
@@ -97,7 +97,7 @@ impl Project<'_> {
         output(&mut self.compose(&["ps", "--quiet", "palmares"]))
     }
 
-    /// What the engine knows of the container.
+    /// The engine's description of the container.
     pub(super) fn state(&self) -> Result<Value> {
         let container = self.container()?;
         let state = output(&mut self.engine.docker(&["inspect", "--format", "{{json .State}}", &container]))?;
@@ -110,7 +110,7 @@ impl Project<'_> {
         output(self.engine.docker(&["exec", &container]).args(arguments))
     }
 
-    /// What the server said.
+    /// The log of the server.
     pub(super) fn logs(&self) -> String {
         output(&mut self.compose(&["logs", "--no-color"])).unwrap_or_else(|error| error.to_string())
     }

@@ -1,4 +1,4 @@
-//! The images: base images from a registry, or made by `xtask/offline-docker` where none is reached; and ours.
+//! The images: ours, and base images from a registry or, without one, made by `xtask/offline-docker`.
 
 use super::engine::{Engine, output};
 use crate::python::succeeds;
@@ -9,25 +9,25 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The Dockerfile's own choice, on which the images of the tests are built.
+/// The Dockerfile's own choice, the base of the images of the tests.
 const RUNTIME: &str = "debian:bookworm-slim";
-/// The same made here.
+/// The same, made here.
 const BOOTSTRAPPED: &str = "palmares-test/debian:bookworm";
-/// Who else compiles: the Dockerfile's arguments and its own choices.
+/// The images with compilers: the Dockerfile's arguments and its own choices.
 const COMPILERS: [(&str, &str); 2] =
     [("RUST_IMAGE", "rust:1-slim-bookworm"), ("NODE_IMAGE", "node:22-bookworm-slim")];
 /// Both in one, made here.
 const MADE_COMPILERS: &str = "palmares-test/compilers";
 /// The choice of compose.postgres.yaml.
 const POSTGRES: &str = "postgres:17-bookworm";
-/// The same made here.
+/// The same, made here.
 const STAND_IN: &str = "palmares-test/postgres";
 /// The Dockerfile's stage of the same name: all but the program.
 const WITHOUT_PROGRAM: &str = "palmares-test/runtime";
-/// What the tests build.
+/// The image that the tests build.
 const IMAGE: &str = "palmares-test/server";
 
-/// Where the program comes from.
+/// The source of the program.
 pub(super) enum Source<'a> {
     /// Compiled within the image.
     Repository,
@@ -35,7 +35,7 @@ pub(super) enum Source<'a> {
     Program(&'a Path),
 }
 
-/// Builds the image and returns its name, or says why this machine cannot.
+/// Builds the image and returns its name, or the reason why this machine cannot.
 pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<String, String>> {
     let runtime = match runtime(engine)? {
         Ok(runtime) => runtime,
@@ -74,7 +74,7 @@ fn from_source(engine: &Engine, runtime: &str, compilers: &[String]) -> Result<(
     output(build.arg(workspace::root())).map(drop)
 }
 
-/// The Dockerfile's stage with all but the program, and the program in it: nothing is compiled, neither server nor viewer.
+/// The Dockerfile's stage with all but the program, and the program in it. Neither server nor viewer is compiled.
 fn around(engine: &Engine, runtime: &str, program: &Path) -> Result<()> {
     let dockerfile = File::open(workspace::root().join("Dockerfile")).context("Dockerfile")?;
     let mut stage = engine.build(WITHOUT_PROGRAM, runtime);
@@ -89,7 +89,7 @@ fn around(engine: &Engine, runtime: &str, program: &Path) -> Result<()> {
     output(engine.build(IMAGE, WITHOUT_PROGRAM).arg(folder.path())).map(drop)
 }
 
-/// Who runs it in the container is not who built it.
+/// Lets every user run it: the container has another one than the one who built it.
 #[cfg(unix)]
 fn for_everybody(program: &Path) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
@@ -101,7 +101,7 @@ fn for_everybody(_: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// An image of Postgres: at hand, from a registry, or made of Debian's packages.
+/// An image of Postgres: local, from a registry, or made of Debian's packages.
 pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
     if let Some(image) = there(engine, &[POSTGRES, STAND_IN]) {
         return Ok(Ok(image));
@@ -115,7 +115,7 @@ pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
     Ok(made.map(|_| STAND_IN.to_owned()).map_err(|error| format!("no image of Postgres: {error:#}")))
 }
 
-/// The image to run in: at hand, from a registry, or made of Debian's packages.
+/// The image to run in: local, from a registry, or made of Debian's packages.
 fn runtime(engine: &Engine) -> Result<Result<String, String>> {
     if let Some(image) = there(engine, &[RUNTIME, BOOTSTRAPPED]) {
         return Ok(Ok(image));
@@ -132,7 +132,7 @@ fn compilers(engine: &Engine, runtime: &str) -> Result<Result<Vec<String>, Strin
     let mut made = false;
     for (name, official) in COMPILERS {
         let known = std::env::var(name).ok().or_else(|| there(engine, &[official]));
-        // Made anew each time, of the Rust of today; what has not changed Docker keeps.
+        // Made each time, from today's Rust; Docker keeps unchanged layers.
         if known.is_none() && !made {
             println!("no image registry is reached; making an image with this machine's Rust, and Node");
             let mut script = Command::new("sh");
@@ -147,14 +147,14 @@ fn compilers(engine: &Engine, runtime: &str) -> Result<Result<Vec<String>, Strin
     Ok(Ok(arguments))
 }
 
-/// The first of these images that is at hand, or the first of all, fetched now. The registry's own comes first.
+/// The first of these images that is local, or else the first of all, fetched now. The registry's own comes first.
 fn there(engine: &Engine, images: &[&str]) -> Option<String> {
     let at_hand = |image: &&&str| succeeds(&mut engine.docker(&["image", "inspect", image]));
     let pulled = || images.first().filter(|image| succeeds(&mut engine.docker(&["pull", "--quiet", image])));
     images.iter().find(at_hand).or_else(pulled).map(|image| (*image).to_owned())
 }
 
-/// A file of the folder that stands in for an image registry.
+/// A file of the folder that replaces an image registry.
 fn offline(name: &str) -> PathBuf {
     workspace::root().join("xtask/offline-docker").join(name)
 }

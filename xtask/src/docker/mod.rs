@@ -1,7 +1,7 @@
 //! The container: built, started with compose, played on from outside, stopped and started again.
 //!
-//! `cargo xtask test` puts the server that it has built anyway into the image; `cargo xtask docker` compiles it within
-//! the image, as users do, which takes several minutes.
+//! `cargo xtask test` puts its own build of the server into the image. `cargo xtask docker` compiles it within the image, as
+//! users do, which takes several minutes.
 
 mod engine;
 mod images;
@@ -21,19 +21,19 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
-/// How long the container may take to become healthy.
+/// Longest time until the container is healthy.
 const HEALTHY_WITHIN: Duration = Duration::from_secs(90);
-/// The grace that compose.yaml gives, and a little for the engine.
+/// The grace period of compose.yaml, and some time for the engine.
 const STOPPED_WITHIN: Duration = Duration::from_secs(45);
 
 #[derive(Args)]
 pub(crate) struct Options {
-    /// Put the program that cargo builds here into the image instead of compiling within it.
+    /// Put cargo's build of the program into the image instead of compiling within it.
     #[arg(long)]
     prebuilt: bool,
 }
 
-/// `cargo xtask docker`. An engine that is missing is an error here.
+/// `cargo xtask docker`. A missing engine is an error here.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let environment = Environment::prepare()?;
     let prebuilt = || {
@@ -47,7 +47,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Runs every check of the container, or says why this machine cannot.
+/// Runs every check of the container, or returns the reason why this machine cannot.
 pub(crate) fn check(program: Option<&Path>, environment: &Environment) -> Result<Result<(), String>> {
     let engine = match Engine::find() {
         Ok(engine) => engine,
@@ -87,7 +87,7 @@ fn with_log(project: &Project<'_>, outcome: Result<()>) -> Result<()> {
     outcome
 }
 
-/// An official server with Postgres: strangers are kept out, and its secret outlives it.
+/// An official server with Postgres refuses clients without a token and keeps its secret over a restart.
 fn competition(project: &Project<'_>) -> Result<()> {
     let secret = || -> Result<String> {
         project.up()?;
@@ -109,7 +109,7 @@ fn competition(project: &Project<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Plays, stops, starts again.
+/// Plays, stops and starts again.
 fn live(project: &Project<'_>, environment: &Environment) -> Result<()> {
     project.up()?;
     let address = project.address()?;

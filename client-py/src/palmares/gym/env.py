@@ -12,6 +12,7 @@ from gymnasium import spaces
 
 from palmares.arguments import one_of, table, whole
 from palmares.arrays import array
+from palmares.channels import depth_of
 from palmares.client import LOCAL, Client
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
 from palmares.gym.player import Player
@@ -34,16 +35,15 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     An observation has:
 
-    - ``base`` (13,): position (m), quaternion x y z w, linear (m/s) and angular (rad/s) velocity
-    - ``motors`` (motors, 4): command, position, velocity (1/s) and tension of each
-    - ``wrist`` (6,): force (N), torque (N·m)
+    - each channel of the hand (`HandInfo.channels`): ``base`` (13,), ``motors`` (motors, 4), ``wrist`` (6,),
+      and, with a hand that has them, ``encoders`` (encoders,), ``touch`` (taxels, 3), ``acceleration`` (3,);
+      docs/senses.md has their columns and units
     - ``time_left`` (1,): s until the time limit
     - ``objects`` (objects, 13), with ``sensing="truth"``: as ``base``, for each
     - ``joints`` (2, joints), with ``sensing="truth"``: position (rad), velocity (rad/s)
     - ``object_kind`` (objects,), ``object_half_extents`` (objects, 3), ``object_mass`` (objects,), with
       ``sensing="truth"`` and a fixed number of `objects`: 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull,
       5 several parts; m, in its own frame; kg
-    - ``encoders`` (encoders,), ``touch`` (taxels, 3), if the hand has them: rad, N
     - ``depth.NAME`` (height, width), for each of `cameras`: m, 0 where there is no reading
 
     The number of objects is unknown before a run is opened. So the space of ``objects`` is a `Sequence` of
@@ -123,24 +123,16 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self._scene: Arrays = {}
         self.observation: Observation | None = None
         self.observation_space = cast(spaces.Space[Arrays], self._observations())
-        motors = self._player.shapes["motors"]
+        motors = len(self._player.hand.motors)
         self.action_space = cast(spaces.Space[Arrays], action_space(self._player.limits, motors))
 
     def _observations(self) -> spaces.Dict:
-        lengths, objects = self._player.shapes, self._objects
-        shapes: dict[str, tuple[int, ...]] = {
-            "base": (13,),
-            "motors": (lengths["motors"], 4),
-            "wrist": (6,),
-            "time_left": (1,),
-        }
-        if lengths["encoders"]:
-            shapes["encoders"] = (lengths["encoders"],)
-        if lengths["taxels"]:
-            shapes["touch"] = (lengths["taxels"], 3)
+        objects = self._objects
+        shapes = {channel.name: tuple(channel.shape) for channel in self._player.channels}
+        shapes["time_left"] = (1,)
         found: dict[str, spaces.Space[Any]] = {}
         if self._sensing == "truth":
-            shapes["joints"] = (2, lengths["joints"])
+            shapes["joints"] = (2, len(self._player.hand.joints))
             if objects is None:
                 found["objects"] = spaces.Sequence(box(13), stack=True)
             else:
@@ -156,8 +148,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             if name not in known:
                 there = ", ".join(known) or "none"
                 raise ValueError(f"no camera {name!r} in task {self._task!r} with {self._hand!r}: {there}")
-            height, width, far = known[name]
-            found[f"depth.{name}"] = spaces.Box(0.0, far, (height, width), dtype=np.float64)
+            depth = depth_of(known[name])
+            low, high, shape = depth.minimum, depth.maximum, tuple(depth.shape)
+            found[f"depth.{name}"] = spaces.Box(low, high, shape, dtype=np.float64)
         return spaces.Dict(found)
 
     @property
@@ -242,4 +235,4 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         left = array([self._player.time_limit_s - obs.sim_time_s])
         # Copies: the caller may keep and change an observation.
         scene = {name: values.copy() for name, values in self._scene.items()}
-        return padded(arrays_of(obs), self._objects) | {"time_left": left} | scene
+        return padded(arrays_of(obs, self._player.channels), self._objects) | {"time_left": left} | scene

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
 
 from palmares.arrays import Array, array
+from palmares.channels import array_of, early_channels
 from palmares.messages import Observation
 from palmares.scene import Scene, SceneBody
+from palmares.wire import ChannelInfo
 
 Arrays: TypeAlias = dict[str, Array]
 
@@ -18,19 +21,20 @@ LARGEST = 1e9
 KINDS = ("sphere", "capsule", "cylinder", "box", "hull")
 
 
-def arrays_of(obs: Observation) -> Arrays:
-    """Return an observation as arrays; their shapes are in the docstring of `PalmaresEnv`."""
-    hand, base = obs.hand, obs.hand.base
-    motors = [(motor.command, motor.position, motor.velocity, motor.tension) for motor in hand.actuators]
-    found = {
-        "base": array([*base.position, *base.quat_xyzw, *base.linear, *base.angular]),
-        "motors": array(motors, -1, 4),
-        "wrist": array([*hand.wrist.force, *hand.wrist.torque]),
-    }
-    if hand.joints.size:
-        found["encoders"] = hand.joints
-    if hand.touch.size:
-        found["touch"] = hand.touch
+def arrays_of(obs: Observation, channels: Sequence[ChannelInfo] | None = None) -> Arrays:
+    """Return an observation as arrays; their shapes are in the docstring of `PalmaresEnv`.
+
+    Args:
+        obs: The observation.
+        channels: `HandInfo.channels` of its hand. Without them, the arrays are ``base``, ``motors``,
+            ``wrist``, and, with a hand that has them, ``encoders``, ``touch`` and ``acceleration``.
+
+    """
+    if channels is None:
+        hand = obs.hand
+        lengths = (len(hand.actuators), hand.joints.size, len(hand.touch))
+        channels = early_channels(*lengths, acceleration=hand.acceleration is not None)
+    found = {channel.name: array_of(channel, obs.hand) for channel in channels}
     for name, image in obs.cameras.items():
         found[f"depth.{name}"] = np.nan_to_num(image.depth, nan=0.0)
     if obs.truth is not None:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from palmares import own_task
+from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
 from palmares.messages import Observation, Result
 from palmares.scene import Scene
@@ -23,8 +24,9 @@ class Player:
 
     Attributes:
         client: The session.
-        shapes: Lengths of the hand's fields: ``motors``, ``joints``, ``encoders``, ``taxels``.
-        cameras: Height, width and range (m) of each camera.
+        hand: The hand.
+        channels: The channels of its observations.
+        cameras: The cameras of task and hand by name.
         limits: Largest speed (m/s) and angular speed (rad/s) of the base.
         time_limit_s: Longest run.
 
@@ -45,17 +47,14 @@ class Player:
         self.client.clipping.mute()
         welcome = self.client.welcome
         played, rules = self._hand_info(hand), self._task_info(task)
-        self.shapes = {
-            "motors": len(played.motors),
-            "joints": len(played.joints),
-            "encoders": len(played.encoders),
-            "taxels": len(played.taxels),
-        }
-        taken = {camera.name for camera in rules.cameras}
-        self.cameras = {camera.name: (camera.height, camera.width, camera.far) for camera in rules.cameras}
+        self.hand = played
+        self.channels = [
+            channel for channel in channels_of(played) if sensing == "truth" or not channel.truth
+        ]
+        self.cameras = {camera.name: camera for camera in rules.cameras}
         for camera in played.cameras:
-            name = f"hand_{camera.name}" if camera.name in taken else camera.name
-            self.cameras[name] = (camera.height, camera.width, camera.far)
+            name = f"hand_{camera.name}" if camera.name in self.cameras else camera.name
+            self.cameras[name] = camera
         ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
         self.limits = (ranges[0][1], ranges[1][1])
         self.time_limit_s = rules.time_limit_s

@@ -25,7 +25,7 @@ from palmares.errors import (
 )
 from palmares.messages import Result, Welcome
 from palmares.net import http
-from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
+from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message, with_channels
 from palmares.net.dial import NoWebSocket, Refused
 from palmares.net.transport import Closed, Transport
 from palmares.training import Training
@@ -332,12 +332,14 @@ class Link:
 
     def _open_session(self, hello: HelloRequest) -> Welcome:
         try:
-            return self._exchange(hello, Welcome)
+            welcome = self._exchange(hello, Welcome)
         except Closed as closed:
             raise_if_fatal(closed)
             raise ConnectionLostError(
                 f"the server closed the connection during the greeting: {closed}"
             ) from closed
+        self._codec = with_channels(self._codec, welcome.specs)
+        return welcome
 
     def _resume_session(self) -> Welcome:
         first = self._hello

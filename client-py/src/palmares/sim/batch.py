@@ -51,12 +51,9 @@ class Batch:
     An observation is a dictionary of arrays (N, …) of float64. The last five are only there with
     ``sensing="truth"``, those of sensors only if the hand has them:
 
-    - ``base`` (13,): position (m), quaternion x y z w, linear (m/s) and angular (rad/s) velocity
-    - ``motors`` (motors, 4): command, position, velocity (1/s) and tension of each
-    - ``wrist`` (6,): force (N), torque (N·m)
-    - ``encoders`` (encoders,): rad
-    - ``touch`` (taxels, 3): N
-    - ``acceleration`` (3,): m/s²
+    - the channels of the hand, each in its shape: ``base`` (13,), ``motors`` (motors, 4), ``wrist`` (6,),
+      ``encoders`` (encoders,), ``touch`` (taxels, 3), ``acceleration`` (3,); docs/senses.md has their columns
+      and units
     - ``time_left`` (1,): s until the time limit
     - ``joints`` (2, joints): position (rad), velocity (rad/s)
     - ``objects`` (objects, 13): as ``base``, for each

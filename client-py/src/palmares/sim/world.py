@@ -6,13 +6,13 @@ import os
 from collections.abc import Iterable
 from typing import Literal, Self, TypeVar
 
-from palmares._native import Snapshot
+from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
 from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
-from palmares.messages import Observation, Result
-from palmares.net.codec import CODECS
+from palmares.messages import Observation, Result, Welcome
+from palmares.net.codec import CODECS, with_channels
 from palmares.net.requests import names, whole_of
 from palmares.scene import Scene
 from palmares.sim.progress import progress
@@ -33,6 +33,9 @@ from palmares.wire import (
 Answer = TypeVar("Answer", bound=Reply)
 
 CODEC = CODECS["msgpack"]
+_GREETING = CODEC.message(welcome("", [], []))
+if isinstance(_GREETING, Welcome):
+    CODEC = with_channels(CODEC, _GREETING.specs)
 
 
 class World:

@@ -1,8 +1,9 @@
 //! The axis of a contact: the direction of largest separation, or of smallest overlap, of two shapes. Its
 //! length is always one.
 
-use super::solid::Solid;
+use crate::anchor::Facing;
 use crate::model::Collider;
+use crate::surface::solid::Solid;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::details::contact_support_map_support_map_with_params;
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
@@ -10,29 +11,6 @@ use parry3d_f64::query::sat::{
     cuboid_cuboid_find_local_separating_edge_twoway, cuboid_cuboid_find_local_separating_normal_oneway,
 };
 use parry3d_f64::shape::Cuboid;
-use serde::{Deserialize, Serialize};
-
-/// The flat face that gives a contact's normal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Facing {
-    /// No face: edges, or curved sides, meet.
-    #[default]
-    None,
-    /// Face of the first shape, by index.
-    First(u32),
-    /// Face of the second shape, by index.
-    Second(u32),
-}
-
-impl Facing {
-    pub(crate) fn code(self) -> u64 {
-        match self {
-            Facing::None => 0,
-            Facing::First(face) => u64::from(face) << 2 | 1,
-            Facing::Second(face) => u64::from(face) << 2 | 2,
-        }
-    }
-}
 
 /// The axis between two shapes without their rounding, in the frame of the first.
 #[derive(Clone, Copy, Debug)]

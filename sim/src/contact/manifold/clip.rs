@@ -1,7 +1,7 @@
 //! Overlap of two features, seen along the contact's normal: one is clipped by the edges of the other
 //! (Sutherland and Hodgman 1974), so that every corner of the common polygon is found once and in order.
 
-use super::solid::Feature;
+use crate::surface::solid::Feature;
 use palmares_models::Vec3;
 use parry3d_f64::shape::PackedFeatureId;
 
@@ -315,7 +315,8 @@ pub(super) fn on_face(
         return None;
     }
     let (own, other_height) = (at.dot(across.normal) + lifted, h + a * x + b * y);
-    let (own_id, other_id) = (PackedFeatureId::vertex(super::solid::RIM), PackedFeatureId::face(other.face));
+    let (own_id, other_id) =
+        (PackedFeatureId::vertex(crate::surface::solid::RIM), PackedFeatureId::face(other.face));
     Some(if side == 0 {
         Overlap { x, y, heights: [own, other_height], ids: [own_id, other_id] }
     } else {

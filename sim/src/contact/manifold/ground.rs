@@ -3,7 +3,7 @@
 use super::clip::Overlap;
 use super::patch;
 use super::rim;
-use super::solid::{Feature, Solid};
+use crate::surface::solid::{Feature, Solid};
 use palmares_models::Vec3;
 use parry3d_f64::shape::PackedFeatureId;
 
@@ -42,7 +42,7 @@ pub(super) fn corners(
         near.extend(beside);
     }
     if let Some((at, sine)) = solid.rim(-normal) {
-        let mut corner = place(at, super::solid::RIM);
+        let mut corner = place(at, crate::surface::solid::RIM);
         corner.heights[1] += rim::fade(sine);
         if corner.distance() <= reach {
             near.push(corner);

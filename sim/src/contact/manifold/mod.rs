@@ -1,10 +1,10 @@
 //! Contact points of two convex shapes, from whole faces.
 //!
 //! 1. [`axis`]: the direction of largest separation, or of smallest overlap.
-//! 2. [`solid`]: the facing features along it: faces with all corners, or a line or rim of a curved side.
+//! 2. [`solid`](crate::surface::solid): the facing features along it: faces with all corners, or a line or rim of a curved side.
 //! 3. [`clip`]: the corners of their overlap, seen along the axis.
 //! 4. [`patch`]: a few of these corners that represent the area, and the lever of friction.
-//! 5. [`seams`]: parts of a surface that other parts of the same body cover are no face and no edge.
+//! 5. [`seams`](crate::surface::seams): parts of a surface that other parts of the same body cover are no face and no edge.
 //!
 //! A face that rests on a face keeps its normal: the search tries the face of the last step first, and keeps
 //! it while the shapes' nearest points are on it.
@@ -14,18 +14,16 @@ mod clip;
 mod ground;
 mod patch;
 mod rim;
-pub mod seams;
-pub mod solid;
 
-use super::anchor::{Anchor, Pair};
+use crate::anchor::{Anchor, Facing, Pair};
 use crate::model::Collider;
-use axis::{Axis, Facing};
+use crate::surface::seams::Verdict;
+use crate::surface::solid::{Feature, Solid};
+use axis::Axis;
 use clip::{Across, Clip, Overlap};
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
 use parry3d_f64::shape::PackedFeatureId;
-use seams::Verdict;
-use solid::{Feature, Solid};
 
 /// A kept face still has the nearest points if the overlap of the faces comes as near as the shapes do, up to
 /// this, m.

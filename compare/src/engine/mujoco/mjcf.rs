@@ -1,0 +1,532 @@
+//! The same scene as a MuJoCo model.
+
+use super::settings::Settings;
+use palmares_models::hand::{HingeKind, Inertia, Link};
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Vec3};
+use palmares_sim::{Model, Owner, State};
+use std::fmt::Write;
+use std::sync::Arc;
+
+/// A fixed box this large in two directions, m, is a plane.
+const PLANE_M: f64 = 1.0;
+
+/// How the base is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Base {
+    /// No hand.
+    None,
+    /// Welded to the world.
+    Bolted,
+    /// Flies.
+    Free,
+    /// Three slides and three hinges, with the servo's gains as actuators.
+    Servo,
+}
+
+impl Base {
+    pub(super) fn of(model: &Model) -> Base {
+        match model.hand() {
+            None => Base::None,
+            Some(_) if model.config().base.bolted => Base::Bolted,
+            Some(_) if model.config().base.stiffness == 0.0 => Base::Free,
+            Some(_) => Base::Servo,
+        }
+    }
+}
+
+/// A hinge as MuJoCo numbers it.
+pub(super) struct HingeDof {
+    pub coordinate: usize,
+    pub ratio: f64,
+    pub offset: f64,
+}
+
+/// A document and the order of its joints.
+pub(super) struct Document {
+    pub xml: String,
+    /// All hinges, in the order of `qpos` after the base.
+    pub hinges: Vec<HingeDof>,
+    /// The hinge that carries each coordinate.
+    pub masters: Vec<usize>,
+    /// Whose the shape of each name is: `g` and its place here.
+    pub owners: Vec<Owner>,
+}
+
+/// A shape that has been written under the name `g` and its place in the list.
+struct Written {
+    owner: Owner,
+    friction: f64,
+    levers: Levers,
+}
+
+struct Writer<'a> {
+    model: &'a Model,
+    settings: &'a Settings,
+    /// Friction of most objects, and the largest levers.
+    common: Option<(f64, Levers)>,
+    written: Vec<Written>,
+    hinges: Vec<HingeDof>,
+    masters: Vec<Option<usize>>,
+    out: String,
+    assets: String,
+}
+
+/// What holds for all settings, for the report.
+pub(super) fn notes() -> Vec<String> {
+    [
+        "elliptic cones, Newton, default tolerances; joint limits are as soft as contacts",
+        "bodies sleep as ours do in scenes without a hand; with one nothing sleeps, for MuJoCo would stop what is held",
+        "rolling joint: two hinges in one body and a joint equality, no coupler mass",
+        "tendon: fixed tendon and affine actuator with K and b of the model; its set point is clamped to where the \
+         tendon will be and f_max beyond, since MuJoCo would clamp the force before its implicit step",
+        "base: three slides and three hinges with the servo's gains; hand weight by gravcomp",
+        "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane",
+        "friction of a pair: the geometric mean, as ours, wherever an object takes part: hand and furniture have \
+         priority, with that of theirs and most objects'; objects of another friction have explicit pairs. Hand on \
+         hand and on furniture have the coefficient that they have on objects; rolling resistance by condim 6, friction against spin by condim 4",
+    ]
+    .map(String::from)
+    .to_vec()
+}
+
+/// Writes the scene as it is in `state`.
+pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Option<Document> {
+    let config = model.config();
+    let coordinates = model.hand().map_or(0, |hand| hand.coordinates.len());
+    let mut w = Writer {
+        model,
+        settings,
+        common: common(model.objects()),
+        written: Vec::new(),
+        hinges: Vec::new(),
+        masters: vec![None; coordinates],
+        out: String::new(),
+        assets: String::new(),
+    };
+    w.furniture(state)?;
+    w.hand(state)?;
+    for (k, object) in model.objects().iter().enumerate() {
+        w.object(k, object, &state.objects[k])?;
+    }
+    let world = std::mem::take(&mut w.out);
+    w.pairs();
+    w.constraints();
+    let g = config.gravity;
+    let sleep = if config.sleeping && model.hand().is_none() { "<flag sleep='enable'/>" } else { "" };
+    let Settings { integrator, impratio, contact, .. } = settings;
+    let soft = contact.attributes("");
+    let xml = format!(
+        "<mujoco model='palmares'>\
+         <compiler angle='radian' autolimits='false' inertiafromgeom='false'/>\
+         <option timestep='{}' integrator='{integrator}' cone='elliptic' impratio='{impratio}' gravity='{}' \
+         sleep_tolerance='{}'>{sleep}</option>\
+         <size memory='256M'/><default><geom {soft}/><pair {soft}/></default>\
+         <asset>{}</asset><worldbody>{world}</worldbody>{}</mujoco>",
+        config.step_s,
+        vector(g),
+        config.sleep_linear,
+        w.assets,
+        w.out,
+    );
+    let masters = w.masters.into_iter().collect::<Option<Vec<usize>>>()?;
+    let owners = w.written.iter().map(|shape| shape.owner).collect();
+    Some(Document { xml, hinges: w.hinges, masters, owners })
+}
+
+fn vector(v: Vec3) -> String {
+    format!("{:?} {:?} {:?}", v.x, v.y, v.z)
+}
+
+fn place(pose: &Pose) -> String {
+    let q = pose.rotation;
+    format!("pos='{}' quat='{:?} {:?} {:?} {:?}'", vector(pose.translation), q.w, q.x, q.y, q.z)
+}
+
+fn inertial(inertia: &Inertia) -> String {
+    let i = inertia.about_com;
+    let (x, y, z) = (i.x_axis, i.y_axis, i.z_axis);
+    format!(
+        "<inertial pos='{}' mass='{:?}' fullinertia='{:?} {:?} {:?} {:?} {:?} {:?}'/>",
+        vector(inertia.com),
+        inertia.mass,
+        x.x,
+        y.y,
+        z.z,
+        x.y,
+        x.z,
+        y.z
+    )
+}
+
+impl Writer<'_> {
+    /// A shape; `more` says how its surface is.
+    fn geom(&mut self, shape: &Shape, pose: &Pose, more: &str) -> Option<()> {
+        let (kind, size) = match shape {
+            Shape::Sphere { radius } => ("sphere", format!("{radius:?}")),
+            Shape::Capsule { radius, half_length } => ("capsule", format!("{radius:?} {half_length:?}")),
+            Shape::Cylinder { radius, half_length } => ("cylinder", format!("{radius:?} {half_length:?}")),
+            Shape::Box { half_extents, rounding } if *rounding > 0.0 => {
+                let core = Vec3::from_array(*half_extents) - Vec3::splat(*rounding);
+                let corner = |k: u32| {
+                    let signs = [4, 2, 1].map(|bit| if k & bit == 0 { -1.0 } else { 1.0 });
+                    (core * Vec3::from_array(signs)).to_array()
+                };
+                let corners: Vec<[f64; 3]> = (0..8).map(corner).collect();
+                return self.hull(&corners, *rounding, pose, more);
+            }
+            Shape::Box { half_extents, .. } => ("box", vector(Vec3::from_array(*half_extents))),
+            Shape::Hull { points, rounding } => return self.hull(points, *rounding, pose, more),
+        };
+        write!(self.out, "<geom type='{kind}' size='{size}' {} {more}/>", place(pose)).ok()
+    }
+
+    /// A hull; about each of its points a rounding becomes a ball of 26 corners. MuJoCo moves a mesh to its own
+    /// centre and principal axes, and the geom with it.
+    fn hull(&mut self, points: &[[f64; 3]], rounding: f64, pose: &Pose, more: &str) -> Option<()> {
+        let name = format!("hull{}", self.assets.matches("<mesh").count());
+        write!(self.assets, "<mesh name='{name}' inertia='convex' vertex='").ok()?;
+        for point in points.iter().map(|point| Vec3::from_array(*point)) {
+            if rounding == 0.0 {
+                write!(self.assets, "{} ", vector(point)).ok()?;
+                continue;
+            }
+            for k in (0..27).filter(|k| *k != 13) {
+                let direction = Vec3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64) - Vec3::ONE;
+                let at = point + direction.normalize() * rounding;
+                write!(self.assets, "{} ", vector(at)).ok()?;
+            }
+        }
+        write!(self.assets, "'/>").ok()?;
+        write!(self.out, "<geom type='mesh' mesh='{name}' {} {more}/>", place(pose)).ok()
+    }
+
+    /// Name and surface of the next shape. MuJoCo takes the larger coefficient of two, or that of the one with
+    /// priority: what is no object has the geometric mean with that of most objects.
+    fn surface(&mut self, owner: Owner, friction: f64, levers: Levers) -> String {
+        let name = format!("name='g{}'", self.written.len());
+        self.written.push(Written { owner, friction, levers });
+        match (owner, self.common) {
+            (Owner::Static | Owner::Link(_), Some((of_objects, levers))) => {
+                format!("{name} priority='1' {}", surface((friction * of_objects).sqrt(), levers))
+            }
+            _ => format!("{name} {}", surface(friction, levers)),
+        }
+    }
+
+    /// The pairs that shapes of objects with another friction than most make.
+    fn pairs(&mut self) {
+        let Some((common, _)) = self.common else { return };
+        let differs = |shape: &Written| matches!(shape.owner, Owner::Object(_)) && shape.friction != common;
+        let mut out = String::from("<contact>");
+        for (j, b) in self.written.iter().enumerate() {
+            for (i, a) in self.written[..j].iter().enumerate() {
+                if a.owner != b.owner && (differs(a) || differs(b)) {
+                    let (mu, levers) = ((a.friction * b.friction).sqrt(), a.levers.larger(b.levers));
+                    let Levers { torsional, rolling } = levers;
+                    let condim = levers.condim();
+                    out += &format!(
+                        "<pair geom1='g{i}' geom2='g{j}' condim='{condim}' \
+                         friction='{mu:?} {mu:?} {torsional:?} {rolling:?} {rolling:?}'/>"
+                    );
+                }
+            }
+        }
+        self.out += &out;
+        self.out += "</contact>";
+    }
+
+    fn furniture(&mut self, state: &State) -> Option<()> {
+        let middle = state.objects.iter().fold(Vec3::ZERO, |sum, pose| sum + pose.translation)
+            / state.objects.len().max(1) as f64;
+        for collider in self.model.colliders() {
+            if collider.owner != Owner::Static {
+                continue;
+            }
+            let surface = self.surface(Owner::Static, collider.friction, Levers::default());
+            let pose = collider.body_from_shape;
+            if collider.shape.as_halfspace().is_some() {
+                write!(self.out, "<geom type='plane' size='0 0 1' {} {surface}/>", place(&pose)).ok()?;
+            } else if let Some(cuboid) = collider.shape.as_cuboid() {
+                let half = cuboid.half_extents.to_array();
+                let thin = (0..3).min_by(|a, b| half[*a].total_cmp(&half[*b]))?;
+                let wide = (0..3).all(|k| k == thin || half[k] >= PLANE_M);
+                let mut axis = [0.0; 3];
+                axis[thin] = 1.0;
+                let normal = pose.rotation * Vec3::from_array(axis);
+                let normal = if normal.dot(middle - pose.translation) < 0.0 { -normal } else { normal };
+                if wide {
+                    let at = pose.translation + normal * half[thin];
+                    let up = palmares_models::Rotation::from_rotation_arc(Vec3::Z, normal);
+                    let at = place(&Pose::from_parts(at, up));
+                    write!(self.out, "<geom type='plane' size='0 0 1' {at} {surface}/>").ok()?;
+                    continue;
+                }
+                self.geom(&Shape::Box { half_extents: half, rounding: 0.0 }, &pose, &surface)?;
+            } else {
+                // Furniture of other shapes than boxes is not in any scene; better refuse than approximate.
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    fn object(&mut self, k: usize, object: &Object, pose: &Pose) -> Option<()> {
+        write!(self.out, "<body name='object{k}' {}><freejoint/>", place(pose)).ok()?;
+        let inertia = Inertia { mass: object.mass, com: Vec3::ZERO, about_com: object.inertia };
+        self.out += &inertial(&inertia);
+        for (at, shape) in &object.parts {
+            let central = Pose::from_parts(at.translation - object.com, at.rotation);
+            let surface = self.surface(Owner::Object(k), object.friction, Levers::of(object));
+            self.geom(shape, &central, &surface)?;
+        }
+        self.out += "</body>";
+        Some(())
+    }
+
+    fn hand(&mut self, state: &State) -> Option<()> {
+        if self.model.hand().is_some() { self.link(0, &state.base) } else { Some(()) }
+    }
+
+    /// A link and all that hangs from it.
+    fn link(&mut self, index: usize, world_from_base: &Pose) -> Option<()> {
+        let hand = self.model.hand()?.clone();
+        let link: &Link = &hand.links[index];
+        let hinges = link.joint.as_ref().map_or(&[][..], |joint| &joint.hinges);
+        let at = if link.parent.is_none() {
+            *world_from_base
+        } else {
+            hinges.iter().fold(Pose::IDENTITY, |pose, hinge| pose * hinge.parent_from_hinge)
+        };
+        let float = if hand.gravity_compensation { "gravcomp='1'" } else { "" };
+        write!(self.out, "<body name='link{index}' {} {float}>", place(&at)).ok()?;
+        if link.parent.is_none() {
+            self.base_joints(world_from_base)?;
+        }
+        let mut frame = Pose::IDENTITY;
+        for hinge in hinges {
+            let coordinate = link.joint.as_ref()?.coordinate;
+            frame *= hinge.parent_from_hinge;
+            // Of the hinge in the link's own frame, all hinges at zero.
+            let here = at.inverse() * frame;
+            self.joint(coordinate, hinge.kind, &here, hinge.axis, hinge.ratio, hinge.offset)?;
+        }
+        self.out += &inertial(&link.inertia);
+        for geom in &link.geoms {
+            let surface = self.surface(Owner::Link(index), geom.friction, Levers::default());
+            self.geom(&geom.shape, &geom.link_from_geom, &surface)?;
+        }
+        for child in 0..hand.links.len() {
+            if hand.links[child].parent == Some(index) {
+                self.link(child, world_from_base)?;
+            }
+        }
+        self.out += "</body>";
+        Some(())
+    }
+
+    fn base_joints(&mut self, world_from_base: &Pose) -> Option<()> {
+        match Base::of(self.model) {
+            Base::None | Base::Bolted => Some(()),
+            Base::Free => write!(self.out, "<freejoint/>").ok(),
+            Base::Servo => {
+                for kind in ["slide", "hinge"] {
+                    for (k, axis) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().enumerate() {
+                        let axis = vector(world_from_base.rotation.inverse() * axis);
+                        write!(self.out, "<joint name='{kind}{k}' type='{kind}' axis='{axis}'/>").ok()?;
+                    }
+                }
+                Some(())
+            }
+        }
+    }
+
+    fn joint(
+        &mut self,
+        coordinate: usize,
+        kind: HingeKind,
+        here: &Pose,
+        axis: Vec3,
+        ratio: f64,
+        offset: f64,
+    ) -> Option<()> {
+        let kind = match kind {
+            HingeKind::Revolute => "hinge",
+            HingeKind::Prismatic => "slide",
+        };
+        let index = self.hinges.len();
+        self.hinges.push(HingeDof { coordinate, ratio, offset });
+        let (at, axis) = (vector(here.translation), vector(here.rotation * axis));
+        write!(self.out, "<joint name='j{index}' type='{kind}' pos='{at}' axis='{axis}'").ok()?;
+        if self.masters[coordinate].is_none() && ratio != 0.0 {
+            self.masters[coordinate] = Some(index);
+            let c = &self.model.hand()?.coordinates[coordinate];
+            let square = ratio * ratio;
+            let rest = ratio * c.rest + offset;
+            write!(
+                self.out,
+                " stiffness='{:?}' springref='{rest:?}' damping='{:?}'",
+                c.stiffness / square,
+                c.damping / square
+            )
+            .ok()?;
+            let ends = [ratio * c.lower + offset, ratio * c.upper + offset];
+            if ends.iter().all(|x| x.abs() < 100.0) {
+                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+                let limit = self.settings.contact.attributes("limit");
+                write!(self.out, " limited='true' range='{low:?} {high:?}' {limit}").ok()?;
+            }
+        }
+        write!(self.out, "/>").ok()
+    }
+
+    /// Everything behind the bodies: filters, couplings, tendons, actuators.
+    fn constraints(&mut self) {
+        let Some(hand) = self.model.hand().cloned() else { return };
+        let allowed = |a: usize, b: usize| {
+            self.model.self_pairs().iter().any(|(x, y)| {
+                let owners =
+                    [self.model.colliders()[*x as usize].owner, self.model.colliders()[*y as usize].owner];
+                owners == [Owner::Link(a), Owner::Link(b)] || owners == [Owner::Link(b), Owner::Link(a)]
+            })
+        };
+        let mut out = String::from("<contact>");
+        for a in 0..hand.links.len() {
+            for b in a + 1..hand.links.len() {
+                let shapes = !hand.links[a].geoms.is_empty() && !hand.links[b].geoms.is_empty();
+                if shapes && !allowed(a, b) {
+                    out += &format!("<exclude body1='link{a}' body2='link{b}'/>");
+                }
+            }
+        }
+        out += "</contact><equality>";
+        for (i, hinge) in self.hinges.iter().enumerate() {
+            let Some(m) = self.masters[hinge.coordinate].filter(|m| *m != i) else { continue };
+            let slope = hinge.ratio / self.hinges[m].ratio;
+            let shift = hinge.offset - slope * self.hinges[m].offset;
+            out += &format!(
+                "<joint joint1='j{i}' joint2='j{m}' polycoef='{shift:?} {slope:?} 0 0 0' {}/>",
+                self.settings.coupling.attributes("")
+            );
+        }
+        out += "</equality><tendon>";
+        for (t, tendon) in hand.tendons.iter().enumerate() {
+            out += &format!("<fixed name='t{t}'>");
+            for &(c, r) in &tendon.moment_arms {
+                if let Some(m) = self.masters[c] {
+                    out += &format!("<joint joint='j{m}' coef='{:?}'/>", r / self.hinges[m].ratio);
+                }
+            }
+            out += "</fixed>";
+        }
+        out += "</tendon><actuator>";
+        let gains = |on: String, k: f64, d: f64, low: f64, high: f64| {
+            format!(
+                "<general {on} gainprm='{k:?}' biastype='affine' biasprm='0 {:?} {:?}' forcelimited='true' \
+                 forcerange='{low:?} {high:?}'/>",
+                -k, -d
+            )
+        };
+        if Base::of(self.model) == Base::Servo {
+            let s = &self.model.config().base;
+            for k in 0..3 {
+                let limit = s.force_limit.min(1e9);
+                out += &gains(format!("joint='slide{k}'"), s.stiffness, s.damping, -limit, limit);
+            }
+            for k in 0..3 {
+                let (stiffness, damping) = (s.angular_stiffness, s.angular_damping);
+                let limit = s.torque_limit.min(1e9);
+                out += &gains(format!("joint='hinge{k}'"), stiffness, damping, -limit, limit);
+            }
+        }
+        for (t, tendon) in hand.tendons.iter().enumerate() {
+            out += &format!(
+                "<general tendon='t{t}' gainprm='{:?}' biastype='affine' biasprm='0 {:?} {:?}'/>",
+                tendon.stiffness, -tendon.stiffness, -tendon.damping
+            );
+        }
+        out += "</actuator>";
+        self.out += &out;
+    }
+}
+
+/// Levers of friction against spin and of rolling resistance, m.
+#[derive(Clone, Copy, Default)]
+struct Levers {
+    torsional: f64,
+    rolling: f64,
+}
+
+impl Levers {
+    fn of(object: &Object) -> Self {
+        Levers { torsional: object.torsional_friction, rolling: object.rolling_friction }
+    }
+
+    fn larger(self, other: Self) -> Self {
+        Levers { torsional: self.torsional.max(other.torsional), rolling: self.rolling.max(other.rolling) }
+    }
+
+    /// How many directions MuJoCo's contact resists.
+    fn condim(self) -> u32 {
+        match self {
+            Levers { rolling, .. } if rolling > 0.0 => 6,
+            Levers { torsional, .. } if torsional > 0.0 => 4,
+            _ => 3,
+        }
+    }
+}
+
+/// The friction that most objects have, of several the first, and the largest levers.
+fn common(objects: &[Arc<Object>]) -> Option<(f64, Levers)> {
+    let levers = objects.iter().fold(Levers::default(), |most, object| most.larger(Levers::of(object)));
+    let as_many = |object: &&Arc<Object>| objects.iter().filter(|o| o.friction == object.friction).count();
+    let most = objects.iter().rev().max_by_key(as_many)?;
+    Some((most.friction, levers))
+}
+
+fn surface(friction: f64, levers: Levers) -> String {
+    let Levers { torsional, rolling } = levers;
+    format!("condim='{}' friction='{friction:?} {torsional:?} {rolling:?}'", levers.condim())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SETTINGS;
+    use super::*;
+    use palmares_bench::rigs::softhand;
+    use palmares_sim::Config;
+
+    /// Two objects of unlike friction beside a hand.
+    fn written(settings: &Settings) -> String {
+        let mut model =
+            Model::new(Config::with_step(1e-3), Some(softhand().expect("built in"))).expect("sound");
+        for friction in [0.5, 0.8] {
+            let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.03 })];
+            let ball = Object::new("ball", parts, 0.1, friction, 0.0).expect("sound");
+            model.add_object(Arc::new(ball)).expect("it fits");
+        }
+        let poses = [0.2, 0.4].map(|x| Pose::translation(x, 0.0, 0.0));
+        let state = State::at_rest(&model, Pose::IDENTITY, &poses);
+        document(&model, &state, settings).expect("it can be written").xml
+    }
+
+    #[test]
+    fn beside_a_hand_objects_of_unlike_friction_have_their_pairs() {
+        let xml = written(&SETTINGS[0]);
+        let mu = (0.5f64 * 0.8).sqrt();
+        assert!(xml.contains(&format!("friction='{mu:?} {mu:?} 0.0 0.0 0.0'")), "the pair of the two balls");
+        assert!(xml.contains("<exclude ") && xml.contains("<fixed "), "and the hand has what it had");
+    }
+
+    #[test]
+    fn named_settings_reach_the_document() {
+        let of = |name: &str| written(SETTINGS.iter().find(|it| it.name == name).expect("there are such"));
+        let default = of("default");
+        assert!(default.contains("<geom solref='0.02 1' solimp='0.9 0.95 0.001'/>"), "{}", &default[..600]);
+        assert!(default.contains("solreflimit='0.02 1'") && default.contains("impratio='1'"));
+        let implicit = of("recommended_implicitfast");
+        assert!(implicit.contains("integrator='implicitfast'") && implicit.contains("impratio='10'"));
+        assert!(!default.contains("sleep='enable'"), "nothing sleeps beside a hand");
+    }
+}

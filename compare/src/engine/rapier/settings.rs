@@ -1,0 +1,109 @@
+//! Named settings of rapier.
+
+use rapier3d_f64::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
+
+use palmares_bench::engine::RIGID;
+use palmares_sim::Model;
+
+/// How hard rapier's solver tries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Effort {
+    friction: FrictionModel,
+    /// `num_solver_iterations`: each solves and moves the bodies by its part of the step.
+    substeps: usize,
+    /// `num_internal_pgs_iterations`: Gauss-Seidel sweeps of each.
+    sweeps: usize,
+}
+
+/// What can be chosen in rapier; the rest is as it comes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// As on the command line.
+    pub name: &'static str,
+    /// What they are, and why.
+    pub about: &'static str,
+    /// Typical length of the scene, m: rapier's tolerances are multiples of it.
+    length_unit_m: f64,
+    /// Frequency of contact springs, Hz: between free bodies, and with fixed ones.
+    contact_hz: [f64; 2],
+    /// ... and their damping ratio.
+    damping_ratio: f64,
+    /// Whether friction acts in the pass that takes back overlap, too.
+    friction_in_bias_pass: bool,
+    /// Whether contacts are foreseen as far as ours, and those of rigid bodies are as hard as the sub-steps resolve.
+    fitted: bool,
+    hand: Effort,
+    free: Effort,
+}
+
+const COULOMB: FrictionModel = FrictionModel::Coulomb;
+const SIMPLIFIED: FrictionModel = FrictionModel::Simplified;
+
+/// All of them; the first are rapier's own.
+pub const SETTINGS: &[Settings] = &[
+    Settings {
+        name: "default",
+        about: "`IntegrationParameters::default()`: 4 solver iterations, contacts of 30 Hz (60 Hz with fixed bodies), damping \
+                ratio 10, simplified friction",
+        length_unit_m: 1.0,
+        contact_hz: [30.0, 60.0],
+        damping_ratio: 10.0,
+        friction_in_bias_pass: false,
+        fitted: false,
+        hand: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 1 },
+        free: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 1 },
+    },
+    STIFF120,
+];
+
+/// Contacts of 120 Hz: the default of 30 Hz lets links of a few grams sink.
+///
+/// With a hand one sub-step, since more would re-use a tension that was found for a whole step, and so the effort goes
+/// into sweeps (16 hold less, 4 nothing). Free bodies are what rapier's sub-steps are made for; there its Coulomb model
+/// loses 6 % of a cube's friction, and the simplified one is exact.
+pub const STIFF120: Settings = Settings {
+    name: "stiff120",
+    about: "contacts of 120 Hz and damping ratio 5 (of rigid bodies a quarter of the rate of sub-steps), friction also in the \
+            bias pass, length_unit 0.05, contacts foreseen over 2 mm + h · 1 m/s as ours; with a hand 1 sub-step of 32 sweeps \
+            and Coulomb friction (16 sweeps hold less, 4 nothing), free bodies 4 sub-steps of 2 sweeps and simplified friction \
+            (Coulomb stops a sliding cube 7 % late)",
+    length_unit_m: 0.05,
+    contact_hz: [120.0, 120.0],
+    damping_ratio: 5.0,
+    friction_in_bias_pass: true,
+    fitted: true,
+    hand: Effort { friction: COULOMB, substeps: 1, sweeps: 32 },
+    free: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 2 },
+};
+
+impl Settings {
+    /// Sets rapier up for a scene.
+    pub(super) fn apply(&self, parameters: &mut IntegrationParameters, model: &Model) {
+        let config = model.config();
+        let Effort { friction, substeps, sweeps } =
+            if model.hand().is_some() { self.hand } else { self.free };
+        parameters.friction_model = friction;
+        parameters.num_solver_iterations = substeps;
+        parameters.num_internal_pgs_iterations = sweeps;
+        parameters.length_unit = self.length_unit_m;
+        parameters.friction_in_bias_pass = self.friction_in_bias_pass;
+        // Impulses are read from the manifolds, which clusters would leave out; our scenes have few composites.
+        parameters.contact_recycling = false;
+        parameters.contact_clustering = false;
+        parameters.normalized_max_linear_velocity = f64::MAX;
+        let mut contact_hz = self.contact_hz;
+        if self.fitted {
+            parameters.normalized_prediction_distance = config.margin(false) / self.length_unit_m;
+            if config.contact_stiffness >= RIGID {
+                let resolved = 0.25 * substeps as f64 / config.step_s;
+                contact_hz = contact_hz.map(|hz| hz.max(resolved));
+            }
+        }
+        let [softness, fixed] = contact_hz.map(|natural_frequency| SpringCoefficients {
+            natural_frequency,
+            damping_ratio: self.damping_ratio,
+        });
+        parameters.contact_softness = softness;
+        parameters.static_contact_softness = fixed;
+    }
+}

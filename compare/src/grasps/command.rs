@@ -1,0 +1,151 @@
+//! `palmares-compare grasps`.
+
+use super::runner::{self, Plan};
+use super::{page, table, trace};
+use crate::engine::EngineKind;
+use crate::trials::family::{Family, HandKind, Trial};
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use palmares_bench::cases::Setup;
+use std::fs;
+use std::path::PathBuf;
+
+/// What to play, and where to write it.
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// Hands, by commas: softhand, reflex. Peers play the SoftHand alone.
+    #[arg(long, value_delimiter = ',', default_value = "softhand,reflex")]
+    hand: Vec<String>,
+    /// Families, by commas: cylinder, box, plate, ball, cup, catalogue, case_cylinder, case_box.
+    #[arg(long, value_delimiter = ',', default_value = "cylinder,box,plate,ball,cup,catalogue")]
+    family: Vec<String>,
+    /// Engines, by commas: own, rapier, mujoco.
+    #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco")]
+    engine: Vec<String>,
+    /// Named settings of the peers, by commas; all of them if not given.
+    #[arg(long, value_delimiter = ',')]
+    settings: Vec<String>,
+    /// Steps, ms, by commas.
+    #[arg(long, value_delimiter = ',', default_value = "0.25,0.5,1,2,4")]
+    steps_ms: Vec<f64>,
+    /// How many grasps of each family, the first of the draw.
+    #[arg(long, default_value_t = 24)]
+    placements: usize,
+    /// How far each object lies aside of its drawn place, along the fingers, µm: an outcome that a micrometre changes is
+    /// nothing that a step could get right.
+    #[arg(long, default_value_t = 0.0)]
+    aside_um: f64,
+    /// How many are played at once.
+    #[arg(long, default_value_t = 1)]
+    jobs: usize,
+    /// Folder of the page and its JSON.
+    #[arg(long, default_value = "docs/report/grasps")]
+    out: PathBuf,
+    /// File of single runs, from which a plan that was stopped goes on if the program is of the same commit.
+    #[arg(long, default_value = "target/grasps.jsonl")]
+    runs: PathBuf,
+    /// Take the file's runs of peers whatever their commit.
+    #[arg(long)]
+    reuse_peers: bool,
+    /// Play nothing: count what the file of runs knows of the plan.
+    #[arg(long)]
+    count_only: bool,
+    /// Keep the rows of peers that the page has and for which nothing is played now.
+    #[arg(long)]
+    keep_peers: bool,
+    /// CPU time of a peer's run, s; beyond it the run is not finished and is not counted.
+    #[arg(long, default_value_t = 120.0)]
+    run_limit_s: f64,
+    /// Play only this grasp of one hand and family, and print how it goes.
+    #[arg(long)]
+    one: Option<usize>,
+    /// With `--one`: how often something is printed, ms.
+    #[arg(long, default_value_t = 20.0)]
+    every_ms: f64,
+}
+
+impl Options {
+    fn plan(&self) -> Result<Plan> {
+        for step in &self.steps_ms {
+            ensure!(
+                *step > 0.0 && *step <= 100.0,
+                "step {step} ms is out of range; it must be positive and at most 100 ms"
+            );
+        }
+        ensure!(self.aside_um.abs() <= 1e3, "--aside-um {} is out of range; at most 1000", self.aside_um);
+        ensure!(self.every_ms > 0.0, "--every-ms {} must be positive", self.every_ms);
+        Ok(Plan {
+            hands: self.hand.iter().map(|name| HandKind::from_name(name)).collect::<Result<_>>()?,
+            families: self.family.iter().map(|name| Family::from_name(name)).collect::<Result<_>>()?,
+            engines: self.engines()?,
+            steps_ms: self.steps_ms.clone(),
+            placements: self.placements,
+            aside_um: self.aside_um,
+            jobs: self.jobs,
+            run_limit_s: self.run_limit_s,
+            reuse_peers: self.reuse_peers,
+            count_only: self.count_only,
+        })
+    }
+
+    /// Every engine with the named settings that it has.
+    fn engines(&self) -> Result<Vec<EngineKind>> {
+        let mut engines = Vec::new();
+        for name in &self.engine {
+            let all = EngineKind::with_all_settings(name)?;
+            let known = all.iter().map(|kind| kind.settings()).collect::<Vec<_>>().join(", ");
+            let wanted: Vec<EngineKind> = all
+                .into_iter()
+                .filter(|kind| {
+                    *kind == EngineKind::Own
+                        || self.settings.is_empty()
+                        || self.settings.iter().any(|settings| settings == kind.settings())
+                })
+                .collect();
+            ensure!(
+                !wanted.is_empty(),
+                "{name} has none of the settings {:?}; known: {known}",
+                self.settings
+            );
+            engines.extend(wanted);
+        }
+        Ok(engines)
+    }
+}
+
+/// Plays what was asked for.
+///
+/// # Errors
+/// Unknown names, an engine that is missing or fails, a file that cannot be written.
+pub fn run(options: &Options) -> Result<()> {
+    let plan = options.plan()?;
+    if let Some(index) = options.one {
+        return one(options, &plan, index);
+    }
+    let runs = runner::run(&plan, &options.runs)?;
+    let mut table = table::Table::of(&plan, &runs);
+    fs::create_dir_all(&options.out)?;
+    let json = options.out.join("grasps.json");
+    if options.keep_peers {
+        table.keep_peers(table::Table::read(&json)?)?;
+    }
+    fs::write(&json, serde_json::to_string_pretty(&table)? + "\n")?;
+    let page = page::write(&table);
+    fs::write(options.out.join("README.md"), &page)?;
+    println!("{page}");
+    Ok(())
+}
+
+fn one(options: &Options, plan: &Plan, index: usize) -> Result<()> {
+    let single = "--one plays one grasp: name one --hand, one --family, one step and one engine";
+    let ([hand], [family], [step_ms], [engine]) =
+        (&plan.hands[..], &plan.families[..], &plan.steps_ms[..], &plan.engines[..])
+    else {
+        anyhow::bail!("{single}, a peer with one of its --settings");
+    };
+    let trials = Trial::of(*hand, *family, index + 1)?;
+    let trial = trials
+        .get(index)
+        .with_context(|| format!("family `{}` has {} grasps, from 0 on", family.name(), trials.len()))?;
+    trace::trace(&Setup::new(engine.factory(), 1e-3 * step_ms), trial, options.every_ms)
+}

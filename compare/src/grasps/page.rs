@@ -1,0 +1,148 @@
+//! The counts as a page to read.
+
+use super::table::{Cell, Row, Sum, Table, best};
+use super::tally::{Count, wilson};
+use crate::trials::play::{MOVED_M, OVERLAP_M};
+use std::fmt::Write;
+
+/// Writing into a string cannot fail.
+macro_rules! put {
+    ($page:expr, $($argument:tt)*) => {{ let _ = writeln!($page, $($argument)*); }};
+}
+
+/// Markdown.
+pub(super) fn write(table: &Table) -> String {
+    let mut page = String::new();
+    head(&mut page, table);
+    let mut hands: Vec<&str> = table.rows.iter().map(|row| &*row.hand).collect();
+    hands.dedup();
+    for hand in hands {
+        put!(page, "## {hand}\n");
+        for [family, about] in &table.families {
+            let rows: Vec<&Row> =
+                table.rows.iter().filter(|row| row.hand == hand && row.family == *family).collect();
+            if !rows.is_empty() {
+                put!(page, "### {family}\n\n{about}.\n");
+                if family == "catalogue" {
+                    put!(page, "{}.\n", table.catalogue.join(", "));
+                }
+                rows_of(&mut page, table, &rows);
+            }
+        }
+        all_families(&mut page, table, hand);
+    }
+    put!(page, "## The engines' settings\n");
+    for [engine, settings, about] in &table.engines {
+        put!(page, "- **{engine}** `{settings}`: {about}");
+    }
+    page
+}
+
+fn head(page: &mut String, table: &Table) {
+    let machine = &table.machine;
+    put!(page, "# Grasps, counted\n");
+    put!(page, "Written by `palmares-compare grasps`; do not edit.\n");
+    put!(page, "Commit {}; {}, {}.\n", table.commit, machine.processor, machine.system);
+    put!(
+        page,
+        "The hand stands palm down over an object on a pedestal, closes, lifts it by 10 cm, holds it still for 1.5 s and shakes \
+        it by ±3 cm at 3 Hz for 2 s. Objects and placements are uniform random draws from ranges and a seed that were \
+        written down before any engine had played them (`compare/src/grasps/family.rs`): the first {} of each family. \
+        A grasp is *kept* if the object is lifted by more than 5 cm, from half a second after the lift until the end \
+        moves by less than {:.0} mm in the palm and is nowhere deeper than {:.0} mm in the hand, and if every step converges. That is judged \
+        from poses alone, by the same code for all engines. Beside the count stands Wilson's interval at 95 %. *+n deep*: so many more would be kept, were they not \
+        too deep. A *flip* is a change of the outcome from one step to the next longer one. Steps at which nothing was played show a dash. \
+        The settings with which a peer keeps most are named below each table. Peers play the SoftHand alone: they have no tendons whose R depends on q.\n",
+        table.placements,
+        1e3 * MOVED_M,
+        1e3 * OVERLAP_M,
+    );
+    let mut kept: Vec<String> = table
+        .rows
+        .iter()
+        .filter_map(|row| Some(format!("{} `{}` ({})", row.engine, row.settings, row.commit.as_ref()?)))
+        .collect();
+    kept.sort();
+    kept.dedup();
+    if !kept.is_empty() {
+        put!(page, "Kept from earlier commits: {}.\n", kept.join(", "));
+    }
+    if let Some(limit_s) = table.run_limit_cpu_s {
+        put!(
+            page,
+            "A run of a peer that takes more than {limit_s} s of CPU time is not finished and not counted.\n"
+        );
+    }
+}
+
+fn columns(page: &mut String, table: &Table) {
+    let steps: String = table.steps_ms.iter().map(|step| format!(" {step} ms |")).collect();
+    put!(page, "| engine |{steps} flips | grasps that flip | overlap |");
+    put!(page, "|---|{}---|---|---|", "---|".repeat(table.steps_ms.len()));
+}
+
+fn rows_of(page: &mut String, table: &Table, rows: &[&Row]) {
+    columns(page, table);
+    let sums: Vec<Sum> = rows.iter().map(|row| row.alone()).collect();
+    for (row, sum) in rows.iter().zip(&sums) {
+        line(page, sum, depth(&row.cells));
+    }
+    at_their_best(page, &sums);
+}
+
+fn line(page: &mut String, sum: &Sum, depth: Option<f64>) {
+    let Sum { engine, settings, counts, flips } = sum;
+    let cells: String = counts.iter().map(|count| format!(" {} |", words(count))).collect();
+    let depth = depth.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
+    put!(
+        page,
+        "| {engine} `{settings}` |{cells} {} of {} ({:.1} %) | {} of {} | {depth} |",
+        flips.flips,
+        flips.pairs,
+        flips.percent(),
+        flips.grasps,
+        flips.of
+    );
+}
+
+fn at_their_best(page: &mut String, sums: &[Sum]) {
+    page.push('\n');
+    for sum in best(sums) {
+        let (Sum { engine, settings, .. }, all) = (sum, sum.all());
+        match all.kept {
+            0 => put!(page, "{engine} keeps none.\n"),
+            kept => put!(page, "{engine} at its best: `{settings}`, {kept} of {} over all steps.\n", all.of),
+        }
+    }
+}
+
+/// `17 of 24 (51–85 %)`, and what else happened.
+fn words(count: &Count) -> String {
+    if count.of + count.not_finished == 0 {
+        return "–".to_owned();
+    }
+    let [low, high] = wilson(count.kept, count.of).map(|p| 100.0 * p);
+    let mut words = format!("{} of {} ({low:.0}–{high:.0} %)", count.kept, count.of);
+    for (number, what) in
+        [(count.overlapping, "deep"), (count.diverged, "diverged"), (count.not_finished, "not finished")]
+    {
+        if number > 0 {
+            let _ = write!(words, " +{number} {what}");
+        }
+    }
+    words
+}
+
+/// Median overlap at the step in the middle.
+fn depth(cells: &[Cell]) -> Option<f64> {
+    cells.get(cells.len() / 2)?.overlap_mm
+}
+
+/// All drawn families together.
+fn all_families(page: &mut String, table: &Table, hand: &str) {
+    put!(page, "### All drawn families together, {hand}\n");
+    columns(page, table);
+    let sums = table.drawn(hand);
+    sums.iter().for_each(|sum| line(page, sum, None));
+    at_their_best(page, &sums);
+}

@@ -1,0 +1,177 @@
+//! Counts: how many grasps are kept, how sure that is, and how often the outcome changes with the step.
+
+use super::runner::Run;
+use crate::trials::play::Ending;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::Add;
+
+/// 95 % of a normal distribution lie within so many standard deviations.
+const Z: f64 = 1.959_963_984_540_054;
+
+/// Bounds of a proportion at 95 % (Wilson 1927).
+pub fn wilson(kept: usize, of: usize) -> [f64; 2] {
+    if of == 0 {
+        return [0.0, 1.0];
+    }
+    let n = of as f64;
+    let p = kept as f64 / n;
+    let square = Z * Z / n;
+    let middle = (p + 0.5 * square) / (1.0 + square);
+    let half = Z / (1.0 + square) * libm::sqrt(p * (1.0 - p) / n + 0.25 * square / n);
+    [(middle - half).max(0.0), (middle + half).min(1.0)]
+}
+
+/// What an engine made of a family at one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Count {
+    /// Grasps kept.
+    pub kept: usize,
+    /// ... and those that would be, were they not too deep in the hand.
+    pub overlapping: usize,
+    /// Grasps that diverged.
+    pub diverged: usize,
+    /// Runs that took too long: they say nothing, and are not counted.
+    pub not_finished: usize,
+    /// Grasps that were played to an end.
+    pub of: usize,
+}
+
+impl Count {
+    /// Counts the runs.
+    pub fn of<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
+        let mut count = Count::default();
+        for run in runs {
+            let ending = run.fate.ending;
+            if ending == Ending::NotFinished {
+                count.not_finished += 1;
+                continue;
+            }
+            count.of += 1;
+            count.kept += usize::from(ending == Ending::Kept);
+            count.overlapping += usize::from(ending == Ending::Overlapping);
+            count.diverged += usize::from(ending == Ending::Diverged);
+        }
+        count
+    }
+}
+
+impl Add for Count {
+    type Output = Count;
+    fn add(self, other: Count) -> Count {
+        Count {
+            kept: self.kept + other.kept,
+            overlapping: self.overlapping + other.overlapping,
+            diverged: self.diverged + other.diverged,
+            not_finished: self.not_finished + other.not_finished,
+            of: self.of + other.of,
+        }
+    }
+}
+
+/// How often kept turns into lost, or the other way round, when the step changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Flips {
+    /// Changes from one step to the next longer one.
+    pub flips: usize,
+    /// Pairs of steps that were looked at.
+    pub pairs: usize,
+    /// Grasps that are kept at some steps and lost at others.
+    pub grasps: usize,
+    /// Grasps that were played at more than one step.
+    pub of: usize,
+}
+
+impl Flips {
+    /// Of the runs of one engine, hand and family.
+    pub fn of<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
+        // Kept or not of every grasp, by its step in µs.
+        let mut outcomes: BTreeMap<usize, BTreeMap<u64, bool>> = BTreeMap::new();
+        for run in runs.filter(|run| run.fate.ending != Ending::NotFinished) {
+            let step = (run.step_ms * 1e3).round() as u64;
+            outcomes.entry(run.index).or_default().insert(step, run.fate.ending == Ending::Kept);
+        }
+        let mut flips = Flips::default();
+        for by_step in outcomes.values().filter(|by_step| by_step.len() > 1) {
+            let kept: Vec<bool> = by_step.values().copied().collect();
+            let changes = kept.windows(2).filter(|pair| pair[0] != pair[1]).count();
+            flips.flips += changes;
+            flips.pairs += kept.len() - 1;
+            flips.grasps += usize::from(changes > 0);
+            flips.of += 1;
+        }
+        flips
+    }
+
+    /// Flips out of the pairs, %.
+    pub fn percent(&self) -> f64 {
+        100.0 * self.flips as f64 / self.pairs.max(1) as f64
+    }
+}
+
+impl Add for Flips {
+    type Output = Flips;
+    fn add(self, other: Flips) -> Flips {
+        Flips {
+            flips: self.flips + other.flips,
+            pairs: self.pairs + other.pairs,
+            grasps: self.grasps + other.grasps,
+            of: self.of + other.of,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trials::play::Fate;
+
+    fn run(index: usize, step_ms: f64, ending: Ending) -> Run {
+        let fate = Fate { ending, end_s: 6.0, overlap_mm: 0.0, moved_mm: 0.0 };
+        let text = |text: &str| text.to_owned();
+        Run {
+            hand: text("softhand"),
+            family: text("box"),
+            index,
+            engine: text("own"),
+            settings: text("default"),
+            step_ms,
+            aside_um: 0.0,
+            fate,
+            wall_s: 0.0,
+        }
+    }
+
+    #[test]
+    fn wilsons_interval_is_that_of_the_textbooks() {
+        // Newcombe 1998, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29.
+        for (kept, of, expected) in [
+            (81, 263, [0.2553, 0.3662]),
+            (15, 148, [0.0624, 0.1605]),
+            (0, 20, [0.0, 0.1611]),
+            (1, 29, [0.0061, 0.1718]),
+        ] {
+            for (bound, expected) in wilson(kept, of).into_iter().zip(expected) {
+                assert!((bound - expected).abs() < 5.1e-5, "{kept} of {of}: {bound} is not {expected}");
+            }
+        }
+        assert_eq!(wilson(0, 0), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn flips_are_counted_between_neighbouring_steps_in_any_order_of_runs() {
+        let runs = [
+            run(0, 4.0, Ending::Kept),
+            run(0, 1.0, Ending::LostShaken),
+            run(0, 2.0, Ending::Kept),
+            run(0, 0.5, Ending::Overlapping),
+            run(1, 1.0, Ending::Kept),
+            run(1, 2.0, Ending::Kept),
+            run(1, 4.0, Ending::NotFinished),
+            run(2, 1.0, Ending::Kept),
+        ];
+        assert_eq!(Flips::of(runs.iter()), Flips { flips: 1, pairs: 4, grasps: 1, of: 2 });
+        let count = Count::of(runs.iter());
+        assert_eq!(count, Count { kept: 5, overlapping: 1, diverged: 0, not_finished: 1, of: 7 });
+    }
+}

@@ -1,0 +1,11 @@
+//! Other engines beside ours: the same cases and grasps on rapier and MuJoCo, and the reports about them.
+
+pub mod cameras;
+pub mod child;
+pub mod engine;
+pub mod grasps;
+pub mod machine;
+pub mod mjcf;
+pub mod played;
+pub mod report;
+pub mod trials;

@@ -1,0 +1,106 @@
+//! `palmares-compare`: plays cases and grasps on other engines beside ours, and writes docs/report.
+
+use anyhow::{Result, ensure};
+use clap::{Args, Parser, Subcommand};
+use palmares_bench::command::CaseOptions;
+use palmares_compare::engine::EngineKind;
+use palmares_compare::{cameras, child, grasps, mjcf, report};
+use std::path::PathBuf;
+
+/// The hand emulator compared with other engines.
+#[derive(Parser)]
+#[command(version, about)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Count the grasps that engines keep, over drawn objects and placements and several steps.
+    Grasps(grasps::command::Options),
+    /// How long do cameras' pictures take, by pixels and objects?
+    Cameras(cameras::Options),
+    /// Write a task's scene as a file for MuJoCo, with what drives it.
+    Mjcf(mjcf::Options),
+    /// Run one case on an engine and print its report.
+    Case(Case),
+    /// Compare the engines over scenes and steps, and write a report with tables, plots and JSON.
+    Report {
+        /// Peers to compare with, by commas.
+        #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco")]
+        engines: Vec<String>,
+        /// Gather outcomes into the file and time nothing: beside other work. The report that follows takes them from there.
+        #[arg(long)]
+        outcomes_only: bool,
+        #[command(flatten)]
+        options: report::Options,
+    },
+    /// Judge the runs of a report's JSON again, and write its page and pictures anew, without running anything.
+    Page {
+        /// The file.
+        report: PathBuf,
+    },
+    /// Does what README.md and docs/physics.md say of the peers agree with the committed reports? Fails if not.
+    Claims {
+        /// Write it anew instead.
+        #[arg(long)]
+        write: bool,
+        /// The repository.
+        #[arg(long, default_value = ".")]
+        root: PathBuf,
+    },
+    /// Play what the program that started this one asks for.
+    #[command(name = child::COMMAND, hide = true)]
+    Child,
+    /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
+    Check {
+        /// The file.
+        report: PathBuf,
+    },
+}
+
+#[derive(Args)]
+struct Case {
+    #[command(flatten)]
+    case: CaseOptions,
+    /// Engine that plays it.
+    #[arg(long, default_value = "own")]
+    engine: String,
+    /// Named settings of a peer. The report lists them and says why they are there.
+    #[arg(long)]
+    settings: Option<String>,
+}
+
+fn main() -> Result<()> {
+    match Arguments::parse().command {
+        Command::Cameras(options) => cameras::run(&options),
+        Command::Mjcf(options) => mjcf::run(&options),
+        Command::Grasps(options) => grasps::command::run(&options),
+        Command::Case(Case { case, engine, settings }) => {
+            case.run(EngineKind::from_names(&engine, settings.as_deref())?.factory())
+        }
+        Command::Report { engines, outcomes_only, mut options } => {
+            for name in engines {
+                options.engines.extend(EngineKind::with_all_settings(&name)?);
+            }
+            match outcomes_only {
+                true => report::runner::gather(&options),
+                false => report::write(&options).map(drop),
+            }
+        }
+        Command::Page { report } => report::runner::rewrite(&report),
+        Command::Claims { write: true, root } => report::claims::write(&root),
+        Command::Claims { write: false, root } => {
+            let stale = report::claims::stale(&root)?;
+            ensure!(
+                stale.is_empty(),
+                "{}: `palmares-compare claims --write` writes it anew",
+                stale.join(", ")
+            );
+            Ok(())
+        }
+        Command::Child => child::serve(),
+        Command::Check { report } => report::runner::check(&report),
+    }
+}

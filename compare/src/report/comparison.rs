@@ -1,0 +1,242 @@
+//! The machine-readable report.
+
+use super::peer_result::PeerResult;
+use super::ticks::Ticks;
+use crate::engine::EngineKind;
+use crate::machine::Machine;
+use palmares_bench::case_report::{Figure, Invariants, Times};
+use serde::{Deserialize, Serialize};
+
+/// Version of this format.
+pub const FORMAT: u32 = 2;
+
+/// Everything the report says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Comparison {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// Fewer cases, steps and repeats than a full report.
+    pub quick: bool,
+    /// Where it ran.
+    pub machine: Machine,
+    /// Commit of the repository; ends in `+` if files were changed.
+    pub commit: String,
+    /// Timing runs of which the median is given.
+    pub repeats: usize,
+    /// Time that a run of a peer, or its reference, had at most, s.
+    #[serde(default)]
+    pub run_limit_s: f64,
+    /// By which clock.
+    #[serde(default)]
+    pub run_limit_by: Clock,
+    /// The engines.
+    pub engines: Vec<EngineNote>,
+    /// One per case, engine and step.
+    pub runs: Vec<Run>,
+    /// Whether anything is faster than ours at an error that is not larger.
+    #[serde(rename = "verdicts")]
+    pub results: Vec<PeerResult>,
+    /// Time of every 10 ms of a grasp.
+    pub ticks: Vec<Ticks>,
+    /// Cases that were left out, and why.
+    pub left_out: Vec<String>,
+    /// How long the report took, s.
+    pub took_s: f64,
+}
+
+impl Comparison {
+    /// The engines that ran.
+    pub(super) fn ran(&self) -> Vec<&str> {
+        self.engines.iter().filter(|note| note.ran).map(|note| &*note.name).collect()
+    }
+
+    /// What an engine's note says where its runs are taken from here.
+    pub(super) fn origin(&self) -> KeptFrom {
+        KeptFrom {
+            commit: self.commit.clone(),
+            processor: self.machine.processor.clone(),
+            run_limit_s: self.run_limit_s,
+            run_limit_by: self.run_limit_by,
+        }
+    }
+
+    /// Comparisons in which a peer is ahead.
+    pub fn ahead(&self) -> impl Iterator<Item = &PeerResult> {
+        self.results.iter().filter(|result| !result.holds())
+    }
+}
+
+/// An engine and how it was set.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct EngineNote {
+    /// As on the command line.
+    pub name: String,
+    /// Its version, or why it did not run.
+    pub version: String,
+    /// Whether it ran.
+    pub ran: bool,
+    /// The report that its runs and their times were taken from, where they were not played for this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept_from: Option<KeptFrom>,
+    /// Step of its reference runs, ms.
+    pub reference_ms: f64,
+    /// What holds for all its settings.
+    pub notes: Vec<String>,
+    /// Its settings.
+    pub settings: Vec<Choice>,
+}
+
+/// An earlier report.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct KeptFrom {
+    /// Its commit.
+    pub commit: String,
+    /// Where it was made.
+    pub processor: String,
+    /// Time that a run had at most, s, and by which clock.
+    pub run_limit_s: f64,
+    /// By which clock.
+    pub run_limit_by: Clock,
+}
+
+/// Which time of a run is limited.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Clock {
+    /// That of the clock on the wall, as in reports before there was another.
+    #[default]
+    Wall,
+    /// That of the processor.
+    Cpu,
+}
+
+impl Clock {
+    /// What a limit by it is measured in.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Clock::Wall => "by the clock on the wall",
+            Clock::Cpu => "of CPU time",
+        }
+    }
+}
+
+/// Named settings of an engine.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Choice {
+    /// As on the command line.
+    pub name: String,
+    /// What they are, and why.
+    pub about: String,
+}
+
+/// One case on one engine with one step.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Run {
+    /// Which case.
+    pub case: String,
+    /// Which engine.
+    pub engine: String,
+    /// Name of its settings.
+    pub settings: String,
+    /// Step, ms.
+    pub dt_ms: f64,
+    /// The case's figure; none when it did not get to an end.
+    pub error: Option<Figure>,
+    /// Its checks.
+    pub invariants: Invariants,
+    /// Why the run cannot be used; none when it can.
+    pub trouble: Option<String>,
+    /// Whether it cannot be used because it did not come to an end in its time.
+    #[serde(default)]
+    pub unfinished: bool,
+    /// The same from many starts, in scenes that are judged by them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub starts: Option<Starts>,
+    /// Median over the timing runs of the CPU time for a second of simulated time, s.
+    pub cpu_s: f64,
+    /// Least and most of them.
+    pub cpu_s_between: [f64; 2],
+    /// CPU time per step of the median run; the split where the engine tells.
+    pub us_per_step: Times,
+}
+
+/// How a scene went from many starts that differ by at most a tenth of a millimetre.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Starts {
+    /// How many there were.
+    pub tried: u32,
+    /// From how many of them the run does what the scene asks for.
+    pub done: u32,
+    /// Median of the deepest overlaps, mm; none where half of the runs came to no end.
+    pub median_overlap_mm: Option<f64>,
+}
+
+impl Run {
+    /// A run of which nothing is known yet.
+    pub(super) fn begun(case: &str, kind: EngineKind, dt_ms: f64) -> Self {
+        Run {
+            case: case.to_owned(),
+            engine: kind.name().to_owned(),
+            settings: kind.settings().to_owned(),
+            dt_ms,
+            error: None,
+            invariants: Invariants::default(),
+            trouble: None,
+            unfinished: false,
+            starts: None,
+            cpu_s: 0.0,
+            cpu_s_between: [0.0; 2],
+            us_per_step: Times::default(),
+        }
+    }
+
+    /// Whether it does what the scene asks for, from at least half of the starts where there are many.
+    pub fn does_it(&self) -> bool {
+        self.starts.map_or(self.trouble.is_none(), |starts| 2 * starts.done >= starts.tried)
+    }
+
+    /// The error without its sign, at least the [`floor`] of its unit, of a run that does what the scene asks for. What lies
+    /// within a bound is no error: see [`Run::judged`].
+    pub fn usable_error(&self) -> Option<f64> {
+        let figure = self.error.as_ref().filter(|_| self.does_it())?;
+        let value = figure.value.filter(|x| x.is_finite())?;
+        let size = if figure.within.is_some() { value } else { value.abs() };
+        Some(size.max(floor(&figure.unit)))
+    }
+
+    /// The error as verdicts compare it: the part of the starts from which it fails, where there are many; all that stays
+    /// within a bound is equal.
+    pub fn judged(&self) -> Option<f64> {
+        if let Some(starts) = self.starts {
+            return self.does_it().then(|| 1.0 - f64::from(starts.done) / f64::from(starts.tried));
+        }
+        let bounded = self.error.as_ref().is_some_and(|figure| figure.within.is_some());
+        self.usable_error().map(|error| if bounded { 0.0 } else { error })
+    }
+
+    /// How far it is from the engine's own run at a far smaller step, where that is what its figure says.
+    pub fn difference(&self) -> Option<f64> {
+        self.error.as_ref().filter(|figure| figure.from_own_fine_run)?.value
+    }
+}
+
+/// Every word once, in the order in which they come.
+pub(super) fn distinct<'a>(words: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
+    let mut seen: Vec<&str> = Vec::new();
+    for word in words {
+        if !seen.contains(&word.as_str()) {
+            seen.push(word);
+        }
+    }
+    seen
+}
+
+/// Errors below this count as equal: a thousandth of a per cent, a tenth of a micrometre, a nanoradian.
+pub fn floor(unit: &str) -> f64 {
+    match unit {
+        "rad" => 1e-9,
+        "mm" => 1e-4,
+        percent if percent.starts_with('%') => 1e-3,
+        _ => 1e-12,
+    }
+}

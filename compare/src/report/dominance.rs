@@ -1,0 +1,221 @@
+//! Is a peer ever faster than ours at an error that is not larger, with any of its settings?
+
+use super::comparison::{Run, distinct};
+pub use super::peer_result::{PeerResult, SettingsResult};
+
+/// Compares every peer with ours, case by case.
+pub fn peer_results(runs: &[Run], own: &str, peers: &[impl AsRef<str>]) -> Vec<PeerResult> {
+    let cases = distinct(runs.iter().map(|run| &run.case));
+    let pairs = cases.iter().flat_map(|case| peers.iter().map(move |peer| (*case, peer.as_ref())));
+    pairs.filter_map(|(case, peer)| result(runs, own, case, peer)).collect()
+}
+
+fn result(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<PeerResult> {
+    let by = |engine: &str| -> Vec<&Run> {
+        runs.iter().filter(|run| run.case == case && run.engine == engine).collect()
+    };
+    let (ours, theirs) = (by(own), by(peer));
+    let names = distinct(theirs.iter().map(|run| &run.settings));
+    let outcomes = names.iter().map(|name| {
+        let with: Vec<&Run> = theirs.iter().filter(|run| run.settings == *name).copied().collect();
+        outcome(name, &ours, &with)
+    });
+    let mut settings: Vec<SettingsResult> = outcomes.collect();
+    settings.sort_by(|a, b| a.rank().partial_cmp(&b.rank()).unwrap_or(std::cmp::Ordering::Equal));
+    let figure = theirs.first()?.error.as_ref().or_else(|| ours.first()?.error.as_ref());
+    Some(PeerResult {
+        case: case.to_owned(),
+        peer: peer.to_owned(),
+        settings,
+        own_done: ours.iter().filter(|run| run.does_it()).count(),
+        own_differs: differences(&ours),
+        unit: figure.map_or(String::new(), |figure| figure.unit.clone()),
+    })
+}
+
+fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
+    let point =
+        |run: &&Run| run.judged().filter(|_| run.cpu_s > 0.0).map(|error| (error, run.cpu_s, run.dt_ms));
+    let own_points: Vec<_> = ours.iter().filter_map(point).collect();
+    let (mut ahead_ms, mut least): (Vec<f64>, Option<f64>) = (Vec::new(), None);
+    for (error, time, dt_ms) in theirs.iter().filter_map(point) {
+        let at_most = own_points.iter().filter(|(e, ..)| *e <= error).map(|(_, t, _)| *t);
+        let fastest = at_most.fold(f64::INFINITY, f64::min);
+        if fastest > time {
+            ahead_ms.push(dt_ms);
+        }
+        if fastest.is_finite() {
+            let ratio = time / fastest;
+            least = least.into_iter().chain([ratio]).reduce(f64::min);
+        }
+    }
+    let done: Vec<&Run> = theirs.iter().filter(|run| run.does_it()).copied().collect();
+    let overlaps = done.iter().filter_map(|run| run.invariants.max_penetration_mm);
+    SettingsResult {
+        settings: settings.to_owned(),
+        done: done.len(),
+        tried: theirs.len(),
+        unfinished: theirs.iter().filter(|run| run.unfinished).count(),
+        ahead_ms,
+        least_advantage: least,
+        overlap_mm: overlaps.reduce(f64::max),
+        differs: differences(&done),
+    }
+}
+
+/// Least and most difference of the runs that do it from their own fine ones.
+fn differences(runs: &[&Run]) -> Option<[f64; 2]> {
+    let all = runs.iter().filter(|run| run.does_it()).filter_map(|run| run.difference());
+    all.fold(None, |range, x| {
+        let [least, most] = range.unwrap_or([x, x]);
+        Some([least.min(x), most.max(x)])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::played::trouble;
+    use crate::report::comparison::Starts;
+    use palmares_bench::case_report::{Figure, Invariants, Times};
+
+    fn run(engine: &str, dt_ms: f64, error: f64, cpu_s: f64) -> Run {
+        Run {
+            case: "c".into(),
+            engine: engine.into(),
+            settings: "default".into(),
+            dt_ms,
+            error: Some(Figure::new("e", error, "mm")),
+            invariants: Invariants::default(),
+            trouble: None,
+            unfinished: false,
+            starts: None,
+            cpu_s,
+            cpu_s_between: [cpu_s; 2],
+            us_per_step: Times::default(),
+        }
+    }
+
+    fn only(runs: &[Run]) -> PeerResult {
+        let mut all = peer_results(runs, "own", &["peer"]);
+        assert_eq!(all.len(), 1);
+        all.remove(0)
+    }
+
+    #[test]
+    fn a_faster_peer_at_a_smaller_error_is_told() {
+        let result =
+            only(&[run("own", 1.0, 0.5, 0.1), run("peer", 1.0, 0.4, 0.05), run("peer", 2.0, 0.6, 0.2)]);
+        assert_eq!(result.settings[0].ahead_ms, [1.0]);
+        assert!(!result.holds());
+        assert_eq!(result.settings[0].least_advantage, Some(2.0));
+        assert_eq!(result.words(), "**the peer is ahead** at 1 ms with `default`");
+    }
+
+    #[test]
+    fn a_faster_peer_at_a_larger_error_is_beaten_by_a_larger_step_of_ours() {
+        let result =
+            only(&[run("own", 1.0, 0.1, 0.1), run("own", 4.0, 0.3, 0.03), run("peer", 4.0, 0.4, 0.05)]);
+        assert!(result.holds(), "{result:?}");
+    }
+
+    #[test]
+    fn a_peer_is_judged_by_the_settings_that_serve_it_best() {
+        let with = |settings: &str, run: Run| Run { settings: settings.into(), ..run };
+        let mut lost = with("stiff", run("peer", 1.0, 0.1, 0.001));
+        lost.trouble = Some("object lost".into());
+        let slow = with("soft", run("peer", 1.0, 0.2, 0.4));
+        let quick = with("softer", run("peer", 1.0, 0.3, 0.2));
+        let own = run("own", 1.0, 0.1, 0.1);
+        let held = only(&[own.clone(), lost.clone(), slow.clone(), quick]);
+        let names: Vec<&str> = held.settings.iter().map(|outcome| &*outcome.settings).collect();
+        assert_eq!(names, ["softer", "soft", "stiff"]);
+        assert_eq!(held.best().and_then(|best| best.least_advantage), Some(2.0));
+        let ahead = only(&[own.clone(), lost.clone(), slow, with("softer", run("peer", 1.0, 0.3, 0.05))]);
+        assert_eq!(ahead.words(), "**the peer is ahead** at 1 ms with `softer`");
+        assert_eq!(only(&[own, lost]).words(), "the peer does it at no step");
+    }
+
+    #[test]
+    fn within_a_bound_speed_alone_decides_and_beyond_it_nothing_counts() {
+        let bounded = |mut run: Run, value: f64| {
+            run.error = Some(Figure::bounded("fastest body", value, "m/s", 1.0));
+            run.trouble = trouble(run.error.as_ref().expect("set"), &run.invariants);
+            run
+        };
+        let own = bounded(run("own", 4.0, 0.0, 0.01), 0.9);
+        let slower = bounded(run("peer", 1.0, 0.0, 0.05), 0.1);
+        let faster = bounded(run("peer", 2.0, 0.0, 0.005), -0.2);
+        let thrown = bounded(run("peer", 4.0, 0.0, 0.001), 1.1);
+        let result = only(&[own, slower, faster, thrown.clone()]);
+        assert_eq!(thrown.trouble.as_deref(), Some("more than 1 m/s"));
+        assert_eq!((result.settings[0].done, result.settings[0].tried), (2, 3));
+        assert_eq!(result.settings[0].ahead_ms, [2.0]);
+    }
+
+    #[test]
+    fn a_run_that_lost_the_object_counts_for_nobody() {
+        let mut lost = run("peer", 1.0, 0.01, 0.001);
+        lost.trouble = Some("object lost".into());
+        let result = only(&[run("own", 1.0, 0.1, 0.1), lost]);
+        assert_eq!((result.settings[0].done, result.settings[0].tried), (0, 1));
+        assert!(result.holds() && result.best().is_none());
+    }
+
+    #[test]
+    fn a_run_far_from_its_own_fine_one_does_what_was_asked() {
+        let mut far = run("peer", 1.0, 0.0, 0.2);
+        far.error = Some(Figure::from_own_fine_run("distance", Some(39570.0), "mm"));
+        far.invariants.held = Some(true);
+        far.trouble = trouble(far.error.as_ref().expect("set"), &far.invariants);
+        assert_eq!(far.trouble, None);
+        let result = only(&[run("own", 1.0, 0.5, 0.1), far]);
+        assert_eq!((result.settings[0].done, result.settings[0].differs), (1, Some([39570.0; 2])));
+    }
+
+    #[test]
+    fn an_overlap_beyond_its_bound_is_of_no_use() {
+        let error = Figure::bounded("farthest centre beyond a wall", 0.0, "mm", 0.0);
+        let seen = |part: f64| Invariants {
+            max_penetration_mm: Some(15.0 * part),
+            overlap_bound_mm: Some(15.0),
+            overlap_of_bound: Some(part),
+            ..Invariants::default()
+        };
+        assert_eq!(trouble(&error, &seen(0.6)), None);
+        assert_eq!(trouble(&error, &seen(1.6)).as_deref(), Some("overlap 24.0 mm > 15.0 mm"));
+    }
+
+    #[test]
+    fn of_many_starts_those_that_fail_are_the_error() {
+        let of = |done: u32, run: Run| Run {
+            starts: Some(Starts { tried: 16, done, median_overlap_mm: Some(1.0) }),
+            trouble: Some("object lost".into()),
+            ..run
+        };
+        let own = of(15, run("own", 4.0, 9.0, 0.1));
+        let surer = of(16, run("peer", 1.0, 0.1, 0.5));
+        let luckier = of(8, run("peer", 2.0, 0.1, 0.2));
+        let unlucky = of(7, run("peer", 4.0, 0.1, 0.01));
+        let result = only(&[own, surer, luckier, unlucky]);
+        assert_eq!((result.settings[0].done, result.settings[0].tried), (2, 3));
+        assert_eq!(result.settings[0].ahead_ms, [1.0], "none of ours does it from all 16");
+        assert_eq!(result.settings[0].least_advantage, Some(2.0));
+    }
+
+    #[test]
+    fn a_run_that_did_not_finish_is_told_and_judged_by_nothing() {
+        let mut endless = run("peer", 1.0, 0.0, 0.0);
+        (endless.error, endless.trouble, endless.unfinished) = (None, Some("not finished".into()), true);
+        let alone = only(&[run("own", 1.0, 0.1, 0.1), endless.clone()]);
+        assert_eq!(alone.words(), "nothing is known; 1 of the peer's runs did not finish in time");
+        let ahead = run("peer", 2.0, 0.1, 0.01);
+        let both = only(&[run("own", 1.0, 0.1, 0.1), endless, ahead]);
+        let outcome = &both.settings[0];
+        assert_eq!((outcome.done, outcome.tried, outcome.unfinished), (1, 2, 1));
+        assert_eq!(
+            both.words(),
+            "**the peer is ahead** at 2 ms with `default`; 1 of the peer's runs did not finish in time"
+        );
+    }
+}

@@ -1,0 +1,15 @@
+//! The comparison of engines over scenes and steps.
+
+pub mod claims;
+pub mod comparison;
+pub mod dominance;
+mod outcome_cache;
+mod page;
+mod passes;
+mod peer_result;
+mod plots;
+pub mod runner;
+pub mod ticks;
+
+pub use comparison::Comparison;
+pub use runner::{Options, write};

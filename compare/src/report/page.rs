@@ -1,0 +1,290 @@
+//! The report as a page to read.
+
+use super::comparison::{Comparison, Run};
+use super::dominance::{PeerResult, SettingsResult};
+use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
+use super::plots::{at_one_ms, cases, largest_usable, picture};
+use palmares_bench::cases::{self as scenes, ASIDE_M};
+use palmares_bench::overlap;
+use std::fmt::Write;
+
+/// Markdown.
+pub(super) fn write(report: &Comparison) -> String {
+    let mut page = String::new();
+    head(&mut page, report);
+    dominance(&mut page, report);
+    stable(&mut page, report);
+    ticks(&mut page, report);
+    split(&mut page, report);
+    settings(&mut page, report);
+    for case in cases(report) {
+        scene(&mut page, report, case);
+    }
+    page
+}
+
+/// Writing into a string cannot fail.
+macro_rules! put {
+    ($page:expr, $($argument:tt)*) => {{ let _ = writeln!($page, $($argument)*); }};
+}
+
+fn head(page: &mut String, report: &Comparison) {
+    let machine = &report.machine;
+    let load = machine.load.map_or(String::new(), |load| format!(", load {load:.1} at the beginning"));
+    put!(page, "# Speed against error\n");
+    put!(
+        page,
+        "Written by `cargo xtask report{}`; do not edit.\n",
+        if report.quick { " --quick" } else { "" }
+    );
+    put!(
+        page,
+        "Commit {}; {}, {} threads, {}{load}; {:.0} s.\n",
+        report.commit,
+        machine.processor,
+        machine.threads,
+        machine.system,
+        report.took_s
+    );
+    put!(
+        page,
+        "**How to read it.** Every scene runs with every step on every engine that can do it, a peer with each of its \
+        [settings](#the-engines-and-their-settings). Two things are told apart. *Does it*: all numbers stay finite, no step \
+        fails, an object that is to be held is held, what is to stay within a bound (*at most* in its table) does so, an error \
+        against an analytic answer is below 0.2 rad, 30 mm or 50 %, and no two shapes overlap by more than {} of the \
+        width of the thinnest body that moves, object or link (a scene that begins with a deeper overlap may deepen it by a \
+        tenth): a body that has sunk in by half its width is pushed out through the far side. *Differs from its own fine run*: where there is no analytic answer, the figure is the difference from the same \
+        scene on the same engine with a far smaller step, which says how much an engine's outcome depends on the step, not who \
+        is right, and makes no run useless; more than a metre apart it *ends otherwise*. Scenes in which that difference does not fall with the step, and heaps ({}), are \
+        judged by many starts: every object stands up to {} mm aside along x and along y, and the share of starts from which a \
+        run fails is its error; it *does it* where at most half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and \
+        where the first {FEW_STARTS} agree.\n",
+        overlap::PART,
+        BY_STARTS.map(|case| format!("`{case}`")).join(", "),
+        1e3 * ASIDE_M
+    );
+    put!(
+        page,
+        "*CPU time* is that of the stepping thread for one simulated second, the median of {} runs (fewer where they take \
+        more than {ENOUGH_S} s), without reading poses, writing commands and reading the clock; outcomes and timings come from \
+        separate passes; in the latter the engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are \
+        played again in one tight loop of its own, without the pipe. Only what does its scene is timed. Errors below 1 nrad, \
+        0.1 µm and 0.001 % count as equal; within a bound speed alone decides. A run of a peer, or its reference, that takes \
+        more than {} s {} is *not finished* and judged by nothing.\n",
+        report.repeats,
+        report.run_limit_s,
+        report.run_limit_by.words()
+    );
+    if report.quick {
+        put!(page, "This is a quick report: few cases and steps, coarse references.\n");
+    }
+    for left_out in &report.left_out {
+        put!(page, "- left out: {left_out}");
+    }
+    for note in report.engines.iter().filter(|note| !note.ran) {
+        put!(page, "- {} did not run: {}", note.name, note.version);
+    }
+    page.push('\n');
+}
+
+fn dominance(page: &mut String, report: &Comparison) {
+    if report.results.is_empty() {
+        return;
+    }
+    let all = report.results.len();
+    put!(page, "## Is a peer ever ahead?\n");
+    put!(
+        page,
+        "For every run of a peer that does its scene, with any of its settings: is there a run of ours with at most its error \
+        in at most its time? In {} of {all} comparisons there always is. Named are the settings with which the peer comes \
+        nearest to ours, or is farthest ahead. `palmares-compare check` with the path of this folder's `report.json` prints this \
+        table and fails where there is not.\n",
+        all - report.ahead().count(),
+    );
+    put!(
+        page,
+        "| scene | peer | its best settings | does it: steps | ours | verdict | differs from its own fine run | ours |"
+    );
+    put!(page, "|---|---|---|---|---|---|---|---|");
+    for v in &report.results {
+        let (own, words) = (v.own_done, v.words());
+        let best = v.best();
+        let name = best.map_or("none".to_owned(), |best| format!("`{}`", best.settings));
+        let tried = v.settings.first().map_or(0, |first| first.tried);
+        let done = best.map_or(0, |best| best.done);
+        let (differs, ours) =
+            (range(best.and_then(|best| best.differs), &v.unit), range(v.own_differs, &v.unit));
+        put!(
+            page,
+            "| {} | {} | {name} | {done} of {tried} | {own} | {words} | {differs} | {ours} |",
+            v.case,
+            v.peer
+        );
+    }
+    page.push('\n');
+}
+
+/// From least to most, where it is known.
+fn range(of: Option<[f64; 2]>, unit: &str) -> String {
+    of.map_or(String::new(), |[least, most]| match (difference(least, unit), difference(most, unit)) {
+        (least, most) if least == most => least,
+        (least, most) => format!("{least} … {most}"),
+    })
+}
+
+/// A difference with its unit. Beyond a metre it is not how far two outcomes are apart, but that there are two.
+fn difference(value: f64, unit: &str) -> String {
+    if unit == "mm" && value > 1e3 { "ends otherwise".to_owned() } else { format!("{value:.2e} {unit}") }
+}
+
+fn stable(page: &mut String, report: &Comparison) {
+    if report.results.is_empty() {
+        return;
+    }
+    put!(page, "## Largest usable step\n\n![largest usable step](stable.svg)\n");
+}
+
+fn ticks(page: &mut String, report: &Comparison) {
+    put!(page, "## Emulated transmission against plain actuation\n");
+    put!(
+        page,
+        "The 2016 paper's Fig. 5: the time of every 10 ms tick while the hand closes on a pan and lifts it, \
+        with the tendon's transmission and with a servo on every joint (steps of 1 ms).\n"
+    );
+    put!(page, "| actuation | mean tick | worst tick | pan lifted |\n|---|---|---|---|");
+    for way in &report.ticks {
+        let mean = way.ms.iter().sum::<f64>() / way.ms.len().max(1) as f64;
+        let worst = way.ms.iter().fold(0.0, |most: f64, ms| most.max(*ms));
+        let lifted = if way.lifted { "yes" } else { "no" };
+        put!(page, "| {} | {mean:.3} ms | {worst:.3} ms | {lifted} |", way.about);
+    }
+    put!(page, "\n![time of every tick](ticks.svg)\n");
+}
+
+fn split(page: &mut String, report: &Comparison) {
+    put!(page, "## Where our time goes\n\nThe bars grow with the square root of the time.\n");
+    put!(page, "![time split](split.svg)\n");
+    put!(
+        page,
+        "| scene | µs a step | dynamics | collision | solver | slowest step |\n|---|---|---|---|---|---|"
+    );
+    for run in cases(report).into_iter().filter_map(|case| at_one_ms(report, case)) {
+        let t = &run.us_per_step;
+        put!(
+            page,
+            "| {} at {} ms | {:.1} | {:.1} | {:.1} | {:.1} | {:.0} |",
+            run.case,
+            run.dt_ms,
+            t.total,
+            t.dynamics,
+            t.collision,
+            t.solver,
+            t.worst
+        );
+    }
+    page.push('\n');
+}
+
+fn settings(page: &mut String, report: &Comparison) {
+    put!(page, "## The engines and their settings\n");
+    for note in report.engines.iter().filter(|note| note.ran) {
+        put!(page, "**{}** {}; reference runs at {} ms", note.name, note.version, note.reference_ms);
+        if let Some(kept) = &note.kept_from {
+            put!(
+                page,
+                "- its runs and their times are those of commit {} on {}; each had {} s {}",
+                kept.commit,
+                kept.processor,
+                kept.run_limit_s,
+                kept.run_limit_by.words()
+            );
+        }
+        for line in &note.notes {
+            put!(page, "- {line}");
+        }
+        for choice in &note.settings {
+            put!(page, "- `{}`: {}", choice.name, choice.about);
+        }
+        page.push('\n');
+    }
+}
+
+fn scene(page: &mut String, report: &Comparison, case: &str) {
+    let about = scenes::all().find(|it| it.name == case).map_or("", |it| it.about);
+    put!(page, "## {case}\n\n{about}\n\n![{case}]({})\n", picture(case));
+    let engines = report.ran();
+    let runs: Vec<&Run> = report.runs.iter().filter(|run| run.case == case).collect();
+    let figure = runs.iter().find_map(|run| run.error.as_ref());
+    let (name, unit) = figure.map_or(("error", ""), |figure| (&figure.name, &figure.unit));
+    let most =
+        figure.and_then(|figure| figure.within).map_or(String::new(), |most| format!(", at most {most}"));
+    for result in report.results.iter().filter(|result| result.case == case) {
+        by_settings(page, result);
+    }
+    put!(
+        page,
+        "| engine | settings | step | does it | {name} [{unit}]{most} | CPU ms a second | between | times real time | deepest \
+        overlap, at most |"
+    );
+    put!(page, "|---|---|---|---|---|---|---|---|---|");
+    runs.iter().for_each(|run| row(page, run, unit));
+    page.push('\n');
+    let largest =
+        engines.iter().filter(|engine| runs.iter().any(|run| run.engine == **engine)).map(|engine| {
+            let largest = largest_usable(report, case, engine);
+            format!("{engine} {}", largest.map_or("none".to_owned(), |dt| format!("{dt} ms")))
+        });
+    put!(page, "Largest step that does it: {}.\n", largest.collect::<Vec<_>>().join(", "));
+}
+
+/// What each of a peer's settings comes to.
+fn by_settings(page: &mut String, result: &PeerResult) {
+    put!(page, "| {} | does it: steps | deepest overlap | least time beside ours | ahead at |", result.peer);
+    put!(page, "|---|---|---|---|---|");
+    for outcome in &result.settings {
+        let SettingsResult { settings, done, tried, .. } = outcome;
+        let overlap = outcome.overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
+        let ratio = outcome.least_advantage.map_or("–".to_owned(), |ratio| format!("{ratio:.1}"));
+        let steps: Vec<String> = outcome.ahead_ms.iter().map(|ms| format!("{ms} ms")).collect();
+        let ahead = if steps.is_empty() { "–".to_owned() } else { steps.join(", ") };
+        put!(page, "| `{settings}` | {done} of {tried} | {overlap} | {ratio} | {ahead} |");
+    }
+    page.push('\n');
+}
+
+fn row(page: &mut String, run: &Run, unit: &str) {
+    let value = run.error.as_ref().and_then(|figure| figure.value);
+    let value = value.map_or("–".to_owned(), |x| difference(x, unit));
+    let why = run.trouble.as_ref().map_or("yes".to_owned(), |why| format!("no: {why}"));
+    let does_it = match &run.starts {
+        None => why,
+        Some(starts) => {
+            let median = starts.median_overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.1} mm"));
+            format!("{} of {} starts, median overlap {median}; as it is {why}", starts.done, starts.tried)
+        }
+    };
+    let seen = &run.invariants;
+    let bound = seen.overlap_bound_mm.map_or(String::new(), |mm| format!(", {mm:.1}"));
+    let depth = seen.max_penetration_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}{bound} mm"));
+    let times = if run.cpu_s > 0.0 {
+        let [least, most] = run.cpu_s_between.map(|s| 1e3 * s);
+        format!("{:.2} | {least:.2} … {most:.2} | {:.0}", 1e3 * run.cpu_s, 1.0 / run.cpu_s)
+    } else {
+        "– | – | –".to_owned()
+    };
+    let Run { engine, settings, dt_ms, .. } = run;
+    put!(page, "| {engine} | {settings} | {dt_ms} ms | {does_it} | {value} | {times} | {depth} |");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_more_than_a_metre_apart_ends_otherwise() {
+        assert_eq!(difference(1000.0, "mm"), "1.00e3 mm");
+        assert_eq!(difference(1000.1, "mm"), "ends otherwise");
+        assert_eq!(difference(1000.1, "%"), "1.00e3 %");
+        assert_eq!(range(Some([0.5, 2000.0]), "mm"), "5.00e-1 mm … ends otherwise");
+    }
+}

@@ -1,0 +1,275 @@
+//! The pictures of a report, as SVG.
+
+use super::comparison::{Comparison, Run, distinct};
+use super::dominance::PeerResult;
+use anyhow::{Result, anyhow};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::register_font;
+use std::path::Path;
+
+const FONT: &[u8] = include_bytes!("../../../hand-tools/assets/dejavu-sans/DejaVuSans.ttf");
+const SANS: &str = "sans-serif";
+/// Where horizontal bars begin.
+const LEFT: i32 = 215;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Colour of an engine; the three differ in lightness as well, for prints and for the colour-blind.
+fn colour(engine: &str) -> RGBColor {
+    match engine {
+        "own" => RGBColor(0, 90, 181),
+        "rapier" => RGBColor(220, 120, 30),
+        _ => RGBColor(110, 110, 110),
+    }
+}
+
+/// What plotters says went wrong, for `anyhow`.
+fn failed(error: impl std::fmt::Display) -> anyhow::Error {
+    anyhow!("cannot draw: {error}")
+}
+
+/// Name of the picture of a case.
+pub(super) fn picture(case: &str) -> String {
+    format!("{case}.svg")
+}
+
+/// Draws all pictures into a folder.
+pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
+    register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))?;
+    for case in cases(report) {
+        let runs: Vec<&Run> =
+            report.runs.iter().filter(|run| run.case == case && drawn(report, run)).collect();
+        on_page(&folder.join(picture(case)), (640, 440), |area| errors(area, case, &runs))?;
+    }
+    let compared = compared(report);
+    if !compared.is_empty() {
+        let height = 90 + 26 * compared.len() as u32;
+        on_page(&folder.join("stable.svg"), (760, height), |area| stable(area, report, &compared))?;
+    }
+    on_page(&folder.join("split.svg"), (760, 90 + 20 * cases(report).len() as u32), |area| {
+        split(area, report)
+    })?;
+    on_page(&folder.join("ticks.svg"), (760, 380), |area| ticks(area, report))
+}
+
+/// Whether a run is in the picture of its case: ours, and of every peer those with its best settings.
+fn drawn(report: &Comparison, run: &Run) -> bool {
+    let of = |result: &&PeerResult| result.case == run.case && result.peer == run.engine;
+    let best = report.results.iter().find(of).and_then(|result| result.settings.first());
+    best.is_none_or(|best| best.settings == run.settings)
+}
+
+/// Cases of a report in the order of its runs.
+pub(super) fn cases(report: &Comparison) -> Vec<&str> {
+    let mut cases: Vec<&str> = report.runs.iter().map(|run| &*run.case).collect();
+    cases.dedup();
+    cases
+}
+
+/// Those that more than one engine ran.
+fn compared(report: &Comparison) -> Vec<&str> {
+    let peer = |case: &str| report.runs.iter().any(|run| run.case == case && run.engine != "own");
+    cases(report).into_iter().filter(|case| peer(case)).collect()
+}
+
+fn on_page(path: &Path, size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<()> {
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE).map_err(failed)?;
+    draw(&root)?;
+    root.present().map_err(failed)
+}
+
+/// A tenth of a decade of room on both sides of positive numbers.
+fn around(values: impl Iterator<Item = f64>) -> Option<std::ops::Range<f64>> {
+    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), x| (low.min(x), high.max(x)));
+    // At least one decade, so that the axis has a number to show.
+    let middle = (low * high).sqrt();
+    (low > 0.0 && low <= high).then(|| (low / 1.8).min(middle / 4.0)..(high * 1.8).max(middle * 4.0))
+}
+
+/// Error against CPU time, one curve an engine, every point with its step.
+fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
+    let point = |run: &&Run| {
+        let error = run.usable_error().filter(|_| run.cpu_s > 0.0)?;
+        Some((run.cpu_s * 1e3, error, run.dt_ms))
+    };
+    let points: Vec<_> = runs.iter().filter_map(point).collect();
+    let axes = (around(points.iter().map(|p| p.0)), around(points.iter().map(|p| p.1)));
+    let (Some(x), Some(y)) = axes else {
+        return area.titled(&format!("{case}: no usable run"), (SANS, 16)).map(|_| ()).map_err(failed);
+    };
+    let figure = runs.iter().find_map(|run| run.error.as_ref());
+    let label = figure.map_or(String::new(), |f| format!("{} [{}]", f.name, f.unit));
+    let mut chart = ChartBuilder::on(area)
+        .caption(case, (SANS, 17))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(72)
+        .build_cartesian_2d(x.log_scale(), y.log_scale())
+        .map_err(failed)?;
+    chart
+        .configure_mesh()
+        .x_desc("CPU time for one simulated second [ms]")
+        .y_desc(label)
+        .x_label_formatter(&number)
+        .y_label_formatter(&number)
+        .label_style((SANS, 12))
+        .axis_desc_style((SANS, 13))
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(RGBColor(205, 205, 205))
+        .draw()
+        .map_err(failed)?;
+    for engine in distinct(runs.iter().map(|run| &run.engine)) {
+        let ink = colour(engine);
+        let curve: Vec<_> = runs.iter().filter(|run| run.engine == engine).filter_map(point).collect();
+        if curve.is_empty() {
+            continue;
+        }
+        chart
+            .draw_series(LineSeries::new(curve.iter().map(|p| (p.0, p.1)), ink.stroke_width(2)))
+            .map_err(failed)?
+            .label(label_of(runs, engine))
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], ink.stroke_width(2)));
+        let dots = curve.iter().map(|p| Circle::new((p.0, p.1), 4, ink.filled()));
+        chart.draw_series(dots).map_err(failed)?;
+        let style = (SANS, 11).into_font().color(&ink);
+        let steps = curve
+            .iter()
+            .map(|p| EmptyElement::at((p.0, p.1)) + Text::new(format!("{}", p.2), (6, -13), style.clone()));
+        chart.draw_series(steps).map_err(failed)?;
+    }
+    legend(&mut chart, SeriesLabelPosition::LowerLeft)
+}
+
+/// The names of a chart's curves, in a corner of it.
+fn legend<'a, 'b: 'a, X: Ranged, Y: Ranged>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>,
+    corner: SeriesLabelPosition,
+) -> Result<()> {
+    let mut labels = chart.configure_series_labels();
+    labels.position(corner).background_style(WHITE.mix(0.85)).border_style(RGBColor(180, 180, 180));
+    labels.label_font((SANS, 13)).draw().map_err(failed)
+}
+
+/// Coloured squares above horizontal bars, each with its name.
+fn key<'a>(area: &Area, names: impl IntoIterator<Item = (&'a str, RGBColor)>) -> Result<()> {
+    for (k, (name, ink)) in names.into_iter().enumerate() {
+        let at = LEFT + 110 * k as i32;
+        area.draw(&Rectangle::new([(at, 8), (at + 12, 18)], ink.filled())).map_err(failed)?;
+        area.draw(&Text::new(name, (at + 18, 6), (SANS, 13))).map_err(failed)?;
+    }
+    Ok(())
+}
+
+/// An engine in the legend, a peer with its settings.
+fn label_of(runs: &[&Run], engine: &str) -> String {
+    let run = runs.iter().find(|run| run.engine == engine && engine != "own");
+    run.map_or(engine.to_owned(), |run| format!("{engine} {}", run.settings))
+}
+
+/// A number as short as it can be said.
+fn number(x: &f64) -> String {
+    if (1e-2..1e4).contains(x) { format!("{}", (x * 1e3).round() / 1e3) } else { format!("{x:.0e}") }
+}
+
+/// Largest step at which an engine does what the scene asks for, with any of its settings.
+pub(super) fn largest_usable(report: &Comparison, case: &str, engine: &str) -> Option<f64> {
+    let runs = report.runs.iter().filter(|run| run.case == case && run.engine == engine);
+    runs.filter(|run| run.error.is_some() && run.does_it()).map(|run| run.dt_ms).reduce(f64::max)
+}
+
+/// Horizontal bars: the largest usable step of every case and engine.
+fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
+    let engines = report.ran();
+    let area =
+        area.titled("largest step that does it, with any settings [ms]", (SANS, 17)).map_err(failed)?;
+    let (width, height) = area.dim_in_pixel();
+    let (left, top, row) = (LEFT, 30, (height as i32 - 36) / cases.len().max(1) as i32);
+    let steps = report.runs.iter().map(|run| run.dt_ms);
+    let (least, most) = steps.fold((f64::INFINITY, 0.0f64), |(a, b), dt| (a.min(dt), b.max(dt)));
+    let least = 0.5 * least;
+    let scale =
+        |dt: f64| left + ((width as i32 - left - 60) as f64 * (dt / least).ln() / (most / least).ln()) as i32;
+    key(&area, engines.iter().map(|engine| (*engine, colour(engine))))?;
+    for (i, case) in cases.iter().enumerate() {
+        let y = top + row * i as i32;
+        area.draw(&Text::new(*case, (10, y + row / 2 - 8), (SANS, 12))).map_err(failed)?;
+        let thick = (row - 5) / engines.len().max(1) as i32;
+        for (k, engine) in engines.iter().enumerate() {
+            let y = y + thick * k as i32;
+            let largest = largest_usable(report, case, engine);
+            let end = largest.map_or(left, scale);
+            let bar = Rectangle::new([(left, y), (end, y + thick - 1)], colour(engine).filled());
+            area.draw(&bar).map_err(failed)?;
+            let said = largest.map_or("none".to_owned(), |dt| format!("{dt}"));
+            area.draw(&Text::new(said, (end + 4, y - 2), (SANS, 10))).map_err(failed)?;
+        }
+    }
+    Ok(())
+}
+
+/// Horizontal bars: where the time of our step goes, at 1 ms or the nearest step there is.
+fn split(area: &Area, report: &Comparison) -> Result<()> {
+    let area = area.titled("own engine: time of a step at 1 ms [µs]", (SANS, 17)).map_err(failed)?;
+    let phases = ["dynamics", "collision", "solver"];
+    let inks = [RGBColor(0, 90, 181), RGBColor(120, 180, 230), RGBColor(220, 120, 30)];
+    let rows: Vec<&Run> = cases(report).into_iter().filter_map(|case| at_one_ms(report, case)).collect();
+    let most = rows.iter().fold(1e-9, |most: f64, run| most.max(run.us_per_step.total));
+    let (width, _) = area.dim_in_pixel();
+    let (left, top, row) = (LEFT, 30, 20);
+    key(&area, phases.into_iter().zip(inks))?;
+    // Square roots, so that 2 µs are to be seen beside 2 ms.
+    let scale = |us: f64| ((width as i32 - left - 70) as f64 * (us / most).sqrt()) as i32;
+    for (i, run) in rows.iter().enumerate() {
+        let y = top + row * i as i32;
+        area.draw(&Text::new(run.case.clone(), (10, y), (SANS, 12))).map_err(failed)?;
+        let t = &run.us_per_step;
+        let (length, mut at) = (scale(t.total), left);
+        for (part, ink) in [t.dynamics, t.collision, t.solver].into_iter().zip(inks) {
+            let end = at + (f64::from(length) * part / t.total.max(1e-9)).round() as i32;
+            area.draw(&Rectangle::new([(at, y + 1), (end, y + 14)], ink.filled())).map_err(failed)?;
+            at = end;
+        }
+        let said = Text::new(format!("{:.1}", t.total), (left + length + 5, y), (SANS, 11));
+        area.draw(&said).map_err(failed)?;
+    }
+    Ok(())
+}
+
+/// Our run of a case with the step nearest to 1 ms.
+pub(super) fn at_one_ms<'a>(report: &'a Comparison, case: &str) -> Option<&'a Run> {
+    let runs = report.runs.iter().filter(|run| run.case == case && run.engine == "own" && run.cpu_s > 0.0);
+    runs.min_by(|a, b| a.dt_ms.ln().abs().total_cmp(&b.dt_ms.ln().abs()))
+}
+
+/// Time of every 10 ms of a grasp.
+fn ticks(area: &Area, report: &Comparison) -> Result<()> {
+    let count = report.ticks.iter().map(|way| way.ms.len()).max().unwrap_or(0);
+    let most = report.ticks.iter().flat_map(|way| &way.ms).fold(1e-3, |most: f64, ms| most.max(*ms));
+    let mut chart = ChartBuilder::on(area)
+        .caption("CPU time of every 10 ms tick while a pan is grasped and lifted", (SANS, 17))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(60)
+        .build_cartesian_2d(0.0..count as f64 * 0.01, 0.0..1.1 * most)
+        .map_err(failed)?;
+    chart
+        .configure_mesh()
+        .x_desc("simulated time [s]")
+        .y_desc("CPU time of a tick [ms]")
+        .label_style((SANS, 12))
+        .axis_desc_style((SANS, 13))
+        .light_line_style(RGBColor(238, 238, 238))
+        .draw()
+        .map_err(failed)?;
+    for (way, ink) in report.ticks.iter().zip([RGBColor(0, 90, 181), RGBColor(220, 120, 30)]) {
+        let points = way.ms.iter().enumerate().map(|(k, ms)| (0.01 * (k + 1) as f64, *ms));
+        chart
+            .draw_series(LineSeries::new(points, ink.stroke_width(2)))
+            .map_err(failed)?
+            .label(way.about.as_str())
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], ink.stroke_width(2)));
+    }
+    legend(&mut chart, SeriesLabelPosition::UpperRight)
+}

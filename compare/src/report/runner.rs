@@ -1,0 +1,386 @@
+//! Runs cases over engines, settings and steps, and writes the report.
+
+use super::comparison::{Choice, Clock, Comparison, EngineNote, FORMAT, Run};
+use super::dominance::peer_results;
+use super::outcome_cache::OutcomeCache;
+use super::passes::{self, Conduct, Job, Progress, reference_s};
+use super::{page, plots, ticks};
+use crate::engine::{EngineKind, mujoco, rapier};
+use crate::machine::{self, Machine};
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use palmares_bench::cases::{self, Case};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// What to compare, and where to put it.
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// Folder of the report.
+    #[arg(long, default_value = "docs/report")]
+    pub out: PathBuf,
+    /// Engines; ours is always among them.
+    #[arg(skip)]
+    pub engines: Vec<EngineKind>,
+    /// Cases, by commas; all that belong into a report if not given.
+    #[arg(long, value_delimiter = ',')]
+    pub cases: Vec<String>,
+    /// Steps, ms, by commas; 0.25 to 16 ms if not given.
+    #[arg(long, value_delimiter = ',')]
+    pub steps_ms: Vec<f64>,
+    /// Timing runs, of which the median counts.
+    #[arg(long, default_value_t = 5)]
+    pub repeats: usize,
+    /// How many outcomes are gathered at once; as many as the machine has threads if not given.
+    #[arg(long)]
+    pub jobs: Option<usize>,
+    /// Few cases and steps, coarse references: under three minutes.
+    #[arg(long)]
+    pub quick: bool,
+    /// CPU time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
+    #[arg(long, default_value_t = 60.0)]
+    pub run_limit_s: f64,
+    /// File that keeps outcomes, from which a report that was stopped goes on if the program is of the same commit.
+    #[arg(long, default_value = "target/report.jsonl")]
+    pub runs: PathBuf,
+    /// Reuse the file's outcomes of peers whatever their commit.
+    #[arg(long)]
+    pub reuse_peers: bool,
+    /// A report's JSON from which the runs of engines that are not played, and their times, are taken; the page says so.
+    #[arg(long)]
+    pub keep: Option<PathBuf>,
+}
+
+/// The steps of a report, ms.
+const STEPS_MS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+const QUICK_STEPS_MS: [f64; 3] = [2.0, 4.0, 8.0];
+const QUICK_CASES: [&str; 3] = ["softhand_free", "softhand_cylinder", "slide_stop"];
+
+/// Why a case is not in a report unless it is asked for by name.
+fn left_out(name: &str) -> Option<&'static str> {
+    match name {
+        _ if name.starts_with("self_consistency") => Some("says again, at dt/64, what the other rows say"),
+        _ if name.ends_with("_60s") => Some("a minute of holding, for the gates"),
+        _ if name.starts_with("poured_") => Some("many minutes at short steps, for the gates"),
+        "grasp_max_dt" => Some("searches the step itself"),
+        _ => None,
+    }
+}
+
+/// No run's limit is longer than this, s.
+const LONGEST_LIMIT_S: f64 = 86400.0;
+
+/// Gathers the outcomes into the file of [`Options::runs`] and times nothing: beside whatever else the machine does.
+///
+/// # Errors
+/// As [`write`].
+pub fn gather(options: &Options) -> Result<()> {
+    let Planned { jobs, steps, .. } = plan(options)?;
+    let progress = Progress { begin: Instant::now(), done: 0, all: jobs.len() * steps.len() };
+    passes::outcomes(
+        &jobs,
+        options.conduct(&steps),
+        options.kept(&machine::commit())?,
+        &Mutex::new(progress),
+    )?;
+    Ok(())
+}
+
+impl Options {
+    fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
+        let Options { repeats, jobs, quick, run_limit_s, .. } = *self;
+        Conduct { steps_ms, repeats, jobs, quick, run_limit_s }
+    }
+
+    fn kept(&self, commit: &str) -> Result<OutcomeCache> {
+        OutcomeCache::open(&self.runs, commit, self.quick, self.reuse_peers)
+    }
+}
+
+/// What a report is made of.
+struct Planned {
+    engines: Vec<EngineNote>,
+    jobs: Vec<Job>,
+    steps: Vec<f64>,
+    left_out: Vec<String>,
+}
+
+fn plan(options: &Options) -> Result<Planned> {
+    ensure!(options.repeats > 0, "at least one timing run is needed");
+    ensure!(
+        options.run_limit_s > 0.0 && options.run_limit_s <= LONGEST_LIMIT_S,
+        "a limit of {} s is out of range; it must be positive and at most a day",
+        options.run_limit_s
+    );
+    let engines = notes(options);
+    let kinds: Vec<EngineKind> = EngineKind::all()
+        .filter(|kind| *kind == EngineKind::Own || options.engines.contains(kind))
+        .filter(|kind| engines.iter().any(|note| note.ran && note.name == kind.name()))
+        .collect();
+    let (chosen, left_out) = choose(options)?;
+    let steps = match (options.steps_ms.as_slice(), options.quick) {
+        ([], false) => STEPS_MS.to_vec(),
+        ([], true) => QUICK_STEPS_MS.to_vec(),
+        (some, _) => some.to_vec(),
+    };
+    let mut jobs = Vec::new();
+    for case in chosen {
+        let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
+        jobs.extend(of.map(|kind| Job { case, kind: *kind }));
+    }
+    Ok(Planned { engines, jobs, steps, left_out })
+}
+
+/// Runs everything and writes the report.
+///
+/// # Errors
+/// An option is out of range, or a file cannot be written.
+pub fn write(options: &Options) -> Result<Comparison> {
+    let begin = Instant::now();
+    let (machine, commit) = (Machine::here(), machine::commit());
+    let earlier = options.keep.as_deref().map(read).transpose()?;
+    let Planned { mut engines, jobs, steps, left_out } = plan(options)?;
+    println!("{} on {}, {} threads; commit {commit}", machine.system, machine.processor, machine.threads);
+    let Options { repeats, quick, run_limit_s, .. } = *options;
+    let conduct = options.conduct(&steps);
+    let progress = Mutex::new(Progress { begin, done: 0, all: 2 * jobs.len() * steps.len() });
+    let mut runs = passes::outcomes(&jobs, conduct, options.kept(&commit)?, &progress)?;
+    passes::timings(&jobs, &mut runs, conduct, &progress);
+    let mut runs = runs.concat();
+    if let Some(earlier) = earlier {
+        keep(earlier, &mut engines, &mut runs, &steps)?;
+    }
+    let peers = peers(&engines);
+    let results = peer_results(&runs, EngineKind::Own.name(), &peers);
+    let comparison = Comparison {
+        format: FORMAT,
+        quick,
+        machine,
+        commit,
+        repeats,
+        run_limit_s,
+        run_limit_by: Clock::Cpu,
+        engines,
+        results,
+        runs,
+        ticks: ticks::measure(repeats)?,
+        left_out,
+        took_s: begin.elapsed().as_secs_f64(),
+    };
+    fs::create_dir_all(&options.out).with_context(|| format!("cannot create {}", options.out.display()))?;
+    publish(&comparison, &options.out)?;
+    println!("{} in {:.0} s", options.out.join("README.md").display(), comparison.took_s);
+    Ok(comparison)
+}
+
+/// Engines that ran, but for ours.
+fn peers(engines: &[EngineNote]) -> Vec<String> {
+    let ran = engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
+    ran.map(|note| note.name.clone()).collect()
+}
+
+/// Adds the runs that an earlier report has of the same cases and steps on engines that were not played now.
+fn keep(
+    earlier: Comparison,
+    engines: &mut [EngineNote],
+    runs: &mut Vec<Run>,
+    steps_ms: &[f64],
+) -> Result<()> {
+    let mut cases: Vec<String> = runs.iter().map(|run| run.case.clone()).collect();
+    cases.dedup();
+    for note in engines.iter_mut().filter(|note| !note.ran) {
+        let Some(known) = earlier.engines.iter().find(|known| known.ran && known.name == note.name) else {
+            continue;
+        };
+        let of = |run: &&Run| {
+            run.engine == note.name && cases.contains(&run.case) && steps_ms.contains(&run.dt_ms)
+        };
+        let kept: Vec<Run> = earlier.runs.iter().filter(of).cloned().collect();
+        let wanted = cases.len() * steps_ms.len() * known.settings.len();
+        ensure!(
+            kept.len() == wanted,
+            "the report of commit {} has {} of {wanted} runs of {}",
+            earlier.commit,
+            kept.len(),
+            note.name
+        );
+        let kept_from = known.kept_from.clone().unwrap_or_else(|| earlier.origin());
+        *note = EngineNote { kept_from: Some(kept_from), ..known.clone() };
+        runs.extend(kept);
+    }
+    // As if all had been played now: by case, ours first.
+    let place = |run: &Run| cases.iter().position(|case| *case == run.case);
+    let engine = |run: &Run| EngineKind::NAMES.iter().position(|name| *name == run.engine);
+    runs.sort_by_key(|run| (place(run), engine(run)));
+    Ok(())
+}
+
+fn publish(comparison: &Comparison, folder: &Path) -> Result<()> {
+    let json = serde_json::to_string(comparison)? + "\n";
+    fs::write(folder.join("report.json"), json)?;
+    plots::draw(comparison, folder)?;
+    fs::write(folder.join("README.md"), page::write(comparison))?;
+    Ok(())
+}
+
+/// Reads a report's JSON.
+///
+/// # Errors
+/// No such file, or not a report of this format.
+pub fn read(path: &Path) -> Result<Comparison> {
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let comparison: Comparison = serde_json::from_str(&text)
+        .with_context(|| format!("{} is no report of format {FORMAT}", path.display()))?;
+    ensure!(comparison.format == FORMAT, "{}: format {} is not {FORMAT}", path.display(), comparison.format);
+    Ok(comparison)
+}
+
+/// Judges the runs of a report's JSON again, and writes its page and pictures anew.
+///
+/// # Errors
+/// No such file, or not a report of this format.
+pub fn rewrite(path: &Path) -> Result<()> {
+    let mut comparison = read(path)?;
+    let peers = peers(&comparison.engines);
+    comparison.results = peer_results(&comparison.runs, EngineKind::Own.name(), &peers);
+    publish(&comparison, path.parent().unwrap_or(Path::new(".")))
+}
+
+/// Says of every case of a report whether a peer is ahead of ours.
+///
+/// # Errors
+/// No such file, or not a report of this format, or a peer is ahead somewhere.
+pub fn check(path: &Path) -> Result<()> {
+    let comparison = read(path)?;
+    for result in &comparison.results {
+        println!("{:<26}{:<8}{}", result.case, result.peer, result.words());
+    }
+    let (ahead, all) = (comparison.ahead().count(), comparison.results.len());
+    if ahead > 0 {
+        bail!("in {ahead} of {all} comparisons a peer is ahead at an equal or smaller error");
+    }
+    Ok(())
+}
+
+/// What each engine is, and whether it can run.
+fn notes(options: &Options) -> Vec<EngineNote> {
+    let note = |kind: EngineKind| {
+        let (version, notes) = match kind {
+            EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_notes()),
+            EngineKind::Rapier(_) => (Ok("0.36.1".to_owned()), rapier::notes()),
+            EngineKind::MuJoCo(_) => (mujoco::version(), mujoco::notes()),
+        };
+        let chosen: Vec<&EngineKind> =
+            options.engines.iter().filter(|other| other.name() == kind.name()).collect();
+        let wanted = kind == EngineKind::Own || !chosen.is_empty();
+        let (ran, version) = match version {
+            _ if !wanted => (false, "not asked for".to_owned()),
+            Ok(version) => (true, version),
+            Err(error) => {
+                println!("{} is left out: {error:#}", kind.name());
+                (false, format!("left out: {error:#}"))
+            }
+        };
+        let reference_ms = 1e3 * reference_s(kind, options.quick);
+        let choice = |kind: &&EngineKind| Choice {
+            name: kind.settings().to_owned(),
+            about: kind.about_settings().to_owned(),
+        };
+        let settings = chosen.iter().map(choice).collect();
+        let name = kind.name().to_owned();
+        EngineNote { name, version, ran, kept_from: None, reference_ms, notes, settings }
+    };
+    let mut engines: Vec<EngineKind> = EngineKind::all().collect();
+    engines.dedup_by_key(|kind| kind.name());
+    engines.into_iter().map(note).collect()
+}
+
+fn own_notes() -> Vec<String> {
+    vec![
+        "the constants of `sim/src/config.rs`, the same at every step, and in every case but those named next".into(),
+        "contact stiffness: in mass_ratio in proportion to the load, in sphere_stack, incline_sphere, bowling, \
+         gripper_analytic, rolling_box_balls, heavy_on_grams and six_cubed 1e9 N/m (their bodies are rigid), in spring_cylinder the published one"
+            .into(),
+    ]
+}
+
+fn choose(options: &Options) -> Result<(Vec<&'static Case>, Vec<String>)> {
+    let all: Vec<&Case> = cases::all().collect();
+    if !options.cases.is_empty() {
+        let find = |name: &String| {
+            all.iter().find(|case| case.name == name).copied().with_context(|| {
+                let names: Vec<&str> = all.iter().map(|case| case.name).collect();
+                format!("unknown case `{name}`; known cases: {}", names.join(", "))
+            })
+        };
+        return Ok((options.cases.iter().map(find).collect::<Result<_>>()?, Vec::new()));
+    }
+    if options.quick {
+        let chosen = all.into_iter().filter(|case| QUICK_CASES.contains(&case.name)).collect();
+        return Ok((chosen, vec!["all others: this is a quick report".into()]));
+    }
+    let out = all.iter().filter_map(|case| Some(format!("`{}`: {}", case.name, left_out(case.name)?)));
+    let out = out.collect();
+    Ok((all.into_iter().filter(|case| left_out(case.name).is_none()).collect(), out))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder of this test's own, removed afterwards.
+    struct Folder(PathBuf);
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_grasp_is_judged_by_many_starts_and_its_fine_run_is_told_apart() {
+        let folder = Folder(std::env::temp_dir().join(format!("palmares-starts-{}", std::process::id())));
+        let options = Options {
+            out: folder.0.clone(),
+            engines: vec![EngineKind::Own],
+            cases: vec!["softhand_cylinder".into()],
+            steps_ms: vec![8.0],
+            repeats: 1,
+            jobs: None,
+            quick: true,
+            run_limit_s: 60.0,
+            runs: folder.0.join("runs.jsonl"),
+            reuse_peers: false,
+            keep: None,
+        };
+        let made = write(&options).expect("it runs");
+        let run = &made.runs[0];
+        let starts = run.starts.expect("it is among those");
+        assert_eq!((starts.tried, starts.done, run.judged()), (4, 4, Some(0.0)), "{run:?}");
+        assert!(starts.median_overlap_mm.is_some_and(|mm| mm > 0.0 && mm < 5.0), "{starts:?}");
+        assert!(run.difference().is_some_and(|mm| mm > 0.0), "{run:?}");
+        let bound = run.invariants.overlap_bound_mm.expect("shapes touch");
+        assert!((bound - 7.0).abs() < 1e-9, "half of a finger of 14 mm, not {bound}");
+    }
+
+    #[test]
+    fn unknown_cases_are_refused_with_the_known_ones() {
+        let options = Options {
+            out: PathBuf::new(),
+            engines: Vec::new(),
+            cases: vec!["bowlin".into()],
+            steps_ms: Vec::new(),
+            repeats: 1,
+            jobs: None,
+            quick: true,
+            run_limit_s: 60.0,
+            runs: PathBuf::new(),
+            reuse_peers: false,
+            keep: None,
+        };
+        let message = write(&options).expect_err("refused").to_string();
+        assert!(message.contains("bowling"), "{message}");
+    }
+}
