@@ -1,23 +1,23 @@
-# Palmares in a container. Plain stages: it builds with BuildKit and without.
+# Palmares in a container. It builds with and without BuildKit.
 #
 #   docker build -t palmares .
 #   docker run -p 8080:8080 -v palmares:/data palmares
 #
 # Build arguments:
-#   RUST_IMAGE, RUNTIME_IMAGE  base images, for those who keep their own; both on the same release of Debian
+#   RUST_IMAGE, RUNTIME_IMAGE  base images; both must be on the same release of Debian
 #   NODE_IMAGE                 image that builds the viewer
-#   JOBS                       compilers at once; default: one per core
-#   PALMARES_BUILD_HASH        the commit, told to clients (the context has no .git)
+#   JOBS                       parallel compilers; default: one per core
+#   PALMARES_BUILD_HASH        the commit, which clients see (the context has no .git)
 #
-# `--target runtime` is all but the program, /usr/local/bin/palmares, for those who have built it elsewhere.
+# `--target runtime` builds the image without the program; copy yours to /usr/local/bin/palmares.
 
 ARG RUST_IMAGE=rust:1-slim-bookworm
 ARG RUNTIME_IMAGE=debian:bookworm-slim
 ARG NODE_IMAGE=node:22-bookworm-slim
 
-# First, since without BuildKit every stage before the wanted one is built, too.
+# This stage is first: without BuildKit, Docker builds every stage before the wanted one.
 FROM ${RUNTIME_IMAGE} AS runtime
-# A number, so that orchestrators can see that it is not root.
+# The user is a number: orchestrators can check that it is not root.
 RUN useradd --uid 10001 --user-group --no-create-home --home-dir /data --shell /usr/sbin/nologin palmares \
     && install --directory --owner palmares --group palmares --mode 0700 /data
 USER 10001:10001
@@ -25,7 +25,7 @@ WORKDIR /data
 VOLUME /data
 EXPOSE 8080
 ENV PALMARES_LISTEN=0.0.0.0:8080 PALMARES_DATA_DIR=/data
-# SIGTERM stops and scores open runs first; give it 40 s (docker stop --time 40, stop_grace_period in compose).
+# On SIGTERM the server stops and scores open runs; give it 40 s (docker stop --time 40, stop_grace_period in compose).
 HEALTHCHECK --interval=10s --timeout=5s --start-period=20s CMD ["palmares", "health"]
 ENTRYPOINT ["palmares"]
 CMD ["serve"]

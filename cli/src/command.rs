@@ -160,4 +160,15 @@ mod tests {
             assert_eq!(parsed[0], parsed[1], "{arguments}");
         }
     }
+
+    /// `cargo test --package palmares --no-default-features` runs it.
+    #[cfg(not(feature = "server"))]
+    #[test]
+    fn without_the_server_its_commands_say_why_they_are_refused() {
+        for line in ["serve --listen 127.0.0.1:0 --data-dir x", "schema openapi"] {
+            let parsed = Cli::parse_from(std::iter::once("palmares").chain(line.split(' ')));
+            let refused = parsed.run().expect_err("refused").to_string();
+            assert!(refused.starts_with("this build has no server"), "{refused}");
+        }
+    }
 }

@@ -18,11 +18,11 @@ def test_it_plays_a_run_and_keeps_the_replay(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["leaderboard"][0]["tasks"]["grasp"]["score"] == told["score"]
-    assert Path(told["replay"]).stat().st_size > 0
+    outcome = json.loads(done.stdout)
+    assert outcome["leaderboard"][0]["tasks"]["grasp"]["score"] == outcome["score"]
+    assert Path(outcome["replay"]).stat().st_size > 0
     assert "/live" in done.stderr
-    verified = subprocess.run([str(PROGRAM), "verify", told["replay"]], capture_output=True, check=False)
+    verified = subprocess.run([str(PROGRAM), "verify", outcome["replay"]], capture_output=True, check=False)
     assert verified.returncode == 0
 
 

@@ -31,8 +31,8 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_the_guide_names_every_id_of_gymnasium() -> None:
     text = (ROOT / "docs/python.md").read_text()
     (tasks, hands), *_ = re.findall(r"`palmares/\{(.*?)\}-\{(.*?)\}-v1`", text)
-    told = {f"palmares/{task}-{hand}-v1" for task in tasks.split(",") for hand in hands.split(",")}
-    assert told == set(names())
+    listed = {f"palmares/{task}-{hand}-v1" for task in tasks.split(",") for hand in hands.split(",")}
+    assert listed == set(names())
 
 
 def test_no_document_runs_an_example_by_a_path_of_the_sources() -> None:

@@ -56,14 +56,14 @@ def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
             "Scene of 10 objects, 3 fixed bodies, 2 regions": (client.scene, ["ball_9", "region box_b"]),
             "Result of balls with softhand: score 0, practice": (result, ["ended", "state hash"]),
         }
-    for title, (told, labels) in expected.items():
-        lines = repr(told).splitlines()
+    for title, (shown, labels) in expected.items():
+        lines = repr(shown).splitlines()
         assert lines[0] == f"<{title}>"
         assert max(map(len, lines)) < 140
         for label in labels:
             assert any(line.startswith(f"  {label} ") for line in lines), (label, lines)
         table = Cells()
-        table.feed(told._repr_html_())
+        table.feed(shown._repr_html_())
         assert not table.open
         assert table.cells[0] == title
         assert set(labels) <= set(table.cells)
@@ -88,9 +88,9 @@ def test_only_the_first_clipped_action_warns(url: str) -> None:
             client.step(hand=[0.0])
         if url == "server":  # The fake one applies actions as they are.
             return
-        with pytest.warns(ClippedActionWarning, match=r"hand = \(1.5\) was clipped to \(1\)") as told:
+        with pytest.warns(ClippedActionWarning, match=r"hand = \(1.5\) was clipped to \(1\)") as warned:
             client.step(base=FAST, hand=[1.5])
-        assert told[0].filename == __file__
+        assert warned[0].filename == __file__
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             client.step(base=FAST, hand=[2.0])
@@ -111,9 +111,9 @@ def test_a_world_and_a_batch_warn_too() -> None:
         batch.step(actions, 1)
     actions[1, 3:6] = [0.0, 0.0, -6.0]
     message = r"actions\[1\]: angular = \(0, 0, -6\) was clipped to \(0, 0, -3\)"
-    with pytest.warns(ClippedActionWarning, match=message) as told:
+    with pytest.warns(ClippedActionWarning, match=message) as warned:
         batch.step(actions, 1)
-    assert told[0].filename == __file__
+    assert warned[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         batch.step(actions, 1)
@@ -143,22 +143,22 @@ def test_a_long_call_shows_a_bar_and_a_short_one_does_not(monkeypatch: pytest.Mo
 
     shown = Terminal()
     monkeypatch.setattr(sys, "stderr", shown)
-    with progress.progress(10, "tick", "step") as told:
-        told(3)
+    with progress.progress(10, "tick", "step") as report:
+        report(3)
     assert shown.getvalue() == ""
     monkeypatch.setattr(progress, "DELAY_S", 0.01)
-    with progress.progress(10, "tick", "step") as told:
-        told(3)
+    with progress.progress(10, "tick", "step") as report:
+        report(3)
         time.sleep(0.02)
-        told(7)
-        told(10)
+        report(7)
+        report(10)
     assert "step:" in shown.getvalue()
     assert "7/10" in shown.getvalue()
     file = io.StringIO()
     monkeypatch.setattr(sys, "stderr", file)
-    with progress.progress(10, "tick", "step") as told:
+    with progress.progress(10, "tick", "step") as report:
         time.sleep(0.02)
-        told(7)
+        report(7)
     assert file.getvalue() == ""
 
 
@@ -166,13 +166,13 @@ def test_the_engine_reports_its_progress() -> None:
     from palmares import _native
 
     batch = _native.Batch("balls", "softhand", 6, "truth", "none", 1, None)
-    told: list[int] = []
-    batch.reset(list(range(6)), [True] * 6, told.append)
-    assert told == [2, 4, 6]
-    told.clear()
-    batch.step(np.zeros((6, 7)), 100, [True] * 6, told.append)
-    assert told == sorted(told)
-    assert told[-1] == 100
+    reported: list[int] = []
+    batch.reset(list(range(6)), [True] * 6, reported.append)
+    assert reported == [2, 4, 6]
+    reported.clear()
+    batch.step(np.zeros((6, 7)), 100, [True] * 6, reported.append)
+    assert reported == sorted(reported)
+    assert reported[-1] == 100
     before = batch.state_hashes()
 
     def refuse(_: int) -> None:

@@ -70,13 +70,13 @@ def fails(tmp_path: Path) -> str:
 
 
 def test_the_report_is_the_same_for_any_number_of_processes(idle: str) -> None:
-    def told(count: int) -> list[tuple[str, str, int, float, str]]:
+    def rows(count: int) -> list[tuple[str, str, int, float, str]]:
         report = evaluate([idle], ["grasp", "balls"], ["softhand", "pinch"], [4, 1, 2], pool=processes(count))
         runs = [run for row in report.rows for run in row.runs]
         return [(run.task, run.hand, run.seed, run.score, run.state_hash) for run in runs]
 
-    one = told(1)
-    assert one == told(2)
+    one = rows(1)
+    assert one == rows(2)
     assert [run[:3] for run in one[:4]] == [
         ("balls", "pinch", 1),
         ("balls", "pinch", 2),
@@ -91,11 +91,11 @@ def test_a_failed_run_is_reported_and_the_others_count(
 ) -> None:
     folder = tmp_path / "replays"
     code = main([fails, idle, "--seeds", "3", "--quiet", "--jobs", "2", "--replays", str(folder)])
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     assert code == 1
-    assert "seed 2: failed: ArithmeticError: two is too many (fails.py:5)" in told.out
-    assert f"{fails} minus {idle}, grasp, softhand: " in told.out
-    assert "over 3 seeds" in told.out
+    assert "seed 2: failed: ArithmeticError: two is too many (fails.py:5)" in printed.out
+    assert f"{fails} minus {idle}, grasp, softhand: " in printed.out
+    assert "over 3 seeds" in printed.out
     assert len(list(folder.glob("*.mcap"))) == 6
 
 
@@ -215,15 +215,15 @@ def test_a_run_that_does_not_end_has_failed_and_the_others_go_on(tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "message"),
     [
         ("def run(client):", r"its function is `run\(client\)`; wanted `run\(client, seed\)`"),
         ("def run(client, seed, more):", "missing a required argument: 'more'"),
         ("def run(client, seed, task):", r"run\(\) needs `task`: pass tasks=… or --tasks"),
     ],
 )
-def test_a_run_that_cannot_be_called_so_is_refused_before(tmp_path: Path, line: str, told: str) -> None:
-    with pytest.raises(ControllerError, match=told):
+def test_a_run_that_cannot_be_called_so_is_refused_before(tmp_path: Path, line: str, message: str) -> None:
+    with pytest.raises(ControllerError, match=message):
         evaluate(written(tmp_path / "other.py", f"{line}\n    pass\n"), seeds=[1], pool=processes(1))
 
 
@@ -239,8 +239,8 @@ def test_a_closed_reader_is_no_error(idle: str) -> None:
 
 def test_json_has_everything(idle: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([idle, "--seeds", "7-8", "--quiet", "--json", "--jobs", "1"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    (row,) = told["rows"]
+    printed = json.loads(capsys.readouterr().out)
+    (row,) = printed["rows"]
     assert (row["task"], row["hand"], row["failed"], row["spread"]["runs"]) == ("grasp", "softhand", 0, 2)
     assert [run["seed"] for run in row["runs"]] == [7, 8]
 
@@ -324,14 +324,14 @@ def test_seeds_are_a_number_a_range_or_a_list() -> None:
 
 
 def test_the_word_after_ray_is_an_address_or_a_controller() -> None:
-    def told(*arguments: str) -> tuple[str | None, list[str]]:
+    def parsed(*arguments: str) -> tuple[str | None, list[str]]:
         options = parser().parse_args(list(separated(arguments)))
         return options.ray, options.controllers
 
-    assert told("a.py") == (None, ["a.py"])
-    assert told("--ray", "a.py") == told("a.py", "--ray") == ("", ["a.py"])
-    assert told("--ray", "10.0.0.1:6379", "a.py") == ("10.0.0.1:6379", ["a.py"])
-    assert told("a.py", "--ray", "auto") == told("a.py", "--ray=auto") == ("auto", ["a.py"])
+    assert parsed("a.py") == (None, ["a.py"])
+    assert parsed("--ray", "a.py") == parsed("a.py", "--ray") == ("", ["a.py"])
+    assert parsed("--ray", "10.0.0.1:6379", "a.py") == ("10.0.0.1:6379", ["a.py"])
+    assert parsed("a.py", "--ray", "auto") == parsed("a.py", "--ray=auto") == ("auto", ["a.py"])
 
 
 def test_the_paired_test_counts_every_sign_of_few_differences() -> None:

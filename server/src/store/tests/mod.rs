@@ -166,6 +166,20 @@ async fn a_database_has_one_server() {
 }
 
 #[tokio::test]
+async fn a_database_of_a_newer_version_is_refused() {
+    for place in places().await {
+        let store = place.open().await;
+        let later = "INSERT INTO _sqlx_migrations (version, description, installed_on, success, checksum, execution_time) \
+                     SELECT 999, description, installed_on, success, checksum, execution_time FROM _sqlx_migrations \
+                     WHERE version = 1";
+        sqlx::query(later).execute(&store.pool).await.expect("one more migration");
+        store.close().await;
+        let error = Store::open(place.location()).await.expect_err("newer").to_string();
+        assert!(error.contains("999"), "{error}");
+    }
+}
+
+#[tokio::test]
 async fn a_successor_waits_until_the_lock_is_released() {
     for place in places().await {
         let store = place.open().await;
