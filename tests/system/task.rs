@@ -312,12 +312,12 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let (first, last) = (bytes(1), bytes(pieces.len()));
 
     let (code, out) = take_apart(&[]);
-    assert!(code == 1 && out.contains("ring_pieces exists already; nothing was written"), "{out}");
+    assert!(code == 1 && out.contains("ring_pieces exists; nothing was written"), "{out}");
     let (code, out) = take_apart(&["--force", "--pieces", "16", "--resolution", "48"]);
     assert_eq!(code, 0, "{out}");
     assert_eq!((bytes(1), bytes(pieces.len())), (first, last), "the same mesh, the same pieces");
     for told in [
-        "objects.own `cube`: in `parts`, in place of the part with file = \"ring.stl\"",
+        "objects.own `cube`: in `parts`, replace the part with file = \"ring.stl\"",
         "of the mesh not covered",
     ] {
         assert!(out.contains(told), "'{told}' is not in:\n{out}");
@@ -352,7 +352,7 @@ fn a_mesh_that_has_no_pieces_is_refused_by_name() {
     for (path, more, told) in [
         (file("open.stl", &open), &scale[..], "the mesh is not closed: "),
         (file("flat.stl", &flat.collect::<String>()), &scale, "the mesh spans no volume"),
-        (file("mm.stl", &whole), &[], "--scale 0.001 takes a unit for a millimetre"),
+        (file("mm.stl", &whole), &[], "for a mesh in millimetres use --scale 0.001"),
         (file("text.stl", "no mesh"), &[], "not valid STL"),
         (place.path().join("none.stl"), &[], "none.stl"),
     ] {
