@@ -65,27 +65,27 @@ export interface ActuatorObservation {
   tension: number;
 }
 
-/** All teams' hands, the oldest first. */
+/** The hands of all teams, oldest first. */
 export interface AllHands {
   hands: HandRow[];
 }
 
-/** Something that an organizer told everybody. */
+/** An announcement of an organizer. */
 export interface Announcement {
   /** Counts up from 1. */
   id: number;
-  /** What; empty when the one before no longer holds. */
+  /** Its text; empty to withdraw the one before. */
   text: string;
-  /** When, ms since 1970 UTC. */
+  /** Time, ms since 1970 UTC. */
   unix_ms: number;
 }
 
-/** The newest first. */
+/** Announcements, newest first. */
 export interface Announcements {
   announcements: Announcement[];
 }
 
-/** Records in the order in which they were made. */
+/** Records of the audit, oldest first. */
 export interface Audit {
   records: AuditEntry[];
 }
@@ -94,15 +94,15 @@ export interface Audit {
 export interface AuditEntry {
   /** Counts up from 1. */
   seq: number;
-  /** When, ms since 1970 UTC. */
+  /** Time, ms since 1970 UTC. */
   unix_ms: number;
-  /** The token it was done with, or `server`. */
+  /** Id of the token that was used, or `server`. */
   actor: string;
-  /** What. */
+  /** The action. */
   action: string;
-  /** To whom or what. */
+  /** Its object. */
   subject: string;
-  /** Why. */
+  /** The reason. */
   reason: string | null;
 }
 
@@ -111,7 +111,7 @@ export type BaseTarget =
   | { position: [number, number, number]; quat_xyzw: [number, number, number, number] }
   | { linear: [number, number, number]; angular: [number, number, number] };
 
-/** What a body is. */
+/** Kind of a body. */
 export type BodyKind = 'object' | 'furniture' | 'hand';
 
 /** Pose and velocity of a body in the world frame. */
@@ -226,19 +226,19 @@ export type ClientInfo =
   | string
   | { name: string; version?: string };
 
-/** `clock`: how time goes on, once a second. */
+/** `clock`: the session's clock, once a second. */
 export interface Clock {
   /** The run. */
   run_id: string;
-  /** What is left of the session, s; null when it has no limit. */
+  /** Time left in the session, s; null when it has no limit. */
   session_left_s: number | null;
-  /** What the session has spent, s; null when its clock is not known. */
+  /** Time that the session has spent, s; null when its clock is not known. */
   elapsed_s: number | null;
   /** Whether an organizer has stopped the session's clock. */
   paused: boolean | null;
-  /** Simulated s per s in the last second; null in the first. */
+  /** Simulated time per time in the last second; null in the first message. */
   real_time_factor: number | null;
-  /** How late a tick began at most in the last second, s; null where the run does not follow the clock. */
+  /** Largest delay of a tick in the last second, s; null in a lockstep run. */
   late_s: number | null;
 }
 
@@ -283,8 +283,22 @@ export interface Competition {
   sensors_only: string[];
 }
 
-/** What is being played here. */
-export interface CompetitionAnswer {
+/** The reason for an action on the competition. */
+export interface CompetitionActionRequest {
+  /** The reason, for the audit. */
+  reason?: string;
+}
+
+/** The phase of the competition after the action. */
+export interface CompetitionActionResponse {
+  phase: CompetitionPhase;
+}
+
+/** The phase of an official competition. */
+export type CompetitionPhase = 'closed' | 'open' | 'revealed';
+
+/** The competition of this server. */
+export interface CompetitionResponse {
   /** Name, for people. */
   name: string;
   /** `practice` (no token, own seeds, full state) or `official`. */
@@ -301,27 +315,16 @@ export interface CompetitionAnswer {
   limits: Limits;
   tasks: string[];
   hands: string[];
-  /** How far it is; official competitions only. */
-  phase?: Phase;
-  /** Public key that replays are signed with. */
+  /** Its phase; official competitions only. */
+  phase?: CompetitionPhase;
+  /** Public key of the signatures on replays. */
   replay_key?: string;
-  /** The secret itself, once it is revealed. */
+  /** The secret, after it was revealed. */
   seed_secret?: string;
-  /** SHA-256 of the secret that the seeds are made from. */
+  /** SHA-256 of the secret from which the seeds are derived. */
   seed_secret_sha256?: string;
-  /** Sessions that a team has. */
+  /** Number of sessions of a team. */
   sessions_per_team?: number;
-}
-
-/** Why. */
-export interface CompetitionDeed {
-  /** Kept in the audit. */
-  reason?: string;
-}
-
-/** How far the competition is. */
-export interface CompetitionPhase {
-  phase: Phase;
 }
 
 /** A touching contact. */
@@ -388,22 +391,6 @@ export interface CylinderPrimitive {
   color: Color;
 }
 
-/** The hand as it is now. */
-export interface DecidedHand {
-  hand: HandRow;
-}
-
-/** The run as it is now, and its session, whose time may have been given back. */
-export interface DecidedRun {
-  run: RunRecord;
-  session: Session | null;
-}
-
-/** The session as it is now. */
-export interface DecidedSession {
-  session: Session;
-}
-
 /** A part of a tendon whose moment arm depends on a coordinate. */
 export interface ElementDescription {
   /** Name of the coordinate. */
@@ -431,28 +418,10 @@ export interface ElementDescription {
 export interface Ended {
   /** The run. */
   run_id: string;
-  /** What it gave; null when the world failed. */
+  /** Its outcome; null when the world failed. */
   outcome: Final | null;
-  /** What the world failed of; absent when it did not. */
+  /** Why the world failed; absent when it did not. */
   fault?: Fault;
-}
-
-/** The hand at rest. */
-export interface Equilibrium {
-  /** Joint coordinates, rad or m. */
-  q: number[];
-  /** Of every tendon, in its own unit. */
-  tension: number[];
-  /** `closed_form` or `newton`. */
-  law: string;
-  /** What the closed form does not know of: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds. */
-  beyond_closed_form: string[];
-  /** Every link in the world frame. */
-  links: LinkPose[];
-  /** What holds each of `contacts`. */
-  reactions: EquilibriumReaction[];
-  /** What forces, contacts and weight exert on each joint coordinate, N·m or N. */
-  torque: number[];
 }
 
 /** Pose of the base in the world frame. */
@@ -463,13 +432,13 @@ export interface EquilibriumBase {
   quat_xyzw: [number, number, number, number];
 }
 
-/** A point of a link that is held at a place. */
+/** A point of a link that is held in place. */
 export interface EquilibriumContact {
   /** Name of the link. */
   link: string;
   /** The point, in the link frame, m. */
   point: [number, number, number];
-  /** Where it is held, in the world frame, m. */
+  /** Its place in the world frame, m. */
   position: [number, number, number];
 }
 
@@ -477,30 +446,48 @@ export interface EquilibriumContact {
 export interface EquilibriumForce {
   /** Name of the link. */
   link: string;
-  /** Where it acts, in the link frame, m. */
+  /** Point of action in the link frame, m. */
   point: [number, number, number];
-  /** In the world frame, N; at most 200. */
+  /** The force in the world frame, N; at most 200. */
   force: [number, number, number];
 }
 
-/** What holds a point. */
+/** The reaction at a held point. */
 export interface EquilibriumReaction {
-  /** On the link, in the world frame, N; at most 100. */
+  /** Force on the link in the world frame, N; at most 100. */
   force: [number, number, number];
-  /** How far the point is from its place, m: 0.01 mm for each N, and more where it cannot get there. */
+  /** Distance of the point from its place, m: 0.01 mm for each N, and more where it cannot reach its place. */
   gap: number;
 }
 
-/** What acts on the hand. */
+/** The loads on the hand. */
 export interface EquilibriumRequest {
-  /** σ of every motor, 0 to 1. */
+  /** Command σ of every motor, 0 to 1. */
   motors: number[];
-  /** Where the base is held; at the origin if left out. */
+  /** Pose of the base; at the origin if left out. */
   base?: EquilibriumBase;
-  /** Points that are held; at most 32. */
+  /** Points that are held in place; at most 32. */
   contacts?: EquilibriumContact[];
-  /** Forces that keep their direction; at most 32. */
+  /** Forces with constant direction; at most 32. */
   forces?: EquilibriumForce[];
+}
+
+/** The equilibrium. */
+export interface EquilibriumResponse {
+  /** Joint coordinates, rad or m. */
+  q: number[];
+  /** Tension of every tendon, in its own unit. */
+  tension: number[];
+  /** `closed_form` or `newton`. */
+  law: string;
+  /** Why the closed form does not hold: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds. */
+  beyond_closed_form: string[];
+  /** Pose of every link in the world frame. */
+  links: LinkPose[];
+  /** Reaction at each of `contacts`. */
+  reactions: EquilibriumReaction[];
+  /** Torque of forces, contacts and weight on each joint coordinate, N·m or N. */
+  torque: number[];
 }
 
 /** `error`: why a request failed. A request that fails changes nothing. */
@@ -529,11 +516,11 @@ export interface Event {
   object?: number;
 }
 
-/** `events`: what the referee noted. */
+/** `events`: events of the referee. */
 export interface Events {
   /** The run. */
   run_id: string;
-  /** In order of time. */
+  /** Events in order of time. */
   events: Event[];
 }
 
@@ -578,7 +565,7 @@ export interface FigureRow {
   beyond_others: boolean;
 }
 
-/** What a run gave. */
+/** The outcome of a run. */
 export interface Final {
   /** Points. */
   score: number;
@@ -604,7 +591,7 @@ export interface FingerWrench {
   torque: [number, number, number];
 }
 
-/** What a part looks like. */
+/** The shape of a part. */
 export type Form =
   | Shape
   | VisualMesh;
@@ -623,11 +610,16 @@ export interface FoxgloveTime {
   nsec: number;
 }
 
-/** Which hand, and why. */
-export interface HandDeed {
+/** A decision on a hand. */
+export interface HandActionRequest {
   hand_id: string;
-  /** Told to the team and kept in the audit; `reject` needs it. */
+  /** The reason, for the team and the audit; `reject` requires it. */
   reason?: string;
+}
+
+/** The hand after the decision. */
+export interface HandActionResponse {
+  hand: HandRow;
 }
 
 /** A hand without solver details. Units are SI; poses are those at rest. */
@@ -696,32 +688,32 @@ export interface HandObservation {
 
 /** A hand as stored. */
 export interface HandRow {
-  /** Identifies it. */
+  /** Its id. */
   hand_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
-  /** As `reset` calls it. */
+  /** Its name, as in `reset`. */
   name: string;
-  /** Of the archive. */
+  /** SHA-256 of the archive, hexadecimal. */
   sha256: string;
-  /** Of the archive. */
+  /** Size of the archive, bytes. */
   bytes: number;
   /** `pending`, `approved` or `rejected`. */
   status: string;
-  /** Why it was rejected, or what the organizer wants to say. */
+  /** The organizer's reason for the decision. */
   note: string | null;
-  /** What the check found odd, JSON. */
+  /** Warnings of the check. */
   warnings: string[];
-  /** When it came, ms since 1970 UTC. */
+  /** Time of the upload, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When the organizer decided. */
+  /** Time of the organizer's decision, ms since 1970 UTC. */
   decided_unix_ms: number | null;
 }
 
 export interface Hands {
-  /** Those that can be played, as in `welcome`: with the team's own when the team asks. */
+  /** Hands that can be played, as in `welcome`, including the team's own. */
   hands: HandInfo[];
-  /** All that the team sent in, with their state; only for the team. */
+  /** All hands that the team has uploaded, with their status; only for the team. */
   own?: HandRow[];
 }
 
@@ -777,15 +769,15 @@ export interface ImageInfo {
   description: string;
 }
 
-/** A token, shown this once. */
+/** A new token, shown once. */
 export interface IssuedToken {
-  /** Its public half, by which it is revoked. */
+  /** Its id, by which it is revoked. */
   token_id: string;
-  /** All of it. */
+  /** The whole token. */
   token: string;
-  /** `organizer` or `viewer`, for another. */
+  /** `organizer` or `viewer`, for other tokens. */
   role?: string;
-  /** Whose it is, for a team's. */
+  /** Its team, for a team's token. */
   team?: string;
 }
 
@@ -822,9 +814,9 @@ export interface Leaderboard {
   unix_ms: number;
 }
 
-/** A team's place. */
+/** A team's row in the ranking. */
 export interface LeaderboardRow {
-  /** 1 for the first. */
+  /** From 1. */
   rank: number;
   /** The team. */
   team: string;
@@ -832,11 +824,11 @@ export interface LeaderboardRow {
   total: number;
   /** Finished runs. */
   runs: number;
-  /** When the total was reached: the end of the run that completed it, ms since 1970 UTC. */
+  /** When the total was reached: the end of the last run in it, ms since 1970 UTC. */
   reached_unix_ms: number;
-  /** Whether every run the team ever opened was without the true state of the world. */
+  /** Whether no run of the team had the true state. */
   sensors_only: boolean;
-  /** Its place among the teams that only use sensors. */
+  /** Its rank among the teams with `sensors_only`. */
   sensors_rank: number | null;
   /** Best run of each task. */
   tasks: Record<string, TaskBest>;
@@ -891,7 +883,7 @@ export interface LinkDescription {
   shapes: PlacedShape[];
 }
 
-/** Where a link is. */
+/** Pose of a link. */
 export interface LinkPose {
   /** Its name. */
   name: string;
@@ -901,7 +893,7 @@ export interface LinkPose {
   quat_xyzw: [number, number, number, number];
 }
 
-/** `list`: which runs are open. */
+/** `list`: lists the open runs. */
 export type List = Record<string, never>;
 
 /** A rule and what was measured. */
@@ -957,21 +949,21 @@ export interface MotorSensor {
   tension_gain: number;
 }
 
-/** What, and why. */
+/** An announcement, and the reason for it. */
 export interface NewAnnouncement {
-  /** At most 500 characters; an empty one takes the one before off the pages. */
+  /** At most 500 characters; an empty text withdraws the one before. */
   text: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
-/** A token that is no team's. */
+/** A new token of an organizer or a viewer. */
 export interface NewToken {
   /** `organizer` or `viewer`. */
   role: string;
-  /** Whose it is, for people. */
+  /** Its holder, for people. */
   label?: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
@@ -1048,7 +1040,7 @@ export interface Opened {
   time_limit_s: number;
 }
 
-/** What may be told beside the poses. */
+/** Data that can be sent in addition to the poses. */
 export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
 
 /** A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards. */
@@ -1077,9 +1069,6 @@ export interface Perturb {
   duration_s: number;
 }
 
-/** How far an official competition is. */
-export type Phase = 'closed' | 'open' | 'revealed';
-
 /** A shape fixed to a link. */
 export interface PlacedShape {
   /** m */
@@ -1100,7 +1089,7 @@ export interface PoseDescription {
   quat_xyzw: [number, number, number, number];
 }
 
-/** `poses`: where everything that moves is. */
+/** `poses`: poses of all moving bodies. */
 export interface Poses {
   /** The run. */
   run_id: string;
@@ -1110,9 +1099,9 @@ export interface Poses {
   sim_time_s: number;
   /** For every body of `scene.moving`: position x, y, z in m, orientation x, y, z, w. In single precision. */
   poses: [number, number, number, number, number, number, number][];
-  /** Every touching contact, for those who subscribed with the overlay `contacts`. */
+  /** Every touching contact, for viewers with the overlay `contacts`. */
   contacts?: Contact[];
-  /** What goes on in the hand, for those who subscribed with the overlay `telemetry`. */
+  /** Internal state of the hand, for viewers with the overlay `telemetry`. */
   telemetry?: Telemetry;
 }
 
@@ -1126,7 +1115,7 @@ export interface Primitive {
 
 /** An error, RFC 9457. */
 export interface Problem {
-  /** No page describes the codes one by one: the standard's word for that. */
+  /** Always `about:blank`: the codes have no pages of their own. */
   type: string;
   title: string;
   status: number;
@@ -1210,21 +1199,27 @@ export interface Reset {
   sensing?: Sensing;
 }
 
-/** What was taken back. */
+/** The revoked tokens. */
 export interface RevokedTokens {
-  /** How many. */
+  /** Number of revoked tokens. */
   revoked: number;
-  /** Whose tokens, if a team was asked for. */
+  /** The team, if its tokens were revoked. */
   team?: string;
-  /** Which token, if one was asked for. */
+  /** The token, if one was revoked. */
   token_id?: string;
 }
 
-/** Which run, and why. */
-export interface RunDeed {
+/** An action on a run. */
+export interface RunActionRequest {
   run_id: string;
-  /** Kept in the audit; `void` needs it. */
+  /** The reason, for the audit; `void` requires it. */
   reason?: string;
+}
+
+/** The run after the action, and its session, which may have a refund. */
+export interface RunActionResponse {
+  run: RunRecord;
+  session: Session | null;
 }
 
 /** The session's open run. */
@@ -1243,18 +1238,18 @@ export interface RunInfo {
   open: boolean;
 }
 
-/** A run as `GET /v1/runs/{id}` shows it. */
+/** A run, as in `GET /v1/runs/{id}`. */
 export interface RunRecord {
-  /** Identifies it. */
+  /** Its id. */
   run_id: string;
-  /** Name on the leaderboard. */
+  /** Its team. */
   team: string;
   task: string;
   /** Hand. */
   hand: string;
   mode: string;
   sensing: string;
-  /** Where it stands. */
+  /** `open`, `practice`, `provisional`, `verified`, `rejected`, `aborted` or `voided`. */
   status: string;
   reason: string | null;
   note: string | null;
@@ -1265,22 +1260,22 @@ export interface RunRecord {
   sim_time_s: number | null;
   missed_ticks: number;
   state_hash: string | null;
-  /** In practice, what `reset` takes to build the scene again. */
+  /** In practice, the number with which `reset` builds the scene again. */
   seed: number | null;
-  /** The seed itself; null while it is hidden. */
+  /** The seed; null while it is hidden. */
   seed_hex: string | null;
   started_unix_ms: number;
   ended_unix_ms: number | null;
   server_version: string;
   build_hash: string;
-  /** What the referee noted; of an official run only for those who may watch it, until the seeds are revealed. */
+  /** Events of the referee; until the seeds are revealed, those of an official run are only for clients that may watch it. */
   events?: Event[];
-  /** Number of the run among the team's in this task; official runs only. */
+  /** Number of the run among the team's runs of this task; official runs only. */
   k?: number;
   replay_sha256?: string;
-  /** The session it belongs to; only for those who may know. */
+  /** Its session; left out where the client may not know it. */
   session_id?: string;
-  /** Other teams' runs with the same actions over a long stretch; for organizers only, and left out where there are none. */
+  /** Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none. */
   similar?: SimilarRun[];
   verified_unix_ms?: number;
   verify_note?: string;
@@ -1336,9 +1331,9 @@ export interface RunResult {
   replay?: ReplayInfo;
 }
 
-/** `runs`: what can be watched now. */
+/** `runs`: the runs that can be watched now. */
 export interface Runs {
-  /** Of the request. */
+  /** Id of the request. */
   id: number;
   /** Open runs. */
   runs: WatchRun[];
@@ -1421,7 +1416,7 @@ export interface SceneUpdate {
   entities: SceneEntity[];
 }
 
-/** `score`: what the run would be worth if it ended now. */
+/** `score`: the run's score if it ended now. */
 export interface Score {
   /** The run. */
   run_id: string;
@@ -1456,52 +1451,57 @@ export interface ServerInfo {
   build_hash: string;
 }
 
-/** A session, its clock as it stands now. */
+/** A session with its current clock. */
 export interface Session {
-  /** Identifies it. */
+  /** Its id. */
   session_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
   /** `practice` or `official`. */
   mode: string;
   /** `open`, `ended` or `voided`. */
   status: string;
-  /** What the client said of itself. */
+  /** Version of the client, as the client gives it. */
   client_version: string | null;
   /** Its length, s. */
   limit_s: number | null;
-  /** Its clock: wall-clock time without pauses, s. */
+  /** Wall-clock time of its clock, without pauses, s. */
   clock_wall_s: number;
-  /** The same, simulated time, s. */
+  /** Simulated time of its clock, s. */
   clock_simulated_s: number;
   /** Time given back, s. */
   refunded_s: number;
-  /** Since when an organizer holds it, ms since 1970 UTC. */
+  /** Begin of the current pause, ms since 1970 UTC. */
   paused_unix_ms: number | null;
-  /** How often an organizer has held it. */
+  /** Number of pauses. */
   pauses: number;
-  /** When it began. */
+  /** Its begin, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When it ended. */
+  /** Its end, ms since 1970 UTC. */
   ended_unix_ms: number | null;
-  /** Its runs. */
+  /** Number of its runs. */
   runs: number;
-  /** What the clock counts: the greater of its two times, s. */
+  /** Time spent, the greater of both times, s. */
   elapsed_s: number;
   /** Time left, s; null without a limit. */
   left_s: number | null;
 }
 
-/** Which session, why, and for `grant` how much. */
-export interface SessionDeed {
+/** An action on a session. */
+export interface SessionActionRequest {
   session_id: string;
-  /** Kept in the audit; `void` and `grant` need it. */
+  /** The reason, for the audit; `void` and `grant` require it. */
   reason?: string;
-  /** For `grant`: more than 0 and at most a day. */
+  /** For `grant`: additional time, s; more than 0 and at most a day. */
   seconds?: number;
 }
 
-/** The newest first. */
+/** The session after the action. */
+export interface SessionActionResponse {
+  session: Session;
+}
+
+/** Sessions, newest first. */
 export interface Sessions {
   sessions: Session[];
 }
@@ -1514,14 +1514,14 @@ export type Shape =
   | { type: 'box'; half_extents: [number, number, number]; rounding: number }
   | { type: 'hull'; points: [number, number, number][]; rounding: number };
 
-/** A hand to look at before deciding. */
+/** A hand for the decision. */
 export interface ShownHand {
   hand: HandRow;
-  /** Beside the hands of the program and the competition's limits. */
+  /** Its figures, with those of the built-in hands and the competition's limits. */
   figures: FigureRow[];
-  /** What the hand would touch where it starts, in words. */
+  /** Overlaps of the hand where it starts, as text. */
   in_the_way: string[];
-  /** The hand in full: what an organizer turns and closes before deciding. */
+  /** The full description, for the 3D view. */
   description: HandDescription;
 }
 
@@ -1529,11 +1529,11 @@ export interface ShownHand {
 export interface SimilarRun {
   /** The other run. */
   run_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
   /** Its number among the team's runs of the task. */
   k: number | null;
-  /** At least so many changes of the action, one after another, are the same. */
+  /** Number of consecutive changes of the action that are the same, a lower bound. */
   changes: number;
 }
 
@@ -1592,51 +1592,51 @@ export interface Stereo {
 /** `stop`: lets the objects settle, counts them and closes the run. */
 export type Stop = Record<string, never>;
 
-/** What a team is told of a hand that it sent in. */
+/** The answer to an upload. */
 export interface SubmittedHand {
-  /** Identifies it. */
+  /** Its id. */
   hand_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
-  /** As `reset` calls it. */
+  /** Its name, as in `reset`. */
   name: string;
-  /** Of the archive. */
+  /** SHA-256 of the archive, hexadecimal. */
   sha256: string;
-  /** Of the archive. */
+  /** Size of the archive, bytes. */
   bytes: number;
   /** `pending`, `approved` or `rejected`. */
   status: string;
-  /** Why it was rejected, or what the organizer wants to say. */
+  /** The organizer's reason for the decision. */
   note: string | null;
-  /** What the check found odd, JSON. */
+  /** Warnings of the check. */
   warnings: string[];
-  /** When it came, ms since 1970 UTC. */
+  /** Time of the upload, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When the organizer decided. */
+  /** Time of the organizer's decision, ms since 1970 UTC. */
   decided_unix_ms: number | null;
-  /** Beside the hands of the program and the limits. */
+  /** Its figures, with those of the built-in hands and the limits. */
   figures: FigureRow[];
 }
 
-/** `subscribe`: what to show; exactly one of the fields. A second one replaces the first. */
+/** `subscribe`: the runs to show. Exactly one of `session_id`, `run_id`, `featured`, `leaderboard` is set. A second `subscribe` replaces the first. */
 export interface Subscribe {
-  /** `true`: official runs before practice, then one in which something happened in the last 10 s, then the one that moved last; when it ends, the next. */
+  /** `true`: the most interesting run: official runs before practice, then runs with an event in the last 10 s, then the one that moved last. When it ends, the next one is chosen. */
   featured?: boolean;
-  /** `true`: no world, but the ranking and announcements. */
+  /** `true`: no run, only the ranking and announcements. */
   leaderboard?: boolean;
-  /** What is to be told beside the poses. With this field, empty or not, `clock` is told once a second. */
+  /** Data to send in addition to the poses. With this field, empty or not, `clock` is sent once a second. */
   overlays?: Overlay[];
   /** One run. */
   run_id?: string;
-  /** A session: one run after the other. */
+  /** The runs of a session, one after the other. */
   session_id?: string;
 }
 
-/** `subscribed`: what is shown from now on. */
+/** `subscribed`: the run that is shown from now on. */
 export interface Subscribed {
-  /** Of the request. */
+  /** Id of the request. */
   id: number;
-  /** The run that is shown now; null when the session has none open, or nobody plays. The next one is shown when it opens. */
+  /** The run that is shown now; null when none is open. The next one is shown when it opens. */
   run_id: string | null;
 }
 
@@ -1648,7 +1648,7 @@ export interface TaskBest {
   run_id: string;
   /** `practice`, `provisional` or `verified`. */
   status: string;
-  /** Its end, ms since 1970 UTC. */
+  /** End of the run, ms since 1970 UTC. */
   ended_unix_ms: number;
 }
 
@@ -1675,10 +1675,10 @@ export interface Tasks {
   tasks: TaskInfo[];
 }
 
-/** Which team, and why. */
-export interface TeamDeed {
+/** An action on a team. */
+export interface TeamActionRequest {
   team: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
@@ -1686,15 +1686,15 @@ export interface TeamDeed {
 export interface TeamRow {
   /** Its name. */
   team: string;
-  /** When it was added, ms since 1970 UTC. */
+  /** Time of its creation, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** Its tokens that are not revoked. */
+  /** Number of its tokens that are not revoked. */
   live_tokens: number;
-  /** Its sessions that are not voided. */
+  /** Number of its official sessions that are not voided. */
   sessions: number;
 }
 
-/** The teams by name. */
+/** The teams, by name. */
 export interface Teams {
   teams: TeamRow[];
 }
@@ -1764,26 +1764,26 @@ export interface TimeReport {
   server_unix_ms: number;
 }
 
-/** Which token, and why. */
-export interface TokenDeed {
+/** An action on a token. */
+export interface TokenActionRequest {
   token_id: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
 /** A token as stored. */
 export interface TokenRow {
-  /** Its public half. */
+  /** Its public id. */
   token_id: string;
-  /** What it is for. */
+  /** `team`, `organizer` or `viewer`. */
   role: string;
-  /** Whose it is. */
+  /** Its team, for the role `team`. */
   team: string | null;
-  /** For people. */
+  /** Its holder, for people. */
   label: string;
-  /** When it was made, ms since 1970 UTC. */
+  /** Time of its creation, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When it was revoked. */
+  /** Time of its revocation, ms since 1970 UTC. */
   revoked_unix_ms: number | null;
 }
 
@@ -1871,18 +1871,18 @@ export interface VisualMesh {
   triangles: string;
 }
 
-/** A part of a link as it looks. */
+/** A visual part of a link. */
 export interface VisualPart {
   /** Name of the link. */
   link: string;
-  /** Where it is in the link's frame, m. */
+  /** Position in the link's frame, m. */
   position: [number, number, number];
   /** Unit quaternion. */
   quat_xyzw: [number, number, number, number];
   shape: Form;
 }
 
-/** All parts; none for a hand that looks as it touches. */
+/** All visual parts; empty for a hand whose visual shapes are its collision shapes. */
 export interface Visuals {
   parts: VisualPart[];
 }
@@ -1899,13 +1899,13 @@ export interface Warning {
 export interface WatchBody {
   /** Identifies the body within the run. */
   id: number;
-  /** For people. */
+  /** Name for people. */
   name: string;
-  /** What it is. */
+  /** Its kind. */
   kind: BodyKind;
-  /** Pose at tick 0. */
+  /** Position at tick 0, m. */
   position: [number, number, number];
-  /** x, y, z, w */
+  /** Orientation at tick 0: x, y, z, w. */
   quat_xyzw: [number, number, number, number];
   /** Convex parts in the body frame. */
   parts: ScenePart[];
@@ -1931,13 +1931,13 @@ export type WatchReply =
   | ({ op: 'announcement' } & Announcement)
   | ({ op: 'error' } & ErrorReply);
 
-/** An open run, as spectators may know it. */
+/** An open run, without what spectators must not know. */
 export interface WatchRun {
   /** Identifies the run. */
   run_id: string;
   /** Identifies its session. */
   session_id: string;
-  /** Who plays. */
+  /** Team that plays. */
   team: string;
   /** Name of the task. */
   task: string;
@@ -1951,7 +1951,7 @@ export interface WatchRun {
   time_limit_s: number;
 }
 
-/** `scene`: everything there is to draw. */
+/** `scene`: everything to draw. */
 export interface WatchScene {
   /** The run that is shown. */
   run: WatchRun;
@@ -1959,9 +1959,9 @@ export interface WatchScene {
   bodies: WatchBody[];
   /** Ids of the bodies that move, in the order of `poses.poses`. */
   moving: number[];
-  /** Named regions the rules speak of. */
+  /** Named regions of the task's rules. */
   regions: Region[];
-  /** The hand in full, as `GET /v1/hands/{name}` tells it; left out where the viewer may not know it: a hand that a team sent in is told to that team and to organizers. */
+  /** The hand's full description, as in `GET /v1/hands/{name}`. Left out for an uploaded hand, unless the viewer is of its team or an organizer. */
   hand?: HandDescription;
   /** The channels of `telemetry.readings`, one after the other; with `hand` only. */
   readings?: ChannelInfo[];
