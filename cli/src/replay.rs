@@ -72,11 +72,7 @@ fn images(replay: &Replay, options: &ReplayOptions) -> anyhow::Result<ExitCode> 
     let count = match written {
         Ok(count) => count,
         Err(error) => {
-<<<<<<< HEAD
-            // An unfinished file has no use.
-=======
             // The file is incomplete.
->>>>>>> main
             let _ = std::fs::remove_file(out);
             eprintln!("{}: {error}", options.file.display());
             return Ok(ExitCode::FAILURE);
@@ -106,11 +102,7 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     line(
         "length",
         format!(
-<<<<<<< HEAD
-            "{} ticks, {} s, {} states, {} pose messages, {} of the hand's telemetry",
-=======
             "{} ticks, {} s, {} states, {} frames, {} samples of the hand's telemetry",
->>>>>>> main
             outcome.ticks,
             outcome.sim_time_s,
             replay.states(),

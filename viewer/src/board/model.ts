@@ -1,5 +1,5 @@
 /** The ranking's columns, and whether replays are public. */
-import type { CompetitionAnswer, Leaderboard } from '../wire/messages';
+import type { CompetitionResponse, Leaderboard } from '../wire/messages';
 
 /** The ranking without the time of the response. */
 export type Board = Pick<Leaderboard, 'tasks' | 'rows'>;
@@ -12,6 +12,6 @@ export function columns(board: Board): string[] {
 }
 
 /** Whether replays are public: for official runs only after the seeds are revealed. */
-export function replayIsOpen(info: Pick<CompetitionAnswer, 'mode' | 'phase'>): boolean {
+export function replayIsOpen(info: Pick<CompetitionResponse, 'mode' | 'phase'>): boolean {
   return info.mode === 'practice' || info.phase === 'revealed';
 }

@@ -4,7 +4,7 @@ import { columns, replayIsOpen } from './model';
 import { points } from '../ui/format';
 import { type Move, moveMark, movement, announcementOf } from './movement';
 import { el, name, setText } from '../ui/elements';
-import type { CompetitionAnswer, LeaderboardRow, TaskBest } from '../wire/messages';
+import type { CompetitionResponse, LeaderboardRow, TaskBest } from '../wire/messages';
 
 /** Duration of a row's slide, ms. */
 const SLIDE_MS = 600;
@@ -19,7 +19,7 @@ export class BoardTable {
   private shown: LeaderboardRow[] | null = null;
   private moves = new Map<string, Move>();
 
-  constructor(private readonly info: Pick<CompetitionAnswer, 'mode' | 'phase'>) {
+  constructor(private readonly info: Pick<CompetitionResponse, 'mode' | 'phase'>) {
     this.element.append(el('table', { class: 'cards board' }, el('thead', {}, this.head), this.body), this.spoken);
   }
 

@@ -1,6 +1,6 @@
 /** The API of hands. A team is identified by its token, on a practice server by its name. The token is kept only in memory. */
 import { getJson, postJson, ApiError } from '../net/api';
-import type { Equilibrium, EquilibriumRequest, HandDescription, Hands, SubmittedHand } from '../wire/messages';
+import type { EquilibriumResponse, EquilibriumRequest, HandDescription, Hands, SubmittedHand } from '../wire/messages';
 
 export interface Access { token: string | null; team: string | null }
 
@@ -19,8 +19,8 @@ export function describeHand(name: string, access: Access): Promise<HandDescript
   return getJson<HandDescription>(path(`/${encodeURIComponent(name)}`, access), access.token);
 }
 
-export function requestEquilibrium(name: string, sent: EquilibriumRequest, access: Access): Promise<Equilibrium> {
-  return postJson<Equilibrium>(path(`/${encodeURIComponent(name)}/equilibrium`, access), sent, access.token);
+export function requestEquilibrium(name: string, sent: EquilibriumRequest, access: Access): Promise<EquilibriumResponse> {
+  return postJson<EquilibriumResponse>(path(`/${encodeURIComponent(name)}/equilibrium`, access), sent, access.token);
 }
 
 /** Uploads a hand; throws `ApiError` if the check rejects it. */

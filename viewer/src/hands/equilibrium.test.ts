@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import type { Vec3 } from '../model/pose';
 import { turnTo } from './postures';
 import { equilibriumRequest, clampForce, inLink, inWorld, type Load, reactionOf } from './equilibrium';
-import type { Equilibrium } from '../wire/messages';
+import type { EquilibriumResponse } from '../wire/messages';
 
 const near = (a: Vec3, b: Vec3): void => { a.forEach((x, k) => { expect(x).toBeCloseTo(b[k] ?? NaN, 9); }); };
 
@@ -30,7 +30,7 @@ describe('loads', () => {
   });
 
   it('find their reactions by the order of the request', () => {
-    const rest = { reactions: [{ force: [1, 0, 0], gap: 0 }, { force: [4, 0, 0], gap: 0 }] } as unknown as Equilibrium;
+    const rest = { reactions: [{ force: [1, 0, 0], gap: 0 }, { force: [4, 0, 0], gap: 0 }] } as unknown as EquilibriumResponse;
     expect(loads.map((one) => reactionOf(one, loads, rest)?.force[0] ?? null)).toEqual([1, null, null, 4]);
     expect(reactionOf(loads[0] as Load, loads, null)).toBeNull();
   });

@@ -1,7 +1,7 @@
 /** The equilibrium of a hand: request and response of the server. SI units; tensions in the tendon's own unit. */
 import { composed, type Pose, turned } from '../model/pose';
 import type { Vec3 } from '../model/scene';
-import type { Equilibrium, EquilibriumRequest } from '../wire/messages';
+import type { EquilibriumResponse, EquilibriumRequest } from '../wire/messages';
 
 /** A virtual force or a held point, at `point` in the link's frame (m). */
 export interface Load {
@@ -32,7 +32,7 @@ export function equilibriumRequest(motors: readonly number[], base: Pose, loads:
 }
 
 /** The reaction at a held point; null for forces and before the response. */
-export function reactionOf(load: Load, loads: readonly Load[], rest: Equilibrium | null): Equilibrium['reactions'][number] | null {
+export function reactionOf(load: Load, loads: readonly Load[], rest: EquilibriumResponse | null): EquilibriumResponse['reactions'][number] | null {
   if (load.kind !== 'hold') return null;
   return rest?.reactions[loads.filter((one) => one.kind === 'hold').indexOf(load)] ?? null;
 }

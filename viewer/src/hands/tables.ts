@@ -2,7 +2,7 @@
 import { figure } from '../ui/format';
 import { button, type Child, el, name, setText } from '../ui/elements';
 import { isAngle } from './numbers';
-import type { Equilibrium, HandDescription } from '../wire/messages';
+import type { EquilibriumResponse, HandDescription } from '../wire/messages';
 
 const DEGREES = 180 / Math.PI;
 type Cell = Child | HTMLElement;
@@ -57,7 +57,7 @@ export class Tables {
   }
 
   /** Updates the values of the shown pose. */
-  show(rest: Equilibrium, sigma: readonly number[]): void {
+  show(rest: EquilibriumResponse, sigma: readonly number[]): void {
     const { coordinates, tendons, motors } = this.hand;
     coordinates.forEach((c, k) => {
       const q = rest.q[k] ?? 0;

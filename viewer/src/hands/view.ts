@@ -27,7 +27,7 @@ import { Tables } from './tables';
 import { Tensions } from './tensions';
 import { checkReport, uploadForm } from './upload';
 import { teamForm } from './team_form';
-import type { Equilibrium, EquilibriumRequest, HandDescription, SubmittedHand } from '../wire/messages';
+import type { EquilibriumResponse, EquilibriumRequest, HandDescription, SubmittedHand } from '../wire/messages';
 
 /** Length of the arrow in the scale's label, m. */
 const FIVE_CM = 0.05;
@@ -44,8 +44,8 @@ export class HandView {
   readonly stage: Stage;
   readonly loads: Load[] = [];
   /** The shown response, for tests. */
-  rest: Equilibrium | null = null;
-  readonly asking: LatestRequest<EquilibriumRequest, Equilibrium>;
+  rest: EquilibriumResponse | null = null;
+  readonly asking: LatestRequest<EquilibriumRequest, EquilibriumResponse>;
   private readonly place = el('div', { class: 'stage' });
   private readonly picked = el('p', { class: 'card', role: 'status', hidden: true });
   private readonly sliders: MotorSliders;
@@ -233,7 +233,7 @@ export class HandView {
 
   // Output.
 
-  private answered(rest: Equilibrium, question: EquilibriumRequest): void {
+  private answered(rest: EquilibriumResponse, question: EquilibriumRequest): void {
     // If held points were added or removed since the request, its reactions cannot be assigned.
     const same = question.contacts?.length === this.loads.filter((load) => load.kind === 'hold').length;
     this.rest = same ? rest : { ...rest, reactions: [] };
@@ -241,7 +241,7 @@ export class HandView {
     this.tensions.show(rest.tension);
     this.law.show(rest);
     this.says.classList.remove('bad');
-    setText(this.says, rest.law === 'closed_form' ? 'Equilibrium by the closed form' : 'Equilibrium by Newton’s method');
+    setText(this.says, rest.law === 'closed_form' ? 'EquilibriumResponse by the closed form' : 'EquilibriumResponse by Newton’s method');
     this.tables.show(rest, question.motors);
     this.draw();
   }

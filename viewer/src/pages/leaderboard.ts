@@ -7,7 +7,7 @@ import { el, mainElement, part, setText } from '../ui/elements';
 import type { Board } from '../board/model';
 import { BoardTable } from '../board/table';
 import { openFeed } from '../board/feed';
-import type { Announcement, CompetitionAnswer, LeaderboardRow, TaskInfo } from '../wire/messages';
+import type { Announcement, CompetitionResponse, LeaderboardRow, TaskInfo } from '../wire/messages';
 
 /** Time between two requests of the phase, ms. */
 const PHASE_MS = 30_000;
@@ -16,7 +16,7 @@ const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as con
 
 async function start(): Promise<void> {
   const app = mainElement();
-  const [info, { tasks }] = await Promise.all([getJson<CompetitionAnswer>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
+  const [info, { tasks }] = await Promise.all([getJson<CompetitionResponse>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
   const place = part(app, 'div', 'board');
   const beside = part(app, 'section', 'tasks');
   app.classList.add('board-page');
@@ -53,11 +53,11 @@ async function start(): Promise<void> {
     connected: (yes) => { live = yes; say(); },
   });
   window.setInterval(() => {
-    getJson<CompetitionAnswer>('/v1/competition').then(({ phase }) => { if (phase !== undefined) info.phase = phase; say(); }, () => undefined);
+    getJson<CompetitionResponse>('/v1/competition').then(({ phase }) => { if (phase !== undefined) info.phase = phase; say(); }, () => undefined);
   }, PHASE_MS);
 }
 
-function footer(info: CompetitionAnswer): HTMLElement {
+function footer(info: CompetitionResponse): HTMLElement {
   return el('footer', {}, legend(info), el('p', {}, el('a', { href: '/v1/leaderboard' }, 'as JSON'), ' ', el('a', { href: '/v1/leaderboard.csv' }, 'as CSV')));
 }
 
