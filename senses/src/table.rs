@@ -136,7 +136,7 @@ pub struct ChannelInfo {
 pub struct ColumnInfo {
     /// Absent where the channel's numbers have no names.
     #[serde(skip_serializing_if = "str::is_empty")]
-    #[schemars(extend("default" = ""))]
+    #[schemars(default)]
     pub name: &'static str,
     /// How many numbers.
     pub width: usize,
