@@ -4,7 +4,7 @@ import { defineConfig } from '@playwright/test';
 export default defineConfig({
   testDir: 'tests',
   timeout: 90_000,
-  // One world at a time: two cores step it, serve it and draw it.
+  // Two cores step a world, serve it and draw it: a second worker would make the tests of motion unreliable.
   workers: 1,
   reporter: [['list']],
   outputDir: '../target/viewer-tests',

@@ -1,6 +1,6 @@
-//! `palmares hand check`.
+//! `palmares hand check`: loads a hand, compares its figures with the limits, and closes it in simulation.
 
-use crate::closure::{AGREEMENT, CLOSING_WORK, Closure, Trouble, close};
+use crate::closure::{AGREEMENT, CLOSING_BUDGET, Closure, Problem, close};
 use crate::describe::{describe, short};
 use crate::figures::figures;
 use crate::load::{Found, LimitsOf, hint, load_hand, parse_sigma};
@@ -21,38 +21,38 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// The exit code of `--strict` when there are warnings.
+/// Exit code of `--strict` with warnings.
 const WARNED: u8 = 2;
 
-/// Which hand, and how to report.
+/// Arguments of `hand check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// A URDF file, a folder or .zip with one, or the name of a hand that comes with the program
+    /// A URDF file, a folder or .zip with one, or the name of a built-in hand
     hand: String,
-    /// Motor positions to close to, from 0 (open) to 1; all motors go there together
+    /// Motor positions to close to, from 0 (open) to 1; the same for all motors
     #[arg(long, value_delimiter = ',', value_parser = parse_sigma, default_value = "0.25,0.5,0.75,1")]
     sigma: Vec<f64>,
-    /// A competition's file; its [hand_limits] hold instead of the program's
+    /// A competition's file; its [hand_limits] replace the default limits
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Also draw the hand from three sides; a name that ends in .svg or .png
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-    /// Print every warning, also where many say the same
+    /// Also draw the hand from three sides into this .svg or .png file
+    #[arg(long, short, alias = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Print all warnings, not only the first two of each kind
     #[arg(long)]
     all: bool,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Warnings make the exit code 2
+    /// Exit with code 2 if there are warnings
     #[arg(long)]
     strict: bool,
 }
 
-/// How it ended.
+/// Result of the check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum Verdict {
+enum Usability {
     Usable,
     Unusable,
 }
@@ -71,15 +71,15 @@ impl From<&LoadWarning> for Warning {
     }
 }
 
-/// What `--json` prints.
+/// Output of `--json`.
 #[derive(Debug, Serialize)]
 struct Report {
-    verdict: Verdict,
-    /// Why it is unusable.
+    verdict: Usability,
+    /// Reasons why the hand is unusable.
     errors: Vec<String>,
     warnings: Vec<Warning>,
     hand: Option<HandDescription>,
-    /// Beside those of the program's hands and the limits.
+    /// Figures of this hand, of the built-in hands, and the limits.
     figures: Vec<FigureRow>,
     closures: Vec<Closure>,
 }
@@ -87,11 +87,11 @@ struct Report {
 impl Report {
     fn new() -> Report {
         let (errors, warnings, figures, closures) = (vec![], vec![], vec![], vec![]);
-        Report { verdict: Verdict::Unusable, errors, warnings, hand: None, figures, closures }
+        Report { verdict: Usability::Unusable, errors, warnings, hand: None, figures, closures }
     }
 }
 
-/// Checks and prints; the exit code says how it ended.
+/// Checks a hand and prints the report.
 pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result<ExitCode> {
     let limits = match &args.config {
         Some(file) => limits_of(file)?,
@@ -111,11 +111,12 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
             text += &describe(&hand);
             let _ = write!(
                 text,
-                "\nFigures beside those of the program's hands\n{}",
+                "\nFigures, compared with the built-in hands\n{}",
                 figures(&hand.name, &report.figures)
             );
-            let mut closed = "\nFree closure: not simulated, the hand is beyond the limits\n".to_owned();
-            // A hand that is a machine may break the simulation, or keep it busy for ever.
+            let mut closed =
+                "\nFree closure: not simulated, because the hand is beyond the limits\n".to_owned();
+            // Beyond the limits a hand may make the simulation fail or take very long.
             if report.errors.is_empty() {
                 report.errors.extend(inspect::in_the_way(&hand, &Task::builtin()));
                 warnings.extend(simulate(&hand, sources.urdf(), &args.sigma, &mut report));
@@ -124,47 +125,47 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
             report.warnings = warnings.iter().map(Warning::from).collect();
             text += &warned(&warnings, args.all);
             text += &closed;
-            if let Some(file) = &args.out {
+            if let Some(file) = &args.output {
                 draw_hand(&hand, file)?;
                 let _ = writeln!(text, "\nwrote {}", file.display());
             }
         }
     }
     if report.errors.is_empty() {
-        report.verdict = Verdict::Usable;
+        report.verdict = Usability::Usable;
     }
     let code = match report.verdict {
-        Verdict::Unusable => ExitCode::FAILURE,
-        Verdict::Usable if args.strict && !report.warnings.is_empty() => ExitCode::from(WARNED),
-        Verdict::Usable => ExitCode::SUCCESS,
+        Usability::Unusable => ExitCode::FAILURE,
+        Usability::Usable if args.strict && !report.warnings.is_empty() => ExitCode::from(WARNED),
+        Usability::Usable => ExitCode::SUCCESS,
     };
     let mut out = std::io::stdout().lock();
     if args.json {
         writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
     } else {
-        write!(out, "{text}{}", verdict(&args.hand, &report))?;
+        write!(out, "{text}{}", conclusion(&args.hand, &report))?;
     }
     Ok(code)
 }
 
-/// Closes the hand: all motors together at every σ, and each of several alone. Returns what is odd about how it moves.
+/// Closes the hand: with all motors at each σ, and with each motor alone. Returns warnings about its motion.
 fn simulate(hand: &Arc<Hand>, file: &Path, sigma: &[f64], report: &mut Report) -> Vec<LoadWarning> {
     let motors = hand.motors.len();
-    let mut odd = Vec::new();
+    let mut warnings = Vec::new();
     if motors == 0 {
-        return odd;
+        return warnings;
     }
     let mut targets: Vec<Vec<f64>> = sigma.iter().map(|&s| vec![s; motors]).collect();
     if motors > 1 {
         let most = sigma.iter().copied().fold(0.0, f64::max);
         targets.extend((0..motors).map(|m| (0..motors).map(|k| if k == m { most } else { 0.0 }).collect()));
     }
-    let mut left = CLOSING_WORK;
+    let mut left = CLOSING_BUDGET;
     for target in targets {
         match close(hand, &target, &mut left) {
             Err(error) => {
                 report.errors.push(format!("hand '{}': {error}", hand.name));
-                return odd;
+                return warnings;
             }
             Ok(closure) => {
                 let failed = closure.broken_off.and_then(|why| Some((why.fault?, why)));
@@ -175,7 +176,7 @@ fn simulate(hand: &Arc<Hand>, file: &Path, sigma: &[f64], report: &mut Report) -
                     let (at, step, code) = (sigmas(&target), why.step, fault.code());
                     report
                         .errors
-                        .push(format!("hand '{}': at σ = {at} too, at step {step} ({code})", hand.name));
+                        .push(format!("hand '{}': the same at σ = {at}, at step {step} ({code})", hand.name));
                 } else if closure.disagrees() {
                     report.errors.push(format!(
                         "hand '{}': at σ = {} simulation and prediction differ by {:.1e}, more than {AGREEMENT:e}",
@@ -185,12 +186,12 @@ fn simulate(hand: &Arc<Hand>, file: &Path, sigma: &[f64], report: &mut Report) -
                     ));
                 } else {
                     let at = sigmas(&target);
-                    for trouble in closure.troubles() {
-                        match trouble {
-                            Trouble::Unusable(why) => {
+                    for problem in closure.problems() {
+                        match problem {
+                            Problem::Unusable(why) => {
                                 report.errors.push(format!("hand '{}': at σ = {at} {why}", hand.name));
                             }
-                            Trouble::Odd { joint, why } => odd.push(LoadWarning {
+                            Problem::Unusual { joint, why } => warnings.push(LoadWarning {
                                 file: file.to_owned(),
                                 element: format!("joint '{joint}'"),
                                 message: format!("at σ = {at} {why}"),
@@ -202,11 +203,11 @@ fn simulate(hand: &Arc<Hand>, file: &Path, sigma: &[f64], report: &mut Report) -
             }
         }
         if left == 0 {
-            // The first closure that had not enough has said so.
-            return odd;
+            // The closure that spent the budget has reported it.
+            return warnings;
         }
     }
-    odd
+    warnings
 }
 
 fn sigmas(sigma: &[f64]) -> String {
@@ -216,17 +217,17 @@ fn sigmas(sigma: &[f64]) -> String {
 fn warned(warnings: &[LoadWarning], all: bool) -> String {
     let mut out = format!("\nWarnings: {}\n", warnings.len());
     let lines = warnings.iter().map(|w| (w.message.as_str(), w.to_string()));
-    for line in if all { lines.map(|(_, line)| line).collect() } else { of_each_kind(lines) } {
+    for line in if all { lines.map(|(_, line)| line).collect() } else { first_of_each_kind(lines) } {
         let _ = writeln!(out, "  {line}");
     }
     out
 }
 
-/// So many lines that differ only in names and numbers are printed.
-const OF_A_KIND: usize = 2;
+/// Number of printed lines that differ only in names and numbers.
+const MAX_PER_KIND: usize = 2;
 
-/// The first few of each kind of line, and how many more there are. A kind is a message but for names and numbers.
-fn of_each_kind<'a>(lines: impl Iterator<Item = (&'a str, String)>) -> Vec<String> {
+/// The first lines of each kind, and the number of further ones. Messages of a kind differ only in names and numbers.
+fn first_of_each_kind<'a>(lines: impl Iterator<Item = (&'a str, String)>) -> Vec<String> {
     let mut kinds: Vec<(String, Vec<String>)> = Vec::new();
     for (message, line) in lines {
         let kind = kind_of(message);
@@ -237,10 +238,10 @@ fn of_each_kind<'a>(lines: impl Iterator<Item = (&'a str, String)>) -> Vec<Strin
     }
     let mut out = Vec::new();
     for (_, mut of_kind) in kinds {
-        let more = of_kind.len().saturating_sub(OF_A_KIND);
-        // A line that says that one is left out can as well be that one.
+        let more = of_kind.len().saturating_sub(MAX_PER_KIND);
+        // A single further line is printed instead of a line about it.
         if more > 1 {
-            of_kind.truncate(OF_A_KIND);
+            of_kind.truncate(MAX_PER_KIND);
             of_kind.push(format!("... and {more} more like this (--all prints them)"));
         }
         out.append(&mut of_kind);
@@ -271,7 +272,7 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
         .collect::<Vec<_>>();
     rows[0].extend(hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "predicted".to_owned()]));
     let mut notes = String::new();
-    // Said once, not for every σ.
+    // Reasons that hold at every σ are printed once.
     let always = |reason: &String| closures.iter().all(|c| c.beyond_closed_form.contains(reason));
     for reason in closures[0].beyond_closed_form.iter().filter(|reason| always(reason)) {
         let _ = writeln!(notes, "  at every σ the closed form does not apply: {reason}");
@@ -299,14 +300,14 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
             }
             let _ = writeln!(notes, "  σ = {}: {heading}", sigmas(&c.sigma));
             let lines = reasons.iter().map(|reason| (reason.as_str(), reason.clone()));
-            for reason in if all { reasons.to_vec() } else { of_each_kind(lines) } {
+            for reason in if all { reasons.to_vec() } else { first_of_each_kind(lines) } {
                 let _ = writeln!(notes, "    {reason}");
             }
         };
         let here: Vec<String> = c.beyond_closed_form.iter().filter(|r| !always(r)).cloned().collect();
         explain("the closed form does not apply:", &here);
         let balance = match c.unbalanced_nm {
-            Some(torque) => format!(" (simulated forces balance to {torque:.1e} N·m)"),
+            Some(torque) => format!(" (the simulated forces balance to {torque:.1e} N·m)"),
             None => String::new(),
         };
         explain(&format!("no prediction applies{balance}:"), &c.beyond);
@@ -314,22 +315,22 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
     format!("\nFree closure, simulated and predicted (f: tensions)\n{}{notes}", table(&rows))
 }
 
-/// A tension, without the sign of what is nothing but rounding.
+/// A tension; a rounded −0 has no sign.
 fn tension(f: f64) -> String {
     let text = format!("{f:.6}");
     if text == "-0.000000" { "0.000000".to_owned() } else { text }
 }
 
-fn verdict(name: &str, report: &Report) -> String {
+fn conclusion(name: &str, report: &Report) -> String {
     let mut out = String::new();
     for error in &report.errors {
         let _ = writeln!(out, "error: {error}");
     }
     let _ = match (report.verdict, report.warnings.len()) {
-        (Verdict::Unusable, _) => writeln!(out, "\n{name}: not usable"),
-        (Verdict::Usable, 0) => writeln!(out, "\n{name}: usable"),
-        (Verdict::Usable, 1) => writeln!(out, "\n{name}: usable, with 1 warning"),
-        (Verdict::Usable, n) => writeln!(out, "\n{name}: usable, with {n} warnings"),
+        (Usability::Unusable, _) => writeln!(out, "\n{name}: not usable"),
+        (Usability::Usable, 0) => writeln!(out, "\n{name}: usable"),
+        (Usability::Usable, 1) => writeln!(out, "\n{name}: usable, with 1 warning"),
+        (Usability::Usable, n) => writeln!(out, "\n{name}: usable, with {n} warnings"),
     };
     out
 }

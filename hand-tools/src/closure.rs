@@ -1,4 +1,4 @@
-//! Free closure: the hand alone in the air, its motors wound up, until it rests.
+//! Free closure: simulates a hand without objects while its motors close, until it rests, and compares with the prediction.
 
 use crate::describe::short;
 use crate::progress::Progress;
@@ -15,63 +15,62 @@ use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Newton's tolerance, tighter than in a run: here it is what limits the comparison.
+/// Newton's tolerance, tighter than in a run, since it limits the comparison.
 const TOLERANCE: f64 = 1e-12;
-/// The motors are ramped up over this time, s, if they are fast enough.
+/// Duration of the motors' ramp, s, if they are fast enough.
 pub(crate) const RAMP_S: f64 = 1.0;
-/// A joint slower than this rests, rad/s.
-pub(crate) const AT_REST: f64 = 1e-10;
-/// A joint slower than this does not move to the eye, rad/s.
-pub(crate) const AT_SIGHT: f64 = 2e-3;
-/// How long all of them must be that slow, s.
+/// Joint speed below which a joint is at rest, rad/s.
+pub(crate) const REST_SPEED: f64 = 1e-10;
+/// Joint speed below which no motion is visible, rad/s.
+pub(crate) const VISIBLE_SPEED: f64 = 2e-3;
+/// Time that all joints must stay below that speed, s.
 const STILL_S: f64 = 0.1;
-/// A joint that goes this far beyond a limit presses hard into it, rad or m; one that goes as far as the next, is not held
-/// by it.
-const PRESSED: f64 = 0.05;
-const THROWN: f64 = 0.5;
-/// A hand that moves longer than this is left alone, s.
-const PATIENCE_S: f64 = 60.0;
-/// The most that the closures of a hand may compute, all together, in the unit of [`palmares_sim::bounds`]: a minute or so.
-/// All of the SoftHand's take a tenth of a second.
-pub(crate) const CLOSING_WORK: u64 = 50_000_000_000;
-/// Simulation and prediction agree when no coordinate differs by more, rad or m: the solver's tolerance with some
-/// room.
+/// Limit excess above which a joint gets a warning, rad or m.
+const WARN_EXCESS: f64 = 0.05;
+/// Limit excess above which the hand is unusable, rad or m.
+const MAX_EXCESS: f64 = 0.5;
+/// Maximum simulated time until the hand rests, s.
+const MAX_SETTLE_S: f64 = 60.0;
+/// Compute budget of all closures of a hand, in the unit of [`palmares_sim::bounds`]: about a minute.
+/// The SoftHand's closures take 0.1 s.
+pub(crate) const CLOSING_BUDGET: u64 = 50_000_000_000;
+/// Largest difference of simulation and prediction in a coordinate, rad or m: the solver's tolerance with a margin.
 pub(crate) const AGREEMENT: f64 = 1e-6;
 
 /// One closing, from the open hand to rest.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Closure {
-    /// Where the motors went.
+    /// Target of each motor.
     pub(crate) sigma: Vec<f64>,
-    /// When the hand came to rest, s; none when it did not.
+    /// Time at which the hand came to rest, s; None if it did not.
     pub(crate) rest_s: Option<f64>,
     /// Coordinates at the end.
     pub(crate) q: Vec<f64>,
     /// Tension of every tendon at the end.
     pub(crate) tension: Vec<f64>,
-    /// How the prediction was found; none where there is none.
+    /// Method of the prediction; None without a prediction.
     #[serde(serialize_with = "law_name")]
     pub(crate) law: Option<Method>,
-    /// What the closed form does not know of here; empty when it applies.
+    /// Reasons why the closed form does not apply; empty if it does.
     pub(crate) beyond_closed_form: Vec<String>,
-    /// Where the hand should rest.
+    /// Predicted coordinates.
     pub(crate) predicted_q: Option<Vec<f64>>,
-    /// Its tensions.
+    /// Predicted tensions.
     pub(crate) predicted_tension: Option<Vec<f64>>,
     /// Largest |q − predicted|.
     pub(crate) error: Option<f64>,
-    /// The coordinate where it is.
+    /// Coordinate with that difference.
     pub(crate) worst: Option<String>,
     /// Largest unbalanced joint torque with the simulation's own contact forces, N·m: the statics
-    /// Rᵀ f − E (q − q₀) + Jᵀ w + limits. None for a hand that feels its weight.
+    /// Rᵀ f − E (q − q₀) + Jᵀ w + limits. None for a hand without gravity compensation.
     pub(crate) unbalanced_nm: Option<f64>,
-    /// Why no prediction applies here, as where the hand touches itself; empty when one does.
+    /// Reasons why no prediction applies, such as self-contact; empty if one does.
     pub(crate) beyond: Vec<String>,
     /// The fastest joint at the end, its speed per second, and the unit of its coordinate.
     pub(crate) fastest: Option<(String, f64, &'static str)>,
-    /// The joint that went farthest beyond a limit on the way, how far, and in which unit.
+    /// The joint with the largest limit excess during the motion, the excess, and its unit.
     pub(crate) outside: Option<(String, f64, &'static str)>,
-    /// Why the simulation ended before the hand came to rest; absent when it did not.
+    /// Why the simulation ended before the hand came to rest; None if it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) broken_off: Option<BrokenOff>,
 }
@@ -84,14 +83,14 @@ fn law_name<S: Serializer>(law: &Option<Method>, serializer: S) -> Result<S::Ok,
     name.serialize(serializer)
 }
 
-/// When a simulation was broken off, and why.
+/// When and why a simulation ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct BrokenOff {
-    /// What the world failed of; none where the computing that all closures may take was spent.
+    /// Fault of the world; None if the compute budget was spent.
     pub(crate) fault: Option<Fault>,
-    /// Steps until then.
+    /// Number of the step.
     pub(crate) step: u64,
-    /// s until then.
+    /// Simulated time, s.
     pub(crate) time_s: f64,
 }
 
@@ -103,97 +102,97 @@ impl std::fmt::Display for BrokenOff {
             Some(fault) => write!(f, "the world failed ({}) {at}: {}", fault.code(), fault.in_words()),
             None => write!(
                 f,
-                "the simulation was ended {at}: closing this hand needs more computing than it may; try fewer links and \
+                "the simulation ended {at}: closing this hand needs more computing than its budget; try fewer links and \
                  shapes, or fewer σ"
             ),
         }
     }
 }
 
-/// Why a hand did not come to rest.
+/// Reason why a hand did not come to rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Restless {
-    /// It moves on.
+pub(crate) enum NotSettled {
+    /// It still moves.
     Moves,
-    /// It was broken off.
+    /// The simulation ended early.
     BrokenOff(BrokenOff),
 }
 
-impl std::fmt::Display for Restless {
+impl std::fmt::Display for NotSettled {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Restless::Moves => write!(f, "the hand still moves after {PATIENCE_S} s"),
-            Restless::BrokenOff(why) => why.fmt(f),
+            NotSettled::Moves => write!(f, "the hand still moves after {MAX_SETTLE_S} s"),
+            NotSettled::BrokenOff(why) => why.fmt(f),
         }
     }
 }
 
-/// What is wrong with how a hand closes.
-pub(crate) enum Trouble {
+/// A problem of a closure.
+pub(crate) enum Problem {
     /// The hand cannot be used.
     Unusable(String),
-    /// It can, but hardly so is meant.
-    Odd { joint: String, why: String },
+    /// The hand can be used, but the motion is probably not intended.
+    Unusual { joint: String, why: String },
 }
 
 impl Closure {
-    /// What is wrong with how the hand closed.
-    pub(crate) fn troubles(&self) -> Vec<Trouble> {
+    /// Problems of this closure.
+    pub(crate) fn problems(&self) -> Vec<Problem> {
         let mut out = Vec::new();
         if let Some(why) = &self.broken_off {
             let moving =
-                self.fastest.as_ref().filter(|(_, speed, _)| why.fault.is_some() && *speed > AT_SIGHT);
+                self.fastest.as_ref().filter(|(_, speed, _)| why.fault.is_some() && *speed > VISIBLE_SPEED);
             let moving = moving.map_or(String::new(), |(joint, speed, unit)| {
                 format!("; fastest was joint '{joint}' with {} {unit}/s", short(*speed))
             });
-            return vec![Trouble::Unusable(format!("{why}{moving}"))];
+            return vec![Problem::Unusable(format!("{why}{moving}"))];
         }
         if let (None, Some((joint, speed, unit))) = (self.rest_s, &self.fastest) {
             let touching = self.beyond.iter().filter(|why| why.contains(" touches "));
             let touching: Vec<&str> = touching.take(3).map(String::as_str).collect();
             let because = if touching.is_empty() {
-                "nothing brakes it, or far too much: look at damping, stiffness and mass of its links"
+                "too little or far too much damping: check damping, stiffness and mass of its links"
                     .to_owned()
             } else {
-                format!("parts push each other about: {}", touching.join(", "))
+                format!("parts push each other: {}", touching.join(", "))
             };
-            if *speed > AT_SIGHT {
-                out.push(Trouble::Unusable(format!(
-                    "joint '{joint}' still moves after {PATIENCE_S} s, with {speed:.3} {unit}/s; {because}"
+            if *speed > VISIBLE_SPEED {
+                out.push(Problem::Unusable(format!(
+                    "joint '{joint}' still moves after {MAX_SETTLE_S} s, with {speed:.3} {unit}/s; {because}"
                 )));
             } else {
-                let why = format!("creeps on after {PATIENCE_S} s; {because}");
-                out.push(Trouble::Odd { joint: joint.clone(), why });
+                let why = format!("still creeps after {MAX_SETTLE_S} s; {because}");
+                out.push(Problem::Unusual { joint: joint.clone(), why });
             }
         }
         if let Some((joint, by, unit)) = self.outside.clone() {
-            if by > THROWN {
-                out.push(Trouble::Unusable(format!(
+            if by > MAX_EXCESS {
+                out.push(Problem::Unusable(format!(
                     "joint '{joint}' goes {by:.3} {unit} beyond its limit: its tendons are too strong, or its links too light"
                 )));
-            } else if by > PRESSED {
+            } else if by > WARN_EXCESS {
                 let why = format!("goes {by:.3} {unit} beyond its limit; are its tendons too strong?");
-                out.push(Trouble::Odd { joint, why });
+                out.push(Problem::Unusual { joint, why });
             }
         }
         out
     }
 
-    /// Whether a prediction applies and the simulation does something else.
+    /// Whether a prediction applies and the simulation differs from it.
     pub(crate) fn disagrees(&self) -> bool {
         self.beyond.is_empty() && self.error.is_none_or(|error| error.is_nan() || error > AGREEMENT)
     }
 }
 
-/// A hand alone in the air, to be stepped.
-pub(crate) struct Alone {
+/// A simulation of a hand without objects.
+pub(crate) struct FreeHand {
     world: World,
     command: Command,
     hand: Arc<Hand>,
     progress: Progress,
 }
 
-impl Alone {
+impl FreeHand {
     /// The open hand at the origin.
     pub(crate) fn new(hand: &Arc<Hand>) -> Result<Self, ModelError> {
         let model =
@@ -202,10 +201,10 @@ impl Alone {
         let mut command = Command::stay(&model, Pose::IDENTITY);
         command.base = BaseCommand::stay(Pose::IDENTITY);
         let progress = Progress::of(format!("closing {}", hand.name));
-        Ok(Alone { world: World::new(model, state), command, hand: hand.clone(), progress })
+        Ok(FreeHand { world: World::new(model, state), command, hand: hand.clone(), progress })
     }
 
-    /// One step with the motors on their way to `sigma`; returns what it computed.
+    /// One step with the motors on their ramp to `sigma`; returns its computing, in the unit of the budget.
     fn step(&mut self, sigma: &[f64]) -> u64 {
         let share = smooth((self.time_s() + self.world.model().config().step_s) / RAMP_S);
         for (command, target) in self.command.sigma.iter_mut().zip(sigma) {
@@ -219,17 +218,17 @@ impl Alone {
         self.world.state()
     }
 
-    /// s since the beginning.
+    /// Simulated time, s.
     pub(crate) fn time_s(&self) -> f64 {
         self.state().time_s(self.world.model())
     }
 
-    /// What pushes the hand from now on.
+    /// Sets the forces on the hand from now on.
     pub(crate) fn set_pushes(&mut self, pushes: &[Push]) {
         self.command.pushes = pushes.to_vec();
     }
 
-    /// Back to a state it was in.
+    /// Returns to an earlier state.
     pub(crate) fn restore(&mut self, state: State) {
         self.world.restore(state);
     }
@@ -239,29 +238,29 @@ impl Alone {
         self.state().v[6..].iter().fold(0.0, |most, v| v.abs().max(most))
     }
 
-    /// Goes on until no joint has been faster than `speed` for a while; `see` looks at every step. Returns when that
-    /// began. What it computes is taken from `left`.
+    /// Steps until all joints have been slower than `speed` for [`STILL_S`]; calls `observe` after each step. Returns the time
+    /// at which they became slow. Its computing is subtracted from the budget `left`.
     ///
     /// # Errors
-    /// The hand moves on and on, its world fails, or nothing is left.
+    /// The hand still moves after [`MAX_SETTLE_S`], its world fails, or the budget is spent.
     pub(crate) fn settle(
         &mut self,
         sigma: &[f64],
         speed: f64,
         left: &mut u64,
-        mut see: impl FnMut(&Alone),
-    ) -> Result<f64, Restless> {
+        mut observe: impl FnMut(&FreeHand),
+    ) -> Result<f64, NotSettled> {
         let step_s = self.world.model().config().step_s;
         let mut still = 0.0;
-        // Steps are counted here: a world that failed makes none, and its clock stands still.
-        for _ in 0..(PATIENCE_S / step_s).round() as u64 {
+        // Counted here, since a failed world makes no steps.
+        for _ in 0..(MAX_SETTLE_S / step_s).round() as u64 {
             *left = left.saturating_sub(self.step(sigma));
             if self.world.fault().is_some() || *left == 0 {
                 let (fault, step, time_s) = (self.world.fault(), self.state().step, self.time_s());
-                return Err(Restless::BrokenOff(BrokenOff { fault, step, time_s }));
+                return Err(NotSettled::BrokenOff(BrokenOff { fault, step, time_s }));
             }
-            see(self);
-            self.tell_progress(sigma);
+            observe(self);
+            self.report_progress(sigma);
             let arrived = |(motor, s): (&MotorState, &f64)| (motor.position - s).abs() < 1e-12;
             let winding = !self.state().motors.iter().zip(sigma).all(arrived);
             let moving = self.time_s() < RAMP_S || winding || self.speed() > speed;
@@ -270,18 +269,18 @@ impl Alone {
                 return Ok(self.time_s() - still);
             }
         }
-        Err(Restless::Moves)
+        Err(NotSettled::Moves)
     }
 
-    fn tell_progress(&mut self, sigma: &[f64]) {
+    fn report_progress(&mut self, sigma: &[f64]) {
         let time_s = self.time_s();
         self.progress.at(|| {
             let sigma = sigma.iter().map(|s| short(*s)).collect::<Vec<_>>().join(" ");
-            format!("σ = {sigma}, {time_s:.1} s simulated, at most {PATIENCE_S} s until it rests")
+            format!("σ = {sigma}, {time_s:.1} s simulated of at most {MAX_SETTLE_S} s")
         });
     }
 
-    /// Where the hand should rest with its base where it is.
+    /// Predicts the equilibrium at the base's current pose.
     pub(crate) fn predict(&self, sigma: &[f64]) -> Result<Equilibrium, NoPrediction> {
         let config = self.world.model().config();
         solve_loaded(config, &self.hand, self.state().base, sigma, &self.command.pushes)
@@ -305,9 +304,9 @@ impl Alone {
     }
 }
 
-/// What can be said about a hand at rest, or about one that does not come to rest.
+/// Comparison of a simulated hand with its prediction.
 pub(crate) struct Comparison {
-    /// Where it should be.
+    /// The prediction.
     pub(crate) predicted: Option<Equilibrium>,
     /// Largest |q − predicted|.
     pub(crate) error: Option<f64>,
@@ -315,15 +314,15 @@ pub(crate) struct Comparison {
     pub(crate) beyond: Vec<String>,
 }
 
-/// Holds the present state against the prediction. `rest` tells whether the hand came to rest.
-pub(crate) fn compare(alone: &Alone, sigma: &[f64], rest: &Result<f64, Restless>) -> Comparison {
-    let mut beyond = alone.touching();
+/// Compares the current state with the prediction; `rest` is the result of [`FreeHand::settle`].
+pub(crate) fn compare(free: &FreeHand, sigma: &[f64], rest: &Result<f64, NotSettled>) -> Comparison {
+    let mut beyond = free.touching();
     if let Err(why) = rest {
         beyond.push(why.to_string());
     }
-    match alone.predict(sigma) {
+    match free.predict(sigma) {
         Ok(predicted) => {
-            let error = Some(largest_difference(&alone.state().q, &predicted.q));
+            let error = Some(largest_difference(&free.state().q, &predicted.q));
             Comparison { predicted: Some(predicted), error, beyond }
         }
         Err(why) => {
@@ -333,17 +332,17 @@ pub(crate) fn compare(alone: &Alone, sigma: &[f64], rest: &Result<f64, Restless>
     }
 }
 
-/// Closes a hand to σ (one per motor) and compares. What it computes is taken from `left`.
+/// Closes a hand to σ (one per motor) and compares. Its computing is subtracted from the budget `left`.
 pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64], left: &mut u64) -> Result<Closure, ModelError> {
-    let mut alone = Alone::new(hand)?;
+    let mut free = FreeHand::new(hand)?;
     let mut outside = vec![0.0; hand.coordinates.len()];
-    let rest = alone.settle(sigma, AT_REST, left, |alone| {
-        for ((q, c), most) in alone.state().q.iter().zip(&hand.coordinates).zip(&mut outside) {
+    let rest = free.settle(sigma, REST_SPEED, left, |free| {
+        for ((q, c), most) in free.state().q.iter().zip(&hand.coordinates).zip(&mut outside) {
             *most = f64::max(*most, f64::max(q - c.upper, c.lower - q));
         }
     });
-    let Comparison { predicted, error, beyond } = compare(&alone, sigma, &rest);
-    let state = alone.state();
+    let Comparison { predicted, error, beyond } = compare(&free, sigma, &rest);
+    let state = free.state();
     let largest = |values: &[f64]| {
         let most = values.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map(|(i, value)| {
@@ -365,19 +364,19 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64], left: &mut u64) -> Result<C
         predicted_q: predicted.as_ref().map(|p| p.q.clone()),
         predicted_tension: predicted.map(|p| p.tension),
         error,
-        unbalanced_nm: hand.gravity_compensation.then(|| alone.unbalanced_nm()),
+        unbalanced_nm: hand.gravity_compensation.then(|| free.unbalanced_nm()),
         worst: worst.map(|i| hand.coordinates[i].name.clone()),
         beyond,
         fastest: largest(&speeds),
         outside: largest(&outside).filter(|(_, by, _)| *by > 0.0),
         broken_off: match rest {
-            Err(Restless::BrokenOff(why)) => Some(why),
+            Err(NotSettled::BrokenOff(why)) => Some(why),
             _ => None,
         },
     })
 }
 
-/// Quintic from 0 to 1 over x in [0, 1].
+/// A quintic ramp from 0 to 1 over x in [0, 1].
 fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
@@ -395,35 +394,35 @@ mod tests {
 
     fn broken_off(closure: &Closure) -> BrokenOff {
         let why = closure.broken_off.unwrap_or_else(|| panic!("it was closed: {closure:?}"));
-        let troubles = closure.troubles();
-        let [Trouble::Unusable(text)] = troubles.as_slice() else { panic!("one trouble") };
+        let problems = closure.problems();
+        let [Problem::Unusable(text)] = problems.as_slice() else { panic!("one problem") };
         assert!(text.contains(&format!("at step {}", why.step)), "{text}");
         assert!(closure.beyond.iter().any(|beyond| text.starts_with(beyond.as_str())), "{text}");
         why
     }
 
     #[test]
-    fn a_hand_of_the_program_rests_with_little_of_the_work_it_may_take() {
-        let mut left = CLOSING_WORK;
+    fn a_built_in_hand_rests_within_a_hundredth_of_the_budget() {
+        let mut left = CLOSING_BUDGET;
         let closure = close(&pinch(|_| ()), &[0.3, 0.3], &mut left).expect("a hand");
-        assert!(closure.rest_s.is_some() && closure.broken_off.is_none() && closure.troubles().is_empty());
+        assert!(closure.rest_s.is_some() && closure.broken_off.is_none() && closure.problems().is_empty());
         let json = serde_json::to_value(&closure).expect("JSON");
         assert!(json.get("broken_off").is_none(), "{json}");
-        assert!(CLOSING_WORK - left < CLOSING_WORK / 100, "{}", CLOSING_WORK - left);
+        assert!(CLOSING_BUDGET - left < CLOSING_BUDGET / 100, "{}", CLOSING_BUDGET - left);
     }
 
     #[test]
     fn a_world_that_fails_at_its_first_step_ends_the_closure() {
-        // At rest farther away than anything may be.
+        // Its rest position is out of bounds.
         let hand = pinch(|hand| hand.coordinates[0].rest = 1e7);
-        let mut left = CLOSING_WORK;
+        let mut left = CLOSING_BUDGET;
         let why = broken_off(&close(&hand, &[0.3, 0.3], &mut left).expect("a hand"));
         assert_eq!(why.fault, Some(Fault::OutOfBounds));
         assert!(why.step <= 1, "{why:?}");
     }
 
     #[test]
-    fn absurd_hands_rest_or_are_broken_off() {
+    fn absurd_hands_rest_or_end_early() {
         let mut faults = 0;
         for size in [1e-12, 1e-6, 1e6, 1e12, 1e200] {
             let changes: [&dyn Fn(&mut Hand); 5] = [
@@ -445,7 +444,7 @@ mod tests {
             ];
             for change in changes {
                 let hand = pinch(change);
-                // Some of them would take minutes.
+                // A small budget, since some would take minutes.
                 let Ok(closure) = close(&hand, &[0.3, 0.3], &mut 300_000_000) else { continue };
                 faults += usize::from(closure.broken_off.is_some_and(|why| why.fault.is_some()));
             }
@@ -454,11 +453,11 @@ mod tests {
     }
 
     #[test]
-    fn a_closure_ends_when_the_work_it_may_take_is_spent() {
+    fn a_closure_ends_when_its_budget_is_spent() {
         let mut left = 100_000;
         let why = broken_off(&close(&pinch(|_| ()), &[0.3, 0.3], &mut left).expect("a hand"));
         assert_eq!((why.fault, left), (None, 0));
         assert!(why.step > 0 && why.time_s < RAMP_S, "{why:?}");
-        assert!(why.to_string().contains("needs more computing than it may"), "{why}");
+        assert!(why.to_string().contains("needs more computing than its budget"), "{why}");
     }
 }

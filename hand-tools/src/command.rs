@@ -1,4 +1,4 @@
-//! `palmares hand`: look at a hand of one's own before anybody else does.
+//! `palmares hand`: check, try, show and decompose a hand.
 
 use crate::check::{self, CheckArgs};
 use crate::decompose::{self, DecomposeArgs, MeshOwner};
@@ -15,67 +15,67 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 const CHECK_HELP: &str = "\
-Exit code: 0 when the hand is usable, 1 when it is not, 2 with --strict when there are warnings.
+Exit code: 0 if the hand is usable, 1 if it is not, 2 with --strict if there are warnings.
 
 Examples:
   palmares hand check my-hand/            a folder with hand.urdf, hand.toml and meshes
   palmares hand check my-hand.zip         the same folder, packed
   palmares hand check my-hand/hand.urdf
-  palmares hand check softhand --json     a hand that comes with the program, for programs
-  palmares hand check my-hand/ --config competition.toml --out sides.png";
+  palmares hand check softhand --json     a built-in hand, output for programs
+  palmares hand check my-hand/ --config competition.toml --output sides.png";
 const TRY_HELP: &str = "\
-Exit code: 0 when the hand could be played to the end in every task, 1 when it does not fit, its world fails or needs too
+Exit code: 0 if the hand was played to the end in every task, 1 if it does not fit, its world fails or needs too
 much computing.
 
 Examples:
   palmares hand try softhand
-  palmares hand try my-hand.zip --task shelf";
+  palmares hand try my-hand.zip --only shelf";
 
 const SHOW_HELP: &str = "\
-Exit code: 1 when the hand cannot be simulated until it rests, 0 otherwise. What was simulated is drawn all the same.
+Exit code: 1 if the hand could not be simulated until it rests (the simulated part is drawn), 0 otherwise.
 
 Examples:
-  palmares hand show softhand                     what it consists of, as text
-  palmares hand show softhand --out softhand.svg
-  palmares hand show my-hand/ --sigma 0.4 --out my-hand.png
-  palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --out pushed.png";
+  palmares hand show softhand                     links, joints, motors and sensors as text
+  palmares hand show softhand --output softhand.svg
+  palmares hand show my-hand/ --sigma 0.4 --output my-hand.png
+  palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --output pushed.png";
 const DECOMPOSE_HELP: &str = "\
 Examples:
   palmares hand decompose my-hand/meshes/palm.stl           writes my-hand/meshes/palm_pieces/palm_01.stl and so on
   palmares hand decompose my-hand/meshes/palm.stl --pieces 12 --resolution 128 --force";
 
-/// What to do with a hand.
+/// Commands for a hand.
 #[derive(Debug, Subcommand)]
 pub enum HandCommand {
-    /// Load a hand, report what it is and what is odd about it, and close it in the air
+    /// Load a hand, describe it, print warnings, and simulate its closing
     ///
-    /// Prints tree, coordinates, R, E, motors, masses and warnings, each with file and element. Then the hand alone
-    /// closes in the simulation at several σ, and the place where it comes to rest is held against the closed form
-    /// of adaptive synergies.
+    /// Prints tree, coordinates, R, E, motors, masses and warnings, each with file and element. Then the hand closes in
+    /// simulation at several σ without objects, and its rest pose is compared with the closed form of adaptive
+    /// synergies.
     #[command(after_help = CHECK_HELP)]
     Check(CheckArgs),
-    /// Play a hand in each task by a script that knows nothing of the task
+    /// Play a hand in each task by a script that ignores the task
     ///
-    /// Once the hand does nothing, once it reaches out, closes, lifts and sweeps. What scores under it scores by its
-    /// build: organizers look at the same numbers before they approve a hand.
+    /// In one run the hand does nothing; in the other it reaches out, closes, lifts and sweeps. A hand that scores in these
+    /// runs scores by its build: organizers see the same numbers before they approve a hand.
     #[command(name = "try", after_help = TRY_HELP)]
     Try(TryArgs),
-    /// Print what a hand consists of; with --out, draw it, open and closed, and its closure
+    /// Describe a hand as text; with --output, simulate its closing and draw it
     ///
-    /// The picture shows the hand's shapes, and joints and tensions over time with where the closed form says they end.
+    /// The image shows the hand's shapes, open and closed, and joints and tensions over time with their predicted end values.
     #[command(after_help = SHOW_HELP)]
     Show(ShowArgs),
-    /// Write a mesh of a hand as convex pieces, and what to put into the URDF in its place
+    /// Cut a mesh of a hand into convex pieces, and print the URDF elements that replace it
     ///
-    /// A mesh is played as its convex hull: holes and hollows are filled. This command cuts it into convex pieces (V-HACD),
-    /// writes them as STL files beside it, and prints how much their volume differs from the mesh's and how far their surface
-    /// lies from its own. The pieces are what is played and hashed; nothing is cut when a hand is loaded.
+    /// The simulation uses a mesh's convex hull, which fills holes and hollows. This command cuts it into convex pieces (V-HACD),
+    /// writes them as STL files next to it, and prints how their volume and surface differ from the mesh's. The pieces are
+    /// simulated and hashed as files; nothing is cut when a hand is loaded.
     #[command(after_help = DECOMPOSE_HELP)]
     Decompose(DecomposeArgs),
 }
 
 impl HandCommand {
-    /// Does it. `limits_of` reads the file of --config.
+    /// Runs the command. `limits_of` reads the file of --config.
     ///
     /// # Errors
     /// The hand or the file cannot be read, or nothing can be written.
@@ -89,14 +89,14 @@ impl HandCommand {
     }
 }
 
-/// Which hand is played in which tasks.
+/// Arguments of `hand try`.
 #[derive(Debug, Args)]
 pub struct TryArgs {
-    /// A URDF file, a folder or .zip with one, or the name of a hand that comes with the program
+    /// A URDF file, a folder or .zip with one, or the name of a built-in hand
     hand: String,
-    /// Only this task; may be given several times
-    #[arg(long)]
-    task: Vec<String>,
+    /// Only this task; can be given several times
+    #[arg(long, alias = "task", value_name = "TASK")]
+    only: Vec<String>,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -106,17 +106,17 @@ fn attempt(args: &TryArgs) -> anyhow::Result<ExitCode> {
     let found = load_hand(&args.hand);
     let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
     let mut tasks = Task::builtin();
-    if let Some(wrong) = args.task.iter().find(|name| tasks.iter().all(|task| task.name != **name)) {
+    if let Some(wrong) = args.only.iter().find(|name| tasks.iter().all(|task| task.name != **name)) {
         let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
         bail!("no task `{wrong}`; there are {}", names.join(", "));
     }
-    tasks.retain(|task| args.task.is_empty() || args.task.contains(&task.name));
+    tasks.retain(|task| args.only.is_empty() || args.only.contains(&task.name));
     let all_played = print_trials(&tasks, &hand, "", args.json)?;
     Ok(if all_played { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Plays the hand in these tasks and prints what came of it, below `head` or as JSON. Says whether it could be played in all, to
-/// the end.
+/// Plays the hand in these tasks and prints the results, below `head` or as JSON. Returns whether all runs reached their
+/// end.
 ///
 /// # Errors
 /// Nothing can be written.

@@ -8,7 +8,7 @@ use palmares_models::hand::{Hand, HingeKind, TactilePatch};
 use palmares_models::shape::Shape;
 use std::fmt::Write;
 
-/// Everything about a hand that does not move.
+/// Describes the model of a hand.
 pub(crate) fn describe(hand: &Hand) -> String {
     let about = hand.describe();
     let mut out = String::new();
@@ -18,7 +18,7 @@ pub(crate) fn describe(hand: &Hand) -> String {
     let _ =
         write!(out, "\nCoordinates, E, D and R (one column of R per tendon)\n{}", coordinates(hand, &about));
     let _ = write!(out, "\nMotors and tendons\n{}", actuation(&about));
-    let _ = write!(out, "\nSensors beside the motors'\n{}", sensors(hand));
+    let _ = write!(out, "\nSensors, besides those of the motors\n{}", sensors(hand));
     out
 }
 
@@ -32,7 +32,7 @@ fn heading(hand: &Hand, about: &HandDescription) -> String {
         count(hand.motors.len(), "motor"),
         count(shapes, "shape"),
     ];
-    let gravity = if hand.gravity_compensation { "cancelled" } else { "felt" };
+    let gravity = if hand.gravity_compensation { "compensated" } else { "not compensated" };
     format!(
         "{}: {}\n{}; mass {} kg; its own weight is {gravity}\n",
         about.name,
@@ -48,7 +48,7 @@ fn tree(hand: &Hand) -> String {
     out
 }
 
-/// The hand's links are bounded in depth, so this may call itself.
+/// Recursive: the depth of the links is bounded.
 fn branch(hand: &Hand, i: usize, first: &str, rest: &str, out: &mut String) {
     let link = &hand.links[i];
     let joint = link.joint.as_ref().map_or(String::new(), |joint| {
@@ -180,7 +180,7 @@ fn sensors(hand: &Hand) -> String {
     out
 }
 
-/// A number for people: at most five digits that count.
+/// A number with at most five significant digits.
 pub(crate) fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();

@@ -1,4 +1,4 @@
-//! Draws pictures as SVG or PNG; here, the figures of a closure.
+//! Draws images as SVG or PNG; and the figure of a closure.
 
 use crate::figure::{Curve, Figure, Panel, range};
 use crate::view::{View, span};
@@ -10,10 +10,10 @@ use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// Letters for layout and for PNG; an SVG's reader brings its own.
+/// Font for layout and PNG; an SVG viewer uses its own.
 const FONT: &[u8] = include_bytes!("../assets/dejavu-sans/DejaVuSans.ttf");
 
-/// Colours that people with the common kinds of colour blindness tell apart (Okabe and Ito 2008).
+/// Colours that people with common kinds of colour blindness can distinguish (Okabe and Ito 2008).
 pub(crate) const COLOURS: [RGBColor; 6] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
@@ -33,27 +33,27 @@ pub(crate) const MARGIN: u32 = 14;
 const TITLE_HEIGHT: u32 = 34;
 const NOTE_HEIGHT: u32 = 20;
 
-/// A PNG has this many pixels per unit, and each is the mean of so many squared.
+/// Pixels of a PNG per unit; each pixel is the mean of OVERSAMPLING² drawn ones.
 const PNG_SCALE: u32 = 2;
 const OVERSAMPLING: u32 = 2;
 
-/// Something to draw.
-pub(crate) trait Picture {
+/// An image that can be drawn.
+pub(crate) trait Drawable {
     /// Width and height in the units of an SVG.
     fn size(&self) -> (u32, u32);
-    /// Draws itself with `scale` pixels for a unit.
+    /// Draws itself with `scale` pixels per unit.
     fn paint<DB: DrawingBackend>(&self, area: &Area<DB>, scale: u32) -> anyhow::Result<()>;
 }
 
-/// Draws to a file; its name's ending says what it becomes.
-pub(crate) fn draw(picture: &impl Picture, file: &Path) -> anyhow::Result<()> {
+/// Draws to a file; the name's ending selects SVG or PNG.
+pub(crate) fn draw(picture: &impl Drawable, file: &Path) -> anyhow::Result<()> {
     register_font("sans-serif", FontStyle::Normal, FONT)
         .map_err(|_| anyhow!("the font that comes with the program is broken"))?;
     let kind = file.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
     let bytes = match kind.to_str() {
         Some("svg") => svg(picture)?.into_bytes(),
         Some("png") => png(picture)?,
-        _ => bail!("{}: no picture of that kind; valid: a name that ends in .svg or .png", file.display()),
+        _ => bail!("{}: unknown image format; valid: a name that ends in .svg or .png", file.display()),
     };
     std::fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))
 }
@@ -72,10 +72,10 @@ fn head_height(figure: &Figure) -> u32 {
     TITLE_HEIGHT + NOTE_HEIGHT * figure.notes.len() as u32 + MARGIN
 }
 
-impl Picture for Figure {
+impl Drawable for Figure {
     fn size(&self) -> (u32, u32) {
         let (columns, rows) = grid(self.views.len() + self.panels.len());
-        // Room for the title above a single panel.
+        // A single panel leaves space for the title.
         ((columns * PANEL_WIDTH).max(2 * PANEL_WIDTH), rows * PANEL_HEIGHT + head_height(self))
     }
 
@@ -84,13 +84,13 @@ impl Picture for Figure {
     }
 }
 
-fn svg(picture: &impl Picture) -> anyhow::Result<String> {
+fn svg(picture: &impl Drawable) -> anyhow::Result<String> {
     let mut text = String::new();
     picture.paint(&SVGBackend::with_string(&mut text, picture.size()).into_drawing_area(), 1)?;
     Ok(text)
 }
 
-fn png(picture: &impl Picture) -> anyhow::Result<Vec<u8>> {
+fn png(picture: &impl Drawable) -> anyhow::Result<Vec<u8>> {
     let (width, height) = picture.size();
     let scale = PNG_SCALE * OVERSAMPLING;
     let mut fine = vec![0xff; (width * scale * height * scale * 3) as usize];
@@ -108,7 +108,7 @@ fn png(picture: &impl Picture) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Means over blocks of pixels: smooth lines.
+/// Averages blocks of pixels, for smooth lines.
 fn shrunk(fine: &[u8], width: usize, height: usize) -> Vec<u8> {
     let n = OVERSAMPLING as usize;
     let mut out = Vec::with_capacity(width * height * 3);
@@ -127,26 +127,29 @@ fn shrunk(fine: &[u8], width: usize, height: usize) -> Vec<u8> {
 pub(crate) type Area<DB> = DrawingArea<DB, Shift>;
 type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// What plotters says went wrong, for `anyhow`.
-pub(crate) fn said<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
+/// Converts an error of plotters.
+pub(crate) fn drawing_error<E: std::error::Error + Send + Sync>(
+    error: DrawingAreaErrorKind<E>,
+) -> anyhow::Error {
     anyhow!("cannot draw: {error}")
 }
 
-/// Letters `size` units high.
-pub(crate) fn letters(size: u32, colour: RGBColor, scale: u32) -> TextStyle<'static> {
+/// Text style, `size` units high.
+pub(crate) fn text_style(size: u32, colour: RGBColor, scale: u32) -> TextStyle<'static> {
     let mut style: TextStyle = ("sans-serif", size * scale).into();
     style.color = colour.to_backend_color();
     style.pos(Pos::new(HPos::Left, VPos::Top))
 }
 
 fn paint<DB: DrawingBackend>(area: &Area<DB>, figure: &Figure, scale: u32) -> anyhow::Result<()> {
-    area.fill(&WHITE).map_err(said)?;
+    area.fill(&WHITE).map_err(drawing_error)?;
     let left = (MARGIN * scale) as i32;
-    let title = letters(20, INK, scale);
-    area.draw_text(&figure.title, &title, (left, (10 * scale) as i32)).map_err(said)?;
+    let title = text_style(20, INK, scale);
+    area.draw_text(&figure.title, &title, (left, (10 * scale) as i32)).map_err(drawing_error)?;
     for (i, note) in figure.notes.iter().enumerate() {
         let top = TITLE_HEIGHT + NOTE_HEIGHT * i as u32 + 4;
-        area.draw_text(note, &letters(13, FAINT, scale), (left, (top * scale) as i32)).map_err(said)?;
+        area.draw_text(note, &text_style(13, FAINT, scale), (left, (top * scale) as i32))
+            .map_err(drawing_error)?;
     }
     let (_, below) = area.split_vertically(head_height(figure) * scale);
     let (columns, rows) = grid(figure.views.len() + figure.panels.len());
@@ -158,10 +161,10 @@ fn paint<DB: DrawingBackend>(area: &Area<DB>, figure: &Figure, scale: u32) -> an
     for (cell, panel) in for_panels.iter().zip(&figure.panels) {
         paint_panel(cell, figure, panel, scale)?;
     }
-    area.present().map_err(said)
+    area.present().map_err(drawing_error)
 }
 
-/// A hand as large as `whole` lets all views be, with a bar that tells its size.
+/// A view of the hand, with a scale bar. `whole` is the area of all views, which share their scale.
 fn paint_view<DB: DrawingBackend>(
     cell: &Area<DB>,
     view: &View,
@@ -169,8 +172,8 @@ fn paint_view<DB: DrawingBackend>(
     scale: u32,
 ) -> anyhow::Result<()> {
     let s = f64::from(scale);
-    cell.draw_text(&view.title, &letters(15, INK, scale), ((60.0 * s) as i32, (4.0 * s) as i32))
-        .map_err(said)?;
+    cell.draw_text(&view.title, &text_style(15, INK, scale), ((60.0 * s) as i32, (4.0 * s) as i32))
+        .map_err(drawing_error)?;
     let (left, right, bottom, top) = whole;
     if left > right {
         return Ok(());
@@ -186,18 +189,19 @@ fn paint_view<DB: DrawingBackend>(
         let colour = outline.finger.map_or(FAINT, |finger| COLOURS[finger % COLOURS.len()]);
         let points: Vec<(i32, i32)> = outline.points.iter().map(place).collect();
         let edge: Vec<(i32, i32)> = points.iter().chain(points.first()).copied().collect();
-        // Paled by hand, so that what lies behind does not shine through.
+        // Pale and opaque, so that shapes behind do not show through.
         let pale = |x: u8| (255 - (255 - u16::from(x)) * 45 / 100) as u8;
         let fill = RGBColor(pale(colour.0), pale(colour.1), pale(colour.2));
-        cell.draw(&Polygon::new(points, fill.filled())).map_err(said)?;
-        cell.draw(&PathElement::new(edge, colour.stroke_width(scale))).map_err(said)?;
+        cell.draw(&Polygon::new(points, fill.filled())).map_err(drawing_error)?;
+        cell.draw(&PathElement::new(edge, colour.stroke_width(scale))).map_err(drawing_error)?;
     }
     let bar = if right - left >= 0.1 { (0.05, "5 cm") } else { (0.01, "1 cm") };
     let (x, y) = ((20.0 * s) as i32, height as i32 - (18.0 * s) as i32);
     let end = x + (bar.0 * per_metre) as i32;
-    cell.draw(&PathElement::new(vec![(x, y), (end, y)], INK.stroke_width(2 * scale))).map_err(said)?;
-    let label = letters(12, INK, scale).pos(Pos::new(HPos::Left, VPos::Center));
-    cell.draw_text(bar.1, &label, (end + (6.0 * s) as i32, y)).map_err(said)
+    cell.draw(&PathElement::new(vec![(x, y), (end, y)], INK.stroke_width(2 * scale)))
+        .map_err(drawing_error)?;
+    let label = text_style(12, INK, scale).pos(Pos::new(HPos::Left, VPos::Center));
+    cell.draw_text(bar.1, &label, (end + (6.0 * s) as i32, y)).map_err(drawing_error)
 }
 
 fn paint_panel<DB: DrawingBackend>(
@@ -208,16 +212,16 @@ fn paint_panel<DB: DrawingBackend>(
 ) -> anyhow::Result<()> {
     let (low, high) = range(figure, &panel.axis);
     let end = figure.time.last().copied().unwrap_or(1.0).max(1e-3);
-    // Names stand at the right end of the curves, in the margin.
+    // Names are at the right end of the curves, in the margin.
     let widest =
         figure.panels.iter().flat_map(|p| &p.curves).map(|c| c.name.chars().count()).max().unwrap_or(0)
             as u32;
     let names_width = (widest.clamp(4, 20) * 8 + 14) * scale;
-    let title = letters(15, INK, scale);
-    let (width, _) = cell.estimate_text_size(&panel.title, &title).map_err(said)?;
-    cell.draw_text(&panel.title, &title, ((60 * scale) as i32, (4 * scale) as i32)).map_err(said)?;
+    let title = text_style(15, INK, scale);
+    let (width, _) = cell.estimate_text_size(&panel.title, &title).map_err(drawing_error)?;
+    cell.draw_text(&panel.title, &title, ((60 * scale) as i32, (4 * scale) as i32)).map_err(drawing_error)?;
     let unit_at = ((66 * scale + width) as i32, (6 * scale) as i32);
-    cell.draw_text(&panel.axis, &letters(12, FAINT, scale), unit_at).map_err(said)?;
+    cell.draw_text(&panel.axis, &text_style(12, FAINT, scale), unit_at).map_err(drawing_error)?;
 
     let mut chart = ChartBuilder::on(cell)
         .margin_top(26 * scale)
@@ -226,7 +230,7 @@ fn paint_panel<DB: DrawingBackend>(
         .x_label_area_size(34 * scale)
         .y_label_area_size(60 * scale)
         .build_cartesian_2d(0.0..end, low..high)
-        .map_err(said)?;
+        .map_err(drawing_error)?;
     chart
         .configure_mesh()
         .x_labels(6)
@@ -235,25 +239,25 @@ fn paint_panel<DB: DrawingBackend>(
         .bold_line_style(GRID.stroke_width(scale))
         .axis_style(FAINT.stroke_width(scale))
         .set_all_tick_mark_size(3 * scale)
-        .label_style(letters(12, INK, scale))
+        .label_style(text_style(12, INK, scale))
         .y_label_formatter(&|y| tick(*y, high - low))
         .x_label_formatter(&|x| tick(*x, end))
         .x_desc("t (s)")
-        .axis_desc_style(letters(12, FAINT, scale))
+        .axis_desc_style(text_style(12, FAINT, scale))
         .draw()
-        .map_err(said)?;
+        .map_err(drawing_error)?;
     for (at, what) in &figure.marks {
         let line =
             DashedLineSeries::new([(*at, low), (*at, high)], 2 * scale, 3 * scale, FAINT.stroke_width(scale));
-        chart.draw_series(line).map_err(said)?;
+        chart.draw_series(line).map_err(drawing_error)?;
         let (x, y) = chart.backend_coord(&(*at, high));
         let (x0, y0) = cell.get_base_pixel();
-        let small = letters(11, FAINT, scale).pos(Pos::new(HPos::Left, VPos::Bottom));
+        let small = text_style(11, FAINT, scale).pos(Pos::new(HPos::Left, VPos::Bottom));
         let s = scale as i32;
-        cell.draw_text(what, &small, (x - x0 - 3 * s, y - y0 - 3 * s)).map_err(said)?;
+        cell.draw_text(what, &small, (x - x0 - 3 * s, y - y0 - 3 * s)).map_err(drawing_error)?;
     }
     for (i, (curve, colour)) in panel.curves.iter().zip(COLOURS.iter().cycle()).enumerate() {
-        // A curve that lies below later ones looks out from under them.
+        // A curve that later ones cover is wider.
         let hidden = panel.curves[i + 1..].iter().filter(|c| alike(c, curve, 0.01 * (high - low))).count();
         let style = colour.stroke_width((2 + 3 * hidden as u32) * scale);
         paint_curve(&mut chart, &figure.time, curve, style, scale)?;
@@ -270,13 +274,13 @@ fn paint_curve<DB: DrawingBackend>(
 ) -> anyhow::Result<()> {
     let colour = style.color;
     let points = time.iter().copied().zip(curve.values.iter().copied());
-    chart.draw_series(LineSeries::new(points, style)).map_err(said)?;
+    chart.draw_series(LineSeries::new(points, style)).map_err(drawing_error)?;
     for &(from, to, value) in &curve.predicted {
         let ends = [(from, value), (to, value)];
         let dashes = DashedLineSeries::new(ends, 6 * scale, 4 * scale, colour.mix(0.8).stroke_width(scale));
-        chart.draw_series(dashes).map_err(said)?;
+        chart.draw_series(dashes).map_err(drawing_error)?;
         let ring = Circle::new((to, value), 4 * scale, colour.stroke_width(scale + scale / 2));
-        chart.draw_series([ring]).map_err(said)?;
+        chart.draw_series([ring]).map_err(drawing_error)?;
     }
     Ok(())
 }
@@ -286,7 +290,7 @@ fn alike(a: &Curve, b: &Curve, distance: f64) -> bool {
     a.values.iter().zip(&b.values).all(|(a, b)| (a - b).abs() < distance)
 }
 
-/// Each name beside the end of its curve, moved apart where they would overlap.
+/// Writes each name at the end of its curve, without overlaps.
 fn paint_names<DB: DrawingBackend>(
     cell: &Area<DB>,
     chart: &Chart<'_, DB>,
@@ -305,15 +309,15 @@ fn paint_names<DB: DrawingBackend>(
     let heights = spread(&places.iter().map(|p| p.0).collect::<Vec<_>>(), 15 * scale as i32);
     for (&(_, x, i), y) in places.iter().zip(heights) {
         let colour = COLOURS[i % COLOURS.len()];
-        let style = letters(12, colour, scale).pos(Pos::new(HPos::Left, VPos::Center));
-        cell.draw_text(&panel.curves[i].name, &style, (x, y)).map_err(said)?;
+        let style = text_style(12, colour, scale).pos(Pos::new(HPos::Left, VPos::Center));
+        cell.draw_text(&panel.curves[i].name, &style, (x, y)).map_err(drawing_error)?;
     }
     Ok(())
 }
 
-/// Ascending heights moved as little as need be so that neighbours are `gap` apart: clusters share their middle.
+/// Moves ascending heights as little as possible, so that neighbours differ by at least `gap`; a cluster keeps its centre.
 fn spread(wanted: &[i32], gap: i32) -> Vec<i32> {
-    // Sum of the first places of a cluster's members, and their number.
+    // Sum of the members' heights relative to the cluster's first place, and their number.
     let mut clusters: Vec<(i32, i32)> = Vec::new();
     for &y in wanted {
         clusters.push((y, 1));
@@ -329,7 +333,7 @@ fn spread(wanted: &[i32], gap: i32) -> Vec<i32> {
     clusters.iter().flat_map(|&(sum, n)| (0..n).map(move |k| sum / n + k * gap)).collect()
 }
 
-/// A number of an axis that spans `span`: as many digits as tell ticks apart.
+/// A tick label of an axis of length `span`, with as many digits as distinguish the ticks.
 fn tick(x: f64, span: f64) -> String {
     let digits = (1.0 - (span / 5.0).log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{x:.digits$}");
@@ -366,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_names_its_curves_and_opens_as_png() {
+    fn a_figure_names_its_curves_and_is_valid_png() {
         let folder = std::env::temp_dir().join(format!("palmares-draw-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let (svg, png) = (folder.join("a.svg"), folder.join("a.PNG"));
@@ -390,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn names_move_apart_and_no_further() {
+    fn names_move_apart_as_little_as_possible() {
         assert_eq!(spread(&[0, 100], 10), [0, 100]);
         assert_eq!(spread(&[50, 50], 10), [45, 55]);
         assert_eq!(spread(&[0, 2, 4], 10), [-8, 2, 12]);

@@ -1,7 +1,8 @@
-//! What a picture of a closure shows, before anything is drawn: panels of curves with their predictions.
+//! Content of a closure's figure: panels of curves with their predictions.
 
 use crate::view::View;
-/// A picture: panels over one time axis.
+
+/// A figure: panels over one time axis.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Figure {
     pub(crate) title: String,
@@ -9,7 +10,7 @@ pub(crate) struct Figure {
     pub(crate) notes: Vec<String>,
     /// s
     pub(crate) time: Vec<f64>,
-    /// Vertical lines: when, and what happens there.
+    /// Vertical lines: time and label.
     pub(crate) marks: Vec<(f64, String)>,
     pub(crate) panels: Vec<Panel>,
     /// The hand itself, drawn before the panels, all at one scale.
@@ -20,22 +21,22 @@ pub(crate) struct Figure {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Panel {
     pub(crate) title: String,
-    /// What is on the vertical axis, with its unit. Panels with the same one share their range.
+    /// Label of the vertical axis, with its unit. Panels with the same label share their range.
     pub(crate) axis: String,
     pub(crate) curves: Vec<Curve>,
 }
 
-/// A curve and where it was predicted to end.
+/// A curve and its predicted end values.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Curve {
     pub(crate) name: String,
     /// One per time.
     pub(crate) values: Vec<f64>,
-    /// From when to when the value was predicted, s, and the value.
+    /// Begin and end of a prediction, s, and its value.
     pub(crate) predicted: Vec<(f64, f64, f64)>,
 }
 
-/// The range of panels with this axis, with a little room.
+/// The range of all panels with this axis, with a margin.
 pub(crate) fn range(figure: &Figure, axis: &str) -> (f64, f64) {
     let mut low = f64::INFINITY;
     let mut high = f64::NEG_INFINITY;
@@ -51,8 +52,8 @@ pub(crate) fn range(figure: &Figure, axis: &str) -> (f64, f64) {
     if low > high {
         return (0.0, 1.0);
     }
-    let room = 0.06 * (high - low).max(1e-6 * high.abs()).max(1e-9);
-    (low - room, high + room)
+    let margin = 0.06 * (high - low).max(1e-6 * high.abs()).max(1e-9);
+    (low - margin, high + margin)
 }
 
 #[cfg(test)]

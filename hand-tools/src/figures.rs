@@ -1,4 +1,4 @@
-//! A hand's figures as a table, beside those of the program's hands and the limits.
+//! Tables of a hand's figures, compared with the built-in hands and the limits, and of its trials.
 
 use crate::table::table;
 use crate::trial::Trial;
@@ -7,7 +7,7 @@ use palmares_tasks::Fault;
 use palmares_tasks::inspect::FigureRow;
 use std::fmt::Write as _;
 
-/// The table; behind a figure stands what should be looked at.
+/// The table of figures, with remarks.
 pub fn figures(name: &str, rows: &[FigureRow]) -> String {
     let others: Vec<String> = {
         let mut names: Vec<&String> = rows.iter().flat_map(|row| row.others.keys()).collect();
@@ -39,7 +39,7 @@ pub fn figures(name: &str, rows: &[FigureRow]) -> String {
     out
 }
 
-/// Runs of a hand as a table.
+/// The table of trials.
 pub(crate) fn trials(played: &[Trial], refused: &[String]) -> String {
     let head = ["task", "script", "score", "fault", "beyond a limit", "joint", "motors' work (J)"];
     let mut cells = vec![head.map(str::to_owned).to_vec()];

@@ -2,17 +2,17 @@
 
 use palmares_models::hand::{Hand, HingeKind};
 
-/// More curves than this are not told apart in one panel.
+/// Maximum number of curves in a panel.
 const CURVES_PER_PANEL: usize = 6;
 
-/// A panel to be: title, unit, and coordinates with their short names.
+/// The content of a panel: title, unit, and coordinates with their short names.
 pub(crate) struct Group {
     pub(crate) title: String,
     pub(crate) unit: &'static str,
     pub(crate) members: Vec<(usize, String)>,
 }
 
-/// The coordinates of a hand by finger: by the link on the base that they are on or beyond.
+/// Groups the coordinates of a hand by finger, that is by the child link of the base above them.
 pub(crate) fn fingers(hand: &Hand) -> Vec<Group> {
     let all: Vec<&str> = hand.coordinates.iter().map(|c| c.name.as_str()).collect();
     let (head, tail) = affixes(&all);
@@ -51,7 +51,7 @@ pub(crate) fn fingers(hand: &Hand) -> Vec<Group> {
         .collect()
 }
 
-/// Lengths of what all names begin and end with, up to and from an underscore; nothing of a single name.
+/// Lengths of the common prefix (up to an underscore) and suffix (from an underscore) of all names; 0 for a single name.
 fn affixes(names: &[&str]) -> (usize, usize) {
     let Some((first, others)) = names.split_first().filter(|(_, others)| !others.is_empty()) else {
         return (0, 0);
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn names_lose_what_all_of_them_have() {
+    fn names_lose_common_prefix_and_suffix() {
         assert_eq!(affixes(&["soft_hand_a_b_joint", "soft_hand_c_joint"]), (10, 6));
         assert_eq!(affixes(&["left_1", "right_1"]), (0, 2));
         assert_eq!(affixes(&["alone_joint"]), (0, 0));

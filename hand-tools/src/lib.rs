@@ -1,4 +1,4 @@
-//! Looking at a hand: what it is, how it closes, how it scores by its build, and how it looks. The only place that
+//! Tools for hands: description, closing in the air, trials in the tasks, images. With `bench`, the only crate that
 //! draws.
 
 mod check;

@@ -1,4 +1,4 @@
-//! Which hand is meant, and how far it is to close.
+//! Arguments: the hand, and σ.
 
 use anyhow::{Context, bail};
 use palmares_models::builtin::builtin_hands;
@@ -12,15 +12,15 @@ use std::sync::Arc;
 /// Reads the limits that a competition's file sets for hands.
 pub type LimitsOf<'a> = &'a dyn Fn(&Path) -> anyhow::Result<HandLimits>;
 
-/// A hand that was found.
+/// A loaded hand.
 pub(crate) struct Found {
     pub(crate) hand: Arc<Hand>,
-    /// Where its numbers come from.
+    /// Origin of its numbers.
     pub(crate) sources: Sources,
     pub(crate) warnings: Vec<LoadWarning>,
 }
 
-/// A hand from a file, a folder, an archive, or, where there is none of that name, from the program itself.
+/// Loads a hand from a file, a folder or an archive, or the built-in hand of that name.
 pub(crate) fn load_hand(name: &str) -> Result<Found, ModelError> {
     let path = Path::new(name);
     if !path.exists()
@@ -32,13 +32,13 @@ pub(crate) fn load_hand(name: &str) -> Result<Found, ModelError> {
     Ok(Found { hand: Arc::new(hand), sources, warnings })
 }
 
-/// What to try when a name is neither a file nor a hand.
+/// A hint for a name that is neither a file nor a hand.
 pub(crate) fn hint(name: &str) -> Option<String> {
     let names: Vec<&str> = builtin_hands().iter().map(|hand| hand.name.as_str()).collect();
-    (!Path::new(name).exists()).then(|| format!("hands that come with the program: {}", names.join(", ")))
+    (!Path::new(name).exists()).then(|| format!("built-in hands: {}", names.join(", ")))
 }
 
-/// Reads `0.2,0.5,1`: numbers from 0 to 1.
+/// Reads one σ, from 0 to 1.
 pub(crate) fn parse_sigma(text: &str) -> anyhow::Result<f64> {
     let sigma: f64 = text.trim().parse().with_context(|| format!("`{text}` is not a number"))?;
     if !(0.0..=1.0).contains(&sigma) {

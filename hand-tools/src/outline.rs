@@ -1,13 +1,13 @@
-//! Outline of a convex shape, seen along a direction.
+//! Outline of a convex shape in a view direction.
 
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use std::f64::consts::TAU;
 
-/// Corners of a circle.
+/// Number of corners of a circle.
 const CORNERS: usize = 24;
 
-/// The outline of a convex shape, m, to the `right` and `up` of who looks; counter-clockwise.
+/// The outline of a convex shape in a view with these directions, m; counter-clockwise.
 pub(crate) fn outline(shape: &Shape, pose: &Pose, right: Vec3, up: Vec3) -> Vec<(f64, f64)> {
     let (points, radius) = skeleton(shape);
     let round = |p: Vec3| {
@@ -17,7 +17,7 @@ pub(crate) fn outline(shape: &Shape, pose: &Pose, right: Vec3, up: Vec3) -> Vec<
     convex(points.into_iter().flat_map(round).collect())
 }
 
-/// Points that, each with a ball of the radius around it, span a shape.
+/// Points and a radius: the shape is the convex hull of spheres of this radius around the points.
 fn skeleton(shape: &Shape) -> (Vec<Vec3>, f64) {
     let ends = |half: f64| vec![Vec3::new(0.0, 0.0, -half), Vec3::new(0.0, 0.0, half)];
     match shape {
@@ -41,7 +41,7 @@ fn skeleton(shape: &Shape) -> (Vec<Vec3>, f64) {
     }
 }
 
-/// A circle's corners; one point without a radius.
+/// A circle's corners; a single point for radius 0.
 fn circle(radius: f64) -> impl Iterator<Item = (f64, f64)> {
     let corners = if radius > 0.0 { CORNERS } else { 1 };
     (0..corners).map(move |k| {
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hull_is_what_a_rubber_band_would_be() {
+    fn a_hull_has_no_inner_points() {
         let square = vec![(0.0, 0.0), (1.0, 1.0), (0.5, 0.5), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (1.0, 1.0)];
         assert_eq!(convex(square), [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]);
     }

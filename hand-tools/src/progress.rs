@@ -1,24 +1,24 @@
-//! How far long work has got, on standard error: whoever waits sees that something goes on.
+//! Progress of long work on standard error.
 
 use std::time::{Duration, Instant};
 
-/// So long nothing is said, and so long between two lines.
+/// Time before the first line, and between two lines.
 const PERIOD: Duration = Duration::from_secs(3);
 
-/// Tells how far work has got, if it takes long.
+/// Prints the progress of work that takes long.
 pub(crate) struct Progress {
-    /// What is done, of which a line tells.
+    /// Name of the work.
     what: String,
     due: Instant,
 }
 
 impl Progress {
-    /// Of a piece of work that begins now.
+    /// For work that begins now.
     pub(crate) fn of(what: impl Into<String>) -> Self {
         Progress { what: what.into(), due: Instant::now() + PERIOD }
     }
 
-    /// It has got so far; `how_far` is asked only when a line is due.
+    /// Reports progress; `how_far` is called only if a line is due.
     pub(crate) fn at(&mut self, how_far: impl FnOnce() -> String) {
         let now = Instant::now();
         if now >= self.due {
@@ -33,12 +33,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn short_work_says_nothing_and_long_work_not_too_much() {
+    fn short_work_prints_nothing_and_long_work_one_line_a_period() {
         let (mut progress, mut lines) = (Progress::of("counting"), 0);
         let mut tell = |progress: &mut Progress| {
             progress.at(|| {
                 lines += 1;
-                "so far".to_owned()
+                "half".to_owned()
             });
             lines
         };

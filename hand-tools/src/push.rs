@@ -1,4 +1,4 @@
-//! `--push link:fx,fy,fz`: the virtual contacts of adaptive synergies, constant forces on links.
+//! `--push link:fx,fy,fz`: constant forces on links.
 
 use anyhow::{Context, bail};
 use palmares_models::Vec3;
@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// Largest force of a push, N.
 const FORCE_LIMIT: f64 = 1e4;
 
-/// A push as it is written on the command line.
+/// A push on the command line.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PushArg {
     /// Name of the link.
@@ -39,7 +39,7 @@ impl FromStr for PushArg {
 }
 
 impl PushArg {
-    /// The push on a hand: at the link's centre of mass.
+    /// The push on a hand, at the link's centre of mass.
     pub(crate) fn on(&self, hand: &Hand) -> anyhow::Result<Push> {
         let link = hand.link(&self.link).with_context(|| {
             let names: Vec<&str> = hand.links.iter().map(|l| l.name.as_str()).collect();
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn names_the_links_there_are() {
+    fn an_unknown_link_is_refused_with_the_valid_names() {
         let hand = Hand::builtin("softhand").expect("it is built in");
         let push: PushArg = "index_distal:1,0,0".parse().expect("it is well-formed");
         assert_eq!(hand.links[push.on(&hand).expect("the link is there").link].name, "index_distal");

@@ -1,7 +1,7 @@
-//! `palmares hand show`: a hand as text, and with its closure as a picture.
+//! `palmares hand show`: a hand as text, or its simulated closure as an image.
 
 use crate::closure::{
-    AT_REST, AT_SIGHT, Alone, BrokenOff, CLOSING_WORK, Comparison, RAMP_S, Restless, compare,
+    BrokenOff, CLOSING_BUDGET, Comparison, FreeHand, NotSettled, RAMP_S, REST_SPEED, VISIBLE_SPEED, compare,
 };
 use crate::describe::{describe, short};
 use crate::draw::draw;
@@ -9,7 +9,7 @@ use crate::figure::{Curve, Figure, Panel};
 use crate::fingers::fingers;
 use crate::load::{hint, load_hand, parse_sigma};
 use crate::push::PushArg;
-use crate::view::look;
+use crate::view::view_of;
 use anyhow::{Context, bail};
 use clap::Args;
 use palmares_models::hand::Hand;
@@ -21,28 +21,28 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// The picture has a sample about every so often, s.
+/// Sample period of the figure, s.
 const SAMPLE_S: f64 = 5e-3;
 
-/// Which hand, how it is moved and where the picture goes.
+/// Arguments of `hand show`.
 #[derive(Debug, Args)]
 pub struct ShowArgs {
-    /// A URDF file, a folder or .zip with one, or the name of a hand that comes with the program
+    /// A URDF file, a folder or .zip with one, or the name of a built-in hand
     hand: String,
-    /// Draw a picture into this file; a name that ends in .svg or .png
-    #[arg(long)]
-    out: Option<PathBuf>,
-    /// Motor positions to close to, from 0 (open) to 1: one for all motors, or one for each
-    #[arg(long, requires = "out", value_delimiter = ',', value_parser = parse_sigma, default_value = "0.6")]
+    /// Draw an image into this .svg or .png file
+    #[arg(long, short, alias = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Motor positions to close to, from 0 (open) to 1: one for all motors, or one per motor
+    #[arg(long, requires = "output", value_delimiter = ',', value_parser = parse_sigma, default_value = "0.6")]
     sigma: Vec<f64>,
-    /// A constant force on a link's centre of mass once the hand has closed: link:fx,fy,fz in N, world frame.
-    /// The hand stands with its base frame on the world's
-    #[arg(long, requires = "out", value_name = "LINK:FX,FY,FZ", allow_hyphen_values = true)]
+    /// A constant force on a link's centre of mass after the hand has closed: link:fx,fy,fz in N, world frame.
+    /// The hand's base frame equals the world frame
+    #[arg(long, requires = "output", value_name = "LINK:FX,FY,FZ", allow_hyphen_values = true)]
     push: Vec<PushArg>,
 }
 
-/// One stage of the motion: closing, or being pushed.
-struct Phase {
+/// A stage of the motion: closing, or being pushed.
+struct Stage {
     name: &'static str,
     /// s
     from: f64,
@@ -52,9 +52,9 @@ struct Phase {
     predicted: Option<Equilibrium>,
     /// Largest |q − predicted| at rest.
     error: Option<f64>,
-    /// Why no prediction applies.
+    /// Reasons why no prediction applies.
     beyond: Vec<String>,
-    /// Why the hand was not simulated until it rests.
+    /// Set if the simulation ended before the hand came to rest.
     broken_off: Option<BrokenOff>,
 }
 
@@ -67,41 +67,41 @@ struct Trace {
 }
 
 impl Trace {
-    fn sample(&mut self, alone: &Alone) {
-        let t = alone.time_s();
+    fn sample(&mut self, free: &FreeHand) {
+        let t = free.time_s();
         if self.time.last().is_none_or(|last| t - last >= SAMPLE_S * (1.0 - 1e-9)) {
             self.time.push(t);
-            self.q.push(alone.state().q.clone());
-            self.tension.push(alone.state().tension.clone());
+            self.q.push(free.state().q.clone());
+            self.tension.push(free.state().tension.clone());
         }
     }
 }
 
-/// Simulates, draws and prints what was drawn.
+/// Simulates, draws and prints a summary.
 pub(crate) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let found = load_hand(&args.hand);
     let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
     let mut out = std::io::stdout().lock();
-    let Some(file) = &args.out else {
+    let Some(file) = &args.output else {
         write!(out, "{}", describe(&hand))?;
         return Ok(ExitCode::SUCCESS);
     };
     let sigma = one_per_motor(&hand, &args.sigma)?;
     let pushes = args.push.iter().map(|push| push.on(&hand)).collect::<anyhow::Result<Vec<Push>>>()?;
-    let mut alone = Alone::new(&hand)?;
+    let mut free = FreeHand::new(&hand)?;
     let mut trace = Trace::default();
-    trace.sample(&alone);
-    let mut left = CLOSING_WORK;
-    let mut phases = vec![phase(&mut alone, "closed", &sigma, &mut trace, &mut left)];
-    if !pushes.is_empty() && phases[0].broken_off.is_none() {
-        alone.set_pushes(&pushes);
-        phases.push(phase(&mut alone, "pushed", &sigma, &mut trace, &mut left));
+    trace.sample(&free);
+    let mut left = CLOSING_BUDGET;
+    let mut stages = vec![stage(&mut free, "closed", &sigma, &mut trace, &mut left)];
+    if !pushes.is_empty() && stages[0].broken_off.is_none() {
+        free.set_pushes(&pushes);
+        stages.push(stage(&mut free, "pushed", &sigma, &mut trace, &mut left));
     }
-    let figure = figure(&hand, &sigma, &pushes, &trace, &phases);
+    let figure = figure(&hand, &sigma, &pushes, &trace, &stages);
     draw(&figure, file)?;
-    write!(out, "{}", summary(&phases))?;
+    write!(out, "{}", summary(&stages))?;
     writeln!(out, "wrote {}", file.display())?;
-    let broken = phases.iter().find_map(|phase| Some((phase.name, phase.broken_off?)));
+    let broken = stages.iter().find_map(|stage| Some((stage.name, stage.broken_off?)));
     if let Some((name, why)) = broken {
         let sigmas = sigma.iter().map(|s| short(*s)).collect::<Vec<_>>().join(", ");
         bail!("hand '{}': {name} at σ = {sigmas}: {why}", hand.name);
@@ -118,34 +118,34 @@ fn one_per_motor(hand: &Hand, sigma: &[f64]) -> anyhow::Result<Vec<f64>> {
     }
 }
 
-/// Steps until nothing is seen to move; then, off the record, until the hand rests to compare.
-fn phase(alone: &mut Alone, name: &'static str, sigma: &[f64], trace: &mut Trace, left: &mut u64) -> Phase {
-    let from = alone.time_s();
-    let mut rest = alone.settle(sigma, AT_SIGHT, left, |alone| trace.sample(alone));
-    let to = alone.time_s();
-    let before = alone.state().clone();
+/// Steps until no motion is visible; then continues without samples until the hand rests, for the comparison.
+fn stage(free: &mut FreeHand, name: &'static str, sigma: &[f64], trace: &mut Trace, left: &mut u64) -> Stage {
+    let from = free.time_s();
+    let mut rest = free.settle(sigma, VISIBLE_SPEED, left, |free| trace.sample(free));
+    let to = free.time_s();
+    let before = free.state().clone();
     let mut at_end = before.q.clone();
-    if let Err(Restless::BrokenOff(_)) = rest {
-        // What a world failed with may be no numbers.
+    if let Err(NotSettled::BrokenOff(_)) = rest {
+        // The state of a failed world may not be finite.
         at_end.clone_from(trace.q.last().unwrap_or(&before.q));
     } else {
-        rest = alone.settle(sigma, AT_REST, left, |_| {});
+        rest = free.settle(sigma, REST_SPEED, left, |_| {});
     }
     let broken_off = match rest {
-        Err(Restless::BrokenOff(why)) => Some(why),
+        Err(NotSettled::BrokenOff(why)) => Some(why),
         _ => None,
     };
-    let Comparison { predicted, error, beyond } = compare(alone, sigma, &rest);
-    alone.restore(before);
-    Phase { name, from, to, at_end, predicted, error, beyond, broken_off }
+    let Comparison { predicted, error, beyond } = compare(free, sigma, &rest);
+    free.restore(before);
+    Stage { name, from, to, at_end, predicted, error, beyond, broken_off }
 }
 
-fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phases: &[Phase]) -> Figure {
+fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, stages: &[Stage]) -> Figure {
     let predicted = |value: &dyn Fn(&Equilibrium) -> f64| -> Vec<(f64, f64, f64)> {
-        let known = phases.iter().filter_map(|p| Some((p, p.predicted.as_ref()?)));
+        let known = stages.iter().filter_map(|p| Some((p, p.predicted.as_ref()?)));
         known
             .map(|(p, e)| {
-                // The first dashes begin while the motors are on their way.
+                // The first dashes begin during the motors' ramp.
                 let from = if p.from == 0.0 { 0.5 * RAMP_S } else { p.from };
                 (from, p.to, value(e))
             })
@@ -182,43 +182,43 @@ fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phase
         let [x, y, z] = push.force.to_array().map(short);
         notes.push(format!("pushed on {}: {x}, {y}, {z} N", hand.links[push.link].name));
     }
-    notes.extend(phases.iter().map(outcome));
-    let open = look(hand, &trace.q[0], "open".into());
-    let ends = phases.iter().map(|phase| look(hand, &phase.at_end, phase.name.to_owned()));
+    notes.extend(stages.iter().map(outcome));
+    let open = view_of(hand, &trace.q[0], "open".into());
+    let ends = stages.iter().map(|stage| view_of(hand, &stage.at_end, stage.name.to_owned()));
     Figure {
         views: std::iter::once(open).chain(ends).collect(),
         title: format!("{}, σ = {sigmas}", hand.name),
         notes,
         time: trace.time.clone(),
-        marks: phases.iter().skip(1).map(|p| (p.from, p.name.to_owned())).collect(),
+        marks: stages.iter().skip(1).map(|p| (p.from, p.name.to_owned())).collect(),
         panels,
     }
 }
 
-/// One line about a phase.
-fn outcome(phase: &Phase) -> String {
+/// One line about a stage.
+fn outcome(stage: &Stage) -> String {
     let first = |reasons: &[String]| match reasons {
         [] => String::new(),
         [only] => format!(": {only}"),
         [first, more @ ..] => format!(": {first}, and {} more", more.len()),
     };
-    let name = phase.name;
-    match (&phase.predicted, phase.error) {
-        (Some(predicted), Some(error)) if phase.beyond.is_empty() => {
+    let name = stage.name;
+    match (&stage.predicted, stage.error) {
+        (Some(predicted), Some(error)) if stage.beyond.is_empty() => {
             let law = match predicted.method {
                 Method::ClosedForm => "closed form".to_owned(),
                 Method::Newton => format!("Newton's method{}", first(&predicted.beyond_closed_form)),
             };
             format!("{name}: largest |q − predicted| at rest {error:.1e} ({law})")
         }
-        _ => format!("{name}: no prediction applies{}", first(&phase.beyond)),
+        _ => format!("{name}: no prediction applies{}", first(&stage.beyond)),
     }
 }
 
-fn summary(phases: &[Phase]) -> String {
+fn summary(stages: &[Stage]) -> String {
     let mut out = String::new();
-    for phase in phases {
-        let _ = writeln!(out, "{}", outcome(phase));
+    for stage in stages {
+        let _ = writeln!(out, "{}", outcome(stage));
     }
     out
 }

@@ -1,16 +1,16 @@
-//! What is printed for people: tables, and JSON in which nothing steers the terminal.
+//! Output for people: tables, and JSON without terminal control characters.
 
 use palmares_protocol::text::printable;
 use serde_json::Value;
 use std::fmt::Write;
 use unicode_width::UnicodeWidthStr;
 
-/// Columns as wide as they need be; names to the left, numbers to the right.
+/// A table: the first column is left-aligned, the others right-aligned.
 pub fn table(rows: &[Vec<String>]) -> String {
     aligned(rows, |column| column > 0)
 }
 
-/// Columns as wide as they need be, to the left, or to the right where `right` says so.
+/// A table whose columns are right-aligned if `right` returns true, else left-aligned.
 pub fn aligned(rows: &[Vec<String>], right: impl Fn(usize) -> bool) -> String {
     let rows: Vec<Vec<_>> = rows.iter().map(|row| row.iter().map(|cell| printable(cell)).collect()).collect();
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -30,12 +30,12 @@ pub fn aligned(rows: &[Vec<String>], right: impl Fn(usize) -> bool) -> String {
     out
 }
 
-/// JSON over several lines. What cannot be seen in its texts is escaped, which says the same.
+/// Indented JSON. Invisible characters in its strings are escaped.
 pub fn json(value: &Value) -> String {
     let text = format!("{value:#}");
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
-        // Outside of texts there is nothing but ASCII.
+        // Outside of strings there is only ASCII.
         if c == '\n' || printable(c.encode_utf8(&mut [0; 4])).len() == c.len_utf8() {
             out.push(c);
         } else {
@@ -58,14 +58,14 @@ mod tests {
             rows.iter().map(|row| row.iter().map(|cell| (*cell).to_owned()).collect()).collect()
         };
         assert_eq!(table(&rows(&[&["a", "1"], &["bcd", "-22"]])), "  a      1\n  bcd  -22\n");
-        // A wide character takes two columns, a mark none; what steers the terminal is spelt.
+        // A wide character takes two columns, a combining mark none; control characters are written as codes.
         let names = rows(&[&["蟹蟹", "1"], &["e\u{301}", "2"], &["a\u{1b}[2J", "3"]]);
         let lines = ["  蟹蟹          1", "  e\u{301}             2", "  a\\u{001B}[2J  3"];
         assert_eq!(table(&names).lines().collect::<Vec<_>>(), lines);
     }
 
     #[test]
-    fn json_for_a_terminal_says_the_same() {
+    fn json_with_escapes_has_the_same_value() {
         let hostile = value!({"team": "a\u{202e}b\u{9b}\u{1b}\u{e0041}\n", "n": [1, 2.5], "蟹": "é"});
         let text = json(&hostile);
         assert!(text.contains("a\\u202eb\\u009b\\u001b\\udb40\\udc41\\n") && text.contains("蟹"), "{text}");

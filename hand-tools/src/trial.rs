@@ -1,5 +1,4 @@
-//! A short run of a hand in each task, by a script that knows nothing of the task: what scores under it scores by its
-//! build.
+//! Short runs of a hand in each task, by a script that ignores the task: a hand that scores in them scores by its build.
 
 use crate::progress::Progress;
 use clap::ValueEnum;
@@ -11,74 +10,74 @@ use palmares_tasks::{Action, BaseTarget, Fault, Run, SceneError, Seed, Task};
 use serde::Serialize;
 use std::sync::Arc;
 
-/// The scene's seed: any, but the same for every hand.
+/// Seed of the scenes: an arbitrary number, the same for every hand.
 const SEED: u64 = 1;
-/// The most that a trial may compute, in the unit of [`palmares_sim::bounds`]: half a minute or so. The SoftHand's take an
+/// Compute budget of a trial, in the unit of [`palmares_sim::bounds`]: about half a minute. The SoftHand's trials take an
 /// eighth of a second.
-const TRIAL_WORK: u64 = 20_000_000_000;
-/// How long the hand does nothing, s.
+const TRIAL_BUDGET: u64 = 20_000_000_000;
+/// Duration of the idle script, s.
 const IDLE_S: f64 = 5.0;
 
-/// What the hand does.
+/// The script of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Script {
-    /// Nothing.
+    /// Does nothing.
     Idle,
     /// Reaches out closed and sweeps back, opens, closes, lifts, sweeps to both sides, opens.
     Sweep,
 }
 
-/// How it went.
+/// Result of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Trial {
     /// Name of the task.
     pub(crate) task: String,
-    /// What the hand did.
+    /// The script.
     pub(crate) script: Script,
     /// Points, after the objects have settled.
     pub(crate) score: f64,
     /// The world failed.
     pub(crate) fault: bool,
-    /// What it failed of; absent when it did not.
+    /// The fault; None if the world did not fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) fault_code: Option<Fault>,
-    /// It was ended because it needs more computing than a trial may.
+    /// The trial ended because its compute budget was spent.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(crate) ended_early: bool,
     /// s of simulated time.
     pub(crate) sim_time_s: f64,
-    /// Farthest that a joint went beyond a limit, rad or m.
+    /// Largest excess of a joint over a limit, rad or m.
     pub(crate) limit_excess: f64,
     /// The joint of `limit_excess`.
     pub(crate) joint: Option<String>,
-    /// What the motors did, |f ds| summed, J.
+    /// Work of the motors, the sum of |f ds|, J.
     pub(crate) motor_work_j: f64,
-    /// What should make an organizer look closer; empty when nothing does.
+    /// Remarks for an organizer.
     pub(crate) flags: Vec<String>,
 }
 
-/// A stretch of a script: for so long, with the base moving so fast along the fingers (its z) and along the world's
-/// axes, and the motors at σ.
-struct Stretch {
+/// A segment of a script: duration, velocity of the base along the fingers (its z axis) and along the world's axes, and σ of
+/// all motors.
+struct Segment {
     seconds: f64,
     along_fingers: f64,
     world: Vec3,
     sigma: f64,
 }
 
-fn stretches(script: Script) -> Vec<Stretch> {
-    let still = |seconds: f64, sigma: f64| Stretch { seconds, along_fingers: 0.0, world: Vec3::ZERO, sigma };
+fn segments(script: Script) -> Vec<Segment> {
+    let still = |seconds: f64, sigma: f64| Segment { seconds, along_fingers: 0.0, world: Vec3::ZERO, sigma };
     let reach =
-        |seconds: f64, speed: f64, sigma: f64| Stretch { along_fingers: speed, ..still(seconds, sigma) };
-    let go = |seconds: f64, x: f64, y: f64, z: f64, sigma: f64| Stretch {
+        |seconds: f64, speed: f64, sigma: f64| Segment { along_fingers: speed, ..still(seconds, sigma) };
+    let go = |seconds: f64, x: f64, y: f64, z: f64, sigma: f64| Segment {
         world: Vec3::new(x, y, z),
         ..still(seconds, sigma)
     };
     match script {
         Script::Idle => Vec::new(),
         Script::Sweep => vec![
-            // Out and back with the hand as it is born, then closed.
+            // Out with the open hand, and back with the closed one.
             reach(1.0, 0.25, 0.0),
             still(1.0, 1.0),
             reach(2.5, -0.25, 1.0),
@@ -95,40 +94,40 @@ fn stretches(script: Script) -> Vec<Stretch> {
     }
 }
 
-/// The actions of a script, tick by tick, for a hand with so many motors.
+/// The actions of a script, one per tick.
 pub fn script(script: Script, task: &Task, motors: usize) -> Vec<Action> {
     let fingers = start_pose(task).rotation * Vec3::Z;
     let ticks = |seconds: f64| (seconds / task.tick_s).round() as usize;
     if script == Script::Idle {
         return vec![Action::default(); ticks(IDLE_S)];
     }
-    let stretch = |stretch: Stretch| {
-        let linear = fingers * stretch.along_fingers + stretch.world;
+    let segment = |segment: Segment| {
+        let linear = fingers * segment.along_fingers + segment.world;
         let action = Action {
             base: Some(BaseTarget::Twist { linear: linear.to_array(), angular: [0.0; 3] }),
-            hand: Some(vec![stretch.sigma; motors]),
+            hand: Some(vec![segment.sigma; motors]),
         };
-        std::iter::repeat_n(action, ticks(stretch.seconds))
+        std::iter::repeat_n(action, ticks(segment.seconds))
     };
-    stretches(script).into_iter().flat_map(stretch).collect()
+    segments(script).into_iter().flat_map(segment).collect()
 }
 
-/// A limit is a stiff spring: a joint may press this far into it, rad or m.
-const PRESSED: f64 = 0.05;
+/// Limit excess above which a trial gets a remark, rad or m: a limit is a stiff spring, so a small excess is normal.
+const WARN_EXCESS: f64 = 0.05;
 
 /// Plays one script.
 fn play(task: &Arc<Task>, hand: &Arc<Hand>, what: Script) -> Result<Trial, SceneError> {
     let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(SEED))?;
-    let mut seen = Seen::default();
+    let mut statistics = Statistics::default();
     let name = what.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
     let mut progress = Progress::of(format!("{} in task {}, {name}", hand.name, task.name));
     let actions = script(what, task, hand.motors.len());
     let mut ended_early = false;
     for action in &actions {
-        if !seen.step(&mut run, action) {
+        if !statistics.step(&mut run, action) {
             break;
         }
-        ended_early = seen.computed > TRIAL_WORK;
+        ended_early = statistics.computed > TRIAL_BUDGET;
         if ended_early {
             break;
         }
@@ -142,14 +141,15 @@ fn play(task: &Arc<Task>, hand: &Arc<Hand>, what: Script) -> Result<Trial, Scene
     let failure = run.failure();
     let mut flags = Vec::new();
     if what == Script::Idle && score > 0.0 {
-        flags.push("scores while the hand does nothing".to_owned());
+        flags.push("it scores while the hand does nothing".to_owned());
     }
     flags.extend(failure.as_ref().map(Failure::to_string));
     if ended_early {
-        flags.push(format!("ended after {sim_time_s:.2} s: it needs more computing than a trial may"));
+        flags
+            .push(format!("it ended after {sim_time_s:.2} s: it needs more computing than a trial's budget"));
     }
-    if seen.limit_excess > PRESSED {
-        flags.push("a joint leaves its limits".to_owned());
+    if statistics.limit_excess > WARN_EXCESS {
+        flags.push("a joint exceeds its limits".to_owned());
     }
     Ok(Trial {
         task: task.name.clone(),
@@ -159,16 +159,16 @@ fn play(task: &Arc<Task>, hand: &Arc<Hand>, what: Script) -> Result<Trial, Scene
         fault_code: failure.map(|failure| failure.fault),
         ended_early,
         sim_time_s,
-        limit_excess: seen.limit_excess,
-        joint: seen.joint.map(|c| hand.coordinates[c].name.clone()),
-        motor_work_j: seen.motor_work_j,
+        limit_excess: statistics.limit_excess,
+        joint: statistics.joint.map(|c| hand.coordinates[c].name.clone()),
+        motor_work_j: statistics.motor_work_j,
         flags,
     })
 }
 
-/// What is kept of the ticks.
+/// Statistics of a trial.
 #[derive(Default)]
-struct Seen {
+struct Statistics {
     limit_excess: f64,
     joint: Option<usize>,
     motor_work_j: f64,
@@ -176,8 +176,8 @@ struct Seen {
     computed: u64,
 }
 
-impl Seen {
-    /// One tick; false when the run is over.
+impl Statistics {
+    /// Steps one tick; returns false if the run is over.
     fn step(&mut self, run: &mut Run, action: &Action) -> bool {
         let before: Vec<f64> = run.world().state().motors.iter().map(|m| m.position).collect();
         if run.step(action).is_err() || !run.healthy() {
@@ -199,7 +199,7 @@ impl Seen {
     }
 }
 
-/// Plays every script in every task. A hand that does not fit into a task is told of.
+/// Plays each script in each task. Returns the trials, and an error for each task into which the hand does not fit.
 pub(crate) fn trials(tasks: &[Arc<Task>], hand: &Arc<Hand>) -> (Vec<Trial>, Vec<String>) {
     let (mut played, mut refused) = (Vec::new(), Vec::new());
     for task in tasks {
@@ -221,14 +221,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_world_that_fails_ends_its_trial_and_says_of_what() {
+    fn a_failed_world_ends_its_trial_with_its_fault() {
         let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
         for tendon in &mut hand.tendons {
             (tendon.stiffness, tendon.force_limit) = (1e9, 1e9);
             tendon.moment_arms.iter_mut().for_each(|(_, arm)| *arm = 1e9);
         }
         hand.motors.iter_mut().for_each(|motor| (motor.scaling, motor.speed_limit) = (1e9, 1e9));
-        // Slack at the beginning.
+        // The tendons are slack at the start.
         hand.coordinates.iter_mut().for_each(|c| c.rest = 0.0);
         let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("it is built in");
         let trial = play(&task, &Arc::new(hand), Script::Sweep).expect("at rest it is sound");
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn hands_of_the_program_earn_nothing_by_doing_nothing() {
+    fn a_built_in_hand_does_not_score_by_doing_nothing() {
         let tasks = Task::builtin();
         let hand = Hand::builtin("pinch").expect("it is built in");
         let (played, refused) = trials(&tasks, &hand);

@@ -1,37 +1,37 @@
-//! A hand seen from the side of its palm: the outlines of its shapes, those behind first.
+//! A hand from the side of its palm: outlines of its shapes, the farthest first.
 
 use crate::fingers::fingers;
 use crate::outline::outline;
 use palmares_models::hand::Hand;
 use palmares_models::{Rotation, Vec3};
 
-/// Where the eye is: turned so much about z from the x axis, and raised, rad.
-const AROUND: f64 = 0.5;
-const RAISED: f64 = 0.35;
+/// View direction: azimuth from the x axis, and elevation, rad.
+const AZIMUTH: f64 = 0.5;
+const ELEVATION: f64 = 0.35;
 
 /// A hand in one posture.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct View {
     pub(crate) title: String,
-    /// Those in front last.
+    /// The nearest last.
     pub(crate) outlines: Vec<Outline>,
 }
 
-/// A shape as it is seen.
+/// The outline of a shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Outline {
-    /// To the right and up, m; convex, counter-clockwise.
+    /// Right and up, m; convex, counter-clockwise.
     pub(crate) points: Vec<(f64, f64)>,
-    /// Which finger; none for the palm.
+    /// Index of the finger; None for the palm.
     pub(crate) finger: Option<usize>,
 }
 
-/// Looks at a hand with these coordinates, its base frame upright.
-pub(crate) fn look(hand: &Hand, q: &[f64], title: String) -> View {
-    let to_world = Rotation::from_rotation_z(AROUND) * Rotation::from_rotation_y(-RAISED);
+/// The view of a hand with these coordinates, its base upright.
+pub(crate) fn view_of(hand: &Hand, q: &[f64], title: String) -> View {
+    let to_world = Rotation::from_rotation_z(AZIMUTH) * Rotation::from_rotation_y(-ELEVATION);
     let [near, right, up] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| to_world * axis);
     let groups = fingers(hand);
-    // A finger's links are those that its coordinates move, and what hangs on them.
+    // The links of a finger are moved by its coordinates, or are descendants of such links.
     let mut finger_of: Vec<Option<usize>> = Vec::with_capacity(hand.links.len());
     for link in &hand.links {
         let own = link.joint.as_ref().and_then(|joint| {
@@ -39,21 +39,21 @@ pub(crate) fn look(hand: &Hand, q: &[f64], title: String) -> View {
         });
         finger_of.push(own.or_else(|| link.parent.and_then(|parent| finger_of[parent])));
     }
-    let mut seen: Vec<(f64, Outline)> = Vec::new();
+    let mut outlines: Vec<(f64, Outline)> = Vec::new();
     for (i, base_from_link) in hand.base_from_links(q).iter().enumerate() {
         for geom in &hand.links[i].geoms {
             let base_from_geom = *base_from_link * geom.link_from_geom;
             let depth = base_from_geom.translation.dot(near);
             let points = outline(&geom.shape, &base_from_geom, right, up);
-            seen.push((depth, Outline { points, finger: finger_of[i] }));
+            outlines.push((depth, Outline { points, finger: finger_of[i] }));
         }
     }
-    // Those farthest from the eye first.
-    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-    View { title, outlines: seen.into_iter().map(|(_, outline)| outline).collect() }
+    // The farthest first.
+    outlines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    View { title, outlines: outlines.into_iter().map(|(_, outline)| outline).collect() }
 }
 
-/// What all of these views span: left, right, bottom, top, m.
+/// The area of these views: left, right, bottom, top, m.
 pub(crate) fn span(views: &[View]) -> (f64, f64, f64, f64) {
     let points = views.iter().flat_map(|view| &view.outlines).flat_map(|outline| &outline.points);
     points.fold((f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY), |span, &(x, y)| {
@@ -66,11 +66,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_softhand_is_seen_with_five_fingers_and_smaller_when_closed() {
+    fn the_softhand_has_five_fingers_and_is_lower_when_closed() {
         let hand = Hand::builtin("softhand").expect("it is built in");
         let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
         let closed: Vec<f64> = hand.coordinates.iter().map(|c| c.upper.min(1.0)).collect();
-        let [open, closed] = [rest, closed].map(|q| look(&hand, &q, String::new()));
+        let [open, closed] = [rest, closed].map(|q| view_of(&hand, &q, String::new()));
         let shapes: usize = hand.links.iter().map(|link| link.geoms.len()).sum();
         for view in [&open, &closed] {
             assert_eq!(view.outlines.len(), shapes);

@@ -1,6 +1,6 @@
-//! A hand from three sides: where its collision shapes are, open, and as outlines closed.
+//! A hand from three sides: its collision shapes, filled when open and as outlines when closed.
 
-use crate::draw::{Area, COLOURS, FAINT, GRID, INK, MARGIN, Picture, draw, letters, said};
+use crate::draw::{Area, COLOURS, Drawable, FAINT, GRID, INK, MARGIN, draw, drawing_error, text_style};
 use crate::outline::outline;
 use palmares_models::hand::Hand;
 use palmares_models::measure::number;
@@ -18,30 +18,30 @@ pub(crate) struct Views {
     title: String,
     note: String,
     views: [View; 3],
-    /// Width and height that every view shows, m.
+    /// Width and height of each view, m.
     span: f64,
 }
 
-/// Draws a hand from three sides; the file's name decides what is written.
+/// Draws a hand from three sides; the file's name selects SVG or PNG.
 ///
 /// # Errors
-/// The name is neither of an SVG nor of a PNG, or the file cannot be written.
+/// The name ends neither in .svg nor in .png, or the file cannot be written.
 pub fn draw_hand(hand: &Hand, file: &Path) -> anyhow::Result<()> {
     draw(&Views::of(hand), file)
 }
 
-/// The hand along one axis.
+/// A view along one axis.
 struct View {
     title: &'static str,
-    /// Middle of what is shown, m.
+    /// Centre of the view, m.
     middle: (f64, f64),
-    /// Shapes of the open hand, the farthest first: link, and outline, m.
+    /// Shapes of the open hand, the farthest first: link and outline, m.
     open: Vec<(usize, Vec<(f64, f64)>)>,
-    /// Of the closed hand.
+    /// Outlines of the closed hand, m.
     closed: Vec<Vec<(f64, f64)>>,
 }
 
-/// Title, and the world's directions that go to the right, up, and towards who looks.
+/// Title, and the directions right, up, and towards the viewer.
 fn sides() -> [(&'static str, Vec3, Vec3, Vec3); 3] {
     [
         ("front (along −x): y, z", Vec3::Y, Vec3::Z, Vec3::X),
@@ -51,7 +51,7 @@ fn sides() -> [(&'static str, Vec3, Vec3, Vec3); 3] {
 }
 
 impl Views {
-    /// The hand open and closed.
+    /// The views of a hand.
     pub(crate) fn of(hand: &Hand) -> Views {
         let (open, closed) = (hand.base_from_links(&hand.open()), hand.base_from_links(&hand.closed()));
         let mut span: f64 = 1e-3;
@@ -99,7 +99,7 @@ impl Views {
     }
 }
 
-/// Distance of grid lines, m: 1 or 10 cm, 1 m ...
+/// Distance of grid lines, m: a power of ten, at least 1 cm.
 fn grid(span: f64) -> f64 {
     let mut step = 0.01;
     while span / step > 30.0 {
@@ -108,20 +108,22 @@ fn grid(span: f64) -> f64 {
     step
 }
 
-impl Picture for Views {
+impl Drawable for Views {
     fn size(&self) -> (u32, u32) {
         (3 * VIEW, HEAD + TITLE + VIEW)
     }
 
     fn paint<DB: DrawingBackend>(&self, area: &Area<DB>, scale: u32) -> anyhow::Result<()> {
-        area.fill(&WHITE).map_err(said)?;
+        area.fill(&WHITE).map_err(drawing_error)?;
         let s = |x: u32| (x * scale) as i32;
-        area.draw_text(&self.title, &letters(20, INK, scale), (s(MARGIN), s(10))).map_err(said)?;
-        area.draw_text(&self.note, &letters(13, FAINT, scale), (s(MARGIN), s(38))).map_err(said)?;
+        area.draw_text(&self.title, &text_style(20, INK, scale), (s(MARGIN), s(10)))
+            .map_err(drawing_error)?;
+        area.draw_text(&self.note, &text_style(13, FAINT, scale), (s(MARGIN), s(38)))
+            .map_err(drawing_error)?;
         for (k, view) in self.views.iter().enumerate() {
             self.paint_view(area, view, k as u32 * VIEW, scale)?;
         }
-        area.present().map_err(said)
+        area.present().map_err(drawing_error)
     }
 }
 
@@ -134,8 +136,8 @@ impl Views {
         scale: u32,
     ) -> anyhow::Result<()> {
         let s = |x: u32| (x * scale) as i32;
-        let title = letters(14, INK, scale);
-        area.draw_text(view.title, &title, (s(left + MARGIN), s(HEAD))).map_err(said)?;
+        let title = text_style(14, INK, scale);
+        area.draw_text(view.title, &title, (s(left + MARGIN), s(HEAD))).map_err(drawing_error)?;
         let per_m = f64::from((VIEW - 2 * MARGIN) * scale) / self.span;
         let centre = (s(left + VIEW / 2), s(HEAD + TITLE + VIEW / 2));
         let place = |(x, y): (f64, f64)| {
@@ -152,28 +154,29 @@ impl Views {
                     [(view.middle.0 - half, at), (view.middle.0 + half, at)]
                 };
                 let line = PathElement::new(ends.map(place).to_vec(), GRID.stroke_width(scale));
-                area.draw(&line).map_err(said)?;
+                area.draw(&line).map_err(drawing_error)?;
             }
         }
         for (link, points) in &view.open {
             let colour = COLOURS[link % COLOURS.len()];
             let points: Vec<(i32, i32)> = points.iter().copied().map(place).collect();
-            area.draw(&Polygon::new(points.clone(), colour.mix(0.45))).map_err(said)?;
-            area.draw(&PathElement::new(around(points), colour.stroke_width(scale))).map_err(said)?;
+            area.draw(&Polygon::new(points.clone(), colour.mix(0.45))).map_err(drawing_error)?;
+            area.draw(&PathElement::new(around(points), colour.stroke_width(scale)))
+                .map_err(drawing_error)?;
         }
         for points in &view.closed {
             let points: Vec<(i32, i32)> = points.iter().copied().map(place).collect();
-            area.draw(&PathElement::new(around(points), FAINT.stroke_width(scale))).map_err(said)?;
+            area.draw(&PathElement::new(around(points), FAINT.stroke_width(scale))).map_err(drawing_error)?;
         }
         let ((x, y), arm) = (place((0.0, 0.0)), s(5));
         for ends in [[(x - arm, y), (x + arm, y)], [(x, y - arm), (x, y + arm)]] {
-            area.draw(&PathElement::new(ends.to_vec(), INK.stroke_width(scale))).map_err(said)?;
+            area.draw(&PathElement::new(ends.to_vec(), INK.stroke_width(scale))).map_err(drawing_error)?;
         }
         Ok(())
     }
 }
 
-/// A path that ends where it begins.
+/// Closes a path.
 fn around(mut points: Vec<(i32, i32)>) -> Vec<(i32, i32)> {
     points.extend(points.first().copied());
     points
@@ -199,7 +202,7 @@ mod tests {
         draw(&views, &file).expect("it draws");
         let text = std::fs::read_to_string(&file).expect("text");
         for part in ["softhand", "front", "side", "top", "<polygon"] {
-            assert!(text.contains(part), "'{part}' is not in the picture");
+            assert!(text.contains(part), "'{part}' is not in the image");
         }
         std::fs::remove_dir_all(folder).expect("removed");
     }

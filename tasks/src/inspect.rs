@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// So many reasons are told at once.
+/// Maximum number of reported reasons.
 const TOLD: usize = 12;
 
 /// A figure of a hand beside those of others.
@@ -83,7 +83,7 @@ pub fn figures(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Vec<Figur
 }
 
 impl FigureRow {
-    /// One line for a list of what stands out: the figure, and those of the program's hands.
+    /// One line about an unusual figure, with those of the built-in hands.
     pub fn in_words(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         let others: Vec<String> =
@@ -96,7 +96,7 @@ impl FigureRow {
     }
 }
 
-/// Why a hand is beyond the limits, as one text; none when it is within.
+/// The limits that a hand exceeds, as one text; None if it exceeds none.
 pub fn beyond_limits(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Vec<String> {
     limits.excesses(&hand.figures(), sources).iter().map(ToString::to_string).collect()
 }

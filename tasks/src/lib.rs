@@ -1,4 +1,4 @@
-//! What a run *is*: scene, rules, referee and score. No sockets, no clocks, no files at run time.
+//! Runs: scene, rules, referee and score. No sockets, no clocks, no files at run time.
 
 pub mod action;
 pub mod build;
@@ -12,7 +12,6 @@ pub mod place;
 pub mod referee;
 pub mod run;
 pub mod scene;
-pub mod score;
 pub mod seed;
 pub mod sensing;
 pub mod settle;

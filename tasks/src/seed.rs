@@ -1,4 +1,4 @@
-//! Where the randomness of a run comes from.
+//! The seed of a run.
 
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::{Digest, Sha256};

@@ -57,7 +57,7 @@ fn first_of(overlaps: &[Overlap]) -> String {
     }
 }
 
-/// A world at tick 0 and how it is told to a client.
+/// A world at tick 0 and its description for clients.
 pub struct Built {
     /// The world, its objects at rest.
     pub world: World,
@@ -99,7 +99,7 @@ pub(crate) fn furnished(task: &Task) -> Result<Built, SceneError> {
     assemble(task, &[], &mut 0).map_err(|e| SceneError::unsound(task, e))
 }
 
-/// What is wrong with a settled scene.
+/// Checks a settled scene.
 fn unsound(task: &Task, placed: &[Placed], built: &Built) -> Option<String> {
     let (state, model) = (built.world.state(), built.world.model());
     let region = task.place.into_region().and_then(|name| task.region(name));
@@ -154,7 +154,7 @@ fn assemble(task: &Task, placed: &[Placed], work: &mut u64) -> Result<Built, Mod
     let model = Arc::new(model);
     let poses: Vec<Pose> = placed.iter().map(|placed| placed.pose).collect();
     let mut world = World::new(Arc::clone(&model), State::at_rest(&model, Pose::IDENTITY, &poses));
-    // What was placed by other means than this world's contact law must find its rest in it.
+    // Objects were placed without this world's contact law, and must settle in it.
     let wait = Command::stay(&model, Pose::IDENTITY);
     for _ in 0..(REST_S / task.step_s) as u64 {
         if world.outcome().asleep == placed.len() || world.fault().is_some() || *work > SCENE_WORK {

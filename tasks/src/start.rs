@@ -15,10 +15,10 @@ use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
 use std::sync::Arc;
 
-/// How long a hand is given to find its rest on its base before the run begins, s.
+/// Maximum time until a hand rests on its base before the run begins, s.
 const REST_S: f64 = 0.5;
 
-/// Where the hand's base starts.
+/// Initial pose of the hand's base.
 pub fn start_pose(task: &Task) -> Pose {
     let [x, y, z, w] = task.hand.quat_xyzw;
     Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
@@ -97,7 +97,7 @@ fn joined(task: &Task, scene: &Built, hand: Arc<Hand>) -> Result<(World, Vec<Str
     Ok((World::joined(Arc::new(model), &waiting, &scene.world), names))
 }
 
-/// A shape where it stands.
+/// A shape at its pose.
 struct Standing<'a> {
     name: &'a str,
     obstacle: Obstacle,

@@ -33,7 +33,7 @@ async function start(page: Page, url: string): Promise<void> {
   await page.goto(`${url}/drive`);
   await page.getByLabel('Seed').fill('7');
   await page.getByLabel('Name on the leaderboard').fill('hands-on');
-  await page.getByRole('button', { name: 'Start' }).click();
+  await page.getByRole('button', { name: 'Start', exact: true }).click();
   await expect.poll(() => tick(page)).toBeGreaterThan(10);
 }
 
@@ -176,14 +176,14 @@ test('a lost connection is reported, and the recording stays', async ({ page, se
   const saving = page.waitForEvent('download');
   await page.getByRole('button', { name: 'Download as Python' }).click();
   expect((await saving).suggestedFilename()).toBe('driven.py');
-  await page.getByRole('button', { name: 'Start' }).click();
+  await page.getByRole('button', { name: 'Start', exact: true }).click();
   await expect.poll(() => page.evaluate(() => (window.palmares as unknown as Driving).drive.driver.phase)).toBe('running');
 });
 
 test('a refusal shows the server’s message', async ({ page, server }) => {
   await page.goto(`${server.url}/drive`);
   await page.getByLabel('Name on the leaderboard').fill('\u2014');
-  await page.getByRole('button', { name: 'Start' }).click();
+  await page.getByRole('button', { name: 'Start', exact: true }).click();
   await expect(page.getByRole('alert')).not.toBeEmpty();
 });
 

@@ -50,7 +50,7 @@ test('pages work without WebGL', async ({ page, server }) => {
   await page.goto(`${server.url}/drive`);
   await expect(page.getByText(SENTENCE)).toBeVisible();
   await page.getByLabel('Name on the leaderboard').fill('blind');
-  await page.getByRole('button', { name: 'Start' }).click();
+  await page.getByRole('button', { name: 'Start', exact: true }).click();
   await expect.poll(() => page.evaluate(() => (window.palmares as unknown as { drive: { driver: { tick: number } } }).drive.driver.tick)).toBeGreaterThan(10);
   expect(wrong).toEqual([]);
 });

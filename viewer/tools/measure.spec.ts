@@ -82,7 +82,7 @@ test('from a driver’s input to the frame that shows it, with fifty viewers', a
   const program = process.env['PALMARES_VIEWERS'];
   await page.setViewportSize({ width: 640, height: 400 });
   await page.goto(`${server.url}/drive`);
-  await page.getByRole('button', { name: 'Start' }).click();
+  await page.getByRole('button', { name: 'Start', exact: true }).click();
   await page.waitForFunction(() => ((window.palmares as unknown as { drive?: { driver?: { tick: number } } } | undefined)?.drive?.driver?.tick ?? 0) > 10);
   const crowd = program ? spawn(program, ['--url', server.url.replace('http', 'ws'), '--only-watch', '--viewers', '50'], { stdio: 'inherit' }) : null;
   if (!crowd) console.warn('without viewers: PALMARES_VIEWERS does not name the example `viewers`');

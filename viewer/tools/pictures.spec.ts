@@ -69,7 +69,7 @@ test('a world as it is played', async ({ page, server }) => {
 test('closing on an object, sensed against predicted', async ({ page, server }) => {
   const { run_id: run } = await Example.start('grasp_softhand.py', server.url, '--seed', '1', '--team', 'crabs').played;
   await page.goto(`${server.url}/replay/${run}`);
-  await page.getByRole('button', { name: /^Fig\. 6/ }).click();
+  await page.getByRole('button', { name: 'Closing: measured and predicted' }).click();
   await page.waitForTimeout(1000);
   await page.getByRole('dialog').screenshot({ path: `${FOLDER}closing.png` });
 });

@@ -1,10 +1,10 @@
-//! The folder beside a mesh in which its pieces lie.
+//! The folder next to a mesh with its pieces.
 
 use anyhow::{Context, bail};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// `mug_pieces` beside `mug.stl`, with `mug_01.stl` and so on in it.
+/// `mug_pieces` next to `mug.stl`, with `mug_01.stl` and so on.
 pub(super) struct Folder {
     path: PathBuf,
     name: String,
@@ -13,7 +13,7 @@ pub(super) struct Folder {
 }
 
 impl Folder {
-    /// The folder beside this mesh.
+    /// The folder of this mesh.
     pub(super) fn beside(mesh: &Path) -> anyhow::Result<Folder> {
         let text = |part: Option<&std::ffi::OsStr>| part.and_then(|part| part.to_str()).map(str::to_owned);
         let (Some(mesh_name), Some(stem)) = (text(mesh.file_name()), text(mesh.file_stem())) else {
@@ -23,21 +23,18 @@ impl Folder {
         Ok(Folder { path: mesh.with_file_name(&name), name, mesh_name, stem })
     }
 
-    /// Refuses to write over what is there, unless it is allowed.
+    /// Refuses an existing folder, unless `force` is set.
     pub(super) fn check(&self, force: bool) -> anyhow::Result<()> {
         if self.path.exists() && !self.path.is_dir() {
-            bail!("{} is there and is no folder; nothing was written", self.path.display());
+            bail!("{} exists and is not a folder; nothing was written", self.path.display());
         }
         if !force && self.path.exists() {
-            bail!(
-                "{} is there already; nothing was written (--force writes over the pieces in it)",
-                self.path.display()
-            );
+            bail!("{} exists; nothing was written (--force replaces the pieces in it)", self.path.display());
         }
         Ok(())
     }
 
-    /// Names of so many pieces.
+    /// Names of `count` pieces.
     pub(super) fn names(&self, count: usize) -> Vec<String> {
         (1..=count).map(|k| format!("{}_{k:02}.stl", self.stem)).collect()
     }
@@ -49,7 +46,7 @@ impl Folder {
         number.is_some_and(|number| number.len() == 2 && number.bytes().all(|b| b.is_ascii_digit()))
     }
 
-    /// Writes the pieces; those of an earlier time go.
+    /// Writes the pieces, and removes earlier ones.
     pub(super) fn write(&self, files: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
         fs::create_dir_all(&self.path).with_context(|| format!("cannot make {}", self.path.display()))?;
         let failed = |path: &Path| format!("cannot write {}", path.display());
@@ -84,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pieces_of_an_earlier_time_go_and_other_files_stay() {
+    fn earlier_pieces_are_removed_and_other_files_stay() {
         let place = std::env::temp_dir().join(format!("palmares-pieces-{}", std::process::id()));
         fs::create_dir_all(&place).expect("made");
         let folder = Folder::beside(&place.join("mug.stl")).expect("a name");
@@ -95,7 +92,7 @@ mod tests {
         folder.write(&files(3)).expect("written");
         fs::write(place.join("mug_pieces/mug_handle.stl"), "mine").expect("written");
         let error = folder.check(false).expect_err("they are there").to_string();
-        assert!(error.contains("mug_pieces is there already") && error.contains("--force"), "{error}");
+        assert!(error.contains("mug_pieces exists") && error.contains("--force"), "{error}");
         folder.check(true).expect("allowed");
         folder.write(&files(1)).expect("written");
         let mut left: Vec<_> = fs::read_dir(folder.path())

@@ -1,4 +1,4 @@
-//! What to write into a task.toml or a URDF in place of a mesh.
+//! Lines for a task.toml or a URDF that replace a mesh by its pieces.
 
 use super::owner::MeshOwner;
 use palmares_models::read::{MeshUse, UseKind};
@@ -6,20 +6,20 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Where the mesh stood, and what takes its place.
+/// A place that names the mesh, and its replacement.
 #[derive(Debug, Serialize)]
 pub(super) struct Place {
     /// The file to change, if one was found.
     file: Option<String>,
-    /// In words: which object or link.
+    /// Description of the object or link.
     pub(super) place: String,
-    /// One for each piece.
+    /// One line for each piece.
     pub(super) lines: Vec<String>,
-    /// What else to write, and where.
+    /// A further entry, and its place.
     pub(super) also: Option<String>,
 }
 
-/// Every place that names the mesh, or, where none does, what a new one would say.
+/// All places that name the mesh; if there is none, a template.
 pub(super) fn places(
     owner: MeshOwner,
     mesh: &Path,
@@ -57,7 +57,7 @@ fn place(
     found: bool,
 ) -> Place {
     let file = shown(&one.file);
-    // The pieces lie beside the mesh: all but the last of its name stays.
+    // The pieces are next to the mesh: only the last part of its name changes.
     let beside = one.name.rfind('/').map_or("", |k| &one.name[..=k]);
     let names = pieces.iter().map(|piece| format!("{beside}{folder}/{piece}"));
     let (name, owner_name) = (&one.name, &one.owner);
@@ -65,11 +65,11 @@ fn place(
         UseKind::Task => Place {
             place: match found {
                 true => format!(
-                    "in {file}, objects.own `{owner_name}`: in `parts`, in place of the part with file = {name:?}"
+                    "in {file}, objects.own `{owner_name}`: in `parts`, replace the part with file = {name:?}"
                 ),
                 false => format!(
-                    "in the task.toml, [[objects.own]]: in `parts`; file names begin in the folder of the task.toml, \
-                     here in that of {name}"
+                    "in the task.toml, [[objects.own]]: in `parts`; file names are relative to the folder of the task.toml, \
+                     here that of {name}"
                 ),
             },
             lines: names.map(|name| part(&name, one, scale)).collect(),
@@ -79,11 +79,11 @@ fn place(
         UseKind::Urdf => Place {
             place: match found {
                 true => format!(
-                    "in {file}, link '{owner_name}': in place of the <collision> with filename=\"{}\"",
+                    "in {file}, link '{owner_name}': replace the <collision> with filename=\"{}\"",
                     xml(name)
                 ),
                 false => format!(
-                    "in the URDF, in the <link>; file names begin in the folder of the URDF, here in that of {name}"
+                    "in the URDF, in the <link>; file names are relative to the folder of the URDF, here that of {name}"
                 ),
             },
             lines: names.map(|name| collision(&name, one, scale)).collect(),
@@ -92,14 +92,14 @@ fn place(
                     format!("in hand.toml: [links.{owner_name:?}] mesh_rounding = 0.0")
                 }
                 (MeshOwner::Hand, false) => "in hand.toml, at the link: mesh_rounding = 0.0".to_owned(),
-                (MeshOwner::Task, _) => "in the task.toml, beside `urdf`: mesh_rounding = 0.0".to_owned(),
+                (MeshOwner::Task, _) => "in the task.toml, next to `urdf`: mesh_rounding = 0.0".to_owned(),
             }),
             file: found.then_some(file),
         },
     }
 }
 
-/// A part of an object in a task.toml. Pieces are played with sharp edges: rounded ones leave a groove where two meet.
+/// A part of an object in a task.toml. Pieces have no rounding: it would leave a groove between two of them.
 fn part(name: &str, one: &MeshUse, scale: [f64; 3]) -> String {
     let mut line = format!("{{ shape = \"mesh\", file = {name:?}, rounding = 0.0");
     for (field, value, default) in
@@ -132,14 +132,14 @@ fn collision(name: &str, one: &MeshUse, scale: [f64; 3]) -> String {
     format!("<collision>{origin}<geometry><mesh filename=\"{name}\"{scale}/></geometry></collision>")
 }
 
-/// A file as seen from here.
+/// A path relative to the current folder, if it is below it.
 fn shown(file: &Path) -> String {
     let here = std::env::current_dir().and_then(|here| here.canonicalize());
     let below = here.ok().and_then(|here| file.strip_prefix(here).ok().map(Path::to_owned));
     below.as_deref().unwrap_or(file).display().to_string()
 }
 
-/// Text within an attribute.
+/// Escapes text for an attribute.
 fn xml(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

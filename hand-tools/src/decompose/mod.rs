@@ -1,5 +1,5 @@
-//! `palmares task decompose` and `palmares hand decompose`: a mesh as convex pieces, written beside it once, and how well
-//! they stand for it.
+//! `palmares task decompose` and `palmares hand decompose`: cut a mesh into convex pieces, write them next to it, and report
+//! how well they fit.
 
 mod files;
 mod lines;
@@ -23,12 +23,12 @@ use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Which mesh, and how finely.
+/// Arguments of `decompose`.
 #[derive(Debug, Args)]
 pub struct DecomposeArgs {
     /// An STL file, in or under the folder of the task.toml or URDF that names it
     mesh: PathBuf,
-    /// Pieces are at most so many; fewer are made where fewer do. Each costs time in every step [default: 32 for a task,
+    /// Maximum number of pieces; fewer are written if they suffice. Each costs time in every step [default: 32 for a task,
     /// 16 for a hand]
     #[arg(long, value_name = "N")]
     pieces: Option<u32>,
@@ -36,10 +36,10 @@ pub struct DecomposeArgs {
     /// times as long as 100
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(16..=256))]
     resolution: u32,
-    /// Metres of one unit of the mesh: 0.001 for millimetres. Left out, what the task.toml or URDF says that names the mesh
+    /// Metres per unit of the mesh: 0.001 for millimetres [default: the scale in the task.toml or URDF that names the mesh]
     #[arg(long, value_name = "M")]
     scale: Option<f64>,
-    /// Write over the pieces of an earlier time
+    /// Replace earlier pieces
     #[arg(long)]
     force: bool,
     /// Print one JSON object instead of text
@@ -47,16 +47,16 @@ pub struct DecomposeArgs {
     json: bool,
 }
 
-/// Takes the mesh apart, writes its pieces and prints how well they stand for it.
+/// Cuts the mesh, writes the pieces and prints how well they fit.
 ///
 /// # Errors
 /// The mesh cannot be read or has no pieces, pieces are there already, or nothing can be written.
 pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
-    let most = args.pieces.unwrap_or(owner.pieces());
-    if !(1..=owner.most()).contains(&most) {
+    let most = args.pieces.unwrap_or(owner.default_pieces());
+    if !(1..=owner.max_pieces()).contains(&most) {
         let valid = match owner {
-            MeshOwner::Task => "1 to 64, as many as an object may have",
-            MeshOwner::Hand => "1 to 32, as many as a link may have",
+            MeshOwner::Task => "1 to 64, the limit for an object",
+            MeshOwner::Hand => "1 to 32, the limit for a link",
         };
         bail!("--pieces {most}; valid: {valid}");
     }
@@ -64,20 +64,20 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
     let scale = scale(args, &uses)?;
     let limits = Limits::default();
     let mesh = triangle_mesh(&args.mesh, scale, &limits).map_err(|error| match error {
-        ModelError::Element { .. } => anyhow!("{error}; here --scale 0.001 takes a unit for a millimetre"),
+        ModelError::Element { .. } => anyhow!("{error}; for a mesh in millimetres use --scale 0.001"),
         error => error.into(),
     })?;
     let folder = Folder::beside(&args.mesh)?;
     folder.check(args.force)?;
 
     let mut progress = Progress::new(args.resolution);
-    // In units of the file, so that pieces and mesh lie on each other in any program.
+    // In units of the file, so that pieces and mesh coincide in any program.
     let in_units = triangle_mesh(&args.mesh, Vec3::ONE, &Limits { length_m: f64::MAX, ..limits })?;
     let options = Options { pieces: most, resolution: args.resolution };
-    // The library may panic, which is caught: nobody need read of it.
+    // The library may panic; that is caught, and must not print a message.
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| ()));
-    let pieces = decompose(&in_units, options, &mut |stage| progress.tell(stage));
+    let pieces = decompose(&in_units, options, &mut |stage| progress.show(stage));
     std::panic::set_hook(hook);
     let pieces = pieces.map_err(|error| match error {
         PiecesError::Leaks { edges, voxel_m } => {
@@ -87,8 +87,8 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
     });
     let named = || args.mesh.display().to_string();
     let pieces = pieces.with_context(named)?;
-    progress.tell(Stage::Comparing);
-    // Held against the mesh is what a task or a hand will read of the files.
+    progress.show(Stage::Comparing);
+    // Compares the mesh with the pieces as a task or hand reads them from the files.
     let about = format!("a convex piece of {}", folder.mesh_name());
     let files = pieces.iter().filter_map(|points| Some(TriangleMesh::hull(points)?.to_stl(&about)));
     let (files, placed): (Vec<Vec<u8>>, Vec<Vec<Vec3>>) =
@@ -97,13 +97,13 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
         let (low, high) = mesh.bounds();
         let size = (high - low).max_element() * 1e3;
         bail!(
-            "{}: it measures {size:.1e} mm, and its pieces span no volume; --scale says what a unit is",
+            "{}: its size is {size:.1e} mm, and its pieces have no volume; set the unit with --scale",
             named()
         );
     }
-    let fit = compare(&mesh, &placed).context("a piece spans no volume").with_context(named)?;
+    let fit = compare(&mesh, &placed).context("a piece has no volume").with_context(named)?;
     let hull = thinned(&mesh.vertices, THINNED_DIRECTIONS);
-    let hull = compare(&mesh, &[hull]).context("the mesh spans no volume").with_context(named)?;
+    let hull = compare(&mesh, &[hull]).context("the mesh has no volume").with_context(named)?;
     progress.end();
 
     let names = folder.names(placed.len());
@@ -134,18 +134,18 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Metres of one unit of the mesh along each axis: as it is asked for, or as those say who name the mesh.
+/// Metres per unit of the mesh along each axis: from --scale, or from the places that name the mesh.
 fn scale(args: &DecomposeArgs, uses: &[MeshUse]) -> anyhow::Result<Vec3> {
     if let Some(scale) = args.scale {
         if !(scale.is_finite() && scale > 0.0) {
-            bail!("--scale {scale}; valid: a number of more than 0, 0.001 for a mesh in millimetres");
+            bail!("--scale {scale}; valid: a number above 0, such as 0.001 for millimetres");
         }
         return Ok(Vec3::splat(scale));
     }
     let Some(first) = uses.first() else { return Ok(Vec3::ONE) };
     if let Some(other) = uses.iter().find(|other| other.scale != first.scale) {
         bail!(
-            "{} names {} with the scales {:?} and {:?}; --scale says which is meant",
+            "{} names {} with the scales {:?} and {:?}; choose one with --scale",
             other.file.display(),
             args.mesh.display(),
             first.scale,
@@ -155,7 +155,7 @@ fn scale(args: &DecomposeArgs, uses: &[MeshUse]) -> anyhow::Result<Vec3> {
     Ok(Vec3::from_array(first.scale))
 }
 
-/// Says on a terminal what is being done; silent elsewhere.
+/// Shows progress on a terminal; silent elsewhere.
 struct Progress {
     resolution: u32,
     shown: bool,
@@ -166,7 +166,7 @@ impl Progress {
         Progress { resolution, shown: std::io::stderr().is_terminal() }
     }
 
-    fn tell(&mut self, stage: Stage) {
+    fn show(&mut self, stage: Stage) {
         let text = match stage {
             Stage::Cutting => format!("cutting at {} voxels along the longest side ...", self.resolution),
             Stage::Joining(left) => format!("joining parts: {left} left"),
@@ -179,7 +179,7 @@ impl Progress {
         self.line("");
     }
 
-    /// Replaces the line. Whoever cannot be told need not be.
+    /// Replaces the line; write errors are ignored.
     fn line(&self, text: &str) {
         if self.shown {
             let _ = write!(std::io::stderr(), "\r\x1b[K{text}");

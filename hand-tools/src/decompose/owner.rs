@@ -1,6 +1,6 @@
-//! Whose mesh is taken apart, and how many pieces that allows.
+//! The owner of a mesh, and its limit of pieces.
 
-/// Whose mesh is taken apart.
+/// The owner of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshOwner {
     /// An object of a task: at most 64 parts.
@@ -10,16 +10,16 @@ pub enum MeshOwner {
 }
 
 impl MeshOwner {
-    /// Pieces, if nothing else is asked for.
-    pub(super) fn pieces(self) -> u32 {
+    /// Default of `--pieces`.
+    pub(super) fn default_pieces(self) -> u32 {
         match self {
             MeshOwner::Task => 32,
             MeshOwner::Hand => 16,
         }
     }
 
-    /// The most that one object or link may have.
-    pub(super) fn most(self) -> u32 {
+    /// Maximum of `--pieces`.
+    pub(super) fn max_pieces(self) -> u32 {
         match self {
             MeshOwner::Task => 64,
             MeshOwner::Hand => 32,

@@ -1,4 +1,4 @@
-//! What `decompose --json` prints.
+//! Output of `decompose --json`.
 
 use super::lines::Place;
 use palmares_models::Vec3;
@@ -6,24 +6,24 @@ use palmares_models::pieces::Fit;
 use palmares_models::shape::{Shape, inertia::volume};
 use serde::Serialize;
 
-/// What `--json` prints.
+/// The whole report.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
     pub(super) mesh: String,
     pub(super) triangles: usize,
-    /// Whether it is closed, and what is odd about it.
+    /// Description of the surface: whether it is closed, and problems.
     pub(super) surface: String,
     pub(super) size_m: [f64; 3],
-    /// Of one unit of the mesh, m.
+    /// Metres per unit of the mesh, along each axis.
     pub(super) scale: [f64; 3],
-    /// How well its convex hull would stand for it.
+    /// Fit of the convex hull.
     pub(super) hull: FitReport,
-    /// How well the pieces do.
+    /// Fit of the pieces.
     pub(super) fit: FitReport,
-    /// Where the pieces are.
+    /// Folder of the pieces.
     pub(super) folder: String,
     pub(super) pieces: Vec<PieceReport>,
-    /// What to write where the mesh is named.
+    /// Replacements where the mesh is named.
     pub(super) places: Vec<Place>,
 }
 
@@ -41,7 +41,7 @@ impl PieceReport {
     }
 }
 
-/// [`Fit`] in words that programs read.
+/// [`Fit`] as JSON.
 #[derive(Debug, Serialize)]
 pub(super) struct FitReport {
     mesh_volume_m3: Option<f64>,

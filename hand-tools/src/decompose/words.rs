@@ -1,4 +1,4 @@
-//! What `decompose` prints for people.
+//! Output of `decompose` for people.
 
 use super::report::Report;
 use palmares_models::Vec3;
@@ -6,29 +6,29 @@ use palmares_models::pieces::{Fit, Surface, TriangleMesh};
 use palmares_models::read::cubic_cm;
 use std::fmt::Write as _;
 
-/// A volume that is this part of the mesh's off, or a gap of this part of its longest side, is worth a word.
+/// Error of the volume, or of a distance relative to the longest side, above which the fit is poor.
 const POOR: f64 = 0.05;
 
-/// Whether a mesh is closed.
+/// Describes the surface of a mesh.
 pub(super) fn surface(mesh: &TriangleMesh) -> String {
     match mesh.surface() {
         Surface::Closed { volume, inward, cavities } => {
             let mut out = format!("closed, {}", cubic_cm(volume));
             if cavities > 0.0 {
-                let _ = write!(out, " beside a closed cavity of {}, which is filled", cubic_cm(cavities));
+                let _ = write!(out, ", and a closed cavity of {}, which is filled", cubic_cm(cavities));
             }
             if inward {
-                out += "; triangles face inward, which makes no difference here";
+                out += "; its triangles face inward, which has no effect here";
             }
             out
         }
         Surface::Open { edges } => {
-            format!("not closed ({edges} open edges), so that its volume cannot be told")
+            format!("not closed ({edges} open edges), so its volume is unknown")
         }
         Surface::Twisted { edges } => format!(
-            "of triangles whose neighbours face opposite sides ({edges} edges), so that its volume cannot be told"
+            "with neighbouring triangles that face opposite sides ({edges} edges), so its volume is unknown"
         ),
-        Surface::Empty => "closed, but it encloses nothing".to_owned(),
+        Surface::Empty => "closed, but without volume".to_owned(),
     }
 }
 
@@ -53,16 +53,16 @@ fn fit(fit: &Fit, of_hull: bool) -> String {
     out
 }
 
-/// What would fit better.
+/// Advice for a better fit.
 fn advice(report: &Report, of_pieces: &Fit, of_hull: &Fit) -> String {
     let longest = report.size_m.iter().copied().fold(0.0, f64::max);
-    // Nothing can be done about cavities.
+    // Cavities cannot be represented.
     let poor = |fit: &Fit| {
         fit.mesh_volume
             .is_some_and(|mesh| fit.pieces_volume - fit.overlap_volume > (1.0 + POOR) * (mesh + fit.cavities))
     };
     if of_hull.beyond.distance <= POOR * longest && !poor(of_hull) {
-        return "  the convex hull fits well: the mesh itself can stay as it is\n".to_owned();
+        return "  the convex hull fits well: you can keep the mesh\n".to_owned();
     }
     let place = |at: Vec3| at.to_array().map(|x| format!("{:.1}", x * 1e3)).join(" ");
     let (beyond, uncovered) = (&of_pieces.beyond, &of_pieces.uncovered);
@@ -71,13 +71,13 @@ fn advice(report: &Report, of_pieces: &Fit, of_hull: &Fit) -> String {
         let at = place(beyond.at);
         let _ = writeln!(
             out,
-            "  they stand out most at ({at}) mm of the mesh's frame; more --pieces or a higher --resolution fit better"
+            "  largest protrusion at ({at}) mm in the mesh's frame; more --pieces or a higher --resolution fit better"
         );
     }
     if uncovered.distance > POOR * longest {
         let at = place(uncovered.at);
         let _ =
-            writeln!(out, "  they lack most at ({at}) mm of the mesh's frame; a piece has at most 64 points");
+            writeln!(out, "  largest gap at ({at}) mm in the mesh's frame; a piece has at most 64 points");
     }
     out
 }
@@ -93,17 +93,17 @@ pub(super) fn report(report: &Report, of_pieces: &Fit, of_hull: &Fit) -> String 
     let _ = writeln!(out, "  {pieces}: {}", fit(of_pieces, false));
     if of_pieces.overlap_volume > 0.0 {
         let overlap = cubic_cm(of_pieces.overlap_volume);
-        let _ = writeln!(out, "  pieces overlap in {overlap}, which counts twice for the mass");
+        let _ = writeln!(out, "  the pieces overlap by {overlap}, which counts twice for the mass");
     }
     if let (Some(shift), Some(error)) = (of_pieces.com_shift, of_pieces.inertia_error) {
         let _ = writeln!(
             out,
-            "  mass spread evenly over them: centre {} off, moments of inertia up to {:.1} % off",
+            "  with uniform density: error of the centre of mass {}, of the moments of inertia up to {:.1} %",
             mm(shift),
             error * 100.0
         );
     }
-    let _ = writeln!(out, "  distances are those of points {} apart", mm(of_pieces.spacing));
+    let _ = writeln!(out, "  distances are measured at points {} apart", mm(of_pieces.spacing));
     out += &advice(report, of_pieces, of_hull);
     let (first, last) = (report.pieces.first(), report.pieces.last());
     if let (Some(first), Some(last)) = (first, last) {

@@ -29,7 +29,7 @@ fn pose_of(put: &[(&str, Pose)], name: &str) -> Option<Pose> {
     put.iter().find(|(known, _)| *known == name).map(|(_, pose)| *pose)
 }
 
-/// How far an object may be from where it stands without shift and turn.
+/// Maximum deviation of an object from its pose without shift and turn.
 struct Slack<'a> {
     name: &'a str,
     nominal: Pose,

@@ -1,4 +1,4 @@
-//! Which objects a run has and where they start.
+//! Objects of a run and their initial poses.
 
 mod fixed;
 mod placed;

@@ -20,7 +20,7 @@ const STEP_S: f64 = 1.0 / 240.0;
 /// Slower than this is still, m/s.
 const STILL: f64 = 5e-3;
 
-/// Where the objects are dropped: layers of a jittered grid over part of the region, m.
+/// Drop positions: layers of a jittered grid over part of the region, m.
 pub fn drop_points(task: &Task, pour: &Pour, dice: &mut SceneRng) -> Vec<Vec3> {
     let Some((low, high)) = task.region(&pour.into) else { return Vec::new() };
     let (low, high) = (Vec3::from_array(low), Vec3::from_array(high));

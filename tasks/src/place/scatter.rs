@@ -12,12 +12,12 @@ use std::f64::consts::TAU;
 
 /// Places tried for an object before all are lifted off again.
 const TRIES: usize = 300;
-/// How often all are put down before other objects are drawn.
+/// Attempts to place all objects before other objects are drawn.
 const ROUNDS: usize = 30;
-/// How far above the floor an object is let go, m.
+/// Height above the floor at which an object is released, m.
 const DROP_M: f64 = 2e-4;
 
-/// The convex parts of an object where it stands.
+/// The convex parts of an object at its pose.
 struct Standing {
     parts: Vec<(Pose, SharedShape, Aabb)>,
 }

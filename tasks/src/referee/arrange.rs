@@ -1,10 +1,10 @@
 //! Bringing objects to places, one goal after the other.
 
+use super::count::Count;
 use super::snapshot::{ObjectSnapshot, REST_SPEED};
 use super::space::{away, contains};
 use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
-use crate::score::Count;
 use crate::task::{Arrange, Goal, Task};
 use palmares_models::Vec3;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ struct Aim {
     /// In scene order.
     object: usize,
     region: Option<([f64; 3], [f64; 3])>,
-    /// The object in whose frame the goal lies, in scene order.
+    /// Index of the object in whose frame the goal is given, in scene order.
     other: Option<usize>,
     /// Height of the point that is looked at, at tick 0, m.
     start_m: f64,
@@ -31,7 +31,7 @@ pub struct ArrangeReferee {
     pub(super) seen: ArrangeState,
 }
 
-/// What it has seen so far.
+/// State of the referee.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct ArrangeState {
     /// Goals that have been reached, the first ones.
@@ -110,7 +110,7 @@ impl ArrangeReferee {
     /// Looks at every object, in scene order, at a tick; returns what changed.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
-        // What reaches one goal may have reached the next one too.
+        // The state that reaches one goal may also reach the next one.
         while let Some(aim) = self.aims.get(self.seen.reached) {
             if !aim.measure(objects, None).iter().all(|rule| rule.holds) {
                 self.seen.since = None;
@@ -131,7 +131,7 @@ impl ArrangeReferee {
         seen.reached <= self.aims.len()
     }
 
-    /// How many goals have been reached.
+    /// Number of reached goals.
     pub fn count(&self) -> Count {
         Count { in_goal: self.seen.reached as u32, outside: 0 }
     }

@@ -1,15 +1,15 @@
-//! Bringing objects from one region to another.
+//! Rules `collect`: objects move from one region to another.
 
+use super::count::Count;
 use super::snapshot::{ObjectSnapshot, REST_SPEED};
 use super::space::{away, contains};
 use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
-use crate::score::{Count, score};
 use crate::task::{Collect, Task};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Where an object is, as far as the rules care.
+/// Place of an object under the rules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Place {
     /// In the box it came from, or on its way.
@@ -41,13 +41,13 @@ impl CollectReferee {
         }
     }
 
-    /// Looks at every object, in scene order, at a tick; returns what changed.
+    /// Updates with all objects, in scene order, at a tick; returns new events.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         for (k, (seen, place)) in objects.iter().zip(&mut self.places).enumerate() {
             let inside = contains(self.goal, seen.position);
             let now = if inside {
-                // What only passes through the goal has not arrived; what has arrived may be nudged.
+                // An object that only passes through the goal has not arrived; one that has arrived may be nudged.
                 if seen.at_rest || *place == Place::Goal { Place::Goal } else { *place }
             } else if contains(self.start, seen.position) {
                 Place::Start
@@ -73,13 +73,13 @@ impl CollectReferee {
         events
     }
 
-    /// The count by what has been noted so far.
+    /// The current count.
     pub fn count(&self) -> Count {
         let number = |place| self.places.iter().filter(|p| **p == place).count() as u32;
         Count { in_goal: number(Place::Goal), outside: number(Place::Outside) }
     }
 
-    /// Why each object counts or does not, by what has been noted so far.
+    /// For each object, the rules that decide whether it counts.
     pub fn explain(&self, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
         let each = objects.iter().zip(speeds).zip(&self.places).enumerate();
         each.map(|(object, ((seen, speed), place))| {
@@ -94,7 +94,7 @@ impl CollectReferee {
             };
             let reasons = vec![
                 Measured::new("in_goal", contains(self.goal, seen.position), Some(to_goal), 0.0, "m"),
-                // What has arrived may be nudged.
+                // An object that has arrived may be nudged.
                 Measured::new("at_rest", seen.at_rest || counts, Some(*speed), REST_SPEED, "m/s"),
                 Measured::new("in_start", in_start, Some(to_start), 0.0, "m"),
             ];
@@ -105,7 +105,7 @@ impl CollectReferee {
 
     /// Points of a count.
     pub fn score(&self, count: Count) -> f64 {
-        score(&self.rules, count)
+        self.rules.in_goal * f64::from(count.in_goal) + self.rules.outside * f64::from(count.outside)
     }
 
     /// Whether every object is in the goal.
@@ -150,6 +150,12 @@ mod tests {
 
     fn kinds(events: &[Event]) -> Vec<&str> {
         events.iter().map(|e| e.kind.as_str()).collect()
+    }
+
+    #[test]
+    fn balls_count_one_and_minus_a_half() {
+        assert_eq!(start().score(Count { in_goal: 7, outside: 2 }), 6.0);
+        assert_eq!(start().score(Count::default()), 0.0);
     }
 
     #[test]

@@ -1,16 +1,16 @@
 //! Lifting, holding and shaking one object.
 
+use super::count::Count;
 use super::snapshot::ObjectSnapshot;
 use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
-use crate::score::Count;
 use crate::task::Hold;
 use serde::{Deserialize, Serialize};
 
-/// How far an object has moved in the hand.
+/// Motion of an object in the hand.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slip {
-    /// Where it was in the frame of the hand's base when the hold began, m.
+    /// Position in the frame of the hand's base at the start of the hold, m.
     from: [f64; 3],
     /// The farthest it has been from there, m.
     most: f64,
@@ -30,7 +30,7 @@ impl Slip {
     }
 }
 
-/// How far the object has got.
+/// Stage of the object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Stage {
     /// Not up.
@@ -55,7 +55,7 @@ pub struct HoldReferee {
     pub(super) seen: HoldState,
 }
 
-/// What it has seen so far.
+/// State of the referee.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct HoldState {
     stage: Stage,
@@ -130,7 +130,7 @@ impl HoldReferee {
         Count { in_goal: u32::from(matches!(self.seen.stage, Stage::Kept { .. })), outside: 0 }
     }
 
-    /// Points by what has been noted so far.
+    /// The current points.
     pub fn score(&self) -> f64 {
         let points = &self.rules.points;
         let mut sum = 0.0;
@@ -148,7 +148,7 @@ impl HoldReferee {
         sum
     }
 
-    /// Why the object counts or does not at a tick.
+    /// The rules that decide at a tick whether the object counts.
     pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Verdict> {
         let Some(seen) = objects.first() else { return Vec::new() };
         let rules = &self.rules;

@@ -2,6 +2,7 @@
 
 mod arrange;
 mod collect;
+mod count;
 mod hold;
 mod snapshot;
 mod space;
@@ -11,6 +12,7 @@ pub use arrange::ArrangeReferee;
 use arrange::ArrangeState;
 pub use collect::CollectReferee;
 use collect::Place;
+pub use count::Count;
 use hold::HoldState;
 pub use hold::{HoldReferee, Slip};
 pub use snapshot::ObjectSnapshot;
@@ -18,7 +20,6 @@ pub(crate) use snapshot::REST_SPEED;
 pub use verdict::{Measured, Verdict};
 
 use crate::observation::Event;
-use crate::score::Count;
 use crate::task::{Rules, Task};
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +68,7 @@ impl Referee {
         })
     }
 
-    /// Whether a state can be of this referee: by the same kind of rules, over as many objects and goals.
+    /// Whether a state fits this referee: the same kind of rules, with the same numbers of objects and goals.
     pub fn fits(&self, state: &RefereeState) -> bool {
         match (self, &state.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.len() == places.len(),
@@ -115,7 +116,7 @@ impl Referee {
         }
     }
 
-    /// Count and points at the end of a run, after settling.
+    /// Final count and points, after settling.
     pub fn verdict(&self, objects: &[ObjectSnapshot]) -> (Count, f64) {
         match self {
             Referee::Collect(referee) => {
@@ -127,7 +128,7 @@ impl Referee {
         }
     }
 
-    /// Why each object counts or does not at a tick, when they move at these speeds, m/s.
+    /// For each object at a tick, the rules that decide whether it counts; `speeds` in m/s.
     pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
         match self {
             Referee::Collect(referee) => referee.explain(objects, speeds),
@@ -145,7 +146,7 @@ impl Referee {
         }
     }
 
-    /// Seconds since the server took the hand's base to shake it; none when it does not.
+    /// Seconds since the shake of the hand's base began; None outside of a shake.
     pub fn shaking(&self, tick: u64) -> Option<f64> {
         match self {
             Referee::Collect(_) | Referee::Arrange(_) => None,

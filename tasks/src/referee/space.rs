@@ -5,7 +5,7 @@ pub(super) fn contains((low, high): ([f64; 3], [f64; 3]), p: [f64; 3]) -> bool {
     (0..3).all(|k| p[k] >= low[k] && p[k] <= high[k])
 }
 
-/// How far a point is from a box, m; 0 in it.
+/// Distance of a point from a box, m; 0 inside.
 pub(super) fn away((low, high): ([f64; 3], [f64; 3]), p: [f64; 3]) -> f64 {
     let beyond = |k: usize| (low[k] - p[k]).max(p[k] - high[k]).max(0.0);
     (0..3).map(|k| beyond(k) * beyond(k)).sum::<f64>().sqrt()

@@ -1,9 +1,9 @@
-//! What drives the hand of a run between two actions.
+//! Targets of the base and active pushes between two actions.
 
 use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// What the base is doing between two commands.
+/// Target of the base.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) enum Target {
     /// Go from one pose to the next during the tick, then stay.
@@ -22,7 +22,7 @@ impl Target {
     }
 }
 
-/// A wrench that acts.
+/// An active push.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pushing {
     pub link: usize,
@@ -32,13 +32,13 @@ pub(super) struct Pushing {
 }
 
 impl Pushing {
-    /// Whether it is no stronger than a force, N, and a torque, N·m, and goes on.
+    /// Whether it is within a force (N) and a torque (N·m), and still active.
     pub(super) fn is_within(&self, (force, torque): (f64, f64)) -> bool {
         within(self.force, force) && within(self.torque, torque) && self.ticks_left > 0
     }
 }
 
-/// Whether a vector is finite and no longer than that.
+/// Whether a vector is finite and at most `most` long.
 pub(super) fn within(v: Vec3, most: f64) -> bool {
     v.is_finite() && v.length() <= most
 }

@@ -1,15 +1,15 @@
-//! When the world of a run failed, and of what.
+//! The failure of a run's world.
 
 use palmares_sim::Fault;
 
-/// When the world of a run failed, and of what. As text it says what that means and what to try.
+/// The failure of a run's world. Its text explains the fault and suggests a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// Of what.
+    /// The fault.
     pub fault: Fault,
     /// The tick in which it failed, counted from 1.
     pub tick: u64,
-    /// Steps of the physics since reset, the one that failed among them where it was solved; none where that is lost.
+    /// Physics steps since reset, including the failed one if it was solved; None if unknown.
     pub step: Option<u64>,
 }
 

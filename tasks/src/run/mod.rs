@@ -33,9 +33,8 @@ pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, Telemetr
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
 use crate::observation::Event;
-use crate::referee::{ObjectSnapshot, REST_SPEED, Referee};
+use crate::referee::{Count, ObjectSnapshot, REST_SPEED, Referee};
 use crate::scene::Scene;
-use crate::score::Count;
 use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::settle::SceneError;
@@ -80,7 +79,7 @@ pub struct Run {
     history: Vec<Event>,
     /// Work of each motor on its tendons, J.
     work: Vec<f64>,
-    /// Digest of the state, if the next tick has been prepared since.
+    /// Digest of the state, if the next tick is prepared.
     prepared: Option<u64>,
     /// Computation of the last tick, in the unit of [`palmares_sim::bounds`].
     computed: u64,
@@ -90,7 +89,7 @@ impl Run {
     /// Builds the scene with the hand, at tick 0. This takes up to a second.
     ///
     /// # Errors
-    /// There is no sound scene, or the hand overlaps something where it starts.
+    /// There is no sound scene, or the hand overlaps something in its initial pose.
     pub fn new(task: Arc<Task>, hand: Arc<Hand>, seed: Seed) -> Result<Self, SceneError> {
         let built = build(&task, Some(Arc::clone(&hand)), seed)?;
         let base = start_pose(&task);
@@ -218,7 +217,7 @@ impl Run {
         self.referee.count()
     }
 
-    /// Whether the run is over, and why: `Complete` or `TimeLimit`. Costs next to nothing.
+    /// Why the run is over: `Complete` or `TimeLimit`; None if it is not. Cheap.
     pub fn over(&self) -> Option<Reason> {
         if self.referee.complete() {
             Some(Reason::Complete)
@@ -252,7 +251,7 @@ impl Run {
         self.prepared.unwrap_or_else(|| self.world.state().hash())
     }
 
-    /// The same as 16 hexadecimal digits.
+    /// [`Run::digest`] as 16 hexadecimal digits.
     pub fn state_hash(&self) -> String {
         format!("{:016x}", self.digest())
     }

@@ -1,4 +1,4 @@
-//! Which run a snapshot is of.
+//! Identifies the run of a snapshot.
 
 use crate::seed::Seed;
 use crate::sensing::Noise;
@@ -6,7 +6,7 @@ use crate::task::Task;
 use palmares_models::hand::Hand;
 use serde::{Deserialize, Serialize};
 
-/// Which run a snapshot is of: any other of the same scene, hand and sensors can go on from it.
+/// Key of a run: a run with the same key (scene, hand and sensors) can continue from a snapshot.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Origin {
     task: String,
@@ -29,7 +29,7 @@ impl Origin {
         }
     }
 
-    /// In what another one differs, if it does.
+    /// The first difference to another key.
     pub(super) fn differs(&self, other: &Origin) -> Option<&'static str> {
         let Origin { task, task_hash, hand, hand_hash, seed, real_noise } = self;
         let differences = [

@@ -1,9 +1,9 @@
-//! Why a push is refused.
+//! Errors of a push.
 
 /// Most pushes at once.
 pub(super) const MOST_PUSHES: usize = 32;
 
-/// Why a push was refused. A refused push changes nothing.
+/// Error of a refused push, which changes nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PushError {
     /// No such link.

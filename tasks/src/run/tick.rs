@@ -82,7 +82,7 @@ impl Run {
         }
     }
 
-    /// Plays a tick; returns what it computed.
+    /// Steps a tick; returns its computing.
     pub(super) fn advance(&mut self) -> u64 {
         self.prepared = None;
         let mut work = 0;
@@ -130,7 +130,7 @@ impl Run {
     }
 }
 
-/// Offset and velocity of a shake at a time since its beginning; zero at the ends of each axis' part and after.
+/// Offset and velocity of a shake at a time since its start; zero at both ends of each axis' part and after the last.
 fn shake(shake: &Shake, t: f64) -> (Vec3, Vec3) {
     let axis = (t / shake.axis_s).floor();
     let t = t - axis * shake.axis_s;

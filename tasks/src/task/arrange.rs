@@ -13,11 +13,11 @@ pub struct Arrange {
     pub settle_s: f64,
 }
 
-/// Where an object is to be. Everything that is given must hold at the same time, for as long as is asked.
+/// A goal of an object. All given conditions must hold at the same time, for `for_s`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Goal {
-    /// What the event is called that tells that it has been reached.
+    /// Its name, which is also the kind of its event.
     pub name: String,
     /// Name of the object.
     pub object: String,
@@ -27,10 +27,10 @@ pub struct Goal {
     /// Name of the region that the point is to be in.
     #[serde(default)]
     pub inside: Option<String>,
-    /// Where the point is to be as another object sees it.
+    /// A box in another object's frame that must contain the point.
     #[serde(default)]
     pub within: Option<Within>,
-    /// How far the point is to be above where it was at tick 0, m.
+    /// Required rise of the point above its height at tick 0, m.
     #[serde(default)]
     pub above_m: Option<f64>,
     /// The most that the object's z may lean from the vertical, degrees.
@@ -39,10 +39,10 @@ pub struct Goal {
     /// Whether the object is to be at rest.
     #[serde(default)]
     pub at_rest: bool,
-    /// How far the object's centre of mass is to be from the hand's base, m: it has been let go.
+    /// Minimum distance of the object's centre of mass from the hand's base, m: the hand has released it.
     #[serde(default)]
     pub hand_off_m: Option<f64>,
-    /// How long all this is to hold without a break, s.
+    /// Time for which all conditions must hold without a break, s.
     #[serde(default)]
     pub for_s: f64,
     /// Points for reaching it.
@@ -68,7 +68,7 @@ pub(super) const MOST_POINTS: f64 = 1e6;
 const MOST_GOALS: usize = 64;
 
 impl Arrange {
-    /// What is wrong with it, as far as no other part of the task is needed to tell.
+    /// Checks it without the other parts of the task.
     pub(super) fn check(&self) -> Result<(), String> {
         if !(0.0..=60.0).contains(&self.settle_s) {
             return Err(format!("rules.settle_s = {}; it must be in [0, 60]", self.settle_s));

@@ -1,4 +1,4 @@
-//! What stands still: boxes made of slabs, and containers with one open side.
+//! Fixed bodies: boxes made of slabs, and containers with one open side.
 
 use serde::Deserialize;
 
@@ -13,7 +13,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// What is wrong with the numbers.
+    /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), String> {
         if !self.position.iter().all(|x| x.abs() <= FARTHEST_M) {
             return Err(format!("hand.position = {:?}; three numbers within {FARTHEST_M} m", self.position));
@@ -26,10 +26,10 @@ impl Start {
     }
 }
 
-/// How far from the origin things may be, m.
+/// Maximum distance from the origin, m.
 const FARTHEST_M: f64 = 1e3;
 
-/// What is wrong with the surface of a fixed body.
+/// Checks the surface of a fixed body.
 fn check_surface(element: &str, friction: f64, color: &[f64; 3]) -> Result<(), String> {
     if !(0.0..=1e3).contains(&friction) {
         return Err(format!("{element}: friction = {friction}; it must be in [0, 1000]"));
@@ -63,13 +63,13 @@ impl Ground {
     /// Thickness of what is drawn, m.
     const THICKNESS_M: f64 = 0.1;
 
-    /// What is drawn of it.
+    /// Its drawn shapes.
     pub fn slab(&self) -> Slab {
         let ([x, y], [width, depth], half) = (self.center, self.size, 0.5 * Self::THICKNESS_M);
         Slab { position: [x, y, self.height - half], half_extents: [0.5 * width, 0.5 * depth, half] }
     }
 
-    /// What is wrong with the numbers.
+    /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), String> {
         let numbers = [self.height, self.center[0], self.center[1], self.size[0], self.size[1]];
         if !numbers.iter().all(|x| x.abs() <= 1e3) || self.size.iter().any(|x| *x <= 0.0) {
@@ -97,7 +97,7 @@ pub struct Furniture {
 }
 
 impl Furniture {
-    /// What is wrong with the numbers.
+    /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), String> {
         let element = format!("furniture `{}`", self.name);
         check_surface(&element, self.friction, &self.color)?;
@@ -173,7 +173,7 @@ pub struct OpenBox {
 }
 
 impl OpenBox {
-    /// What is wrong with the numbers.
+    /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), String> {
         let element = format!("box `{}`", self.name);
         check_surface(&element, self.friction, &self.color)?;

@@ -45,7 +45,7 @@ pub struct Task {
     pub step_s: f64,
     /// The longest run, s of simulated time.
     pub time_limit_s: f64,
-    /// Where the hand starts.
+    /// Initial pose of the hand.
     pub hand: Start,
     /// What everything falls on in the end.
     pub ground: Ground,
@@ -63,9 +63,9 @@ pub struct Task {
     pub cameras: Vec<Camera>,
     /// The objects to move.
     pub objects: Objects,
-    /// How they get to where they start.
+    /// Their initial placement.
     pub place: Placing,
-    /// What counts.
+    /// The rules.
     pub rules: Rules,
     /// For learners; not part of the content hash.
     #[serde(default)]

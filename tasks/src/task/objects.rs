@@ -1,4 +1,4 @@
-//! Which objects a task has.
+//! Objects of a task.
 
 use super::placing::plain_name;
 use palmares_models::catalogue::Catalogue;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Objects {
-    /// How many there are in a run.
+    /// Number of objects in a run.
     pub count: usize,
     /// Equal objects.
     #[serde(default)]
@@ -167,7 +167,7 @@ impl Equal {
     }
 }
 
-/// What is wrong with the objects: in the task's file, or in one that it names.
+/// An error of the objects, in the task's file or in one that it names.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ObjectError {
     /// Field and what would be valid.

@@ -1,8 +1,8 @@
-//! How objects get to where they start.
+//! Initial placement of objects.
 
 use serde::Deserialize;
 
-/// How the objects get to where they start.
+/// Initial placement of the objects.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Placing {
@@ -24,7 +24,7 @@ impl Placing {
         }
     }
 
-    /// What is wrong with it, when these objects are there with every seed.
+    /// Checks it for objects that exist with every seed.
     pub(crate) fn check(&self, certain: Option<&[String]>) -> Result<(), String> {
         match self {
             Placing::Pour(pour) if pour.layer == 0 => Err("place.pour.layer must be at least 1".to_owned()),
@@ -71,9 +71,9 @@ pub struct Fixed {
     /// Name of an object that stands higher up in the list, in whose frame the pose is meant; left out, the world.
     #[serde(default)]
     pub on: Option<String>,
-    /// Where its frame is, m.
+    /// Position of its frame, m.
     pub position: [f64; 3],
-    /// How it is turned, x, y, z, w.
+    /// Orientation, x, y, z, w.
     #[serde(default = "unturned")]
     pub quat_xyzw: [f64; 4],
     /// The seed shifts it by at most so much along each axis, to both sides, m.

@@ -1,4 +1,4 @@
-//! What counts.
+//! Rules of a task: conditions and points.
 
 use super::arrange::{Arrange, MOST_POINTS};
 use serde::Deserialize;
@@ -7,15 +7,15 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Rules {
-    /// Objects are to be brought from one region to another.
+    /// Objects must move from one region to another.
     Collect(Collect),
-    /// One object is to be lifted, held and shaken.
+    /// One object must be lifted, held and kept during a shake.
     Hold(Hold),
-    /// Objects are to be brought to places, one goal after the other.
+    /// Objects must reach goals in a given order.
     Arrange(Arrange),
 }
 
-/// Points per object by where it ends. An object counts as in a region when its centre of mass is, and it rests.
+/// Points per object by its final place. An object is in a region if its centre of mass is inside and it rests.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Collect {
@@ -27,23 +27,23 @@ pub struct Collect {
     pub in_goal: f64,
     /// Points per object in neither region.
     pub outside: f64,
-    /// Longest settling after a run, with the hand frozen, s.
+    /// Maximum settling time after a run, with the hand frozen, s.
     pub settle_s: f64,
 }
 
-/// Points for one object that is lifted, held, and held on to while the server shakes the hand.
+/// Points for one object that is lifted, held, and kept in the hand while the server shakes it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
-    /// How far the object's centre of mass must rise above where it was at tick 0, m.
+    /// Required rise of the object's centre of mass above its height at tick 0, m.
     pub lift_m: f64,
-    /// How long it must stay up without slipping before the shake, s.
+    /// Time for which it must stay up without slipping before the shake, s.
     pub hold_s: f64,
-    /// How far it may move in the hand, m, measured in the frame of the hand's base.
+    /// Maximum motion in the frame of the hand's base, m.
     pub slip_m: f64,
-    /// No points for speed when it takes this long until the shake, s.
+    /// Time until the shake at which the points for speed are zero, s.
     pub slow_s: f64,
-    /// How the hand is shaken.
+    /// The shake.
     pub shake: Shake,
     /// Points.
     pub points: HoldPoints,
@@ -61,24 +61,24 @@ pub struct Shake {
     pub axis_s: f64,
 }
 
-/// What the stages of holding are worth.
+/// Points of the stages.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HoldPoints {
-    /// Once it has been lifted.
+    /// For lifting.
     pub lifted: f64,
-    /// Once it has been held.
+    /// For holding.
     pub held: f64,
-    /// When it is still in the hand after the shake.
+    /// For an object that is still in the hand after the shake.
     pub shaken: f64,
-    /// Then also: times 1 − slip / `slip_m`.
+    /// In addition, times 1 − slip / `slip_m`.
     pub firm: f64,
-    /// Then also: times 1 − time until the shake / `slow_s`.
+    /// In addition, times 1 − time until the shake / `slow_s`.
     pub quick: f64,
 }
 
-/// Where in a file its rules are wrong. Rules are chosen by their `kind`, and what is read before it is known where it
-/// belongs has lost its place: so they are read once more, as rules of that kind, with the line of the kind left blank.
+/// Locates an error in the rules of a file. Serde reads a tagged enum through a buffer, which loses the line. So the rules are
+/// parsed again as rules of their `kind`, with the line of the kind left blank.
 pub(super) fn place_of_error(text: &str) -> Option<toml::de::Error> {
     #[derive(Deserialize)]
     struct File<R> {
@@ -107,7 +107,7 @@ pub(super) fn place_of_error(text: &str) -> Option<toml::de::Error> {
 }
 
 impl Rules {
-    /// Longest settling after a run, s.
+    /// Maximum settling time after a run, s.
     pub fn settle_s(&self) -> f64 {
         match self {
             Rules::Collect(rules) => rules.settle_s,
@@ -116,7 +116,7 @@ impl Rules {
         }
     }
 
-    /// Whether there is a place that objects are to be brought to.
+    /// Whether the rules have a place where objects must end.
     pub fn has_destination(&self) -> bool {
         match self {
             Rules::Collect(_) => true,
@@ -127,7 +127,7 @@ impl Rules {
         }
     }
 
-    /// The part that a region of that name plays: `start`, `goal`.
+    /// Role of a region: `start` or `goal`.
     pub fn role(&self, region: &str) -> Option<&'static str> {
         match self {
             Rules::Collect(rules) if rules.goal == region => Some("goal"),
@@ -141,7 +141,7 @@ impl Rules {
         }
     }
 
-    /// What is wrong with the numbers.
+    /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), String> {
         let positive = |field: &str, x: f64| {
             let fine = x.is_finite() && x > 0.0;

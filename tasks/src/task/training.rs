@@ -1,4 +1,4 @@
-//! What a task offers to learners. It takes no part in scored play, and none in the task's content hash.
+//! Training data of a task. It affects neither scored play nor the task's content hash.
 
 use super::placing::Placing;
 use serde::Deserialize;
@@ -10,7 +10,7 @@ pub struct Training {
     /// Shaped rewards; none: there are none.
     #[serde(default)]
     pub rewards: Option<Rewards>,
-    /// What can be drawn anew for every run, and from which ranges.
+    /// Quantities that are drawn for each run, with their ranges.
     #[serde(default)]
     pub randomise: Ranges,
 }
@@ -51,7 +51,7 @@ pub struct Distance {
 pub struct Touching {
     /// Points when so many touch.
     pub weight: f64,
-    /// How many links are enough.
+    /// Number of links that suffices.
     pub links: u32,
 }
 
@@ -100,7 +100,7 @@ pub struct Ranges {
     pub object_poses: Option<ObjectPoses>,
 }
 
-/// How far the hand may start from where the task has it.
+/// Range of the hand's initial pose around that of the task.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HandPoses {
@@ -176,7 +176,7 @@ impl Quantity {
 }
 
 impl Training {
-    /// What is wrong with the numbers. `destination`: there is a place that objects are to be brought to.
+    /// Checks the numbers. `destination`: the rules have a place where objects must end.
     pub(crate) fn check(&self, destination: bool, place: &Placing) -> Result<(), String> {
         if let Some(rewards) = &self.rewards {
             rewards.check(destination)?;

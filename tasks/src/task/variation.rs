@@ -1,4 +1,4 @@
-//! What is drawn of masses, sizes, surfaces, sensors and poses in a run that differs from its task's.
+//! Random variation of masses, sizes, surfaces, sensors and poses in a run, for training.
 
 use super::training::{ObjectPoses, Quantity, Ranges};
 use crate::seed::Seed;
@@ -16,7 +16,7 @@ pub(crate) struct Variation {
 }
 
 impl Variation {
-    /// What is drawn from these ranges: a function of seed and attempt.
+    /// Draws from these ranges; a function of seed and attempt.
     pub(crate) fn new(seed: Seed, attempt: u64, ranges: Ranges) -> Self {
         Variation { draws: Draws::new(seed, attempt), ranges }
     }

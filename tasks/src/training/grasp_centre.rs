@@ -1,4 +1,4 @@
-//! Where a hand holds what it holds.
+//! The grasp centre of a hand.
 
 use crate::run::predictor::Predictor;
 use palmares_models::Vec3;
@@ -25,7 +25,7 @@ pub fn grasp_centre(hand: &Arc<Hand>) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// Where the example controllers have a ball of 10 cm when the fingers close around it.
+    /// Position of a ball of 10 cm in the grasp of the example controllers.
     #[test]
     fn it_is_where_the_examples_hold_a_ball() {
         let known = [("softhand", [0.0527, 0.05, 0.2103]), ("reflex", [0.015, 0.0, 0.155])];

@@ -1,4 +1,4 @@
-//! What learners may have beyond scored play: shaped rewards, and runs that differ from those of the task.
+//! Only for training: shaped rewards, and runs that differ from those of the task.
 //!
 //! Nothing here is reached from a server. A run's potential is read off it and changes no bit of it; a varied run is one of
 //! a varied task, whose content hash is another, so that neither snapshot nor replay of it passes for one of the task.

@@ -1,4 +1,4 @@
-//! What a learner asks for.
+//! Options of a learner.
 
 use crate::task::{Placing, Quantity, Ranges, Rules, Task};
 
@@ -7,7 +7,7 @@ use crate::task::{Placing, Quantity, Ranges, Rules, Task};
 pub struct Options {
     /// The task's ranges of what is drawn.
     pub(super) ranges: Ranges,
-    /// How many objects there are.
+    /// Number of objects.
     pub(super) count: usize,
     /// How many the task has.
     whole: usize,

@@ -1,4 +1,4 @@
-//! How far a run has got, as one number that has a slope everywhere on the way.
+//! Progress of a run as one number, with a slope everywhere on the way.
 
 use super::grasp_centre::grasp_centre;
 use crate::run::Run;
@@ -43,14 +43,14 @@ struct Aim {
     target: Option<Target>,
     /// Height of its centre of mass at tick 0, m.
     height: f64,
-    /// How far the point was from the target then, m.
+    /// Distance of the point from the target then, m.
     away: f64,
 }
 
-/// Where an object is to be.
+/// Target of an object.
 #[derive(Clone, Copy, Debug)]
 struct Target {
-    /// The object in whose frame it lies, in scene order; none: the world.
+    /// Index of the object in whose frame it is given, in scene order; None: the world.
     on: Option<usize>,
     low: Vec3,
     high: Vec3,
@@ -70,9 +70,9 @@ pub struct Potential {
     aims: Vec<Aim>,
     /// One after the other, as the referee has noted; else in whatever order, by where the objects are.
     in_turn: bool,
-    /// What the terms of an object are at most.
+    /// Maximum of the terms of an object.
     full: f64,
-    /// Of each object, a bit for each link that touches it.
+    /// For each object, a bit for each link that touches it.
     touching: Vec<u64>,
 }
 
@@ -147,7 +147,7 @@ impl Potential {
 }
 
 impl Aim {
-    /// How far the object is from where it is to be, m, when `object` has the poses of frames and the centres of mass.
+    /// Distance of the object from its target, m; `object` gives poses of frames and centres of mass.
     fn away(&self, object: impl Fn(usize) -> (Pose, Vec3)) -> Option<f64> {
         let Target { on, low, high } = self.target?;
         let (frame, com) = object(self.object);
@@ -157,7 +157,7 @@ impl Aim {
     }
 }
 
-/// What is to be brought where by the rules of a task; heights and distances are not set yet.
+/// Targets of the objects under the rules of a task; heights and distances are not set yet.
 fn aims(task: &Task, objects: usize) -> Vec<Aim> {
     let aim = |object, point, target| Aim { object, point, target, height: 0.0, away: 0.0 };
     let region = |name: &str| {

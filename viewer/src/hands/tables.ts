@@ -92,7 +92,7 @@ export class Tables {
       figure(c.stiffness), figure(c.damping), this.torques[k]?.spring, this.torques[k]?.load, this.torques[k]?.tendon,
     ]);
     return el('div', {}, table('Joints', [
-      { head: 'Joint', text: true }, { head: 'now' }, { head: 'least' }, { head: 'most' }, { head: 'rest q₀' }, { head: 'stiffness E', hint: 'N·m/rad' }, { head: 'damping D', hint: 'N·m·s/rad' },
+      { head: 'Joint', text: true }, { head: 'now' }, { head: 'minimum' }, { head: 'maximum' }, { head: 'rest q₀' }, { head: 'stiffness E', hint: 'N·m/rad' }, { head: 'damping D', hint: 'N·m·s/rad' },
       { head: 'springs', hint: 'E (q₀ − q)' }, { head: 'loads', hint: 'forces, held points, weight' }, { head: 'tendons, stops', hint: 'balances the other two' },
     ], rows), el('p', { class: 'hint' }, 'Torques at the pose shown in N·m (of sliding joints N): springs E (q₀ − q); loads are forces, held points and weight; tendons and stops balance both. E in N·m/rad, D in N·m·s/rad.'));
   }

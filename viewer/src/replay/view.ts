@@ -52,7 +52,7 @@ export class ReplayView {
       event, row, words: [mark, objectOf(recording, event)?.name, eventWords(event.kind)].filter(Boolean).join(' '),
     })));
     this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
-      button('Fig. 6', () => { this.closing.open(this.player.time); }, { title: 'Closing: measured and predicted', 'aria-label': 'Fig. 6. Closing: measured and predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
+      button('Closing', () => { this.closing.open(this.player.time); }, { title: 'Closing: measured and predicted', 'aria-label': 'Closing: measured and predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
     dock.append(this.timeline.element, this.charts.element);
     this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     this.gauges.setHand(first?.scene.hand ?? null, first?.scene.readings ?? []);
