@@ -729,7 +729,7 @@ class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):
     """Least value; ``None`` for none."""
     maximum: float | None = None
     """Largest value; ``None`` for none."""
-    name: str
+    name: str = ""
     """Absent where the channel's numbers have no names."""
 
 
