@@ -1,4 +1,4 @@
-//! Who is let in: nobody can keep the others out, or fill the server's memory.
+//! Admission: no client can keep the others out, or fill the server's memory.
 
 use crate::harness::{Client, Official, Server, assert_error, bearer, get};
 use serde_json::json;
@@ -78,7 +78,7 @@ fn bodies_that_are_held_back_have_a_bound_all_together() {
     let before = server.most_memory_mib();
     let held: Vec<TcpStream> =
         (0..24).map(|_| upload(&server, "/v1/hands?team=crabs", "", (32 << 20) - 1)).collect();
-    // Two of them fill the share of an address; all others are told so.
+    // Two of them fill the share of an address; all others are refused.
     let mut refused = 0;
     for mut stream in held.into_iter().rev() {
         let mut head = [0; 12];

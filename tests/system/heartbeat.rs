@@ -15,7 +15,7 @@ async fn who_gives_no_sign_of_life_is_dropped_and_may_come_back() {
     let server = Server::start_with(&["--ping-timeout-s", "1"]);
     let (client, welcome) = Client::playing(&server, "silent").await;
     assert_eq!(welcome["limits"]["ping_timeout_s"], 1.0);
-    // A client that is not polled answers no pings, but its socket stays open: the server must let go of it.
+    // A client that is not polled answers no pings, but its socket stays open: the server must drop it.
     let (mut again, back) = Client::resume(&server, &welcome["resume_token"]).await;
     assert_eq!((&back["session_id"], &back["run"]["tick"]), (&welcome["session_id"], &json!(0)), "{back}");
     again.goes_on(0).await;

@@ -71,7 +71,7 @@ fn palmares(arguments: &[&str]) -> (i32, String) {
     (output.status.code().expect("it ended by itself"), text(&output.stdout) + &text(&output.stderr))
 }
 
-/// What `palmares hand check` says of a hand; its exit code must be 1.
+/// `palmares hand check` reports these parts of a hand and exits with 1.
 #[track_caller]
 fn unusable(urdf: &str, settings: &str, parts: &[&str]) {
     let folder = TempDir::new().expect("temporary directory");
@@ -84,7 +84,7 @@ fn unusable(urdf: &str, settings: &str, parts: &[&str]) {
     }
 }
 
-/// What the server says of it.
+/// The server's answer to the upload.
 fn post(cup: &Official, token: &str, bytes: &[u8]) -> Response {
     send(&cup.server, "POST", "/v1/hands", &bearer(token), bytes)
 }

@@ -1,4 +1,4 @@
-//! Requests that are malformed or come at the wrong time: refused, and the run goes on.
+//! Requests that are malformed or come at the wrong time: refused, and the run continues.
 
 use crate::harness::{Client, Server, assert_error, reset, step};
 use serde_json::json;

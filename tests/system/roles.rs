@@ -3,7 +3,7 @@
 use crate::harness::{Official, bearer, get, send};
 use serde_json::{Value, json};
 
-/// Whether an address asks for a token of a kind.
+/// The expected refusal of a credential, if any.
 fn expected(needs: &str, credential: &str) -> Option<u16> {
     match (needs, credential) {
         (_, "broken" | "unknown" | "revoked" | "other scheme") => Some(401),

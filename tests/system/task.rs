@@ -279,7 +279,7 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let (code, _) = palmares(&["task", "check", text(own.path()), "--scenes", "1", "--strict"]);
     assert_eq!(code, 2);
 
-    // Where it cannot stay, the hull may be why.
+    // If it cannot stay, the hull may be the reason.
     let aloft = folder(&with(part).replace("position = [0.0, 0.0, 0.0]", "position = [0.0, 0.0, 0.3]"));
     std::fs::write(aloft.path().join("ring.stl"), ring()).expect("written");
     for asked in [&["task", "check", text(aloft.path())][..], &["task", "play", text(aloft.path())]] {
@@ -323,7 +323,7 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
         assert!(out.contains(told), "'{told}' is not in:\n{out}");
     }
 
-    // As it is told: the lines in place of the part.
+    // The printed lines, in place of the part.
     let lines: Vec<&str> = out.lines().map(str::trim).filter(|line| line.starts_with("{ shape")).collect();
     assert_eq!(lines.len(), pieces.len(), "{out}");
     std::fs::write(own.path().join("task.toml"), with(&lines.join("\n"))).expect("written");

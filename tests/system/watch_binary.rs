@@ -9,7 +9,7 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
-/// What a viewer is told.
+/// A message to a viewer.
 #[derive(Debug)]
 enum Told {
     Text(Value),

@@ -28,7 +28,7 @@ async fn until(viewer: &mut Client, op: &str, heard: &mut String) -> Value {
     }
 }
 
-/// Ids of the runs that a viewer is told of.
+/// Ids of the runs in a viewer's list.
 async fn listed(viewer: &mut Client) -> Vec<String> {
     let runs = viewer.ask(json!({"op": "list"})).await;
     let mut ids: Vec<String> =
@@ -187,7 +187,7 @@ async fn a_revoked_viewer_is_told_and_closed() {
     assert_error(&told, "not_authorized", true);
     assert_eq!(revoked.closed().await, (4401, "not_authorized".into()));
     assert_eq!(cup.refused(cup.handshake("/v1/watch", &text(&viewer["token"]))).await, 401);
-    // Others go on; a team's new token ends what its old one watched.
+    // Other connections continue; a team's new token ends what its old one watched.
     player.goes_on(0).await;
     assert_eq!(until(&mut own, "poses", &mut String::new()).await["op"], "poses");
     cup.order("team/rotate", json!({"team": "crabs"}));
@@ -244,7 +244,7 @@ async fn the_ranking_is_shown_anew_when_a_run_is_void_or_rejected() {
         }
         player.ask(json!({"op": "stop"})).await;
         cup.verified(&obs["run_id"]).await;
-        // All that was to be told is told: what comes now is of the organizer's doing.
+        // All messages of the run have been sent: later ones follow from the organizer's order.
         screen.listen_for(Duration::from_secs(3)).await;
         let run_id = text(&obs["run_id"]);
         if verb == "reverify" {

@@ -127,7 +127,7 @@ pub fn box_flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("flip time error", 100.0 * worst, "%")))
 }
 
-/// Relative error of the rate at which ω circles the axis of a torque-free cylinder, seen from the body:
+/// Relative error of the rate at which ω circles the axis of a torque-free cylinder, in the body's frame:
 /// `(I₃ − I₁)/I₁ · ω₃`. Disc of R = 0.1 m, h = 0.02 m, 1 kg, ω₃ = 20 rad/s, 2 rad/s across.
 pub fn symmetric_top(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let disc = Shape::Cylinder { radius: 0.1, half_length: 0.01 };

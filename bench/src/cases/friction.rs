@@ -117,7 +117,7 @@ pub fn slide_stop(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("stopping distance error", 100.0 * worst, "%")))
 }
 
-/// How a box is asked to move.
+/// The load on a box.
 #[derive(Clone, Copy, Debug)]
 enum Ask {
     /// By a slope of this tan θ.
@@ -156,7 +156,7 @@ fn moves(setup: &Setup, recorder: &mut Recorder, mu: f64, ask: Ask, should_tip: 
     Ok(false)
 }
 
-/// Where a box stops staying, by bisection to half a part in a thousand.
+/// The load at which a box begins to move, by bisection to half a part in a thousand.
 fn threshold(mut moves: impl FnMut(f64) -> Result<bool>, around: f64) -> Result<f64> {
     let (mut low, mut high) = (0.9 * around, 1.1 * around);
     while high - low > 1e-3 * around {

@@ -1,4 +1,4 @@
-//! The scene of a grasp: the hand palm down before the object, which stands on a pedestal.
+//! The scene of a grasp: the hand palm down before the object, on a pedestal.
 
 use anyhow::{Context, Result};
 
@@ -28,20 +28,20 @@ pub struct Scene {
     pub start: Pose,
 }
 
-/// Where an object lies before a hand. The grip's frame has the palm's normal as x and the fingers along z.
+/// An object and its pose before a hand. The grip's frame has the palm's normal as x and the fingers along z.
 #[derive(Clone, Debug)]
 pub struct Lie {
-    /// What is grasped.
+    /// The grasped object.
     pub object: Arc<Object>,
     /// Turns the hand's frame into the grip's.
     pub hand_from_grip: Rotation,
-    /// How the object is turned in the grip's frame.
+    /// Rotation of the object in the grip's frame.
     pub grip_from_object: Rotation,
-    /// Where the object's frame is, along the fingers, m.
+    /// Position of the object's frame along the fingers, m.
     pub along_m: f64,
-    /// ... and along the knuckles, m.
+    /// Position of the object's frame along the knuckles, m.
     pub across_m: f64,
-    /// How far the object is before the hand, m; half a millimetre more at most.
+    /// Gap between hand and object, m; half a millimetre more at most.
     pub gap_m: f64,
     /// Friction coefficient of the pedestal's surface.
     pub pedestal_friction: f64,

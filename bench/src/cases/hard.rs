@@ -1,6 +1,5 @@
-//! Scenes that break simulators: light fingers against heavy objects, stiff cables and springs, commands that jump,
-//! hands that start inside of things. Each reports the fastest speed that was seen, and how fast anything may be: nothing
-//! explodes.
+//! Scenes that break simulators: light fingers against heavy objects, stiff cables and springs, commands that
+//! jump, hands that start inside of things. Each reports the fastest speed and its bound: nothing explodes.
 
 use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, scene};
@@ -54,7 +53,7 @@ pub const CASES: &[Case] = &[
     Case::ours("hard_flip", "the motor's command flips between 0 and 1 every 20 ms around an object", flip),
 ];
 
-/// What was seen of a scene.
+/// The measured course of a scene.
 struct PlayResult {
     /// The fastest that an object or the base ever was, m/s.
     fastest_m_s: f64,
@@ -133,7 +132,7 @@ pub fn heavy_object(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(finding(&seen, None, 3.0))
 }
 
-/// The hand lies palm up on the floor; the ball falls by 11 cm.
+/// The hand is palm up on the floor; the ball falls by 11 cm.
 pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
     // The palm's back reaches 4 cm behind the base frame.
@@ -196,7 +195,7 @@ pub fn pressed_base(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         command.base = BaseCommand::stay(Pose::from_parts(at, top.rotation));
         command.sigma[0] = if t < 2.0 { 0.0 } else { 1.0 };
     })?;
-    // Neither the wrist nor the palm may have gone through.
+    // Wrist and palm must not have gone through.
     let at = seen.end.base.translation;
     Ok(finding(&seen, Some(at.z >= 0.0 && at.x <= 0.2), 10.0))
 }

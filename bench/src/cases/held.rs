@@ -36,8 +36,9 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// How far a block of 0.3 kg creeps in a minute, µm, between two jaws that press with 20 N (μ = 0.63) on a base that moves up and
-/// down by 30 mm once a second, with a target each 10 ms. Friction holds 25 N, of which 4 N are needed. Exact: 0.
+/// Creep, µm, of a block of 0.3 kg in a minute between two jaws that press with 20 N (μ = 0.63) on a base
+/// that moves up and down by 30 mm once a second, with a target each 10 ms. Friction holds 25 N, of which 4 N
+/// are needed. Exact: 0.
 pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mu = 0.63;
     let jaw = |side: f64| Finger {
@@ -75,7 +76,7 @@ pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("creep in a minute", (heights[1] - heights[0]).abs() * 1e6, "um")))
 }
 
-/// How far a cylinder and a capsule that lie on a level plate of the hand come in a minute, µm. Exact: 0.
+/// Displacement, µm, of a cylinder and a capsule on a level plate of the hand in a minute. Exact: 0.
 pub fn roller_on_palm(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let plate = Geom {
         link_from_geom: Pose::translation(0.0, 0.0, -0.01),

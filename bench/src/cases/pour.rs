@@ -30,7 +30,8 @@ pub const CASES: &[Case] = &[
 /// Inner half width of the box, m, and its height: nothing comes over its rim.
 const BOX_M: (f64, f64) = (0.3, 5.0);
 
-/// Bodies start in layers of 8 x 8, so far apart along x and y, and along z, m, that none touches another.
+/// Distances of bodies at the start, along x and y, and along z, m: layers of 8 x 8 in which none touches
+/// another.
 const APART_M: [f64; 2] = [0.07, 0.08];
 
 /// kg/m³
@@ -54,7 +55,8 @@ fn body(kind: usize, random: &mut Random) -> (Shape, f64) {
     }
 }
 
-/// How far the centre of any of `count` bodies gets out of the box within `time_s`. A world that has a fault is an error.
+/// Largest distance of the centre of any of `count` bodies beyond the box within `time_s`. A fault of the
+/// world is an error.
 pub(crate) fn poured(setup: &Setup, recorder: &mut Recorder, count: usize, time_s: f64) -> Result<Finding> {
     let mut random = Random::new(500);
     let mut model = Model::new(Config::with_step(setup.dt_s), None)?;

@@ -75,7 +75,7 @@ fn kick() -> impl Strategy<Value = Kick> {
         .prop_map(|(at, body, linear, angular)| Kick { at, body, linear, angular })
 }
 
-/// Heaps of so many bodies.
+/// Heaps with a number of bodies in this range.
 pub fn heap(bodies: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = Heap> {
     (prop::collection::vec(body(), bodies), prop::collection::vec(kick(), 0..6))
         .prop_map(|(bodies, kicks)| Heap { bodies, kicks })
@@ -86,7 +86,7 @@ pub fn thirty() -> Result<Heap> {
     heaps_of_thirty(1)?.pop().context("one heap was asked for")
 }
 
-/// So many heaps of thirty, always the same; the first is [`thirty`].
+/// `count` heaps of thirty, always the same; the first is [`thirty`].
 pub fn heaps_of_thirty(count: u32) -> Result<Vec<Heap>> {
     let mut runner = TestRunner::deterministic();
     let tree = |_| heap(30..=30).new_tree(&mut runner).map_err(|reason| anyhow!("{reason}"));
@@ -94,7 +94,7 @@ pub fn heaps_of_thirty(count: u32) -> Result<Vec<Heap>> {
 }
 
 impl Heap {
-    /// How far the farthest centre is beyond a wall or the floor, m; negative when all are inside.
+    /// Largest distance of a centre beyond a wall or the floor, m; negative when all are inside.
     pub fn escaped(&self, state: &State) -> f64 {
         let beyond = |pose: &Pose| {
             let p = pose.translation;
@@ -127,7 +127,7 @@ impl Heap {
     }
 }
 
-/// An orientation, evenly over all of them but for the corners of a cube of quaternions.
+/// An orientation, evenly over all except the corners of a cube of quaternions.
 pub(crate) fn rotation() -> impl Strategy<Value = Rotation> {
     prop::array::uniform4(-1.0..1.0f64)
         .prop_filter("a direction needs a length", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01)

@@ -35,9 +35,8 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// How far the farthest centre gets beyond the walls or the floor in 2 s, mm; negative when all stay inside, as they must,
-/// kicked and pressed as they may be. The rise of
-/// energy goes to `energy_gain_j`.
+/// Largest distance of a centre beyond the walls or the floor in 2 s, mm, although the objects are kicked and
+/// pressed; negative when all stay inside, as they must. The rise of energy goes to `energy_gain_j`.
 pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let heap = thirty()?;
     let (mut engine, command) = heap.start(setup)?;
@@ -51,7 +50,7 @@ pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     Ok(recorder.finding(error).with_energy_gain(audit.gain_j()))
 }
 
-/// What the contacts of a step violate.
+/// Violations of the contact laws in a step.
 #[derive(Default)]
 struct Residuals {
     /// Largest of the dimensionless ones.
@@ -84,9 +83,9 @@ impl Residuals {
             // Signorini: it presses, and only where the step ends touching.
             self.worst = self.worst.max(-normal / contact.force.length());
             self.hover_m = self.hover_m.max(contact.distance + h * approach);
-            // Coulomb: inside the cone ...
+            // Coulomb: inside the cone.
             self.worst = self.worst.max((tangential.length() - mu * normal) / contact.force.length());
-            // ... and against the slip.
+            // Coulomb: against the slip.
             let slip = slip - contact.normal * slip.dot(contact.normal);
             if tangential.length() >= 0.999 * mu * normal {
                 self.power[0] -= tangential.dot(slip);
@@ -148,11 +147,11 @@ pub fn contact_hover(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     Ok(recorder.finding(Figure::new("widest gap under force", residuals.hover_m * 1e3, "mm")))
 }
 
-/// Power that sliding friction fails to take, in percent of |f_t| |v_t| summed over all sliding contacts of 1.5 s of
-/// 32 falling heaps: the law of maximal dissipation. What is missing is what the springs of contacts hold: they turn
-/// into the new direction of slip over some micrometres, and relax when an impact ends. The hardest few impacts
-/// are most of it: single heaps show 0.3 to 1.5 %, eight together 0.8 to 1.0, and
-/// 32 differ from 128 by a tenth.
+/// Power that sliding friction fails to take, in percent of |f_t| |v_t| summed over all sliding contacts of
+/// 1.5 s of 32 falling heaps: the law of maximal dissipation. The springs of contacts hold the missing part:
+/// they turn into the new direction of slip over some micrometres, and relax when an impact ends. The hardest
+/// few impacts are most of it: single heaps show 0.3 to 1.5 %, eight together 0.8 to 1.0, and 32 differ from
+/// 128 by a tenth.
 pub fn contact_dissipation(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let [taken, most] = residuals(setup, recorder, 32)?.power;
     Ok(recorder.finding(Figure::new("friction not opposing slip", 100.0 * (1.0 - taken / most), "%")))

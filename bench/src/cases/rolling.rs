@@ -35,9 +35,9 @@ pub const CASES: &[Case] = &[
 
 const LYING: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Relative loss of speed of a cylinder rolling for 10 s at 0.05 m/s, in percent; what the mean
-/// kinetic energy of any of the ten seconds has above that of the start goes to `energy_gain_j`. Means, because
-/// the contact springs breathe: kinetic energy wavers by a millionth. Exact: neither loss nor gain.
+/// Relative loss of speed of a cylinder rolling for 10 s at 0.05 m/s, in percent. The largest mean kinetic
+/// energy of any of the ten seconds above that of the start goes to `energy_gain_j`. Means, because the
+/// contact springs make the kinetic energy oscillate by a millionth. Exact: no loss, no gain.
 pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, v0) = (0.04, 0.05);
     let pose = Pose::from_parts(Vec3::new(0.0, 0.0, radius), Rotation::from_rotation_x(LYING));
@@ -173,11 +173,12 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
     Ok(recorder.finding(Figure::new("mean squared velocity error", worst, "(m/s)^2")))
 }
 
-/// Largest error, in percent of x₀, of a cylinder (R = 0.05 m, 0.5 kg) on a spring of k = 100 N/m at its axis, released
-/// at x₀ = 0.1 m, in 5 s; the larger of rolling (μ = 1, `x = x₀ cos(√(k/(1.5 m)) t)`) and sliding (μ = 0,
-/// `x = x₀ cos(√(k/m) t)`). What the energy gains goes to `energy_gain_j`. After Castro, Permenter, Han 2022,
-/// VI-B, contact k = 10⁴ N/m and 0.02 s. It sinks by δ and rolls on the middle of the overlap, R − δ/2, which after
-/// 9 periods is 4 % of x₀; the answer has it in. The spring acts as an impulse by its elongation at the start of the step.
+/// Largest error, in percent of x₀, of a cylinder (R = 0.05 m, 0.5 kg) on a spring of k = 100 N/m at its
+/// axis, released at x₀ = 0.1 m, in 5 s; the larger of rolling (μ = 1, `x = x₀ cos(√(k/(1.5 m)) t)`) and
+/// sliding (μ = 0, `x = x₀ cos(√(k/m) t)`). The gain of energy goes to `energy_gain_j`. After Castro,
+/// Permenter, Han 2022, VI-B, contact k = 10⁴ N/m and 0.02 s. It sinks by δ and rolls on the middle of the
+/// overlap, R − δ/2, which after 9 periods is 4 % of x₀; the answer includes it. The spring acts as an
+/// impulse by its elongation at the start of the step.
 pub fn spring_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mass, k, x0) = (0.05, 0.5, 100.0, 0.1);
     let (mut worst, mut gain): (f64, f64) = (0.0, 0.0);

@@ -33,9 +33,9 @@ pub const CASES: &[Case] = &[
     Case::new("disc_contensou", "disc that slides and spins on a plane: both end together", disc_contensou),
 ];
 
-/// Error, in percent, of the largest distance from its centre of mass at which a rod (0.2 kg) can be pinched with N = 20 N by
-/// two round pads (R_c = 1 cm, μ = 0.5) without tilting, against `m g e = 2 · ⅔ μ N R_c`, e = 68 mm, for evenly pressing pads.
-/// Whoever presses at the rims alone holds up to 102 mm, half as far again.
+/// Error, in percent, of the largest distance from its centre of mass at which a rod (0.2 kg) can be pinched
+/// with N = 20 N by two round pads (R_c = 1 cm, μ = 0.5) without tilting, against `m g e = 2 · ⅔ μ N R_c`, e
+/// = 68 mm, for evenly pressing pads. Pads that press at the rims alone hold up to 102 mm, half as far again.
 pub fn pinch_tilt_torsion(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let radius = 0.01;
     let tips = Tips { shape: Shape::Cylinder { radius, half_length: 0.005 }, half: 0.005, pad: None };
@@ -90,7 +90,8 @@ pub fn round_tips(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("largest error of the time", 100.0 * worst, "%")))
 }
 
-/// How far the ends of the same rod move in a minute, µm, that the same tips hold 15 mm off its middle. Exact: 0.
+/// Displacement, µm, of the ends of the same rod in a minute, held 15 mm off its middle by the same tips.
+/// Exact: 0.
 pub fn soft_tip_creep(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut worst: f64 = 0.0;
     for tips in soft_tips() {
@@ -126,7 +127,7 @@ const MU: f64 = 0.5;
 const ROD_KG: f64 = 0.2;
 const ROD_HALF_M: f64 = 0.01;
 
-/// What a rod is pinched with.
+/// The tips that pinch a rod.
 struct Tips {
     shape: Shape,
     /// From a tip's middle to where it touches, m.
@@ -134,7 +135,7 @@ struct Tips {
     pad: Option<Pad>,
 }
 
-/// A rod between two tips, so far beside its middle, m.
+/// A rod between two tips, `offset` from its middle, m.
 fn between(setup: &Setup, config: Config, tips: &Tips, offset: f64) -> Result<(Box<dyn Engine>, Command)> {
     let tip = |link_from_geom| Geom { link_from_geom, shape: tips.shape.clone(), friction: MU };
     let across = Rotation::from_rotation_y(-FRAC_PI_2);

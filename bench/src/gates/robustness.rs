@@ -37,7 +37,7 @@ fn a_rod_in_painleves_paradox_stops_with_a_bounded_impulse() {
         let report = report("painleve_rod", dt);
         converged(&report);
         within(&report);
-        // Of 12.3 J; the audit knows the energy in its contact springs to a part in ten thousand.
+        // The energy is 12.3 J; the audit knows the part in its contact springs to a part in ten thousand.
         gains(&report, 1.2e-3);
     }
 }
@@ -48,7 +48,7 @@ fn thirty_objects_fall_into_a_box_and_none_leaves_it() {
         let report = report("thirty_objects", dt);
         converged(&report);
         within(&report);
-        // Of some 60 J of falls and kicks.
+        // Falls and kicks have some 60 J.
         gains(&report, 1e-2);
     }
 }

@@ -41,7 +41,7 @@ pub(super) struct Job {
     pub kind: EngineKind,
 }
 
-/// How to run.
+/// Options of the runs.
 #[derive(Clone, Copy)]
 pub(super) struct Conduct<'a> {
     pub steps_ms: &'a [f64],
@@ -51,8 +51,8 @@ pub(super) struct Conduct<'a> {
     pub run_limit_s: f64,
 }
 
-/// Step of the reference runs of cases without an analytic answer, s. Peers take up to half a millisecond of CPU a step
-/// with a hand, so that theirs are coarser: a fifth to a tenth of their finest step is left.
+/// Step of the reference runs of cases without an analytic answer, s. Peers take up to half a millisecond of
+/// CPU a step with a hand, so their references are coarser: a fifth to a tenth of their finest step.
 pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
     match (engine, quick) {
         (EngineKind::Own, false) => 2e-5,
@@ -162,8 +162,8 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     }))
 }
 
-/// Runs for the clock alone, one at a time, of what does what its scene asks for. The engines take turns: where the machine
-/// is slower for a while, it is so for all.
+/// Runs for the clock alone, one at a time, only of runs that solve their scene. The engines take turns: if
+/// the machine is slower for a while, it is slower for all.
 pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, progress: &Mutex<Progress>) {
     let mut by_case: Vec<Vec<(&Job, &mut Vec<Run>)>> = Vec::new();
     for (job, runs) in jobs.iter().zip(runs) {
@@ -175,7 +175,7 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
     for mut of_case in by_case {
         for step in 0..conduct.steps_ms.len() {
             let here = of_case.iter_mut().map(|(job, runs)| (*job, &mut runs[step]));
-            // How long it takes to lose an object is of no interest.
+            // The time to lose an object is of no interest.
             let (mut timed, others): (Vec<_>, Vec<_>) = here.partition(|(_, run)| run.does_it());
             locked(progress).done += others.len();
             while !timed.is_empty() {

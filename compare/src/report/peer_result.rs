@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 /// One peer in one case.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct PeerResult {
-    /// Which case.
+    /// The case.
     pub case: String,
-    /// Which peer.
+    /// The peer.
     pub peer: String,
     /// Its results with each of its settings, the best first.
     pub settings: Vec<SettingsResult>,
-    /// Steps of ours that do what the scene asks for.
+    /// Steps of ours that solve the scene.
     pub own_done: usize,
     /// Least and most difference of those from our own fine run, where that is what the figure of the case says.
     pub own_differs: Option<[f64; 2]>,
@@ -24,11 +24,11 @@ pub struct PeerResult {
 pub struct SettingsResult {
     /// Name of the settings.
     pub settings: String,
-    /// Steps with which it does what the scene asks for, out of those tried.
+    /// Steps with which it solves the scene, out of those tried.
     pub done: usize,
     /// Steps tried.
     pub tried: usize,
-    /// Steps with which it did not come to an end in its time: they say nothing.
+    /// Steps with which it did not end in its time: they say nothing.
     pub unfinished: usize,
     /// Steps, ms, at which no run of ours has at most its error in at most its time.
     pub ahead_ms: Vec<f64>,
@@ -54,7 +54,7 @@ impl PeerResult {
         self.settings.first().filter(|best| best.done > 0)
     }
 
-    /// Ours was never slower at an equal or smaller error, whatever the settings.
+    /// Ours was never slower at an equal or smaller error, with any settings.
     pub fn holds(&self) -> bool {
         self.settings.iter().all(|outcome| outcome.ahead_ms.is_empty())
     }

@@ -21,7 +21,7 @@ use std::sync::Arc;
 const STEP_S: f64 = 1e-3;
 const TICK_S: f64 = 1e-2;
 const TIME_S: f64 = 3.0;
-/// Where the pan's disc is along its handle, m.
+/// Position of the pan's disc along its handle, m.
 const DISC_M: f64 = 0.115;
 
 /// One way to close the hand.
@@ -29,7 +29,7 @@ const DISC_M: f64 = 0.115;
 pub struct Ticks {
     /// `tendon` or `joints`.
     pub name: String,
-    /// What it is.
+    /// Description.
     pub about: String,
     /// CPU time of every tick, ms; the median over the repeats.
     pub ms: Vec<f64>,
@@ -87,8 +87,8 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     Ok(plain)
 }
 
-/// A pan of 0.3 kg: a thick handle where the grasp cases have their capsule, and a disc of 10 cm beside the hand.
-/// CPU time of every tick, and whether it was lifted.
+/// A pan of 0.3 kg: a thick handle in place of the capsule of the grasp cases, and a disc of 10 cm outside
+/// the hand. CPU time of every tick, and whether it was lifted.
 fn play(hand: &Arc<Hand>) -> Result<(Vec<f64>, bool)> {
     let grasp = Grasp::capsule();
     let config = Config::with_step(STEP_S);

@@ -120,7 +120,7 @@ impl Client {
         message
     }
 
-    /// Takes whatever comes, and answers pings, for a while.
+    /// Takes all messages, and answers pings, for a while.
     pub(crate) async fn listen_for(&mut self, span: Duration) {
         let end = tokio::time::Instant::now() + span;
         while let Ok(message) = tokio::time::timeout_at(end, self.socket.next()).await {
