@@ -141,7 +141,7 @@ impl Telemeter {
             contact_position: all(contacts.iter().flat_map(|contact| &contact.position), PLACE),
             contact_force: all(contacts.iter().flat_map(|contact| &contact.force), FORCE),
             contact_use: all(contacts.iter().map(|contact| &contact.friction_use), PART),
-            work: all(motors().map(|motor| &motor.work), FORCE),
+            work: all(motors().map(|motor| &motor.motor_work_j), FORCE),
             finger_force: all(seen.fingers.iter().flat_map(|finger| &finger.force), FORCE),
             finger_torque: all(seen.fingers.iter().flat_map(|finger| &finger.torque), FINE),
             touch: all(seen.touch.iter().flatten(), FORCE),

@@ -3,7 +3,7 @@
 use crate::auth::{random_hex, sha256_hex};
 use crate::compute::{Background, Level};
 use crate::names;
-use palmares_tasks::inspect::{self, FigureRow, told};
+use palmares_tasks::inspect::{self, FigureRow, join_reasons};
 
 use crate::store::{HandRow, NewHand, Store, StoreError};
 use crate::transport::Received;
@@ -67,7 +67,7 @@ fn read(bytes: &[u8]) -> Result<Loaded, String> {
 fn read_within(bytes: &[u8], limits: &HandLimits) -> Result<Loaded, String> {
     let loaded = read(bytes)?;
     let beyond = inspect::beyond_limits(&loaded.hand, &loaded.sources, limits);
-    if beyond.is_empty() { Ok(loaded) } else { Err(told(&beyond)) }
+    if beyond.is_empty() { Ok(loaded) } else { Err(join_reasons(&beyond)) }
 }
 
 /// Reads an archive as a hand that may be played, and tells what is odd about it, for its team and for who decides:
@@ -78,7 +78,7 @@ fn examine(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<Exa
     let hand = Arc::new(hand);
     let in_the_way = inspect::in_the_way(&hand, tasks);
     if !in_the_way.is_empty() {
-        return Err(Refusal::new(Code::HandInTheWay, told(&in_the_way)));
+        return Err(Refusal::new(Code::HandInTheWay, join_reasons(&in_the_way)));
     }
     let mut odd: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     let figures = inspect::figures(&hand, &sources, limits);

@@ -18,7 +18,7 @@ use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use palmares_protocol::reply::ErrorReply;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
-use palmares_tasks::referee::Verdict;
+use palmares_tasks::referee::ObjectStatus;
 use std::future::pending;
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -66,7 +66,7 @@ pub(super) struct Viewer {
     clocked: Option<(u64, Instant)>,
     next_clock: Instant,
     /// The verdicts that were told last, and whether there may be newer ones.
-    judged: Option<Vec<Verdict>>,
+    judged: Option<Vec<ObjectStatus>>,
     unjudged: bool,
     next_verdicts: Instant,
     next_frame: Instant,
