@@ -1,4 +1,4 @@
-//! Puts the commit the program was built from into it, when there is one, and looks again at the viewer when that was built.
+//! Passes the commit of the build to the program, and rebuilds after the viewer was built.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,14 +11,14 @@ fn git(arguments: &[&str]) -> Option<String> {
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=PALMARES_BUILD_HASH");
-    // A source distribution of the Python package has no viewer: its server is one without pages, and says so.
+    // A source distribution of the Python package has no viewer: its server is built without pages.
     if !Path::new("../viewer/dist").exists() {
         let made = std::fs::create_dir_all("../viewer/dist");
         made.unwrap_or_else(|error| panic!("viewer/dist is missing and cannot be made: {error}"));
     }
     println!("cargo::rerun-if-changed=../viewer/dist");
     if let Some(folder) = git(&["rev-parse", "--absolute-git-dir"]) {
-        // Only paths that exist: a missing one would run this script at every build.
+        // Only existing paths: a missing one would run this script at every build.
         for name in ["HEAD", "logs/HEAD"] {
             let path = PathBuf::from(&folder).join(name);
             if path.exists() {

@@ -1,4 +1,4 @@
-//! What `palmares` can be asked.
+//! The commands of `palmares`.
 
 use crate::server::{self, ServeOptions};
 use crate::task::TaskCommand;
@@ -20,18 +20,18 @@ Quick start:
   palmares serve                 a practice server on http://127.0.0.1:8080
   open http://127.0.0.1:8080/    the leaderboard
 
-With the Python package installed (pip install palmares-*.whl) there are two more commands:
+The Python package (pip install palmares-*.whl) adds two commands:
   palmares demo                  a server, one run of an example controller, its score
   palmares evaluate FILE         play a controller over many scenes
 
-Guides: docs/teams.md (writing a controller), docs/hands.md (a hand of your own), docs/tasks.md (a task of your own),
+Guides: docs/teams.md (writing a controller), docs/hands.md (your own hand), docs/tasks.md (your own task),
 docs/organizers.md (a competition).
-Log lines go to stderr; RUST_LOG=palmares=debug shows more of them.";
+Log lines go to stderr; RUST_LOG=palmares=debug shows more.";
 
 const SERVE_HELP: &str = "\
-When it is ready it prints one line on stdout, `listening on http://ADDRESS:PORT`. Ctrl-C (or SIGTERM) ends it:
-open runs are stopped and scored first, for which they have --shutdown-grace-s. The exit code is then 0, or 3 when some
-did not finish: those are marked at the next start.
+When the server is ready, it prints one line on stdout: `listening on http://ADDRESS:PORT`. Ctrl-C (or SIGTERM) stops it: open
+runs are stopped and scored first, within --shutdown-grace-s. The exit code is then 0, or 3 if some runs did not finish: they are
+aborted at the next start.
 
 Examples:
   palmares serve
@@ -42,14 +42,14 @@ Examples:
   palmares serve --listen 127.0.0.1:0           (any free port)";
 
 const ADMIN_HELP: &str = "\
-Examples, where the server runs:
+Examples, on the server's machine:
   palmares admin team add crabs                           prints the team's token, once
   palmares admin open
   palmares admin session list                             sessions with their ids and clocks
   palmares admin session grant ses_1f… --seconds 60 --reason \"late start\"
   palmares admin run void run_7c… --reason \"the network failed\"
   palmares admin export leaderboard -o leaderboard.csv
-Elsewhere, with the token in a file:
+Example with a URL and the token in a file:
   palmares admin --url http://127.0.0.1:9000 --token-file organizer.token status";
 
 const VERIFY_HELP: &str = "\
@@ -62,60 +62,58 @@ Examples:
 enum Command {
     /// Run a server
     ///
-    /// For practice: teams connect without a token, choose their own seeds and may see the full state. With --config
-    /// and mode = "official": teams have tokens, seeds are hidden, sessions are limited, scores are verified. Results
-    /// are kept in a SQLite file in the data directory, which is created on the first start, or in Postgres.
+    /// By default a practice server: teams need no token, choose their seeds and may observe the true state. With --config and
+    /// mode = "official", teams have tokens, seeds are hidden, sessions are limited and scores are verified. Results are stored
+    /// in a SQLite file in the data directory, which the first start creates, or in Postgres.
     #[command(after_help = SERVE_HELP)]
     Serve(ServeOptions),
-    /// Run an official competition: teams, tokens, sessions, verdicts, exports, backups
+    /// Manage an official competition: teams, tokens, sessions, runs, exports, backups
     ///
-    /// Sends commands to a running server as an organizer. The first organizer's token lies in the server's data
-    /// directory, in organizer.token. Lists are tables, and JSON with --json; other answers are JSON. The guide:
-    /// docs/organizers.md.
+    /// Sends an organizer's commands to a running server. The first organizer's token is in the server's data directory, in
+    /// organizer.token. Lists are tables, or JSON with --json; other output is JSON. The guide: docs/organizers.md.
     #[command(after_help = ADMIN_HELP)]
     Admin(admin::AdminOptions),
-    /// List the hands that come with the program
+    /// List the built-in hands
     Hands,
-    /// List the tasks that come with the program
+    /// List the built-in tasks
     Tasks,
     /// List the catalogue of objects
     Objects,
-    /// Check or draw a hand, or take a mesh of it apart; one of your own or one that comes with the program
+    /// Check, try or draw a hand, or decompose its meshes; your own hand or a built-in one
     ///
-    /// A hand is a URDF, meshes and a hand.toml that says what its tendons do. The guide: docs/hands.md.
+    /// A hand is a URDF, meshes and a hand.toml with its tendons. The guide: docs/hands.md.
     #[command(subcommand)]
     Hand(HandCommand),
-    /// Copy, check, show, play a task, or take a mesh of it apart; one of your own or one that comes with the program
+    /// Copy, check, show or play a task, or decompose its meshes; your own task or a built-in one
     ///
     /// A task is a folder with a task.toml: scene, objects, regions, rules, cameras. The guide: docs/tasks.md.
     #[command(subcommand)]
     Task(TaskCommand),
-    /// Ask a server whether it can take work; for health checks
+    /// Check whether a server is ready, for health checks
     ///
-    /// Exits with 0 when the server answers that it is ready, else with 1.
+    /// The exit code is 0 if the server is ready, else 1.
     Health(health::HealthOptions),
-    /// Play replays again and tell whether they come to the same states and the same score
+    /// Verify replays by simulating them again
     ///
-    /// A replay is accepted when nobody changed a bit of it since the server signed it, and this program, simulating
-    /// from tick 0, comes to the recorded states, events and score. Exits with 0 when every file is accepted, else
-    /// with 1 and the reason: not_a_replay, truncated, chain_broken, bad_signature, other_hand, other_task,
+    /// A replay is accepted if it is unchanged since the server signed it, and this program's simulation from tick 0 gives the
+    /// recorded states, events and score. The exit code is 0 if every file is accepted, else 1 with the reason: not_a_replay, truncated, chain_broken, bad_signature, other_hand, other_task,
     /// other_engine, other_physics, state_differs, score_differs.
     #[command(after_help = VERIFY_HELP)]
     Verify(verify::VerifyOptions),
-    /// Tell what is in a replay
+    /// Show the content of a replay
     ///
     /// Checks chain and signature, but does not simulate. Foxglove (https://foxglove.dev) shows the same file in 3D.
     Replay(replay::ReplayOptions),
-    /// Print the description of the messages (JSON Schema) or of the HTTP addresses (OpenAPI)
+    /// Print the schema of the messages (JSON Schema) or of the HTTP addresses (OpenAPI)
     Schema {
-        /// Which
+        /// The schema
         #[arg(value_enum, default_value_t = server::Description::Control)]
         what: server::Description,
     },
 }
 
 impl Cli {
-    /// Does what was asked. Errors are for the caller to print; the code is for a failure that was reported already.
+    /// Runs the command. The caller prints an error; the exit code is for a failure that is reported already.
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Serve(options) => return server::serve(&options),
@@ -137,21 +135,39 @@ impl Cli {
 #[cfg(test)]
 mod tests {
     use super::Cli;
-    use clap::CommandFactory;
+    use clap::{CommandFactory, Parser};
 
     #[test]
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
     }
 
+    #[test]
+    fn old_spellings_of_options_still_work() {
+        for (arguments, old, new) in [
+            ("task check balls", "--seeds 3", "--scenes 3"),
+            ("task show balls", "--out a.png", "--output a.png"),
+            ("replay run.mcap --cameras wrist", "--out a.mcap", "--output a.mcap"),
+            ("hand show pinch", "--out a.svg", "--output a.svg"),
+            ("hand check pinch", "--out a.svg", "--output a.svg"),
+            ("hand try pinch", "--task balls", "--only balls"),
+        ] {
+            let parsed = [old, new].map(|option| {
+                let words = format!("palmares {arguments} {option}");
+                let cli = Cli::try_parse_from(words.split(' '));
+                format!("{:?}", cli.unwrap_or_else(|error| panic!("{words}: {error}")))
+            });
+            assert_eq!(parsed[0], parsed[1], "{arguments}");
+        }
+    }
+
     /// `cargo test --package palmares --no-default-features` runs it.
     #[cfg(not(feature = "server"))]
     #[test]
     fn without_the_server_its_commands_say_why_they_are_refused() {
-        use clap::Parser;
         for line in ["serve --listen 127.0.0.1:0 --data-dir x", "schema openapi"] {
-            let asked = Cli::parse_from(std::iter::once("palmares").chain(line.split(' ')));
-            let refused = asked.run().expect_err("refused").to_string();
+            let parsed = Cli::parse_from(std::iter::once("palmares").chain(line.split(' ')));
+            let refused = parsed.run().expect_err("refused").to_string();
             assert!(refused.starts_with("this build has no server"), "{refused}");
         }
     }

@@ -1,4 +1,4 @@
-//! `palmares health`: what a container's health check asks.
+//! `palmares health`, for the health check of a container.
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -6,17 +6,17 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-/// How long the server may take to answer.
+/// Longest wait for the server's response.
 const TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Options of `palmares health`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct HealthOptions {
-    /// The server's address; left out, this machine at the port of --listen
+    /// The server's URL [default: this machine, at the port of --listen]
     #[arg(long, value_name = "URL", env = "PALMARES_URL")]
     url: Option<String>,
 
-    /// What the server listens on
+    /// The address on which the server listens
     #[arg(long, value_name = "ADDRESS:PORT", env = "PALMARES_LISTEN", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
 }
@@ -25,14 +25,14 @@ impl HealthOptions {
     fn url(&self) -> String {
         match &self.url {
             Some(url) => url.trim_end_matches('/').to_owned(),
-            // A server on all addresses is asked on the loopback one.
+            // A server on all addresses is reached on the loopback address.
             None if self.listen.ip().is_unspecified() => format!("http://127.0.0.1:{}", self.listen.port()),
             None => format!("http://{}", self.listen),
         }
     }
 }
 
-/// Asks a server whether it can take work. An error when it does not answer or cannot.
+/// Checks whether a server is ready; an error if it is not, or does not answer.
 pub(crate) fn health(options: &HealthOptions) -> anyhow::Result<()> {
     let config = ureq::Agent::config_builder()
         .timeout_global(Some(TIMEOUT))
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn a_server_on_all_addresses_is_asked_on_the_loopback_one() {
+    fn a_server_on_all_addresses_is_reached_on_the_loopback_address() {
         assert_eq!(url("0.0.0.0:9000", None), "http://127.0.0.1:9000");
         assert_eq!(url("[::]:9000", None), "http://127.0.0.1:9000");
         assert_eq!(url("10.0.0.2:80", None), "http://10.0.0.2:80");

@@ -16,18 +16,18 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// The version and commit of this program, as a server tells its clients.
+/// The version and commit of this program, as in a server's `welcome`.
 pub fn version() -> ServerInfo {
     server::version()
 }
 
-/// Does what these arguments ask, the first of which names the program. Prints errors, and ends the process where they
-/// cannot be read.
+/// Runs the command of these arguments, the first of which is the program's name. Prints errors; ends the process if the arguments are
+/// not valid.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match command::Cli::parse_from(arguments).run() {
         Ok(code) => code,
         Err(error) => {
-            // Whoever read the output, `head` for one, may be gone: that is no failure, and there is nobody to be told.
+            // The reader of the output, such as `head`, has closed it: no failure, and nothing to print.
             if let Some(error) = error.downcast_ref::<std::io::Error>()
                 && error.kind() == std::io::ErrorKind::BrokenPipe
             {

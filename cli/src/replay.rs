@@ -1,4 +1,4 @@
-//! `palmares replay`: what is in a replay, without simulating it.
+//! `palmares replay`: the content of a replay.
 
 use super::verify::{load, own_tasks};
 use anyhow::{Context, bail};
@@ -15,39 +15,39 @@ const EXAMPLES: &str = "\
 Examples:
   palmares replay run_7c3d8eb479d7f8ab.mcap
   palmares replay run_7c3d8eb479d7f8ab.mcap --csv > trajectories.csv
-  palmares replay run_7c3d8eb479d7f8ab.mcap --cameras wrist,box_a.rgb --out pictures.mcap";
+  palmares replay run_7c3d8eb479d7f8ab.mcap --cameras wrist,box_a.rgb --output images.mcap";
 
-/// Which replay, and what of it.
+/// Options of `palmares replay`.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ReplayOptions {
-    /// The replay
+    /// The replay's file
     #[arg(value_name = "RUN.mcap")]
     file: PathBuf,
-    /// Print the trajectories instead: a line for every body that moved, at 30 pictures per second
+    /// Print the trajectories as CSV: a line for every body that moved, at 30 frames per second
     #[arg(long, conflicts_with = "cameras")]
     csv: bool,
-    /// Simulate the run again and write what these cameras saw to --out: names of cameras of the task or the hand for
-    /// their depth, or name.depth, name.rgb, name.bodies
-    #[arg(long, value_delimiter = ',', value_name = "CAMERAS", requires = "out")]
+    /// Simulate the run again and write the images of these cameras to --output: names of cameras of the task or the hand for
+    /// depth images, or name.depth, name.rgb, name.bodies
+    #[arg(long, value_delimiter = ',', value_name = "CAMERAS", requires = "output")]
     cameras: Vec<String>,
-    /// A task of one's own that the run may be of: a folder with a task.toml
+    /// Your own task, if the run is of one: a folder with a task.toml
     #[arg(long = "task", value_name = "PATH", requires = "cameras")]
     tasks: Vec<PathBuf>,
-    /// File for the pictures: MCAP with foxglove.RawImage and foxglove.CameraCalibration
-    #[arg(long, value_name = "FILE", requires = "cameras")]
-    out: Option<PathBuf>,
-    /// Pictures a second of cameras without noise; those with noise have their own rate
+    /// File for the images: MCAP with foxglove.RawImage and foxglove.CameraCalibration
+    #[arg(long, short, alias = "out", value_name = "FILE", requires = "cameras")]
+    output: Option<PathBuf>,
+    /// Frame rate of cameras without noise; those with noise have a rate of their own
     #[arg(long, value_name = "HZ", default_value_t = 30.0, value_parser = rate)]
     rate_hz: f64,
 }
 
-/// Prints a summary, or the trajectories.
+/// Prints a summary or the trajectories, or writes images.
 pub(crate) fn replay(options: &ReplayOptions) -> anyhow::Result<ExitCode> {
     let bytes = load(&options.file)?;
     match replay::read(&bytes) {
         Ok(replay) if options.csv => csv(&replay, &bytes)?,
-        Ok(replay) if !options.cameras.is_empty() => return pictures(&replay, options),
+        Ok(replay) if !options.cameras.is_empty() => return images(&replay, options),
         Ok(replay) => summary(&replay)?,
         Err(refused) => {
             eprintln!("{}: refused: {}: {refused}", options.file.display(), refused.name());
@@ -64,21 +64,21 @@ fn rate(text: &str) -> Result<f64, String> {
     }
 }
 
-fn pictures(replay: &Replay, options: &ReplayOptions) -> anyhow::Result<ExitCode> {
-    let Some(out) = &options.out else { bail!("--out FILE is missing") };
+fn images(replay: &Replay, options: &ReplayOptions) -> anyhow::Result<ExitCode> {
+    let Some(out) = &options.output else { bail!("--output FILE is missing") };
     let tasks = own_tasks(&options.tasks)?;
     let file = File::create(out).with_context(|| format!("cannot write {}", out.display()))?;
     let written = replay::film(replay, &tasks, &options.cameras, options.rate_hz, file);
     let count = match written {
         Ok(count) => count,
         Err(error) => {
-            // What was begun is no film.
+            // The file is incomplete.
             let _ = std::fs::remove_file(out);
             eprintln!("{}: {error}", options.file.display());
             return Ok(ExitCode::FAILURE);
         }
     };
-    println!("{}: {count} pictures of {} s", out.display(), replay.outcome.sim_time_s);
+    println!("{}: {count} images of {} s", out.display(), replay.outcome.sim_time_s);
     Ok(ExitCode::SUCCESS)
 }
 
@@ -102,7 +102,7 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     line(
         "length",
         format!(
-            "{} ticks, {} s, {} states, {} pictures, {} of the hand's telemetry",
+            "{} ticks, {} s, {} states, {} frames, {} samples of the hand's telemetry",
             outcome.ticks,
             outcome.sim_time_s,
             replay.states(),

@@ -4,7 +4,7 @@ use crate::server::{self, Description};
 use serde_json::{Map, Value};
 use std::io::Write;
 
-/// Prints a description.
+/// Prints a schema.
 pub(crate) fn schema(description: Description) -> anyhow::Result<()> {
     std::io::stdout().lock().write_all(text(description)?.as_bytes())?;
     Ok(())

@@ -10,17 +10,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// Which replays, and whose they should be.
+/// Options of `palmares verify`.
 #[derive(Args, Debug)]
 pub(crate) struct VerifyOptions {
-    /// Replays to play again
+    /// The replays' files
     #[arg(required = true, value_name = "RUN.mcap")]
     files: Vec<PathBuf>,
-    /// Public key of the server that should have signed them, 64 hexadecimal digits: `replay_key` in
-    /// GET /v1/competition. Without it, the key that signed is told, but nobody knows whose it is
+    /// Expected public key of the server, 64 hexadecimal digits: `replay_key` in GET /v1/competition. Without it the signer is
+    /// printed but not checked
     #[arg(long, value_name = "HEX")]
     key: Option<PublicKey>,
-    /// A task of one's own that runs may be of: a folder with a task.toml. May be given several times
+    /// Your own task, if runs are of one: a folder with a task.toml. May be given several times
     #[arg(long = "task", value_name = "PATH")]
     tasks: Vec<PathBuf>,
     /// Print one JSON object per file
@@ -28,7 +28,7 @@ pub(crate) struct VerifyOptions {
     json: bool,
 }
 
-/// Verifies every file and says so.
+/// Verifies every file and prints the result.
 pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
     let tasks = own_tasks(&options.tasks)?;
@@ -45,19 +45,19 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
     Ok(code)
 }
 
-/// Tasks of one's own, from their folders.
+/// Tasks from folders.
 pub(crate) fn own_tasks(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<Task>>> {
     paths.iter().map(|path| Ok(Arc::new(Task::load(path)?.task))).collect()
 }
 
-/// A file's bytes; what is too large for a replay is not read.
+/// A file's bytes; a file that is too large for a replay is not read.
 pub(crate) fn load(file: &Path) -> anyhow::Result<Vec<u8>> {
     let failed = || format!("cannot read {}", file.display());
     let facts = std::fs::metadata(file).with_context(failed)?;
     anyhow::ensure!(facts.is_file(), "{}: not a file", file.display());
     anyhow::ensure!(
         facts.len() <= replay::FILE_BYTES as u64,
-        "{}: {} bytes are too many for a replay; at most {} are read",
+        "{}: {} bytes are too many for a replay, the maximum is {}",
         file.display(),
         facts.len(),
         replay::FILE_BYTES
@@ -81,7 +81,7 @@ fn as_text(file: &Path, result: &Result<(Replay, Verified), VerifyError>, key: O
     match result {
         Ok((replay, verified)) => {
             let header = &replay.header;
-            let known = if key.is_some() { "" } else { " (give --key to say whose key you expect)" };
+            let known = if key.is_some() { "" } else { " (not checked; give the expected key with --key)" };
             format!(
                 "{file}: verified: {} of {:?}, {} with {}: score {}, {} ticks, {} states equal\n  signed by {}{known}",
                 header.run_id,

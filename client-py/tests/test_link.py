@@ -64,7 +64,7 @@ def test_a_token_from_argument_or_environment(server: FakeServer, monkeypatch: p
 @pytest.mark.parametrize(
     ("code", "message", "kind"),
     [
-        ("wrong_state", "the competition is closed; ask again when it is open", palmares.WrongStateError),
+        ("wrong_state", "the competition is closed; try again when it is open", palmares.WrongStateError),
         ("session_over", "the team has had all its sessions; ask the organizer", palmares.SessionOverError),
     ],
 )

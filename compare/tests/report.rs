@@ -75,7 +75,7 @@ fn a_run_that_never_ends_is_not_finished_and_the_next_one_is_played() {
     let folder = tempfile::tempdir().expect("a folder");
     let runs = folder.path().join("runs.jsonl");
     let status = Command::new(env!("CARGO_BIN_EXE_palmares-compare"))
-        .args(["report", "--quick", "--outcomes-only", "--jobs", "1", "--run-limit-s", "5"])
+        .args(["report", "--quick", "--outcomes-only", "--jobs", "1", "--run-limit-s", "2"])
         .args(["--engines", "rapier", "--cases", "dense_heap_and_hand,incline_sphere"])
         .args(["--steps-ms", "16", "--runs"])
         .arg(&runs)
@@ -91,7 +91,7 @@ fn a_run_that_never_ends_is_not_finished_and_the_next_one_is_played() {
         run.expect("it was played")
     };
     let never = said("dense_heap_and_hand");
-    assert_eq!((&never["unfinished"], &never["trouble"]), (&json!(true), &json!("not finished within 5 s")));
+    assert_eq!((&never["unfinished"], &never["trouble"]), (&json!(true), &json!("not finished within 2 s")));
     // A ball on a slope, which takes milliseconds.
     assert_eq!(said("incline_sphere")["unfinished"], false);
 }

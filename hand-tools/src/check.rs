@@ -36,8 +36,8 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Also draw the hand from three sides into this .svg or .png file
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[arg(long, short, alias = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Print all warnings, not only the first two of each kind
     #[arg(long)]
     all: bool,
@@ -125,7 +125,7 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
             report.warnings = warnings.iter().map(Warning::from).collect();
             text += &warned(&warnings, args.all);
             text += &closed;
-            if let Some(file) = &args.out {
+            if let Some(file) = &args.output {
                 draw_hand(&hand, file)?;
                 let _ = writeln!(text, "\nwrote {}", file.display());
             }

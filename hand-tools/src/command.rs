@@ -22,23 +22,23 @@ Examples:
   palmares hand check my-hand.zip         the same folder, packed
   palmares hand check my-hand/hand.urdf
   palmares hand check softhand --json     a built-in hand, output for programs
-  palmares hand check my-hand/ --config competition.toml --out sides.png";
+  palmares hand check my-hand/ --config competition.toml --output sides.png";
 const TRY_HELP: &str = "\
 Exit code: 0 if the hand was played to the end in every task, 1 if it does not fit, its world fails or needs too
 much computing.
 
 Examples:
   palmares hand try softhand
-  palmares hand try my-hand.zip --task shelf";
+  palmares hand try my-hand.zip --only shelf";
 
 const SHOW_HELP: &str = "\
 Exit code: 1 if the hand could not be simulated until it rests (the simulated part is drawn), 0 otherwise.
 
 Examples:
   palmares hand show softhand                     links, joints, motors and sensors as text
-  palmares hand show softhand --out softhand.svg
-  palmares hand show my-hand/ --sigma 0.4 --out my-hand.png
-  palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --out pushed.png";
+  palmares hand show softhand --output softhand.svg
+  palmares hand show my-hand/ --sigma 0.4 --output my-hand.png
+  palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --output pushed.png";
 const DECOMPOSE_HELP: &str = "\
 Examples:
   palmares hand decompose my-hand/meshes/palm.stl           writes my-hand/meshes/palm_pieces/palm_01.stl and so on
@@ -60,7 +60,7 @@ pub enum HandCommand {
     /// runs scores by its build: organizers see the same numbers before they approve a hand.
     #[command(name = "try", after_help = TRY_HELP)]
     Try(TryArgs),
-    /// Describe a hand as text; with --out, simulate its closing and draw it
+    /// Describe a hand as text; with --output, simulate its closing and draw it
     ///
     /// The image shows the hand's shapes, open and closed, and joints and tensions over time with their predicted end values.
     #[command(after_help = SHOW_HELP)]
@@ -95,8 +95,8 @@ pub struct TryArgs {
     /// A URDF file, a folder or .zip with one, or the name of a built-in hand
     hand: String,
     /// Only this task; can be given several times
-    #[arg(long)]
-    task: Vec<String>,
+    #[arg(long, alias = "task", value_name = "TASK")]
+    only: Vec<String>,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -106,11 +106,11 @@ fn attempt(args: &TryArgs) -> anyhow::Result<ExitCode> {
     let found = load_hand(&args.hand);
     let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
     let mut tasks = Task::builtin();
-    if let Some(wrong) = args.task.iter().find(|name| tasks.iter().all(|task| task.name != **name)) {
+    if let Some(wrong) = args.only.iter().find(|name| tasks.iter().all(|task| task.name != **name)) {
         let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
         bail!("no task `{wrong}`; there are {}", names.join(", "));
     }
-    tasks.retain(|task| args.task.is_empty() || args.task.contains(&task.name));
+    tasks.retain(|task| args.only.is_empty() || args.only.contains(&task.name));
     let all_played = print_trials(&tasks, &hand, "", args.json)?;
     Ok(if all_played { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

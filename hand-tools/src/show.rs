@@ -30,14 +30,14 @@ pub struct ShowArgs {
     /// A URDF file, a folder or .zip with one, or the name of a built-in hand
     hand: String,
     /// Draw an image into this .svg or .png file
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, short, alias = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Motor positions to close to, from 0 (open) to 1: one for all motors, or one per motor
-    #[arg(long, requires = "out", value_delimiter = ',', value_parser = parse_sigma, default_value = "0.6")]
+    #[arg(long, requires = "output", value_delimiter = ',', value_parser = parse_sigma, default_value = "0.6")]
     sigma: Vec<f64>,
     /// A constant force on a link's centre of mass after the hand has closed: link:fx,fy,fz in N, world frame.
     /// The hand's base frame equals the world frame
-    #[arg(long, requires = "out", value_name = "LINK:FX,FY,FZ", allow_hyphen_values = true)]
+    #[arg(long, requires = "output", value_name = "LINK:FX,FY,FZ", allow_hyphen_values = true)]
     push: Vec<PushArg>,
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let found = load_hand(&args.hand);
     let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
     let mut out = std::io::stdout().lock();
-    let Some(file) = &args.out else {
+    let Some(file) = &args.output else {
         write!(out, "{}", describe(&hand))?;
         return Ok(ExitCode::SUCCESS);
     };

@@ -1,7 +1,7 @@
-//! Who is asking: bearer tokens and the roles they stand for.
+//! Authentication: bearer tokens and their roles.
 //!
-//! A token is `plm_<id>_<secret>`: the id finds the row, the SHA-256 of the secret is compared in constant time.
-//! Only the hash is stored, so that whoever reads the database cannot play as anybody.
+//! A token is `plm_<id>_<secret>`: the id finds the row, the SHA-256 of the secret is compared in constant time. Only the hash is stored,
+//! so that a copy of the database gives no access.
 
 use crate::store::{NewAuditEntry, NewToken, Store};
 use anyhow::Context;
@@ -15,70 +15,70 @@ use subtle::{Choice, ConstantTimeEq};
 use tokio::sync::watch;
 
 const PREFIX: &str = "plm";
-/// Digits of a token's public half.
+/// Hexadecimal digits of a token's id.
 const ID_DIGITS: usize = 16;
-/// Digits of its secret half: 256 random bits.
+/// Hexadecimal digits of its secret: 256 random bits.
 const SECRET_DIGITS: usize = 64;
-/// What stands before a token that is offered as a subprotocol.
+/// Prefix of a token that is offered as a subprotocol.
 const TOKEN_PROTOCOL: &str = "palmares.token.";
-/// Compared where no hash is stored; as long as one.
+/// Compared when no hash is stored; of equal length.
 const DUMMY_HASH: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// What a token allows.
+/// The role of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub(crate) enum Role {
-    /// Play, and see what is one's own.
+    /// May play, and read the team's own data.
     Team,
-    /// Run the competition.
+    /// May run the competition.
     Organizer,
-    /// Watch.
+    /// May watch.
     Viewer,
 }
 
 impl Role {
-    /// As stored.
+    /// The role as stored.
     pub(crate) fn word(self) -> &'static str {
         self.into()
     }
 }
 
-/// Who is asking.
+/// The holder of a valid token.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Identity {
-    /// The token's public half.
+    /// Id of the token.
     pub(crate) token_id: String,
-    /// What it allows.
+    /// Its role.
     pub(crate) role: Role,
-    /// Whose it is, for the role `team`.
+    /// Its team, for the role `team`.
     pub(crate) team: Option<String>,
 }
 
-/// A token that was just made; shown once.
+/// A token with its secret; shown once.
 pub(crate) struct Token {
-    /// Its public half.
+    /// Its id.
     pub(crate) id: String,
     secret: String,
 }
 
 impl Token {
-    /// A random one.
+    /// A random token.
     pub(crate) fn random() -> Result<Self, getrandom::Error> {
         Ok(Token { id: random_hex(ID_DIGITS / 2)?, secret: random_hex(SECRET_DIGITS / 2)? })
     }
 
-    /// The whole token, for its owner's eyes.
+    /// The whole token, for its holder.
     pub(crate) fn reveal(&self) -> String {
         format!("{PREFIX}_{}_{}", self.id, self.secret)
     }
 
-    /// What is stored of the secret.
+    /// The hash of the secret, as stored.
     pub(crate) fn secret_hash(&self) -> String {
         sha256_hex(self.secret.as_bytes())
     }
 
-    /// Whether this hash is the secret's. Without one a dummy of equal length is compared, since slices of different
-    /// lengths are told apart at once: the answer takes as long for an id that nobody has.
+    /// Compares the stored hash in constant time. Without one a dummy of equal length is compared, so that the answer takes as long for
+    /// an unknown id.
     fn has_hash(&self, stored: Option<&str>) -> bool {
         let same = self.secret_hash().as_bytes().ct_eq(stored.unwrap_or(DUMMY_HASH).as_bytes());
         (same & Choice::from(u8::from(stored.is_some()))).into()
@@ -93,7 +93,7 @@ impl Token {
 }
 
 impl fmt::Debug for Token {
-    /// Tells the public half only.
+    /// Shows the id only.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Token({})", self.id)
     }
@@ -111,7 +111,7 @@ pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
     hex::encode(Sha256::digest(bytes))
 }
 
-/// Checks tokens, and tells open connections when one is revoked.
+/// Checks tokens, and closes open connections when one is revoked.
 #[derive(Debug, Default)]
 pub(crate) struct Auth {
     /// Ids of the tokens revoked since the server started.
@@ -123,7 +123,7 @@ fn refused() -> Refusal {
     Refusal::new(Code::NotAuthorized, message)
 }
 
-/// The token of the header; none without one.
+/// The token in the header `Authorization`; None without the header.
 fn bearer(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
     let mut values = headers.get_all(AUTHORIZATION).iter();
     let Some(value) = values.next() else { return Ok(None) };
@@ -138,7 +138,7 @@ fn bearer(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
     Token::parse(token.trim()).ok_or_else(refused).map(Some)
 }
 
-/// The token that is offered as a subprotocol; none without one.
+/// The token that is offered as a subprotocol; None without one.
 fn offered(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
     let mut token = None;
     for value in headers.get_all(SEC_WEBSOCKET_PROTOCOL) {
@@ -153,10 +153,10 @@ fn offered(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
 }
 
 impl Auth {
-    /// Who sends these headers; none without a token.
+    /// The identity behind these headers; None without a token.
     ///
     /// # Errors
-    /// A header that is no valid token, or one that was revoked: always the same words.
+    /// The token is not valid or revoked: always with the same message.
     pub(crate) async fn identify(
         &self,
         store: &Store,
@@ -168,8 +168,8 @@ impl Auth {
         }
     }
 
-    /// The same where a browser may ask: it cannot send that header with a WebSocket, and offers the token as one more
-    /// subprotocol instead.
+    /// The identity behind the headers of a WebSocket, also from a browser: it cannot set `Authorization` there and offers the token as a
+    /// subprotocol.
     pub(crate) async fn identify_browser(
         &self,
         store: &Store,
@@ -190,26 +190,26 @@ impl Auth {
         Ok(Identity { token_id: row.token_id, role, team: row.team })
     }
 
-    /// The same, for what nobody may do without a token.
+    /// The identity behind these headers; refused without a token.
     pub(crate) async fn require(&self, store: &Store, headers: &HeaderMap) -> Result<Identity, Refusal> {
         self.identify(store, headers).await?.ok_or_else(refused)
     }
 
-    /// Only for organizers.
+    /// The identity of an organizer; refused for others.
     pub(crate) async fn organizer(&self, store: &Store, headers: &HeaderMap) -> Result<Identity, Refusal> {
         let identity = self.require(store, headers).await?;
         if identity.role == Role::Organizer { Ok(identity) } else { Err(forbidden("an organizer's token")) }
     }
 
-    /// Tells the connections of these tokens to close.
+    /// Closes the connections of these tokens.
     pub(crate) fn revoke(&self, token_ids: impl IntoIterator<Item = String>) {
         self.revoked.send_modify(|revoked| revoked.extend(token_ids));
     }
 
-    /// Returns when the token is revoked, at once if it was since the server started; never for no token.
+    /// Returns when the token is revoked, at once if that has happened since the server started; never without a token.
     pub(crate) async fn revoked(&self, identity: Option<&Identity>) {
         match identity {
-            // The sender lives in `self`: waiting cannot fail.
+            // The sender is in `self`: waiting cannot fail.
             Some(identity) => {
                 let _ =
                     self.revoked.subscribe().wait_for(|revoked| revoked.contains(&identity.token_id)).await;
@@ -219,15 +219,15 @@ impl Auth {
     }
 }
 
-/// A token that is valid, but not for this.
+/// The refusal for a valid token with the wrong role.
 pub(crate) fn forbidden(needed: &str) -> Refusal {
     Refusal::new(Code::Forbidden, format!("this needs {needed}"))
 }
 
-/// Makes and stores a token. With `only`, the other tokens of its team are revoked; their ids are returned.
+/// Creates and stores a token. With `only`, the other tokens of its team are revoked; their ids are returned.
 ///
 /// # Errors
-/// No randomness, or the store's.
+/// No randomness, or the database failed.
 pub(crate) async fn issue(
     store: &Store,
     role: Role,
@@ -278,18 +278,20 @@ mod tests {
             }
             headers
         };
-        let told = offered(&headers(&[format!("palmares.v1.bin, palmares.token.{text}")]));
-        assert_eq!(told.expect("valid").map(|token| token.id), Some(token.id));
+        let token_offered = offered(&headers(&[format!("palmares.v1.bin, palmares.token.{text}")]));
+        assert_eq!(token_offered.expect("valid").map(|token| token.id), Some(token.id));
         assert!(matches!(offered(&headers(&["palmares.v1.bin".into()])), Ok(None)));
         let twice = format!("palmares.token.{text},palmares.token.{text}");
-        let apart = [format!("palmares.token.{text}"), format!("palmares.token.{text}")];
-        for wrong in [&[twice][..], &apart, &["palmares.token.".into()], &["palmares.token.plm_1_2".into()]] {
+        let separate = [format!("palmares.token.{text}"), format!("palmares.token.{text}")];
+        for wrong in
+            [&[twice][..], &separate, &["palmares.token.".into()], &["palmares.token.plm_1_2".into()]]
+        {
             assert!(offered(&headers(wrong)).is_err());
         }
     }
 
     #[test]
-    fn what_is_no_token_is_refused() {
+    fn malformed_tokens_are_refused() {
         let good = Token::random().expect("randomness").reveal();
         let short = &good[..good.len() - 1];
         for bad in

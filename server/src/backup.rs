@@ -1,6 +1,7 @@
-//! A competition in one archive: every table as lines of JSON, replays, uploaded hands, keys. Works for every kind of
-//! database, also while the server runs, and moves a competition from one kind to another.
+//! A backup: one ZIP archive with every table as lines of JSON, replays, uploaded hands and keys. It can be written while the server
+//! runs, and restored into another kind of database.
 
+use crate::blocking::assert_may_block;
 use crate::store::{Store, Table};
 use anyhow::{Context, bail};
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 /// Version of the archive's layout.
 const FORMAT: u32 = 1;
 const MANIFEST: &str = "manifest.json";
-/// Folders of the data directory that are part of it.
+/// Folders of the data directory in a backup.
 const FOLDERS: [&str; 2] = ["replays", "hands"];
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -24,20 +25,21 @@ struct Manifest {
     unix_ms: i64,
 }
 
-/// Where a running server's files are.
+/// The files of a running server.
 #[derive(Clone, Debug)]
 pub(crate) struct Files {
-    /// Its data directory.
+    /// The data directory.
     pub(crate) data_dir: PathBuf,
-    /// Name in the data directory of a restored server, and where the file is now.
+    /// Secret files: name in the data directory of a restored server, and current path.
     pub(crate) secrets: Vec<(&'static str, PathBuf)>,
 }
 
-/// Writes an archive as a stream.
+/// Writes a backup as a stream.
 ///
 /// # Errors
 /// A file cannot be read, or `to` cannot be written.
 pub(crate) fn write(to: impl Write, tables: &[Table], files: &Files) -> anyhow::Result<()> {
+    assert_may_block();
     let mut zip = ZipWriter::new_stream(to);
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
     let manifest = Manifest {
@@ -60,7 +62,7 @@ pub(crate) fn write(to: impl Write, tables: &[Table], files: &Files) -> anyhow::
             add(&mut zip, &format!("data/{name}"), path, options)?;
         }
     }
-    // Replays are packed already.
+    // Replays are compressed already.
     let stored = options.compression_method(CompressionMethod::Stored).large_file(true);
     for folder in FOLDERS {
         add_folder(&mut zip, &format!("data/{folder}"), &files.data_dir.join(folder), stored)?;
@@ -107,16 +109,16 @@ fn add_folder<W: Write>(
     Ok(())
 }
 
-/// Puts an archive into an empty data directory and an empty database.
+/// Restores a backup into an empty data directory and an empty database.
 ///
 /// # Errors
-/// Either is not empty, the archive is not one of ours or broken, or something cannot be written.
+/// One of them is not empty, the file is no valid backup, or something cannot be written.
 pub(crate) async fn restore(archive: &Path, data_dir: &Path, store: &Store) -> anyhow::Result<()> {
     let what = || archive.display().to_string();
     let file = File::open(archive).with_context(|| format!("cannot read {}", what()))?;
-    let none_of_ours = || format!("{}: not a backup of Palmares", what());
-    let mut zip = ZipArchive::new(BufReader::new(file)).with_context(none_of_ours)?;
-    let manifest = zip.by_name(MANIFEST).with_context(none_of_ours)?;
+    let no_backup = || format!("{}: not a backup of Palmares", what());
+    let mut zip = ZipArchive::new(BufReader::new(file)).with_context(no_backup)?;
+    let manifest = zip.by_name(MANIFEST).with_context(no_backup)?;
     let manifest: Manifest = serde_json::from_reader(manifest).with_context(what)?;
     if manifest.format != FORMAT {
         bail!("{}: layout {}, this program reads {FORMAT}", what(), manifest.format);
@@ -145,20 +147,20 @@ pub(crate) async fn restore(archive: &Path, data_dir: &Path, store: &Store) -> a
             unpack(entry, Path::new(inner), data_dir).with_context(|| format!("{}: {name}", what()))?;
         }
     }
-    // Files first: rows that name missing files would be worse than files without rows.
+    // After the files: rows without their files would be worse than files without rows.
     store.fill(&tables).await?;
     Ok(())
 }
 
 fn unpack(mut entry: impl Read, inner: &Path, data_dir: &Path) -> anyhow::Result<()> {
     if inner.components().any(|part| !matches!(part, Component::Normal(_))) {
-        bail!("leads out of the data directory");
+        bail!("the path leaves the data directory");
     }
     let path = data_dir.join(inner);
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;
     }
-    // Keys are among them: for the owner alone.
+    // Readable by the owner only, since keys are among the files.
     let mut file = File::options().write(true).create_new(true).mode(0o600).open(&path)?;
     io::copy(&mut entry, &mut file)?;
     file.sync_all()?;

@@ -1,20 +1,20 @@
-//! What is played: tasks, hands, rules, and what a client must keep to.
+//! The competition: tasks, hands, rules, and the limits for clients.
 
 use crate::compute::Background;
 use crate::compute::pace::HOLD_TICKS;
 use crate::config::sensing::SensingRules;
-use crate::config::settings::{MESSAGE_BYTES, REPEAT, Settings};
+use crate::config::settings::{MAX_REPEAT, MESSAGE_BYTES, Settings};
 use crate::hands::OwnHands;
 use crate::rules::Rules;
 use crate::store::Store;
-use crate::world::live::STREAMED;
+use crate::world::realtime::STREAM_LENGTH;
 use palmares_models::hand::Hand;
 use palmares_protocol::Refusal;
 use palmares_protocol::reply::{self, HandInfo, Limits, TaskInfo};
 use palmares_tasks::Task;
 use std::sync::Arc;
 
-/// What is played, and by which rules.
+/// Tasks, hands and rules.
 #[derive(Debug)]
 pub(crate) struct Competition {
     /// The rules.
@@ -23,11 +23,11 @@ pub(crate) struct Competition {
     pub(crate) tasks: Vec<Arc<Task>>,
     /// Hands that can be played with.
     pub(crate) hands: Vec<Arc<Hand>>,
-    /// Hands that teams sent in.
+    /// Hands that teams uploaded.
     pub(crate) own_hands: OwnHands,
-    /// What controllers may see.
+    /// Observations that controllers may have.
     pub(crate) sensing: SensingRules,
-    /// What an organizer sets.
+    /// Settings of the organizer.
     pub(crate) settings: Settings,
 }
 
@@ -42,7 +42,7 @@ impl Competition {
         self.hands.iter().find(|hand| hand.name == name)
     }
 
-    /// What is told of it.
+    /// The competition, for clients.
     pub(crate) fn info(&self) -> reply::Competition {
         reply::Competition {
             name: self.rules.name.clone(),
@@ -54,11 +54,11 @@ impl Competition {
         }
     }
 
-    /// What a client must keep to.
+    /// The limits for a client.
     pub(crate) fn limits(&self) -> Limits {
         Limits {
             message_bytes: MESSAGE_BYTES,
-            repeat: REPEAT,
+            repeat: MAX_REPEAT,
             requests_per_s: self.settings.requests_per_s,
             requests_burst: 2.0 * self.settings.requests_per_s,
             resume_grace_s: self.settings.resume_grace.as_secs_f64(),
@@ -66,7 +66,7 @@ impl Competition {
             ping_timeout_s: self.settings.ping_timeout.as_secs_f64(),
             hello_timeout_s: self.settings.hello_timeout.as_secs_f64(),
             hold_ticks: HOLD_TICKS,
-            outbox_obs: STREAMED,
+            outbox_obs: STREAM_LENGTH,
         }
     }
 
@@ -75,12 +75,12 @@ impl Competition {
         self.tasks.iter().map(|task| task.name.clone()).collect()
     }
 
-    /// The tasks in short.
+    /// Short descriptions of the tasks.
     pub(crate) fn task_infos(&self) -> Vec<TaskInfo> {
         self.tasks.iter().map(|task| TaskInfo::of(task)).collect()
     }
 
-    /// The hands in short that a team can play: everybody's, then its own.
+    /// Short descriptions of the hands that a team can play: first the server's, then its own.
     pub(crate) async fn hand_infos(
         &self,
         store: &Store,

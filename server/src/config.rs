@@ -1,4 +1,4 @@
-//! What `palmares serve` can be told: by options, by environment variables, by a file.
+//! Configuration of `palmares serve`: by options, environment variables and a file.
 
 mod file;
 pub(crate) mod sensing;
@@ -7,7 +7,7 @@ pub(crate) mod settings;
 use anyhow::bail;
 use clap::Args;
 use file::File;
-pub(crate) use file::{LONGEST_SESSION_S, Mode};
+pub(crate) use file::{CompetitionMode, MAX_SESSION_S};
 use palmares_models::measure::HandLimits;
 use sensing::SensingRules;
 use settings::Settings;
@@ -15,14 +15,14 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// What an official reset costs unless the organizer says otherwise, s: looking at scene after scene is not free.
+/// Default cost of an official reset, s: it limits how many scenes a team can look at.
 const RESET_COST_S: f64 = 10.0;
 
 /// File of the signing key in the data directory, unless the configuration names another.
 pub(crate) const SIGNING_KEY_FILE: &str = "signing.key";
 
-/// Options of `palmares serve`. Each can also be set by the environment variable shown with it, most of them also in
-/// the file of --config; an option here wins over the environment, which wins over the file.
+/// Options of `palmares serve`. Each can also be set by the environment variable shown with it, and most in the file of
+/// --config. An option overrides the environment, which overrides the file.
 #[derive(Args, Clone, Debug)]
 pub struct ServeOptions {
     /// A file that describes the competition, such as competition.toml; needed for the official mode
@@ -34,7 +34,7 @@ pub struct ServeOptions {
     #[arg(long, value_name = "ADDRESS:PORT", env = "PALMARES_LISTEN")]
     pub(crate) listen: Option<SocketAddr>,
 
-    /// Directory for database, keys, replays and hands; created when it is missing [default: .palmares]
+    /// Directory for database, keys, replays and hands; created if it is missing [default: .palmares]
     #[arg(long, alias = "data", value_name = "DIR", env = "PALMARES_DATA_DIR")]
     pub(crate) data_dir: Option<PathBuf>,
 
@@ -43,48 +43,48 @@ pub struct ServeOptions {
     #[arg(long, value_name = "URL", env = "DATABASE_URL", hide_env_values = true)]
     pub(crate) database_url: Option<String>,
 
-    /// A hand of your own beside those that come with the program: a URDF file, or a folder or .zip with one. May be
-    /// given several times
+    /// A hand of your own, in addition to the built-in ones: a URDF file, or a folder or .zip with one. May be given
+    /// several times
     #[arg(long = "hand", value_name = "PATH")]
     pub(crate) hands: Vec<PathBuf>,
 
-    /// A task of your own beside those that come with the program: a folder with a task.toml. May be given several times
+    /// A task of your own, in addition to the built-in ones: a folder with a task.toml. May be given several times
     #[arg(long = "task", value_name = "PATH")]
     pub(crate) tasks: Vec<PathBuf>,
 
-    /// Do not record practice runs. Official runs are always recorded: they count only when they replay
+    /// Do not record practice runs. Official runs are always recorded, since they count only after verification
     #[arg(long, env = "PALMARES_NO_REPLAYS")]
     pub(crate) no_replays: bool,
 
-    /// Megabytes of practice replays that are kept, a megabyte or two for a minute of run; the oldest are deleted
+    /// Megabytes of practice replays to keep, one or two for a minute of a run; the oldest are deleted first
     #[arg(long, value_name = "MB", env = "PALMARES_PRACTICE_REPLAYS_MB", default_value_t = 2048)]
     pub(crate) practice_replays_mb: u64,
 
-    /// Runs that may be open at once; further ones are refused with `capacity` [default: 32]
+    /// Max open runs; further ones are refused with `capacity` [default: 32]
     #[arg(long, value_name = "N", env = "PALMARES_MAX_WORLDS", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) max_worlds: Option<u32>,
 
-    /// Control connections that may be open at once [default: 256]
+    /// Max control connections [default: 256]
     #[arg(long, value_name = "N", env = "PALMARES_MAX_CONNECTIONS",
           value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) max_connections: Option<u32>,
 
-    /// Of these, those of one team's tokens [default: 16]
+    /// Max control connections per team [default: 16]
     #[arg(long, value_name = "N", env = "PALMARES_MAX_CONNECTIONS_PER_TEAM",
           value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) max_connections_per_team: Option<u32>,
 
-    /// Connections of any kind from one address, other than this machine's, that may be open at once [default: 64]
+    /// Max connections of any kind from one address other than this machine's [default: 64]
     #[arg(long, value_name = "N", env = "PALMARES_MAX_CONNECTIONS_PER_ADDRESS",
           value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) max_connections_per_address: Option<u32>,
 
-    /// A name under which the server is served, as behind a reverse proxy: cup.example.org. May be given several times.
-    /// A server on the loopback interface answers to its addresses, to localhost and to these
+    /// A name of the server, for example behind a reverse proxy: cup.example.org. May be given several times. A server on the
+    /// loopback interface answers only to its addresses, to localhost and to these names
     #[arg(long = "allowed-host", value_name = "NAME", env = "PALMARES_ALLOWED_HOSTS", value_delimiter = ',')]
     pub(crate) allowed_hosts: Vec<String>,
 
-    /// A site whose pages may use the server beside its own: https://cup.example.org. May be given several times
+    /// A site whose pages may use the server, in addition to its own: https://cup.example.org. May be given several times
     #[arg(
         long = "allowed-origin",
         value_name = "ORIGIN",
@@ -93,87 +93,85 @@ pub struct ServeOptions {
     )]
     pub(crate) allowed_origins: Vec<String>,
 
-    /// Requests per second that a connection may keep up; twice as many at once [default: 10000]
+    /// Max requests per second of a connection, with bursts of twice that number [default: 10000]
     #[arg(long, value_name = "N", env = "PALMARES_MAX_REQUESTS_PER_S", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_requests_per_s: Option<u32>,
 
-    /// How long a session waits for a client that lost its connection, in seconds [default: 30]
+    /// Seconds for which a session waits for a client that lost its connection [default: 30]
     #[arg(long, value_name = "SECONDS", env = "PALMARES_RESUME_GRACE_S",
           value_parser = clap::value_parser!(u32).range(0..=3600))]
     pub(crate) resume_grace_s: Option<u32>,
 
-    /// How long open runs may take to be scored when the server is told to end, in seconds; a container's stop timeout
-    /// should be 10 s longer [default: 30]
+    /// Seconds for scoring open runs when the server stops; a container's stop timeout should be 10 s longer [default: 30]
     #[arg(long, value_name = "SECONDS", env = "PALMARES_SHUTDOWN_GRACE_S",
           value_parser = clap::value_parser!(u32).range(0..=3600))]
     pub(crate) shutdown_grace_s: Option<u32>,
 
-    /// A client that gives no sign of life for this long, or does not take a message for this long, is taken for gone,
-    /// in seconds
+    /// Seconds after which a client that is silent, or does not accept a message, is disconnected
     #[arg(long, value_name = "SECONDS", env = "PALMARES_PING_TIMEOUT_S", default_value_t = 15, hide = true,
           value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub(crate) ping_timeout_s: u32,
 
-    /// A control connection that has not said hello for this long is closed, in seconds
+    /// Seconds after which a control connection without a hello is closed
     #[arg(long, value_name = "SECONDS", env = "PALMARES_HELLO_TIMEOUT_S", default_value_t = 10, hide = true,
           value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub(crate) hello_timeout_s: u32,
 }
 
-/// Everything `palmares serve` needs to know.
+/// The configuration of a server.
 #[derive(Clone, Debug)]
 pub(crate) struct Config {
-    /// For people.
+    /// The competition's name, for people.
     pub(crate) name: String,
-    /// What is being played.
-    pub(crate) mode: Mode,
-    /// Length of a session, s; always there in the official mode.
+    /// Practice or official.
+    pub(crate) mode: CompetitionMode,
+    /// Length of a session, s; always set in the official mode.
     pub(crate) session_s: Option<f64>,
-    /// How many sessions a team has, in the official mode.
+    /// Number of sessions of a team, in the official mode.
     pub(crate) sessions_per_team: u32,
-    /// What a reset takes from a session, s.
+    /// Cost of a reset, s.
     pub(crate) reset_cost_s: f64,
-    /// Names of the tasks that come with the program; none for all.
+    /// Names of the built-in tasks to play; None for all.
     pub(crate) builtin_tasks: Option<Vec<String>>,
-    /// Further tasks, from folders.
+    /// Folders of further tasks.
     pub(crate) tasks: Vec<PathBuf>,
-    /// What controllers may see.
+    /// Observations that controllers may have.
     pub(crate) sensing: SensingRules,
-    /// Names of the hands that come with the program; none for all.
+    /// Names of the built-in hands to play; None for all.
     pub(crate) builtin_hands: Option<Vec<String>>,
-    /// Further hands, from files.
+    /// Files of further hands.
     pub(crate) hands: Vec<PathBuf>,
-    /// How far hands that do not come with the program may go.
+    /// Limits on hands that are not built in.
     pub(crate) hand_limits: HandLimits,
-    /// Where to listen.
+    /// Address and port to listen on.
     pub(crate) listen: SocketAddr,
-    /// Keys, replays, uploaded hands, and the database unless it is elsewhere.
+    /// Directory for keys, replays, uploaded hands, and the database unless it has a URL.
     pub(crate) data_dir: PathBuf,
-    /// The database, unless it is a file in the data directory.
+    /// URL of the database; None for a file in the data directory.
     pub(crate) database_url: Option<String>,
-    /// The file with the secret that official seeds are made from.
+    /// File of the secret from which official seeds are derived.
     pub(crate) seed_secret: PathBuf,
-    /// The file with the key that signs replays.
+    /// File of the key that signs replays.
     pub(crate) signing_key: PathBuf,
-    /// Practice runs are not recorded.
+    /// Whether practice runs are not recorded.
     pub(crate) no_replays: bool,
-    /// Megabytes of practice replays that are kept.
+    /// Megabytes of practice replays to keep.
     pub(crate) practice_replays_mb: u64,
-    /// How long open runs may take to finish at the end.
+    /// Time for scoring open runs when the server stops.
     pub(crate) shutdown_grace: Duration,
-    /// Names under which the server is served, beside its addresses.
+    /// Names of the server, in addition to its addresses.
     pub(crate) allowed_hosts: Vec<String>,
-    /// Sites whose pages may use the server, beside its own.
+    /// Sites whose pages may use the server, in addition to its own.
     pub(crate) allowed_origins: Vec<String>,
-    /// What sessions need to know.
+    /// Limits and timeouts of connections and worlds.
     pub(crate) settings: Settings,
 }
 
 impl ServeOptions {
-    /// Puts options, environment and file together.
+    /// Combines options, environment and file.
     ///
     /// # Errors
-    /// The file cannot be read or asks for something that is not possible.
+    /// The file cannot be read or is not valid.
     pub(crate) fn resolve(&self) -> anyhow::Result<Config> {
         let file = match &self.config {
             Some(path) => File::read(path)?,
@@ -184,11 +182,11 @@ impl ServeOptions {
         let mode = file.mode.unwrap_or_default();
         let session_s = match (mode, file.session_s) {
             (_, Some(seconds)) => Some(seconds),
-            (Mode::Official, None) => Some(1800.0),
-            (Mode::Practice, None) => None,
+            (CompetitionMode::Official, None) => Some(1800.0),
+            (CompetitionMode::Practice, None) => None,
         };
         let reset_cost_s =
-            file.reset_cost_s.unwrap_or(if mode == Mode::Official { RESET_COST_S } else { 0.0 });
+            file.reset_cost_s.unwrap_or(if mode == CompetitionMode::Official { RESET_COST_S } else { 0.0 });
         if let (Some(path), Some(session_s)) = (&self.config, session_s)
             && reset_cost_s >= session_s
         {
@@ -212,7 +210,7 @@ impl ServeOptions {
         let count =
             |option: Option<u32>, in_file: Option<u32>, usual| option.or(in_file).unwrap_or(usual) as usize;
         let seconds = |seconds| Duration::from_secs(u64::from(seconds));
-        let default_name = if mode == Mode::Official { "competition" } else { "practice" };
+        let default_name = if mode == CompetitionMode::Official { "competition" } else { "practice" };
         Ok(Config {
             name: file.name.clone().unwrap_or_else(|| default_name.into()),
             mode,
@@ -259,10 +257,10 @@ impl ServeOptions {
     }
 }
 
-/// The limits of hands in a competition's file.
+/// The limits on hands in a competition's file.
 ///
 /// # Errors
-/// The file cannot be read or is wrong.
+/// The file cannot be read or is not valid.
 pub fn hand_limits(path: &Path) -> anyhow::Result<HandLimits> {
     Ok(File::read(path)?.hand_limits)
 }

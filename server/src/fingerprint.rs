@@ -1,52 +1,51 @@
-//! Whether two runs were played with the same actions, also if one lags behind the other.
+//! Fingerprints of a run's actions, to find runs that were played with the same actions, possibly with a delay.
 //!
-//! Fingerprints by winnowing (Schleimer, Wilkerson, Aiken 2003): the hashes of all windows of `GRAM` changes of the
-//! action, of which every `WINDOW` neighbours keep their smallest. Only changes count: how long an action is held,
-//! and when the first one comes, makes no difference. What is equal over `GRAM + WINDOW - 1` changes shares a mark;
-//! what shares a mark is equal over `GRAM` changes, up to rounding. Whoever adds noise to somebody's actions is not
-//! found: this finds copies, it proves nothing.
+//! The fingerprint is by winnowing (Schleimer, Wilkerson, Aiken 2003): of the hashes of all windows of `GRAM` changes of the action,
+//! every `WINDOW` neighbours keep their smallest as a mark. Only changes count: the duration of an action and the time of the first
+//! one make no difference. Runs that are equal over `GRAM + WINDOW - 1` changes share a mark; runs that share a mark are equal over
+//! `GRAM` changes, up to rounding. A copy with added noise is not found: a match is a hint, no proof.
 
 use palmares_tasks::{Action, BaseTarget};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Changes that are hashed together.
 const GRAM: usize = 16;
-/// Neighbouring hashes of which one is kept.
+/// Number of neighbouring hashes of which one is kept.
 const WINDOW: usize = 32;
-/// A run whose action changed less often is idle: it is like every other idle run.
-const FEWEST: usize = 4;
-/// A common stretch of so many changes is told: a second of an action that changes in every tick ...
-const LONG: u64 = 100;
-/// ... and so is one of this part of the changes of the run that has fewer.
-const SHARE: f64 = 0.5;
+/// A run with fewer changes is idle and has no marks: all idle runs are alike.
+const MIN_CHANGES: usize = 4;
+/// A common stretch of this length is reported: a second of an action that changes in every tick.
+const REPORTED_CHANGES: u64 = 100;
+/// A common stretch of this part of the shorter run is reported too.
+const REPORTED_PART: f64 = 0.5;
 
-/// A fingerprint of a stretch of actions.
+/// The hash of a window of changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mark {
-    /// Of the changes from its place on.
+    /// Hash of the changes from `place` on.
     pub(crate) hash: i64,
-    /// Which change of the run it begins with.
+    /// Index of its first change in the run.
     pub(crate) place: i64,
 }
 
-/// The fingerprints of a run.
+/// The fingerprint of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Marks {
-    /// How often the action changed.
+pub(crate) struct Fingerprint {
+    /// Number of changes of the action.
     pub(crate) changes: u64,
     /// Each hash once, by place.
     pub(crate) marks: Vec<Mark>,
 }
 
-impl Marks {
-    /// Of the applied actions, tick by tick.
+impl Fingerprint {
+    /// The fingerprint of the applied actions, tick by tick.
     pub(crate) fn of<'a>(actions: impl Iterator<Item = &'a Action>) -> Self {
         let mut changes: Vec<u64> = actions.map(digest).collect();
         changes.dedup();
-        // What the first tick has is no change.
+        // The action of the first tick is no change.
         let changes = changes.get(1..).unwrap_or_default();
         let mut marks = Vec::new();
-        if changes.len() >= FEWEST {
+        if changes.len() >= MIN_CHANGES {
             let grams: Vec<u64> = changes.windows(GRAM.min(changes.len())).map(hash).collect();
             let mut known = BTreeSet::new();
             for (first, window) in grams.windows(WINDOW.min(grams.len())).enumerate() {
@@ -57,16 +56,16 @@ impl Marks {
                 }
             }
         }
-        Marks { changes: changes.len() as u64, marks }
+        Fingerprint { changes: changes.len() as u64, marks }
     }
 
-    /// The longest stretch of changes that is shared with another run, from the places of the marks they share, here
-    /// and there. At least so long: its ends may lie up to a window farther out. What repeats within a run has its mark
-    /// at its first place only: between two neighbouring marks that lag equally the runs are taken as equal.
+    /// The longest stretch of changes that is shared with another run, from the places of the shared marks in this run and in the other.
+    /// It is a lower bound: each end may be up to a window farther out. Repeated changes have a mark at their first place only, so runs
+    /// count as equal between two neighbouring marks with the same lag.
     pub(crate) fn longest(&self, shared: &[(i64, i64)]) -> u64 {
         let order: BTreeMap<i64, usize> =
             self.marks.iter().enumerate().map(|(k, mark)| (mark.place, k)).collect();
-        // By how far they lag behind each other, then by place.
+        // Sorted by lag, then by place.
         let mut shared: Vec<(i64, i64)> = shared.iter().map(|(here, there)| (there - here, *here)).collect();
         shared.sort_unstable();
         let gram = (GRAM as u64).min(self.changes);
@@ -87,12 +86,13 @@ impl Marks {
     }
 }
 
-/// Whether the organizer is told of a common stretch of two runs with so many changes.
-pub(crate) fn is_told(longest: u64, changes: (u64, u64)) -> bool {
-    longest >= LONG || longest > 0 && longest as f64 >= SHARE * changes.0.min(changes.1) as f64
+/// Whether a common stretch of two runs with these numbers of changes is reported to the organizer.
+pub(crate) fn is_reportable(longest: u64, changes: (u64, u64)) -> bool {
+    longest >= REPORTED_CHANGES
+        || longest > 0 && longest as f64 >= REPORTED_PART * changes.0.min(changes.1) as f64
 }
 
-/// An action as a number, positions to 0.1 mm, all else to a thousandth.
+/// The hash of an action, with positions rounded to 0.1 mm, all else to a thousandth.
 fn digest(action: &Action) -> u64 {
     let round = |x: f64, steps: f64| ((x * steps).round() as i64).cast_unsigned();
     let mut words = Vec::with_capacity(12);
@@ -115,7 +115,7 @@ fn digest(action: &Action) -> u64 {
     hash(&words)
 }
 
-/// FNV-1a over words with a final mix; stored, and so the same in every version.
+/// FNV-1a over words with a final mix. The hashes are stored, so this must not change.
 fn hash(words: &[u64]) -> u64 {
     let mut h: u64 = 0xcbf2_9ce4_8422_2325;
     for word in words {
@@ -131,8 +131,8 @@ fn hash(words: &[u64]) -> u64 {
 pub(crate) mod tests {
     use super::*;
 
-    /// A controller that fetches one ball after another: from where it is down to the ball, closing, and to the box,
-    /// where it opens; `speed` in m per tick. Its ramps at the box are the same in every run.
+    /// The actions of a controller that fetches one ball after another: it moves to the ball and closes, then moves to the box and
+    /// opens; `speed` in m per tick. The ramps at the box are the same in every run.
     pub(crate) fn fetching(balls: &[[f64; 3]], speed: f64) -> Vec<Action> {
         let mut actions = Vec::new();
         let mut at = [0.0, 0.0, 0.75];
@@ -170,20 +170,23 @@ pub(crate) mod tests {
     }
 
     fn compared(a: &[Action], b: &[Action]) -> (u64, bool) {
-        let (a, b) = (Marks::of(a.iter()), Marks::of(b.iter()));
+        let (a, b) = (Fingerprint::of(a.iter()), Fingerprint::of(b.iter()));
         let places: BTreeMap<i64, i64> = b.marks.iter().map(|mark| (mark.hash, mark.place)).collect();
         let both = a.marks.iter().filter_map(|mark| Some((mark.place, *places.get(&mark.hash)?)));
         let longest = a.longest(&both.collect::<Vec<_>>());
-        (longest, is_told(longest, (a.changes, b.changes)))
+        (longest, is_reportable(longest, (a.changes, b.changes)))
     }
 
     #[test]
     fn the_same_actions_are_found_whole() {
         let run = fetching(&balls(1), 0.004);
-        let (longest, told) = compared(&run, &run);
-        // The first tick is no change, up to a window is missing at each end, and the last movement, 50 ticks of opening
-        // at the box, is one that repeats.
-        assert!(told && longest as usize + 1 + 2 * WINDOW + 50 >= run.len(), "{longest} of {}", run.len());
+        let (longest, reported) = compared(&run, &run);
+        // Not counted: the first tick, up to a window at each end, and the last movement, 50 ticks of opening at the box, which repeats.
+        assert!(
+            reported && longest as usize + 1 + 2 * WINDOW + 50 >= run.len(),
+            "{longest} of {}",
+            run.len()
+        );
     }
 
     #[test]
@@ -199,8 +202,8 @@ pub(crate) mod tests {
         // A part of it in a run of another kind.
         let mut part = fetching(&balls(9), 0.003);
         part.extend_from_slice(&run[500..900]);
-        let (longest, told) = compared(&part, &run);
-        assert!(told && (400 - 2 * WINDOW as u64..=400).contains(&longest), "{longest}");
+        let (longest, reported) = compared(&part, &run);
+        assert!(reported && (400 - 2 * WINDOW as u64..=400).contains(&longest), "{longest}");
     }
 
     #[test]
@@ -216,15 +219,15 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn honest_runs_are_not_told() {
-        // The same program in other scenes shares what it does at the box, and no more.
+    fn honest_runs_are_not_reported() {
+        // The same program in other scenes shares only its movements at the box.
         for (a, b) in [(1, 2), (3, 4), (5, 6), (7, 8)] {
-            let (longest, told) = compared(&fetching(&balls(a), 0.004), &fetching(&balls(b), 0.004));
-            assert!(!told && longest < 60, "{longest}");
+            let (longest, reported) = compared(&fetching(&balls(a), 0.004), &fetching(&balls(b), 0.004));
+            assert!(!reported && longest < 60, "{longest}");
         }
         // Another program in the same scene.
-        let (longest, told) = compared(&fetching(&balls(1), 0.004), &fetching(&balls(1), 0.0037));
-        assert!(!told && longest < 60, "{longest}");
+        let (longest, reported) = compared(&fetching(&balls(1), 0.004), &fetching(&balls(1), 0.0037));
+        assert!(!reported && longest < 60, "{longest}");
     }
 
     #[test]
@@ -232,10 +235,10 @@ pub(crate) mod tests {
         let still = vec![Action { base: None, hand: Some(vec![0.0, 0.0]) }; 5000];
         let closed = vec![Action { base: None, hand: Some(vec![1.0, 1.0]) }; 5000];
         let once = [&still[..100], &closed[..]].concat();
-        assert_eq!(Marks::of(still.iter()), Marks::default());
-        assert_eq!(Marks::of(once.iter()), Marks { changes: 1, marks: Vec::new() });
+        assert_eq!(Fingerprint::of(still.iter()), Fingerprint::default());
+        assert_eq!(Fingerprint::of(once.iter()), Fingerprint { changes: 1, marks: Vec::new() });
         assert_eq!(compared(&once, &once), (0, false));
-        assert_eq!(Marks::of([].iter()), Marks::default());
+        assert_eq!(Fingerprint::of([].iter()), Fingerprint::default());
     }
 
     #[test]

@@ -1,10 +1,9 @@
-//! Hands that teams send in: checked, kept under their hash, loaded when they are played with.
+//! Hands that teams upload: checked, stored by their hash, loaded when they are played.
 
 use crate::auth::{random_hex, sha256_hex};
-use crate::compute::{Background, Level};
+use crate::blocking::{assert_may_block, blocking};
+use crate::compute::{Background, JobPriority};
 use crate::names;
-use palmares_tasks::inspect::{self, FigureRow, join_reasons};
-
 use crate::store::{HandRow, NewHand, Store, StoreError};
 use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
@@ -15,6 +14,7 @@ use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded, Visual};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
+use palmares_tasks::inspect::{self, FigureRow, join_reasons};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -24,26 +24,26 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::Semaphore;
 
-/// Hands that a team may have sent in, replaced ones included.
-const PER_TEAM: usize = 32;
-/// Hands that are kept ready, all teams together.
-const READY: usize = 64;
+/// Most hands that a team may upload, replaced ones included.
+const MAX_PER_TEAM: usize = 32;
+/// Most hands in memory, of all teams.
+const MAX_LOADED: usize = 64;
 
-/// Where the archives lie, and the hands that were loaded.
+/// The archives of uploaded hands, and the hands that are loaded.
 #[derive(Debug)]
 pub(crate) struct OwnHands {
     folder: PathBuf,
-    /// How far a hand may go.
+    /// Limits on hands.
     limits: Arc<HandLimits>,
-    /// What is played, and what a hand must fit into.
+    /// The tasks that a hand must fit into.
     tasks: Vec<Arc<Task>>,
-    ready: Mutex<BTreeMap<String, Arc<Hand>>>,
-    /// One check at a time: a check may take seconds and megabytes.
+    loaded: Mutex<BTreeMap<String, Arc<Hand>>>,
+    /// One check at a time, since a check may take seconds and much memory.
     checking: Semaphore,
 }
 
-/// The largest archive, bytes.
-pub(crate) fn largest() -> usize {
+/// Size of the largest archive, bytes.
+pub(crate) fn max_archive_bytes() -> usize {
     usize::try_from(Limits::default().archive_bytes).unwrap_or(usize::MAX)
 }
 
@@ -70,9 +70,10 @@ fn read_within(bytes: &[u8], limits: &HandLimits) -> Result<Loaded, String> {
     if beyond.is_empty() { Ok(loaded) } else { Err(join_reasons(&beyond)) }
 }
 
-/// Reads an archive as a hand that may be played, and tells what is odd about it, for its team and for who decides:
-/// oddities of its files, and its figures beside those of the program's hands.
+/// Reads an archive as a hand that may be played, with warnings for its team and the organizers: on its files, and on figures beyond
+/// those of the built-in hands.
 fn examine(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<Examined, Refusal> {
+    assert_may_block();
     let within = read_within(bytes, limits).map_err(|why| Refusal::new(Code::BadRequest, why));
     let Loaded { hand, sources, warnings } = within?;
     let hand = Arc::new(hand);
@@ -80,43 +81,64 @@ fn examine(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<Exa
     if !in_the_way.is_empty() {
         return Err(Refusal::new(Code::HandInTheWay, join_reasons(&in_the_way)));
     }
-    let mut odd: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    let mut warnings_of_check: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     let figures = inspect::figures(&hand, &sources, limits);
     let beyond = figures.iter().filter(|row| row.beyond_others);
-    odd.extend(beyond.map(|row| format!("beyond the program's hands: {}", row.in_words())));
-    Ok(Examined { hand, warnings: odd, figures })
+    warnings_of_check.extend(beyond.map(|row| format!("beyond the program's hands: {}", row.in_words())));
+    Ok(Examined { hand, sha256: sha256_hex(bytes), warnings: warnings_of_check, figures })
 }
 
-/// A hand that may be played, and what is to be told of it.
+/// A hand that may be played, and the results of its check.
 struct Examined {
     hand: Arc<Hand>,
+    /// SHA-256 of its archive.
+    sha256: String,
     warnings: Vec<String>,
     figures: Vec<FigureRow>,
 }
 
-/// What a team is told of a hand that it sent in.
+/// The answer to an upload.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "SubmittedHand")]
 pub(crate) struct Submitted {
-    /// The hand as it is kept.
+    /// The hand as stored.
     #[serde(flatten)]
     pub(crate) row: HandRow,
-    /// Beside the hands of the program and the limits.
+    /// Its figures, with those of the built-in hands and the limits.
     pub(crate) figures: Vec<FigureRow>,
 }
 
-/// What an organizer looks at before deciding.
+/// A hand for the organizer's decision.
 #[derive(Debug)]
 pub(crate) struct Inspection {
-    /// Beside the hands of the program and the limits.
+    /// Its figures, with those of the built-in hands and the limits.
     pub(crate) figures: Vec<FigureRow>,
-    /// What the hand would touch where it starts; with the tasks of this server.
+    /// Overlaps of the hand where it starts, in the tasks of this server.
     pub(crate) in_the_way: Vec<String>,
-    /// The hand in full.
+    /// Its full description.
     pub(crate) description: HandDescription,
 }
 
-/// Whether a team may play a hand: in official sessions an approved one; a rejected one never.
+/// Writes a file, whole or not at all.
+fn write_file(path: &Path, draft: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    assert_may_block();
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let mut file = File::create(draft)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    fs::rename(draft, path)
+}
+
+/// Reads an archive, and checks that it is the uploaded one.
+fn read_archive(path: &Path, sha256: &str) -> Result<Vec<u8>, String> {
+    assert_may_block();
+    let bytes = fs::read(path).map_err(|error| error.to_string())?;
+    if sha256_hex(&bytes) == sha256 { Ok(bytes) } else { Err("the file was changed".to_owned()) }
+}
+
+/// Whether a team may play a hand: in official sessions only an approved one, a rejected one never.
 fn usable(row: &HandRow, official: bool) -> bool {
     match row.status.as_str() {
         "approved" => true,
@@ -126,18 +148,18 @@ fn usable(row: &HandRow, official: bool) -> bool {
 }
 
 impl OwnHands {
-    /// Hands in this data directory.
+    /// The uploaded hands in a data directory.
     pub(crate) fn new(data_dir: &Path, limits: HandLimits, tasks: Vec<Arc<Task>>) -> Self {
         let folder = data_dir.join("hands");
-        let (ready, checking) = (Mutex::default(), Semaphore::new(1));
-        OwnHands { folder, limits: Arc::new(limits), tasks, ready, checking }
+        let (loaded, checking) = (Mutex::default(), Semaphore::new(1));
+        OwnHands { folder, limits: Arc::new(limits), tasks, loaded, checking }
     }
 
     fn path(&self, sha256: &str) -> PathBuf {
         self.folder.join(format!("{sha256}.zip"))
     }
 
-    /// Checks and keeps a hand; it waits for approval.
+    /// Checks and stores a hand; it waits for approval.
     pub(crate) async fn submit(
         &self,
         store: &Store,
@@ -148,34 +170,34 @@ impl OwnHands {
         let _turn = self.checking.try_acquire().map_err(|_| {
             Refusal::new(Code::Capacity, "another hand is being checked; try again").retry_after(2.0)
         })?;
-        let had = store.hands(Some(team)).await.map_err(store_failed)?;
-        if had.len() >= PER_TEAM {
-            let message = format!("team {} has sent in {PER_TEAM} hands; no more are taken", shortened(team));
+        let uploaded = store.hands(Some(team)).await.map_err(store_failed)?;
+        if uploaded.len() >= MAX_PER_TEAM {
+            let message = format!("team {} has uploaded {MAX_PER_TEAM} hands, the maximum", shortened(team));
             return Err(Refusal::new(Code::Capacity, message));
         }
         let received = Arc::new(received);
         let checked = {
             let (received, limits, tasks) = (received.clone(), self.limits.clone(), self.tasks.clone());
-            background.run(Level::Awaited, move || examine(&received.bytes, &limits, &tasks)).await
+            background.run(JobPriority::Awaited, move || examine(&received.bytes, &limits, &tasks)).await
         };
-        let bytes = &received.bytes;
-        let Examined { hand, warnings, figures } =
+        let Examined { hand, sha256, warnings, figures } =
             checked.map_err(|error| failed("the hand could not be checked", &error))??;
         names::hand(&hand.name).map_err(|error| error.of("name in hand.toml"))?;
         if let Some(known) = names::like(&hand.name, builtin_hands().iter().map(|known| known.name.as_str()))
         {
             let message = format!(
-                "name in hand.toml: `{}` looks like `{known}`, which comes with the program; choose another",
+                "name in hand.toml: `{}` looks like `{known}`, which is built in; choose another",
                 hand.name
             );
             return Err(Refusal::new(Code::BadRequest, message));
         }
-        let sha256 = sha256_hex(bytes);
-        if let Some(row) = had.into_iter().find(|row| row.sha256 == sha256) {
-            // The same again changes nothing.
+        if let Some(row) = uploaded.into_iter().find(|row| row.sha256 == sha256) {
+            // A second upload of the same archive changes nothing.
             return Ok(Submitted { row, figures });
         }
-        self.keep(&sha256, bytes).map_err(|error| failed("the hand could not be stored", &error))?;
+        let bytes = received.bytes.len();
+        let written = self.write_archive(&sha256, received).await;
+        written.map_err(|error| failed("the hand could not be stored", &error))?;
         let hand_id = random_hex(8).map_err(|error| failed("no randomness", &error))?;
         let hand_id = format!("hand_{hand_id}");
         let warnings_json = serde_json::to_string(&warnings).unwrap_or_else(|_| "[]".into());
@@ -184,28 +206,23 @@ impl OwnHands {
             team,
             name: &hand.name,
             sha256: &sha256,
-            bytes: bytes.len() as u64,
+            bytes: bytes as u64,
             warnings: &warnings_json,
         };
         store.add_hand(&row).await.map_err(store_failed)?;
         let row = store.hand(&hand_id).await.map_err(store_failed)?;
-        let row = row.ok_or_else(|| failed("the hand could not be stored", &"it is not there"))?;
-        tracing::info!(team, hand = row.name, hand_id, bytes = bytes.len(), "hand sent in");
+        let row = row.ok_or_else(|| failed("the hand could not be stored", &"its row is missing"))?;
+        tracing::info!(team, hand = row.name, hand_id, bytes, "hand uploaded");
         Ok(Submitted { row, figures })
     }
 
-    /// The archive on the disk, whole or not at all.
-    fn keep(&self, sha256: &str, bytes: &[u8]) -> std::io::Result<()> {
-        fs::create_dir_all(&self.folder)?;
+    /// Writes an archive to the disk, whole or not at all.
+    async fn write_archive(&self, sha256: &str, received: Arc<Received>) -> std::io::Result<()> {
         let (path, draft) = (self.path(sha256), self.folder.join(format!("{sha256}.draft")));
-        let mut file = File::create(&draft)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&draft, &path)
+        blocking(move || write_file(&path, &draft, &received.bytes)).await?
     }
 
-    /// A team's own hand of that name, and the SHA-256 of its archive: the newest one, in official sessions the newest
-    /// approved one. Rejected hands are nobody's.
+    /// A team's uploaded hand of that name, and the SHA-256 of its archive: the newest one, in official sessions the newest approved one.
     pub(crate) async fn find(
         &self,
         store: &Store,
@@ -222,7 +239,7 @@ impl OwnHands {
         }
     }
 
-    /// All that [`OwnHands::find`] finds for a team, by name. One that cannot be loaded is left out.
+    /// All hands that [`OwnHands::find`] finds for a team, by name. Hands that cannot be loaded are left out.
     pub(crate) async fn all(
         &self,
         store: &Store,
@@ -231,7 +248,7 @@ impl OwnHands {
         official: bool,
     ) -> Result<Vec<Arc<Hand>>, Refusal> {
         let rows = store.hands(Some(team)).await.map_err(store_failed)?;
-        // The oldest first: the newest of a name stays.
+        // Rows are oldest first, so the newest of a name remains.
         let by_name: BTreeMap<&str, &HandRow> =
             rows.iter().filter(|row| usable(row, official)).map(|row| (row.name.as_str(), row)).collect();
         let mut hands = Vec::new();
@@ -242,41 +259,37 @@ impl OwnHands {
     }
 
     async fn load(&self, background: &Background, row: &HandRow) -> Result<Arc<Hand>, Refusal> {
-        if let Some(hand) = self.ready().get(&row.sha256) {
+        if let Some(hand) = self.loaded().get(&row.sha256) {
             return Ok(hand.clone());
         }
-        let (bytes, limits) = (self.stored(row), self.limits.clone());
-        let loaded = background.run(Level::Awaited, move || Ok(read_within(&bytes?, &limits)));
+        let (path, sha256, limits) = (self.path(&row.sha256), row.sha256.clone(), self.limits.clone());
+        let read = move || Ok(read_within(&read_archive(&path, &sha256)?, &limits));
+        let loaded = background.run(JobPriority::Awaited, read);
         let loaded = loaded.await.map_err(|error| failed("the hand could not be loaded", &error))?;
         let within = loaded.map_err(|error: String| failed("the hand could not be loaded", &error))?;
-        // It was within the limits when it was sent in: the organizer has set others since.
+        // The organizer may have changed the limits since the upload.
         let hand = within.map_err(|why| {
             Refusal::new(Code::UnknownHand, format!("hand `{}` cannot be played any more: {why}", row.name))
         })?;
         let hand = Arc::new(hand.hand);
-        let mut ready = self.ready();
-        if ready.len() >= READY {
-            ready.clear();
+        let mut loaded_hands = self.loaded();
+        if loaded_hands.len() >= MAX_LOADED {
+            loaded_hands.clear();
         }
-        ready.insert(row.sha256.clone(), hand.clone());
+        loaded_hands.insert(row.sha256.clone(), hand.clone());
         Ok(hand)
     }
 
-    /// What is stored of a hand, if it is what was sent in.
-    fn stored(&self, row: &HandRow) -> Result<Vec<u8>, String> {
-        let bytes = fs::read(self.path(&row.sha256)).map_err(|error| error.to_string())?;
-        if sha256_hex(&bytes) == row.sha256 { Ok(bytes) } else { Err("the file was changed".to_owned()) }
-    }
-
-    /// What an organizer looks at before deciding on a hand; also of one that is beyond the limits by now.
+    /// A hand for the organizer's decision, even if it is beyond the current limits.
     pub(crate) async fn inspect(
         &self,
         background: &Background,
         row: &HandRow,
     ) -> Result<Inspection, Refusal> {
-        let (bytes, limits, tasks) = (self.stored(row), self.limits.clone(), self.tasks.clone());
-        let inspected = background.run(Level::Awaited, move || {
-            let Loaded { hand, sources, .. } = read(&bytes?)?;
+        let (path, sha256) = (self.path(&row.sha256), row.sha256.clone());
+        let (limits, tasks) = (self.limits.clone(), self.tasks.clone());
+        let inspected = background.run(JobPriority::Awaited, move || {
+            let Loaded { hand, sources, .. } = read(&read_archive(&path, &sha256)?)?;
             let hand = Arc::new(hand);
             let figures = inspect::figures(&hand, &sources, &limits);
             let (in_the_way, description) = (inspect::in_the_way(&hand, &tasks), hand.describe());
@@ -284,11 +297,11 @@ impl OwnHands {
         });
         inspected
             .await
-            .map_err(|error| failed("the hand could not be looked at", &error))?
-            .map_err(|error: String| failed("the hand could not be looked at", &error))
+            .map_err(|error| failed("the hand could not be read", &error))?
+            .map_err(|error: String| failed("the hand could not be read", &error))
     }
 
-    /// How the links of a team's own hand look, of the one that [`OwnHands::find`] finds; nothing of no such hand.
+    /// The visual shapes of the hand that [`OwnHands::find`] finds; empty without such a hand.
     pub(crate) async fn visuals(
         &self,
         store: &Store,
@@ -300,23 +313,25 @@ impl OwnHands {
             return Ok(Vec::new());
         };
         let path = self.path(&sha256);
-        let seen = background.run(Level::Awaited, move || {
+        let visuals = background.run(JobPriority::Awaited, move || {
             let options = LoadOptions::default();
-            let bytes = fs::read(path).map_err(|error| error.to_string())?;
+            let bytes = read_archive(&path, &sha256)?;
             let files = Files::archive(Path::new("hand.zip"), &bytes, &options.limits);
             files.and_then(|files| read::visuals(files, &options)).map_err(|error| error.to_string())
         });
-        seen.await
-            .map_err(|error| failed("the hand could not be looked at", &error))?
-            .map_err(|error: String| failed("the hand could not be looked at", &error))
+        visuals
+            .await
+            .map_err(|error| failed("the hand could not be read", &error))?
+            .map_err(|error: String| failed("the hand could not be read", &error))
     }
 
-    /// The archive of a hand, for what must stand on its own.
-    pub(crate) fn archive(&self, sha256: &str) -> std::io::Result<Vec<u8>> {
-        fs::read(self.path(sha256))
+    /// The archive of a hand, for a replay or a download.
+    pub(crate) async fn archive(&self, sha256: &str) -> std::io::Result<Vec<u8>> {
+        let path = self.path(sha256);
+        blocking(move || fs::read(path)).await?
     }
 
-    fn ready(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Arc<Hand>>> {
-        self.ready.lock().unwrap_or_else(PoisonError::into_inner)
+    fn loaded(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Arc<Hand>>> {
+        self.loaded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,9 +1,10 @@
-//! The server: network, sessions, storage. What it can be told is in [`ServeOptions`].
+//! The server: network, sessions, storage. Its options are in [`ServeOptions`].
 
 mod app;
 mod archive;
 mod auth;
 mod backup;
+mod blocking;
 mod clock;
 mod competition;
 mod compute;

@@ -1,9 +1,9 @@
-//! How long the server lives: since when, whether it is finishing, and who is still there.
+//! The server's start, its stop, and the tasks that it waits for.
 
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
-/// What the parts of the program know of its life.
+/// The server's start, its stop, and the tasks that it waits for.
 #[derive(Debug)]
 pub(crate) struct Lifecycle {
     started: Instant,
@@ -32,7 +32,7 @@ impl Drop for Alive {
 }
 
 impl Lifecycle {
-    /// The sessions' time: since the server started.
+    /// Time since the server started: the sessions' time.
     pub(crate) fn now(&self) -> Duration {
         self.started.elapsed()
     }
@@ -43,24 +43,24 @@ impl Lifecycle {
         Alive(self.alive.clone())
     }
 
-    /// Tells everyone to finish.
+    /// Asks all tasks to finish.
     pub(crate) fn stop(&self) {
         self.stopping.send_replace(true);
     }
 
-    /// Returns when the server is to finish.
+    /// Returns when the server stops.
     pub(crate) async fn stopping(&self) {
-        // The sender lives in `self`: waiting cannot fail.
+        // The sender is in `self`: waiting cannot fail.
         let _ = self.stopping.subscribe().wait_for(|&stopping| stopping).await;
     }
 
-    /// Whether the server is finishing.
+    /// Whether the server stops.
     pub(crate) fn is_stopping(&self) -> bool {
         *self.stopping.borrow()
     }
 
-    /// Returns when nobody is left.
-    pub(crate) async fn deserted(&self) {
+    /// Returns when no guard of [`Lifecycle::alive`] is left.
+    pub(crate) async fn idle(&self) {
         let _ = self.alive.subscribe().wait_for(|&count| count == 0).await;
     }
 }

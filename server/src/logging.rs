@@ -7,11 +7,11 @@ use tracing_subscriber::EnvFilter;
 /// Starts logging.
 ///
 /// # Errors
-/// When `RUST_LOG` cannot be read.
+/// `RUST_LOG` cannot be parsed.
 pub(crate) fn start() -> anyhow::Result<()> {
     let filter = match std::env::var("RUST_LOG") {
         Ok(directives) => EnvFilter::try_new(&directives).with_context(|| {
-            format!("RUST_LOG={directives} is not understood; try RUST_LOG=palmares=debug")
+            format!("RUST_LOG={directives} cannot be parsed; try RUST_LOG=palmares=debug")
         })?,
         Err(_) => EnvFilter::new("info"),
     };

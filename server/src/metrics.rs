@@ -1,5 +1,4 @@
-//! What the server counts about itself, for `GET /metrics`. One set for the process: whoever has something to count
-//! need not be handed it.
+//! The metrics of `GET /metrics`. They are global, so that every part can count without a reference.
 
 use palmares_protocol::Code;
 use prometheus_client::encoding::EncodeLabelSet;
@@ -11,7 +10,7 @@ use prometheus_client::registry::{Registry, Unit};
 use std::sync::LazyLock;
 use std::time::Duration;
 
-/// The process's counters.
+/// The metrics of the process.
 pub(crate) static METRICS: LazyLock<Metrics> = LazyLock::new(Metrics::new);
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash, EncodeLabelSet)]
@@ -19,7 +18,7 @@ struct CodeLabel {
     code: &'static str,
 }
 
-/// What is counted.
+/// Counters, histograms and gauges.
 #[derive(Debug)]
 pub(crate) struct Metrics {
     registry: Registry,
@@ -35,26 +34,26 @@ pub(crate) struct Metrics {
     unverified: Gauge,
 }
 
-/// What the server knows when it is asked, rather than counts as it goes.
+/// Values that are read when the metrics are requested.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Levels {
-    /// Worlds that are open.
+pub(crate) struct Gauges {
+    /// Open worlds.
     pub(crate) worlds: usize,
-    /// Sessions that are open.
+    /// Open sessions.
     pub(crate) sessions: usize,
-    /// Viewers that are connected.
+    /// Connected viewers.
     pub(crate) viewers: usize,
     /// Runs that wait for their verification.
     pub(crate) unverified: usize,
 }
 
-fn level(value: usize) -> i64 {
+fn gauge(value: usize) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }
 
 impl Metrics {
     fn new() -> Self {
-        // 50 µs to 1.6 s: a tick takes some 100 µs, and is due every 10 ms.
+        // 50 µs to 1.6 s: a tick takes about 100 µs and is due every 10 ms.
         let histogram = || Histogram::new(exponential_buckets(5e-5, 2.0, 16));
         let mut metrics = Metrics {
             registry: Registry::default(),
@@ -89,13 +88,13 @@ impl Metrics {
         metrics
     }
 
-    /// A tick was stepped and recorded, which took so long.
+    /// Counts a tick with its computing time, recording included.
     pub(crate) fn ticked(&self, took: Duration) {
         self.ticks.inc();
         self.tick_compute.observe(took.as_secs_f64());
     }
 
-    /// A tick of a realtime run began so much after it was due, with a new action or without.
+    /// Counts the begin of a realtime tick, with its delay, and whether it had a new action.
     pub(crate) fn began(&self, late: Duration, fresh: bool) {
         self.lateness.observe(late.as_secs_f64());
         if !fresh {
@@ -103,22 +102,22 @@ impl Metrics {
         }
     }
 
-    /// A tick waited for its permit.
+    /// Counts the wait of a tick for its permit.
     pub(crate) fn waited(&self, wait: Duration) {
         self.permit_wait.observe(wait.as_secs_f64());
     }
 
-    /// A request was refused.
+    /// Counts a refused request.
     pub(crate) fn refused(&self, code: Code) {
         self.refusals.get_or_create(&CodeLabel { code: code.name() }).inc();
     }
 
-    /// Everything in the text format of OpenMetrics.
-    pub(crate) fn text(&self, levels: Levels) -> String {
-        self.worlds.set(level(levels.worlds));
-        self.sessions.set(level(levels.sessions));
-        self.viewers.set(level(levels.viewers));
-        self.unverified.set(level(levels.unverified));
+    /// All metrics in the text format of OpenMetrics.
+    pub(crate) fn text(&self, gauges: Gauges) -> String {
+        self.worlds.set(gauge(gauges.worlds));
+        self.sessions.set(gauge(gauges.sessions));
+        self.viewers.set(gauge(gauges.viewers));
+        self.unverified.set(gauge(gauges.unverified));
         let mut text = String::new();
         // Writing into a string cannot fail.
         let _ = prometheus_client::encoding::text::encode(&mut text, &self.registry);
@@ -131,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn everything_counted_is_told() {
+    fn every_metric_is_in_the_text() {
         let metrics = Metrics::new();
         metrics.ticked(Duration::from_micros(70));
         metrics.began(Duration::from_millis(3), false);
@@ -139,7 +138,7 @@ mod tests {
         metrics.waited(Duration::from_micros(10));
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
-        let text = metrics.text(Levels { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
+        let text = metrics.text(Gauges { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
         for line in [
             "palmares_ticks_total 1",
             "palmares_tick_compute_seconds_count 1",

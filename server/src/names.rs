@@ -1,8 +1,8 @@
-//! Names that others read: of teams, of hands, labels. What they may consist of, and which of them look alike.
+//! Names of teams and hands, and labels: which characters they may have, and which names look alike.
 //!
-//! The rules are those of RFC 8264 (FreeformClass: letters, marks, numbers, punctuation, symbols, spaces; nothing
-//! that is invisible or steers what stands beside it) with the spaces of RFC 8266, over the Unicode of today. Whether
-//! two names look alike is decided by the skeletons of UTS 39. docs/protocol.md, section Names, says the same.
+//! The rules are those of RFC 8264 (FreeformClass: letters, marks, numbers, punctuation, symbols, spaces; no invisible characters and
+//! none that change the direction of writing), with the spaces of RFC 8266 and current Unicode. Names look alike if their skeletons
+//! (UTS 39) are equal. docs/protocol.md, section Names, has the same rules.
 
 use palmares_protocol::text::hidden;
 pub(crate) use palmares_protocol::text::printable;
@@ -11,76 +11,76 @@ use unicode_normalization::UnicodeNormalization;
 use unicode_normalization::char::is_combining_mark;
 use unicode_properties::{GeneralCategory, UnicodeGeneralCategory};
 
-/// Characters of the longest name.
-const LONGEST: usize = 64;
-/// Combining marks on one character, UTS 39 section 5.4. More of them cover the lines above and below.
-const MOST_MARKS: usize = 4;
+/// Longest name, characters.
+const MAX_CHARS: usize = 64;
+/// Most combining marks on one character (UTS 39, section 5.4): more would cover the lines above and below.
+const MAX_MARKS: usize = 4;
 
-/// Why something is no name.
+/// Why a name is not valid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum NameError {
-    /// Too short or too long.
-    #[error("it has {0} characters, expected 1 to {LONGEST}")]
+    /// The name is too short or too long.
+    #[error("it has {0} characters, expected 1 to {MAX_CHARS}")]
     Length(usize),
-    /// A character that no name has.
+    /// A character is not allowed.
     #[error(
         "character {position} is U+{:04X}, {what}; a name consists of letters, marks, numbers, punctuation, symbols \
          and spaces (RFC 8264)", u32::from(*character)
     )]
     Character {
-        /// Which.
+        /// The character.
         character: char,
-        /// From 1.
+        /// Its position, from 1.
         position: usize,
-        /// What is wrong with it.
+        /// The problem.
         what: &'static str,
     },
-    /// Marks without a letter, or too many on one.
+    /// A combining mark without a character, or too many on one.
     #[error(
         "character {position} is U+{:04X}, a combining mark {why} (UTS 39, section 5.4)", u32::from(*character)
     )]
     Mark {
-        /// Which.
+        /// The character.
         character: char,
-        /// From 1, in the decomposed form.
+        /// Its position in the decomposed form, from 1.
         position: usize,
-        /// What is wrong with it.
+        /// The problem.
         why: &'static str,
     },
-    /// Nothing to call it by.
+    /// The name has neither letters nor numbers.
     #[error("there is no letter or number in it")]
-    Speechless,
-    /// Not for an address or a file.
+    NoLetter,
+    /// A character that the name of a hand, which is used in addresses and files, may not have.
     #[error("character {position} is U+{:04X}; the name of a hand consists of letters a to z and A to Z, digits, `_`, \
              `-` and `.`, the first no `.`", u32::from(*character))]
     Hand {
-        /// Which.
+        /// The character.
         character: char,
-        /// From 1.
+        /// Its position, from 1.
         position: usize,
     },
 }
 
 impl NameError {
-    /// As an answer, with the field it stands in.
+    /// The refusal, with the name of the field.
     pub(crate) fn of(self, field: &str) -> Refusal {
         Refusal::new(Code::BadRequest, format!("{field}: {self}"))
     }
 }
 
-/// The name of a team as it is stored and shown: composed (NFC), spaces single and only inside.
+/// The name of a team in the form that is stored: composed (NFC), with single spaces between words.
 pub(crate) fn team(text: &str) -> Result<String, NameError> {
     let name = label(text)?;
     if name.is_empty() {
         return Err(NameError::Length(0));
     }
     if !name.chars().any(char::is_alphanumeric) {
-        return Err(NameError::Speechless);
+        return Err(NameError::NoLetter);
     }
     Ok(name)
 }
 
-/// What somebody is called besides, as the owner of a token: as a team's name, but it may be empty.
+/// A label, such as the holder of a token: a name that may be empty.
 pub(crate) fn label(text: &str) -> Result<String, NameError> {
     let text = text.trim();
     for (i, character) in text.chars().enumerate() {
@@ -92,17 +92,17 @@ pub(crate) fn label(text: &str) -> Result<String, NameError> {
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
     let name: String = words.join(" ").nfc().collect();
     let length = name.chars().count();
-    if length > LONGEST {
+    if length > MAX_CHARS {
         return Err(NameError::Length(length));
     }
     marks(&name)?;
     Ok(name)
 }
 
-/// Whether a hand that somebody sends in may be called so: alike in a message, a file and an address.
+/// Checks the name of an uploaded hand, which is used in messages, files and addresses.
 pub(crate) fn hand(name: &str) -> Result<(), NameError> {
     let length = name.chars().count();
-    if !(1..=LONGEST).contains(&length) {
+    if !(1..=MAX_CHARS).contains(&length) {
         return Err(NameError::Length(length));
     }
     let fits = |i: usize, c: char| c.is_ascii_alphanumeric() || "_-".contains(c) || (c == '.' && i > 0);
@@ -118,7 +118,7 @@ fn marks(name: &str) -> Result<(), NameError> {
         on_one = if is_combining_mark(character) { on_one + 1 } else { 0 };
         let why = match on_one {
             1.. if on_one == i + 1 => "without a character that carries it",
-            n if n > MOST_MARKS => "after 4 others",
+            n if n > MAX_MARKS => "after 4 others",
             _ => continue,
         };
         return Err(NameError::Mark { character, position: i + 1, why });
@@ -126,30 +126,29 @@ fn marks(name: &str) -> Result<(), NameError> {
     Ok(())
 }
 
-/// How a name looks: what is left when all characters that look alike are the same one (UTS 39, section 4), and
-/// capitals are small.
+/// The skeletons of a name: characters that look alike are replaced by one (UTS 39, section 4), and capitals by small letters.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Look([String; 2]);
+pub(crate) struct Skeleton([String; 2]);
 
-impl Look {
-    /// Of a name, also of one that would not be taken today.
+impl Skeleton {
+    /// The skeletons of a name, valid or not.
     pub(crate) fn of(name: &str) -> Self {
         let skeleton = |text: &str| unicode_security::skeleton(text).collect::<String>();
         let plain: String = name.nfkc().collect();
-        // Small before: I is like l, and i is not. And after: the Cyrillic В is like B, and в is not like b.
-        Look([skeleton(&plain.to_lowercase()), skeleton(&skeleton(&plain).to_lowercase())])
+        // Two orders: I looks like l, but i does not; the Cyrillic В looks like B, but в not like b.
+        Skeleton([skeleton(&plain.to_lowercase()), skeleton(&skeleton(&plain).to_lowercase())])
     }
 
-    /// Whether people take one for the other.
-    pub(crate) fn is_like(&self, other: &Look) -> bool {
+    /// Whether two names look alike.
+    pub(crate) fn is_like(&self, other: &Skeleton) -> bool {
         self.0.iter().zip(&other.0).any(|(a, b)| a == b)
     }
 }
 
-/// The first of these names that looks like this one.
+/// The first of `others` that looks like `name`.
 pub(crate) fn like<'a>(name: &str, others: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let look = Look::of(name);
-    others.into_iter().find(|other| Look::of(other).is_like(&look))
+    let skeleton = Skeleton::of(name);
+    others.into_iter().find(|other| Skeleton::of(other).is_like(&skeleton))
 }
 
 #[cfg(test)]

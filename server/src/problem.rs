@@ -16,8 +16,8 @@ pub(crate) struct Problem(pub(crate) Refusal);
 /// An error, RFC 9457.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Problem")]
-pub(crate) struct Body<'a> {
-    /// No page describes the codes one by one: the standard's word for that.
+pub(crate) struct ProblemBody<'a> {
+    /// Always `about:blank`: the codes have no pages of their own.
     r#type: &'static str,
     title: &'a str,
     status: u16,
@@ -29,7 +29,7 @@ pub(crate) struct Body<'a> {
 
 fn respond(status: StatusCode, refusal: &Refusal) -> Response {
     METRICS.refused(refusal.code);
-    let body = Body {
+    let body = ProblemBody {
         r#type: "about:blank",
         title: status.canonical_reason().unwrap_or_default(),
         status: status.as_u16(),
@@ -37,7 +37,7 @@ fn respond(status: StatusCode, refusal: &Refusal) -> Response {
         code: refusal.code,
         retry_after_s: refusal.retry_after_s,
     };
-    // Strings and numbers only: cannot fail.
+    // Strings and numbers: encoding cannot fail.
     let json = serde_json::to_string(&body).unwrap_or_default();
     let content_type: (HeaderName, &str) = (header::CONTENT_TYPE, "application/problem+json");
     let mut response = (status, [content_type], json).into_response();
@@ -47,7 +47,7 @@ fn respond(status: StatusCode, refusal: &Refusal) -> Response {
     response
 }
 
-/// The HTTP status of a problem with this code.
+/// The HTTP status of a code.
 fn status(code: Code) -> StatusCode {
     match code {
         Code::BadJson | Code::UnknownOp | Code::BadRequest | Code::BadAction => StatusCode::BAD_REQUEST,
@@ -71,20 +71,20 @@ impl IntoResponse for Problem {
     }
 }
 
-/// The address exists, but not for this method.
+/// The answer for an address that does not have this method.
 pub(crate) fn method_not_allowed(method: &Method) -> Response {
     let message = format!("{method} is not possible here");
     respond(StatusCode::METHOD_NOT_ALLOWED, &Refusal::new(Code::BadRequest, message))
 }
 
-/// The address does not exist.
+/// The answer for an unknown address.
 pub(crate) async fn nothing_here(uri: Uri) -> Problem {
     let message = format!("nothing at {}", shortened(uri.path()));
     Problem::new(Code::NotFound, message)
 }
 
 impl Problem {
-    /// A refusal with this code, in words for the client.
+    /// A problem with this code and message.
     pub(crate) fn new(code: Code, message: impl Into<String>) -> Self {
         Problem(Refusal::new(code, message))
     }

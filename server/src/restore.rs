@@ -1,12 +1,11 @@
-//! A backup becomes a data directory again.
+//! Restores a backup.
 
 use crate::backup;
 use crate::store::{Location, Store};
 use anyhow::Context;
 use std::path::Path;
 
-/// Restores a backup into a data directory, and into a database instead of a file there when one is named. Both must be
-/// empty.
+/// Restores a backup into a data directory, and into the database of a URL instead of a file there. Both must be empty.
 ///
 /// # Errors
 /// One of them is not empty or cannot be written, or the backup cannot be read.

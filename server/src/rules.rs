@@ -1,7 +1,7 @@
-//! What is played here, by which rules, and how far it is: the competition as its organizer set it up.
+//! The rules of the competition, and its phase.
 
 use crate::auth::{random_hex, sha256_hex};
-use crate::config::{Config, Mode};
+use crate::config::{CompetitionMode, Config};
 use crate::store::{NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_protocol::{Code, Refusal};
@@ -14,29 +14,29 @@ use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// Setting: how far the competition is.
+/// Setting: the phase of the competition.
 const PHASE: &str = "phase";
-/// Setting: SHA-256 of the secret that was published first.
+/// Setting: SHA-256 of the secret, as published at the first start.
 const SECRET_HASH: &str = "seed_secret_sha256";
-/// Bytes of the secret.
+/// Length of the secret, bytes.
 const SECRET_BYTES: usize = 32;
 
-/// How far an official competition is.
+/// The phase of an official competition.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::EnumString, strum::IntoStaticStr,
 )]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
-pub(crate) enum Phase {
+pub(crate) enum CompetitionPhase {
     /// No session can begin.
     Closed,
     /// Sessions can begin.
     Open,
-    /// Over for good: the secret behind the seeds is public.
+    /// The competition is over for good: the secret behind the seeds is public.
     Revealed,
 }
 
-/// The secret that official seeds are made from.
+/// The secret from which official seeds are derived.
 #[derive(Clone)]
 pub(crate) struct SeedSecret([u8; SECRET_BYTES]);
 
@@ -47,7 +47,7 @@ impl fmt::Debug for SeedSecret {
 }
 
 impl SeedSecret {
-    /// The secret in this file; made, readable by its owner alone, when there is none.
+    /// Reads the secret from a file; creates it, readable by its owner only, if it is missing.
     fn open(path: &Path) -> anyhow::Result<Self> {
         let what = || format!("seed secret {}", path.display());
         match std::fs::read_to_string(path) {
@@ -70,51 +70,51 @@ impl SeedSecret {
         }
     }
 
-    /// What is published before the competition.
+    /// The hash that is published before the competition.
     pub(crate) fn sha256(&self) -> String {
         sha256_hex(&self.0)
     }
 }
 
-/// Writes a new file that only its owner may read.
+/// Writes a new file that only its owner can read.
 pub(crate) fn write_secret(path: &Path, text: &str) -> std::io::Result<()> {
     let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?;
     writeln!(file, "{text}")?;
     file.sync_all()
 }
 
-/// The rules.
+/// The rules and the phase.
 #[derive(Debug)]
 pub(crate) struct Rules {
-    /// For people.
+    /// The competition's name, for people.
     pub(crate) name: String,
-    /// What is being played.
-    pub(crate) mode: Mode,
+    /// Practice or official.
+    pub(crate) mode: CompetitionMode,
     /// Length of a session, s.
     pub(crate) session_s: Option<f64>,
-    /// Sessions that a team has.
+    /// Number of sessions of a team.
     pub(crate) sessions_per_team: u32,
-    /// What a reset takes from a session, s.
+    /// Cost of a reset, s.
     pub(crate) reset_cost_s: f64,
-    /// In the official mode.
+    /// Set in the official mode.
     secret: Option<SeedSecret>,
-    phase: Mutex<Phase>,
+    phase: Mutex<CompetitionPhase>,
 }
 
 impl Rules {
-    /// The rules of this configuration; what the database knows of an earlier start goes on.
+    /// The rules of this configuration, with the phase from the database.
     ///
     /// # Errors
-    /// The secret cannot be read, or is not the one whose hash was published.
+    /// The secret cannot be read, or its hash is not the published one.
     pub(crate) async fn open(config: &Config, store: &Store) -> anyhow::Result<Self> {
         let (secret, phase) = match config.mode {
-            Mode::Practice => {
+            CompetitionMode::Practice => {
                 if store.setting(SECRET_HASH).await?.is_some() {
                     bail!("this database belongs to an official competition; start it with its --config");
                 }
-                (None, Phase::Open)
+                (None, CompetitionPhase::Open)
             }
-            Mode::Official => {
+            CompetitionMode::Official => {
                 let secret = SeedSecret::open(&config.seed_secret)?;
                 match store.setting(SECRET_HASH).await? {
                     Some(published) if published != secret.sha256() => bail!(
@@ -126,7 +126,7 @@ impl Rules {
                     None => store.set_setting(SECRET_HASH, &secret.sha256()).await?,
                 }
                 let phase = store.setting(PHASE).await?.and_then(|word| word.parse().ok());
-                (Some(secret), phase.unwrap_or(Phase::Closed))
+                (Some(secret), phase.unwrap_or(CompetitionPhase::Closed))
             }
         };
         Ok(Rules {
@@ -140,19 +140,19 @@ impl Rules {
         })
     }
 
-    /// Whether runs count.
+    /// Whether the competition is official.
     pub(crate) fn official(&self) -> bool {
-        self.mode == Mode::Official
+        self.mode == CompetitionMode::Official
     }
 
-    /// How far the competition is.
-    pub(crate) fn phase(&self) -> Phase {
+    /// The phase of the competition.
+    pub(crate) fn phase(&self) -> CompetitionPhase {
         *self.phase.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether seeds may be seen by everybody.
+    /// Whether seeds are public.
     pub(crate) fn revealed(&self) -> bool {
-        !self.official() || self.phase() == Phase::Revealed
+        !self.official() || self.phase() == CompetitionPhase::Revealed
     }
 
     /// SHA-256 of the secret.
@@ -160,7 +160,7 @@ impl Rules {
         self.secret.as_ref().map(SeedSecret::sha256)
     }
 
-    /// The secret, once it is public.
+    /// The secret, if it is public.
     pub(crate) fn revealed_secret(&self) -> Option<String> {
         let secret = self.secret.as_ref().filter(|_| self.revealed())?;
         Some(hex::encode(secret.0))
@@ -171,14 +171,14 @@ impl Rules {
         self.secret.as_ref().map(|secret| Seed::for_run(&secret.0, task, k))
     }
 
-    /// Moves the competition on.
+    /// Enters another phase.
     ///
     /// # Errors
-    /// The step is not possible from here.
+    /// The phase cannot follow the current one.
     pub(crate) async fn enter(
         &self,
         store: &Store,
-        to: Phase,
+        to: CompetitionPhase,
         entry: &NewAuditEntry<'_>,
     ) -> Result<(), Refusal> {
         let wrong = |message: &str| Err(Refusal::new(Code::WrongState, message));
@@ -186,14 +186,20 @@ impl Rules {
             return wrong("this is a practice server: it is always open");
         }
         match (self.phase(), to) {
-            (Phase::Revealed, _) => return wrong("the secret is public: the competition is over"),
-            (Phase::Open, Phase::Open) => return wrong("the competition is open already"),
-            (Phase::Closed, Phase::Closed) => return wrong("the competition is closed already"),
-            (Phase::Open, Phase::Revealed) => return wrong("close the competition first"),
+            (CompetitionPhase::Revealed, _) => return wrong("the secret is public: the competition is over"),
+            (CompetitionPhase::Open, CompetitionPhase::Open) => {
+                return wrong("the competition is open already");
+            }
+            (CompetitionPhase::Closed, CompetitionPhase::Closed) => {
+                return wrong("the competition is closed already");
+            }
+            (CompetitionPhase::Open, CompetitionPhase::Revealed) => {
+                return wrong("close the competition first");
+            }
             _ => {}
         }
         store.enter_phase(PHASE, to.into(), entry).await.map_err(|error| {
-            tracing::error!(%error, "store failed");
+            tracing::error!(%error, "the database failed");
             Refusal::new(Code::Internal, "the database does not answer; nothing was changed").retry_after(5.0)
         })?;
         *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = to;
@@ -207,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_secret_is_made_once_kept_to_its_owner_and_never_shown() {
+    fn a_secret_is_created_once_private_and_never_shown() {
         let folder =
             std::env::temp_dir().join(format!("palmares-rules-{}", random_hex(8).expect("randomness")));
         std::fs::create_dir(&folder).expect("folder");

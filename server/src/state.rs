@@ -1,4 +1,4 @@
-//! What the program is made of, and what of it a handler may ask for: each as `State<…>`, by axum's `FromRef`.
+//! The parts of the server. A handler takes those it needs as `State<…>`, by axum's `FromRef`.
 
 use crate::archive::Archive;
 use crate::auth::Auth;
@@ -14,34 +14,34 @@ use crate::watch::{Hub, WatchContext};
 use axum::extract::FromRef;
 use std::sync::Arc;
 
-/// The parts of the program. A clone leads to the same ones.
+/// The parts of the server. Clones share them.
 #[derive(Clone, Debug)]
 pub(crate) struct AppState {
     /// The database.
     pub(crate) store: Store,
-    /// What is played, and by which rules.
+    /// Tasks, hands and rules.
     pub(crate) competition: Arc<Competition>,
-    /// What worlds are computed with.
+    /// Computing resources.
     pub(crate) compute: Arc<Compute>,
     /// The sessions of teams.
     pub(crate) sessions: Arc<Sessions>,
-    /// The sessions' clocks, for everybody who shows them.
+    /// The clocks of the sessions.
     pub(crate) clocks: Arc<SessionClocks>,
-    /// Where runs are recorded; none for a practice server that does not.
+    /// Replays; None on a practice server that does not record.
     pub(crate) archive: Option<Arc<Archive>>,
-    /// Where spectators watch.
+    /// The spectators' hub.
     pub(crate) hub: Arc<Hub>,
-    /// Who may what.
+    /// Checks tokens.
     pub(crate) auth: Arc<Auth>,
-    /// Who is let in, and how much may be sent in.
+    /// Limits on connections and uploads.
     pub(crate) inbound: Arc<InboundLimits>,
-    /// Whether the server is finishing, and who is still there.
+    /// The server's stop, and the tasks that it waits for.
     pub(crate) lifecycle: Arc<Lifecycle>,
-    /// What a backup takes beside the database.
+    /// The files of a backup.
     pub(crate) backup: Arc<backup::Files>,
 }
 
-/// Lets handlers ask for a part of the program.
+/// Makes parts available to handlers.
 macro_rules! parts {
     ($($field:ident: $part:ty),* $(,)?) => {
         $(impl FromRef<AppState> for $part {

@@ -1,11 +1,11 @@
-//! Which program this is.
+//! The program's version.
 
 use palmares_protocol::reply::ServerInfo;
 
-/// Commit it was built from.
+/// Commit of the build.
 pub(crate) const BUILD_HASH: &str = env!("PALMARES_BUILD_HASH");
 
-/// This program, as clients are told.
+/// The program's version, for clients.
 pub fn own() -> ServerInfo {
     ServerInfo { version: env!("CARGO_PKG_VERSION").into(), build_hash: BUILD_HASH.into() }
 }

@@ -172,7 +172,7 @@ fn the_tools_for_hands_end_whatever_the_world_does() {
     assert!(CODES.contains(&word(&broken["fault"])) && broken["step"].is_u64(), "{broken}");
 
     let picture = folder.path().join("a.svg");
-    let (code, out, err) = ends(&["hand", "show", hand, "--out", text(&picture), "--sigma", "0.6"]);
+    let (code, out, err) = ends(&["hand", "show", hand, "--output", text(&picture), "--sigma", "0.6"]);
     assert_eq!(code, 1, "{out}{err}");
     assert!(says(&err) && err.contains("closed at σ = 0.6, 0.6: ") && out.contains("wrote "), "{out}{err}");
     assert!(picture.is_file(), "what was simulated is drawn");

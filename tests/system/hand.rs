@@ -168,7 +168,7 @@ fn a_pushed_hand_is_drawn_where_the_closed_form_has_it() {
     let folder = TempDir::new().expect("temporary directory");
     let (svg, png) = (folder.path().join("a.svg"), folder.path().join("a.png"));
     let push = ["--sigma", "0.5", "--push", "index_distal:-1,0,-0.5"];
-    let mut arguments = vec!["hand", "show", "softhand", "--out", text(&svg)];
+    let mut arguments = vec!["hand", "show", "softhand", "--output", text(&svg)];
     arguments.extend(push);
     let (code, out, err) = palmares(&arguments);
     assert_eq!(code, 0, "{out}{err}");
@@ -185,14 +185,14 @@ fn a_pushed_hand_is_drawn_where_the_closed_form_has_it() {
         assert!(picture.contains(part), "'{part}' is not in the picture");
     }
 
-    let (code, _, err) = palmares(&["hand", "show", "softhand", "--out", text(&png), "--push", "tail:1,0,0"]);
+    let (code, _, err) = palmares(&["hand", "show", "softhand", "--output", text(&png), "--push", "tail:1,0,0"]);
     assert_eq!(code, 1);
     assert!(err.contains("no link `tail`") && err.contains("thumb_distal"), "{err}");
     assert!(!png.exists());
-    let (code, _, err) = palmares(&["hand", "show", "softhand", "--out", "a.bmp"]);
+    let (code, _, err) = palmares(&["hand", "show", "softhand", "--output", "a.bmp"]);
     assert_eq!(code, 1);
     assert!(err.contains(".svg or .png"), "{err}");
-    assert_eq!(palmares(&["hand", "show", "softhand", "--out", text(&png), "--sigma", "0.2"]).0, 0);
+    assert_eq!(palmares(&["hand", "show", "softhand", "--output", text(&png), "--sigma", "0.2"]).0, 0);
     assert!(std::fs::read(&png).expect("written").starts_with(b"\x89PNG"));
 }
 

@@ -86,7 +86,7 @@ async fn a_task_of_ones_own_is_served_and_verifies_where_its_folder_is() {
     assert!(out.contains("task.toml"), "{out}");
 
     let pictures = into.path().join("pictures.mcap");
-    let film = ["replay", text(&file), "--cameras", "wrist", "--out", text(&pictures)];
+    let film = ["replay", text(&file), "--cameras", "wrist", "--output", text(&pictures)];
     let (_, out) = palmares(&film);
     assert!(out.contains("other_task") && !pictures.exists(), "{out}");
 }
@@ -133,7 +133,7 @@ fn a_server_refuses_a_task_that_is_wrong_or_has_a_name_that_is_taken() {
 #[test]
 fn a_task_is_checked_shown_and_played() {
     let own = folder(TASK);
-    let (code, out) = palmares(&["task", "check", text(own.path()), "--seeds", "3"]);
+    let (code, out) = palmares(&["task", "check", text(own.path()), "--scenes", "3"]);
     assert_eq!(code, 0, "{out}");
     for part in [
         "cube: made up for a test",
@@ -160,7 +160,7 @@ fn a_task_is_checked_shown_and_played() {
     assert_eq!(code, 1, "{out}");
     assert!(out.contains("seed 1: ") && out.contains("post did not stay where it was put"), "{out}");
     let low = folder(&TASK.replace("position = [0.0, 0.0, 0.6]", "position = [0.0, 0.0, 0.15]"));
-    let (code, out) = palmares(&["task", "check", text(low.path()), "--seeds", "1"]);
+    let (code, out) = palmares(&["task", "check", text(low.path()), "--scenes", "1"]);
     assert_eq!(code, 1, "{out}");
     assert!(out.contains("does not fit where it starts") && out.contains("no hand fits"), "{out}");
     let (code, out) = palmares(&["task", "check", "no-such-task"]);
@@ -169,10 +169,10 @@ fn a_task_is_checked_shown_and_played() {
 
     let into = TempDir::new().expect("temporary directory");
     let picture = into.path().join("pan.png");
-    let (code, out) = palmares(&["task", "show", "pan", "--out", text(&picture)]);
+    let (code, out) = palmares(&["task", "show", "pan", "--output", text(&picture)]);
     assert_eq!(code, 0, "{out}");
     assert!(std::fs::read(&picture).expect("written").starts_with(b"\x89PNG"));
-    let (code, out) = palmares(&["task", "show", text(own.path()), "--out", text(&picture)]);
+    let (code, out) = palmares(&["task", "show", text(own.path()), "--output", text(&picture)]);
     assert_eq!(code, 1, "{out}");
     assert!(out.contains("has no camera"), "{out}");
 
@@ -194,7 +194,7 @@ fn the_guide_shows_a_task_that_is_usable() {
     let block =
         guide.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a task.toml");
     let own = folder(block);
-    let (code, out) = palmares(&["task", "check", text(own.path()), "--seeds", "2"]);
+    let (code, out) = palmares(&["task", "check", text(own.path()), "--scenes", "2"]);
     assert_eq!(code, 0, "{out}");
     let shown =
         guide.split("$ palmares task check my-task/\n").nth(1).and_then(|rest| rest.split("```").next());
@@ -215,7 +215,7 @@ fn a_copy_of_each_task_is_a_task_of_ones_own() {
         let own = into.path().join(format!("my-{task}"));
         let (code, printed) = palmares(&["task", "copy", task, text(&own)]);
         assert_eq!(code, 0, "{printed}");
-        let (code, printed) = palmares(&["task", "check", text(&own), "--seeds", "1"]);
+        let (code, printed) = palmares(&["task", "check", text(&own), "--scenes", "1"]);
         assert!(code == 0 && printed.contains(&format!("my-{task}")), "{printed}");
         let file = own.join("task.toml");
         std::fs::write(&file, "changed since").expect("written");
@@ -272,11 +272,11 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let own = folder(&with(part));
     let mesh = own.path().join("ring.stl");
     std::fs::write(&mesh, ring()).expect("written");
-    let (code, out) = palmares(&["task", "check", text(own.path()), "--seeds", "1"]);
+    let (code, out) = palmares(&["task", "check", text(own.path()), "--scenes", "1"]);
     assert_eq!(code, 0, "{out}");
     assert!(out.contains("part 0: mesh 'ring.stl': its convex hull has 1.9 times its volume ("), "{out}");
     assert!(out.contains(&format!("`palmares task decompose {}`", mesh.display())), "{out}");
-    let (code, _) = palmares(&["task", "check", text(own.path()), "--seeds", "1", "--strict"]);
+    let (code, _) = palmares(&["task", "check", text(own.path()), "--scenes", "1", "--strict"]);
     assert_eq!(code, 2);
 
     // Where it cannot stay, the hull may be why.
@@ -286,7 +286,7 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
         let (code, out) = palmares(asked);
         assert_eq!(code, 1, "{out}");
         assert!(
-            out.contains("did not stay") && out.contains("Perhaps for this: objects.own `cube`: part 0"),
+            out.contains("did not stay") && out.contains("A possible cause: objects.own `cube`: part 0"),
             "{out}"
         );
     }
@@ -327,7 +327,7 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let lines: Vec<&str> = out.lines().map(str::trim).filter(|line| line.starts_with("{ shape")).collect();
     assert_eq!(lines.len(), pieces.len(), "{out}");
     std::fs::write(own.path().join("task.toml"), with(&lines.join("\n"))).expect("written");
-    let (code, out) = palmares(&["task", "check", text(own.path()), "--seeds", "3", "--strict"]);
+    let (code, out) = palmares(&["task", "check", text(own.path()), "--scenes", "3", "--strict"]);
     assert_eq!(code, 0, "{out}");
     assert!(out.contains(": usable") && !out.contains("Warnings"), "{out}");
 }

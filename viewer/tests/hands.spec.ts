@@ -168,7 +168,7 @@ test('the latency from an input to its pose is measured', async ({ page, server 
 test('a refusal is shown, and the pose stays', async ({ page, server }) => {
   await open(page, server.url, 'pinch');
   const before = await q(page);
-  await page.route('**/equilibrium', (route) => route.fulfill({ status: 409, contentType: 'application/problem+json', body: JSON.stringify({ status: 409, title: 'Conflict', detail: 'the hand does not rest so: nothing holds it', code: 'wrong_state' }) }));
+  await page.route('**/equilibrium', (route) => route.fulfill({ status: 409, contentType: 'application/problem+json', body: JSON.stringify({ status: 409, title: 'Conflict', detail: 'the hand has no such equilibrium: nothing holds it', code: 'wrong_state' }) }));
   await page.getByRole('button', { name: 'Close' }).click();
   await expect(page.getByRole('status').getByText('nothing holds it. The previous pose is shown.')).toBeVisible();
   expect(await q(page)).toEqual(before);

@@ -1,4 +1,4 @@
-//! A server's REST addresses, as an organizer.
+//! An HTTP client for the server's addresses, with an organizer's token.
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
@@ -8,13 +8,14 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How long a server may take for the head of an answer.
+/// Longest wait for the head of a response.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Which server, and as whom. The token is never an argument: other users of the machine could read it.
+/// The server and the token. The token is never an argument, since other users of the machine could read it.
 #[derive(Args, Debug)]
 pub(crate) struct Access {
-    /// The server. Without TLS the token is readable on the way: use it on the server's machine, or through a tunnel
+    /// The server's URL. Without TLS the token can be read on the network: use http only on the server's machine or through a
+    /// tunnel
     #[arg(
         long,
         global = true,
@@ -24,8 +25,8 @@ pub(crate) struct Access {
     )]
     url: String,
 
-    /// A file with an organizer's token; left out, the environment's PALMARES_TOKEN, or else organizer.token in the
-    /// server's data directory: PALMARES_DATA_DIR, or .palmares here
+    /// A file with an organizer's token [default: the environment's PALMARES_TOKEN, or else organizer.token in the server's
+    /// data directory, PALMARES_DATA_DIR or .palmares]
     #[arg(long, global = true, value_name = "FILE", env = "PALMARES_TOKEN_FILE")]
     token_file: Option<PathBuf>,
 }
@@ -42,7 +43,7 @@ impl Access {
         };
         let text = std::fs::read_to_string(&path).with_context(|| {
             format!(
-                "cannot read an organizer's token from {}; name its file with --token-file: the first one lies in the \
+                "cannot read an organizer's token from {}; name its file with --token-file: the first one is in the \
                  server's data directory",
                 path.display()
             )
@@ -51,14 +52,14 @@ impl Access {
     }
 }
 
-/// An organizer's connection.
+/// A client with an organizer's token.
 pub(crate) struct Client {
     agent: ureq::Agent,
     url: String,
     authorization: String,
 }
 
-type Answer = ureq::http::Response<ureq::Body>;
+type Response = ureq::http::Response<ureq::Body>;
 
 impl Client {
     pub(crate) fn new(access: &Access) -> anyhow::Result<Self> {
@@ -77,26 +78,26 @@ impl Client {
     }
 
     pub(crate) fn get(&self, path: &str) -> anyhow::Result<Value> {
-        json(self.ask(path)?)
+        json(self.request(path)?)
     }
 
     pub(crate) fn post(&self, path: &str, body: &Value) -> anyhow::Result<Value> {
         let address = format!("{}{path}", self.url);
         let request = self.agent.post(&address).header("Authorization", &self.authorization);
         let request = request.header("Content-Type", "application/json");
-        let answer = request.send(body.to_string().as_bytes());
-        json(checked(answer.with_context(|| silent(&address))?)?)
+        let response = request.send(body.to_string().as_bytes());
+        json(checked(response.with_context(|| silent(&address))?)?)
     }
 
-    /// Writes an answer's body to `to`, however long it is.
+    /// Writes a response's body of any length to `to`.
     pub(crate) fn fetch(&self, path: &str, to: &mut impl Write) -> anyhow::Result<()> {
-        let mut answer = self.ask(path)?;
-        let mut body = answer.body_mut().with_config().limit(u64::MAX).reader();
-        io::copy(&mut body, to).context("the answer broke off")?;
+        let mut response = self.request(path)?;
+        let mut body = response.body_mut().with_config().limit(u64::MAX).reader();
+        io::copy(&mut body, to).context("the response is incomplete")?;
         Ok(())
     }
 
-    fn ask(&self, path: &str) -> anyhow::Result<Answer> {
+    fn request(&self, path: &str) -> anyhow::Result<Response> {
         let address = format!("{}{path}", self.url);
         let request = self.agent.get(&address).header("Authorization", &self.authorization);
         checked(request.call().with_context(|| silent(&address))?)
@@ -107,13 +108,13 @@ fn silent(address: &str) -> String {
     format!("{address} does not answer; is the server running? --url names another")
 }
 
-/// A problem as an error.
-fn checked(mut answer: Answer) -> anyhow::Result<Answer> {
-    let status = answer.status();
+/// Turns a problem into an error.
+fn checked(mut response: Response) -> anyhow::Result<Response> {
+    let status = response.status();
     if status.is_success() {
-        return Ok(answer);
+        return Ok(response);
     }
-    let text = answer.body_mut().read_to_string().unwrap_or_default();
+    let text = response.body_mut().read_to_string().unwrap_or_default();
     match serde_json::from_str::<Value>(&text) {
         Ok(Value::Object(problem)) if problem.contains_key("detail") => {
             let word = |name: &str| problem.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
@@ -123,12 +124,12 @@ fn checked(mut answer: Answer) -> anyhow::Result<Answer> {
     }
 }
 
-fn json(mut answer: Answer) -> anyhow::Result<Value> {
-    let text = answer.body_mut().with_config().limit(u64::MAX).read_to_string()?;
-    serde_json::from_str(&text).context("the answer is not JSON")
+fn json(mut response: Response) -> anyhow::Result<Value> {
+    let text = response.body_mut().with_config().limit(u64::MAX).read_to_string()?;
+    serde_json::from_str(&text).context("the response is not JSON")
 }
 
-/// An id for a path: what is no letter, digit or underscore is escaped.
+/// An id for a path: all bytes but letters, digits and underscores are escaped.
 pub(crate) fn escaped(id: &str) -> String {
     id.bytes()
         .map(|byte| match byte {
@@ -144,7 +145,7 @@ mod tests {
     use super::escaped;
 
     #[test]
-    fn an_id_stays_one_part_of_a_path() {
+    fn an_id_is_one_part_of_a_path() {
         assert_eq!(escaped("run_1a"), "run_1a");
         assert_eq!(escaped("../x?y"), "%2E%2E%2Fx%3Fy");
     }

@@ -1,4 +1,4 @@
-//! Looking at a team's hand before deciding on it: figures, a picture, and runs that are played here.
+//! A team's hand, for the decision on it: figures, a drawing, and trial runs.
 
 use super::client::{Client, escaped};
 use anyhow::{Context, anyhow};
@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What the server says of a hand.
+/// The server's response on a hand.
 #[derive(Debug, Deserialize)]
 struct Shown {
     hand: Value,
@@ -24,7 +24,8 @@ struct Shown {
 impl Shown {
     fn of(client: &Client, id: &str) -> anyhow::Result<Shown> {
         let answer = client.get(&format!("/v1/admin/hands/{}", escaped(id)))?;
-        serde_json::from_value(answer).context("this server tells less of a hand than this program expects")
+        serde_json::from_value(answer)
+            .context("this server sends less about a hand than this program expects")
     }
 
     fn word(&self, field: &str) -> &str {
@@ -32,7 +33,7 @@ impl Shown {
     }
 }
 
-/// The hand itself, read as the server reads it.
+/// Downloads the hand and reads it as the server does.
 fn fetched(client: &Client, id: &str) -> anyhow::Result<Hand> {
     let mut bytes = Vec::new();
     client.fetch(&format!("/v1/admin/hands/{}/archive", escaped(id)), &mut bytes)?;
@@ -41,7 +42,7 @@ fn fetched(client: &Client, id: &str) -> anyhow::Result<Hand> {
     Ok(read::from_files(files, None, &options)?.hand)
 }
 
-/// Prints the figures; draws the hand from three sides.
+/// Prints the figures, and draws the hand from three sides.
 pub(crate) fn show(client: &Client, id: &str, picture: Option<&Path>, json: bool) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     if json {
@@ -69,7 +70,7 @@ pub(crate) fn show(client: &Client, id: &str, picture: Option<&Path>, json: bool
     Ok(())
 }
 
-/// Plays the hand here, in each task of the server.
+/// Plays the hand in this process, in each task of the server.
 pub(crate) fn attempt(client: &Client, id: &str, json: bool) -> anyhow::Result<()> {
     let hand = Arc::new(fetched(client, id)?);
     let listed = client.get("/v1/tasks")?;
@@ -84,7 +85,7 @@ pub(crate) fn attempt(client: &Client, id: &str, json: bool) -> anyhow::Result<(
     print_trials(&tasks, &hand, &head, json).map(drop)
 }
 
-/// What stands out, before an approval: told on stderr, so that nobody approves without having seen it.
+/// Prints on stderr, before an approval, which figures are beyond limits or other hands.
 pub(crate) fn warn(client: &Client, id: &str) -> anyhow::Result<()> {
     let shown = Shown::of(client, id)?;
     for line in &shown.in_the_way {

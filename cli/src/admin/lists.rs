@@ -1,4 +1,4 @@
-//! What people read of the server's lists: a table of the columns that matter, times in UTC.
+//! The server's lists as tables for people: the important columns, times in UTC.
 
 use palmares_hand_tools::table::aligned;
 use palmares_protocol::utc;
@@ -59,7 +59,7 @@ impl List {
         }
     }
 
-    /// The list in the server's answer as a table.
+    /// The list of a response as a table.
     pub(crate) fn table(self, answer: &Value) -> String {
         let name = match self {
             List::Teams => "teams",
@@ -94,7 +94,7 @@ fn seconds(value: &Value) -> String {
     value.as_f64().map_or("-".to_owned(), |s| format!("{s:.1}"))
 }
 
-/// Minutes and seconds, whole ones that are left: 29:59 until 29:58 is reached.
+/// Minutes and whole seconds, rounded down.
 fn minutes(seconds: f64) -> String {
     let seconds = seconds.max(0.0) as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
@@ -113,7 +113,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_session_is_told_with_its_time_left_and_what_its_team_is_called() {
+    fn a_session_has_its_time_left_and_its_teams_name_escaped() {
         let row = json!({"session_id": "ses_1", "team": "cr\u{202e}abs 蟹", "status": "open", "left_s": 1798.4,
             "clock_wall_s": 1.6, "clock_simulated_s": 0.5, "refunded_s": 0.0, "pauses": 1, "runs": 2,
             "paused_unix_ms": 1_795_238_560_323_i64, "created_unix_ms": 1_795_238_500_000_i64,
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_is_never_told_as_more() {
+    fn time_left_is_rounded_down() {
         assert_eq!(
             [1800.0, 1799.99, 61.0, 59.9, 0.4, 0.0].map(minutes),
             ["30:00", "29:59", "1:01", "0:59", "0:00", "0:00"]

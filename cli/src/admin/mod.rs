@@ -30,67 +30,67 @@ pub(crate) struct AdminOptions {
 
 #[derive(Debug, Subcommand)]
 enum AdminCommand {
-    /// Tell what is played here and how far it is
+    /// Show the competition and its phase
     Status,
-    /// Let sessions begin
+    /// Open the competition: sessions can begin
     Open(Reason),
-    /// Let no further session begin; those that are open go on
+    /// Close the competition: no new session can begin, open ones continue
     Close(Reason),
-    /// End the competition for good and publish the secret behind the seeds. Asks first
+    /// End the competition for good and publish the secret behind the seeds. Asks for confirmation
     Reveal {
-        /// Do not ask
+        /// Do not ask for confirmation
         #[arg(long)]
         yes: bool,
         #[command(flatten)]
         reason: Reason,
     },
-    /// Tell everybody something: it stands on the pages. An empty text takes the last one off them
+    /// Show an announcement on the pages; an empty text withdraws the last one
     Announce {
-        /// What, at most 500 characters
+        /// The text, at most 500 characters
         text: String,
         #[command(flatten)]
         reason: Reason,
     },
-    /// Teams and their tokens
+    /// Manage teams and their tokens
     #[command(subcommand)]
     Team(Team),
-    /// Tokens of organizers and viewers
+    /// Manage tokens of organizers and viewers
     #[command(subcommand)]
     Token(Token),
-    /// Hold, end, void sessions, give them time
+    /// Pause, end and void sessions, and grant them time
     #[command(subcommand)]
     Session(Session),
-    /// List, show and void runs, verify them again, fetch their replays
+    /// List, show and void runs, verify them again, download their replays
     #[command(subcommand)]
     Run(Run),
-    /// Decide on teams' own hands
+    /// Decide on hands that teams uploaded
     #[command(subcommand)]
     Hand(Hand),
-    /// Fetch a table
+    /// Download a table
     Export {
-        /// Which
+        /// The table
         what: Table,
-        /// How it is written
+        /// Its format
         #[arg(long, default_value = "csv")]
         format: Format,
-        /// A new file to write; else it is printed
+        /// A new file for the table [default: stdout]
         #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Print who decided what, when and why
+    /// Print the audit: actions with time and reason
     Audit,
-    /// Fetch everything as one archive, while the server runs. It holds secrets: keep it to yourself
+    /// Download a backup of everything while the server runs. It contains secrets: keep it private
     Backup {
         /// A new file to write
         file: PathBuf,
     },
-    /// Put a backup into an empty data directory and database; the server must not run
+    /// Restore a backup into an empty data directory and database; the server must not run
     Restore(restore::RestoreOptions),
 }
 
 #[derive(Args, Debug)]
 struct Reason {
-    /// Why; kept in the audit
+    /// The reason, for the audit
     #[arg(long)]
     reason: Option<String>,
 }
@@ -105,7 +105,7 @@ struct TeamName {
 
 #[derive(Args, Debug)]
 struct Id {
-    /// Its id, as the list has it
+    /// Its id, from the list
     id: String,
     #[command(flatten)]
     reason: Reason,
@@ -117,31 +117,31 @@ enum Team {
     Add(TeamName),
     /// List the teams
     List,
-    /// Give a team a new token; the old one ends at once
+    /// Replace a team's token; the old one ends at once
     Rotate(TeamName),
-    /// Take a team's token back
+    /// Revoke a team's token
     Revoke(TeamName),
 }
 
 #[derive(Debug, Subcommand)]
 enum Token {
-    /// Make a token; it cannot be shown again
+    /// Create a token; it cannot be shown again
     Add {
-        /// What it is for
+        /// Its role
         role: Role,
-        /// Whose it is, for people
+        /// Its holder, for people
         #[arg(long, default_value = "")]
         label: String,
     },
     /// List the tokens, without their secrets
     List,
-    /// Take a token back
+    /// Revoke a token
     Revoke(Id),
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Role {
-    /// May do all this
+    /// May use all these commands
     Organizer,
     /// May watch
     Viewer,
@@ -151,19 +151,19 @@ enum Role {
 enum Session {
     /// List the sessions
     List,
-    /// Hold a session: its clock and its worlds stand still
+    /// Pause a session: its clock and its world stop
     Pause(Id),
-    /// Let it go on
+    /// Resume a paused session
     Resume(Id),
-    /// End it; an open run is scored
+    /// End a session; an open run is scored
     End(Id),
-    /// Void it and its runs; the team may have another. Needs --reason
+    /// Void a session and its runs; the team may have another. Requires --reason
     Void(Id),
-    /// Make it longer, also when its time is spent. Needs --reason
+    /// Make a session longer; an ended session opens again. Requires --reason
     Grant {
         #[command(flatten)]
         id: Id,
-        /// By how much, at most a day
+        /// Additional time, at most a day
         #[arg(long)]
         seconds: f64,
     },
@@ -178,11 +178,11 @@ enum Run {
         /// Its id
         id: String,
     },
-    /// Void a run: it counts for nothing, and its session gets its time back. Needs --reason
+    /// Void a run: it counts for nothing, and its time is given back. Requires --reason
     Void(Id),
-    /// Play its replay again: its status becomes verified or rejected
+    /// Verify a run again: its status becomes verified or rejected
     Reverify(Id),
-    /// Fetch its replay
+    /// Download a run's replay
     Replay {
         /// Its id
         id: String,
@@ -194,36 +194,36 @@ enum Run {
 
 #[derive(Debug, Subcommand)]
 enum Hand {
-    /// List the hands that teams sent in, with what stands out
+    /// List the uploaded hands, with warnings
     List,
-    /// Print a hand's figures beside those of the program's hands and the limits; draw it from three sides
+    /// Print a hand's figures, with those of the built-in hands and the limits; draw it from three sides
     Show {
-        /// Its id, as the list has it
+        /// Its id, from the list
         id: String,
-        /// Where the picture goes; a name that ends in .svg or .png
+        /// File of the drawing; a name that ends in .svg or .png
         #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Play a hand in each task here, by a script that knows nothing of the task: what scores, scores by its build
+    /// Play a hand in each task with a fixed script that ignores the task: a score then comes from the hand's design
     Try {
-        /// Its id, as the list has it
+        /// Its id, from the list
         id: String,
     },
-    /// Let the team play it in official sessions
+    /// Approve a hand for official sessions
     Approve(Id),
-    /// Do not let it, also when it was approved before. Needs --reason
+    /// Bar a hand from official sessions, even if approved before. Requires --reason
     Reject(Id),
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Table {
-    /// Places and best runs
+    /// Ranks and best runs
     Leaderboard,
     /// All sessions
     Sessions,
     /// All runs, with their seeds
     Runs,
-    /// Who decided what
+    /// The audit
     Audit,
 }
 
@@ -235,7 +235,7 @@ enum Format {
     Json,
 }
 
-/// The word of a value on the command line.
+/// The name of a value on the command line.
 fn word<T: ValueEnum>(value: T) -> String {
     value.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
 }
@@ -248,17 +248,17 @@ fn by_id(field: &str, id: &Id) -> Value {
     json!({field: id.id, "reason": id.reason.reason})
 }
 
-/// What a command asks of the server.
-enum Ask {
+/// The request of a command.
+enum Request {
     Get(String),
-    /// A whole table, however long it is, and what it is called.
+    /// A whole table: path and name.
     All(&'static str, &'static str),
     Post(String, Value),
     Fetch(String, Option<PathBuf>),
 }
 
 impl AdminCommand {
-    /// Which list it prints, if one.
+    /// The list that it prints, if any.
     fn list(&self) -> Option<List> {
         match self {
             AdminCommand::Team(Team::List) => Some(List::Teams),
@@ -269,10 +269,10 @@ impl AdminCommand {
         }
     }
 
-    fn ask(&self) -> Ask {
-        use Ask::{All, Fetch, Get};
+    fn request(&self) -> Request {
+        use Request::{All, Fetch, Get};
         let get = |path: &str| Get(path.to_owned());
-        let post = |deed: &str, body: Value| Ask::Post(format!("/v1/admin/{deed}"), body);
+        let post = |action: &str, body: Value| Request::Post(format!("/v1/admin/{action}"), body);
         let why = |reason: &Reason| json!({"reason": reason.reason});
         match self {
             AdminCommand::Status => get("/v1/competition"),
@@ -319,13 +319,13 @@ impl AdminCommand {
             }
             AdminCommand::Audit => All("/v1/admin/export/audit?format=json", "records"),
             AdminCommand::Backup { file } => Fetch("/v1/admin/backup".into(), Some(file.clone())),
-            // Needs no server.
+            // Not sent: restoring needs no server.
             AdminCommand::Restore(_) => get("/v1/competition"),
         }
     }
 }
 
-/// Does what was asked.
+/// Runs the command.
 pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
     if let AdminCommand::Restore(options) = &options.command {
         return restore::restore(options);
@@ -340,16 +340,16 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
         AdminCommand::Reveal { yes: false, .. } => confirm_reveal(&client)?,
         _ => {}
     }
-    let answer = match options.command.ask() {
-        Ask::Get(path) => client.get(&path)?,
-        Ask::All(path, name) => json!({name: client.get(path)?}),
-        Ask::Post(path, body) => client.post(&path, &body)?,
-        Ask::Fetch(path, None) => {
+    let answer = match options.command.request() {
+        Request::Get(path) => client.get(&path)?,
+        Request::All(path, name) => json!({name: client.get(path)?}),
+        Request::Post(path, body) => client.post(&path, &body)?,
+        Request::Fetch(path, None) => {
             let mut out = std::io::stdout().lock();
             client.fetch(&path, &mut out)?;
             return out.flush().context("cannot write to stdout");
         }
-        Ask::Fetch(path, Some(file)) => return fetch_into(&client, &path, &file, &options.command),
+        Request::Fetch(path, Some(file)) => return fetch_into(&client, &path, &file, &options.command),
     };
     let text = match options.command.list() {
         Some(list) if !options.json => list.table(&answer),
@@ -358,14 +358,14 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
     write!(std::io::stdout().lock(), "{text}").context("cannot write to stdout")
 }
 
-/// Lets somebody at a terminal type the competition's name: what is published cannot be taken back.
+/// Asks for the competition's name at the terminal, since the publication cannot be undone.
 fn confirm_reveal(client: &Client) -> anyhow::Result<()> {
     let competition = client.get("/v1/competition")?;
     let name = competition["name"].as_str().unwrap_or_default();
     let shown = printable(name);
     if !std::io::stdin().is_terminal() {
         bail!(
-            "this ends `{shown}` for good and publishes the secret behind its seeds; there is no terminal to ask at: \
+            "this ends `{shown}` for good and publishes the secret behind its seeds; there is no terminal for a confirmation: \
              repeat it with --yes"
         );
     }
@@ -381,7 +381,7 @@ fn confirm_reveal(client: &Client) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Fetches into a new file that only its owner may read. What came in part is taken away again.
+/// Downloads into a new file that only its owner can read. An incomplete file is removed.
 fn fetch_into(
     client: &Client,
     path: &str,
@@ -393,14 +393,14 @@ fn fetch_into(
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     let mut new =
-        options.open(file).with_context(|| format!("cannot make the new file {}", file.display()))?;
+        options.open(file).with_context(|| format!("cannot create the new file {}", file.display()))?;
     let fetched = client.fetch(path, &mut new).and_then(|()| {
         new.sync_all()?;
-        // The directory of an archive stands at its end: a broken one has none.
+        // The directory of a ZIP archive is at its end: an incomplete archive has none.
         if matches!(command, AdminCommand::Backup { .. })
             && zip::ZipArchive::new(std::fs::File::open(file)?).is_err()
         {
-            bail!("the backup broke off");
+            bail!("the backup is incomplete");
         }
         Ok(())
     });

@@ -14,49 +14,49 @@ use std::io::Write as _;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// The exit code of `--strict` when there are warnings.
+/// Exit code of `--strict` with warnings.
 const WARNED: u8 = 2;
-/// How long a hand does nothing, s.
+/// Duration of the run without actions, s.
 const IDLE_S: f64 = 1.0;
 
-/// Which task, and how to report.
+/// Options of `palmares task check`.
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// A folder with a task.toml, that file, or the name of a task that comes with the program
+    /// A folder with a task.toml, that file, or the name of a built-in task
     task: String,
-    /// So many scenes are built, with the seeds from 1 on
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    seeds: u64,
-    /// A hand that is to play it, by name or path; left out, those that come with the program
+    /// Number of scenes to build, with the seeds from 1 on
+    #[arg(long, alias = "seeds", value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    scenes: u64,
+    /// A hand that will play it, by name or path [default: the built-in hands]
     #[arg(long = "hand", value_name = "HAND")]
     hands: Vec<String>,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Warnings make the exit code 2
+    /// Exit with 2 if there are warnings
     #[arg(long)]
     strict: bool,
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Debug, Default, Serialize)]
 struct Report {
     /// `usable` or `unusable`.
     verdict: &'static str,
     /// Name of the task, if it can be read.
     task: Option<String>,
-    /// SHA-256 of everything that the task is.
+    /// SHA-256 of the task's content.
     hash: Option<String>,
-    /// Why it is unusable.
+    /// Why the task is unusable.
     errors: Vec<String>,
     warnings: Vec<String>,
-    /// Scenes that were built.
+    /// Number of scenes that were built.
     scenes: u64,
-    /// Hands that fit where they start.
+    /// Hands that touch nothing where they start.
     hands: Vec<String>,
 }
 
-/// Checks and prints; the exit code says how it ended.
+/// Checks the task and prints a report.
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let hands = match args.hands.as_slice() {
         [] => builtin_hands().to_vec(),
@@ -70,7 +70,7 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
             report.hash = Some(task.content_hash().to_owned());
             report.warnings = warnings.iter().map(ToString::to_string).collect();
             text += &describe(&task);
-            scenes(&task, &warnings, args.seeds, &mut report, &mut text);
+            build_scenes(&task, &warnings, args.scenes, &mut report, &mut text);
             if report.errors.is_empty() {
                 play(&task, &hands, &mut report);
             }
@@ -91,9 +91,9 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     Ok(code)
 }
 
-/// Builds the scene with several seeds.
-fn scenes(task: &Task, warnings: &[LoadWarning], seeds: u64, report: &mut Report, text: &mut String) {
-    for number in 1..=seeds {
+/// Builds scenes with several seeds.
+fn build_scenes(task: &Task, warnings: &[LoadWarning], scenes: u64, report: &mut Report, text: &mut String) {
+    for number in 1..=scenes {
         match build(task, None, Seed::from_u64(number)) {
             Ok(built) if number == 1 => {
                 let _ = write!(text, "\nScene of seed 1\n{}", bodies(&built.scene));
@@ -108,21 +108,19 @@ fn scenes(task: &Task, warnings: &[LoadWarning], seeds: u64, report: &mut Report
     }
 }
 
-/// Which hands fit where they start, and what the first of them earns by doing nothing.
+/// Checks which hands fit where they start, and plays the first of them without actions.
 fn play(task: &Arc<Task>, hands: &[Arc<Hand>], report: &mut Report) {
     for hand in hands {
         let in_the_way = inspect::in_the_way(hand, std::slice::from_ref(task));
         if in_the_way.is_empty() {
             report.hands.push(hand.name.clone());
         } else {
-            let told = inspect::join_reasons(&in_the_way);
-            report.warnings.push(format!("hand `{}` does not fit where it starts: {told}", hand.name));
+            let overlaps = inspect::join_reasons(&in_the_way);
+            report.warnings.push(format!("hand `{}` does not fit where it starts: {overlaps}", hand.name));
         }
     }
     let Some(hand) = hands.iter().find(|hand| report.hands.contains(&hand.name)) else {
-        report
-            .errors
-            .push("no hand fits where it starts: hand.position and hand.quat_xyzw say where".to_owned());
+        report.errors.push("no hand fits where it starts: see hand.position and hand.quat_xyzw".to_owned());
         return;
     };
     let mut run = match Run::new(task.clone(), hand.clone(), Seed::from_u64(1)) {
@@ -139,10 +137,10 @@ fn play(task: &Arc<Task>, hands: &[Arc<Hand>], report: &mut Report) {
         let name = &hand.name;
         report
             .warnings
-            .push(format!("`{name}` comes to {} points by doing nothing for {IDLE_S} s", outcome.score));
+            .push(format!("`{name}` scores {} points without any action in {IDLE_S} s", outcome.score));
     }
     if outcome.reason == Reason::WorldFault {
-        report.errors.push("the simulation of this task breaks".to_owned());
+        report.errors.push("the simulation of this task fails".to_owned());
     }
 }
 

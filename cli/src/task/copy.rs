@@ -8,31 +8,31 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Which task, and where to.
+/// Options of `palmares task copy`.
 #[derive(Debug, Args)]
 pub(crate) struct CopyArgs {
-    /// The name of a task that comes with the program
+    /// The name of a built-in task
     task: String,
-    /// The new task's folder; it is made if it is not there
+    /// The new task's folder; created if it is missing
     folder: PathBuf,
-    /// The new task's name; left out, the folder's
+    /// The new task's name [default: the folder's name]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
 }
 
-/// Writes the task's file under another name; never over one that is there.
+/// Writes the task's file under another name; never overwrites a file.
 pub(super) fn copy(args: &CopyArgs) -> anyhow::Result<ExitCode> {
     let Some(toml) = Task::builtin_toml(&args.task) else {
         let known: Vec<String> = Task::builtin().iter().map(|task| task.name.clone()).collect();
-        bail!("no task `{}` comes with the program: {}", args.task, known.join(", "));
+        bail!("no built-in task `{}`; there are {}", args.task, known.join(", "));
     };
     let name = match (&args.name, args.folder.file_name().and_then(|name| name.to_str())) {
         (Some(name), _) => name,
         (None, Some(name)) => name,
-        (None, None) => bail!("{}: what is the task called? --name NAME", args.folder.display()),
+        (None, None) => bail!("{}: name the task with --name NAME", args.folder.display()),
     };
     if Task::builtin_toml(name).is_some() {
-        bail!("a task called `{name}` comes with the program; give the new one another --name");
+        bail!("`{name}` is a built-in task; choose another --name");
     }
     let file = args.folder.join(Task::FILE);
     let own = toml.replacen(&format!("name = \"{}\"", args.task), &format!("name = {name:?}"), 1);
@@ -41,7 +41,7 @@ pub(super) fn copy(args: &CopyArgs) -> anyhow::Result<ExitCode> {
     fs::create_dir_all(&args.folder).with_context(failed)?;
     let mut to = match File::create_new(&file) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            bail!("{} is there already; nothing was written", file.display())
+            bail!("{} exists already; nothing was written", file.display())
         }
         opened => opened.with_context(failed)?,
     };

@@ -1,4 +1,4 @@
-//! A task in words.
+//! A task as text.
 
 use palmares_hand_tools::table::table;
 use palmares_tasks::Task;
@@ -6,7 +6,7 @@ use palmares_tasks::scene::Scene;
 use palmares_tasks::task::{Goal, Placing, Rules};
 use std::fmt::Write;
 
-/// Columns of text with numbers.
+/// Rows of a table.
 type Rows = Vec<Vec<String>>;
 
 fn row(cells: &[&str]) -> Vec<String> {
@@ -17,7 +17,7 @@ fn mm(xs: [f64; 3]) -> String {
     xs.iter().map(|x| format!("{:.1}", x * 1e3)).collect::<Vec<_>>().join(" ")
 }
 
-/// What the task says.
+/// The content of a task.
 pub(super) fn describe(task: &Task) -> String {
     let mut out = String::new();
     let count = task.objects.count;
@@ -116,7 +116,7 @@ fn aim(goal: &Goal) -> String {
     format!("{}: `{}`{point} {}: {} points", goal.name, goal.object, asks.join(", "), goal.points)
 }
 
-/// What stands in a scene.
+/// The bodies of a scene.
 pub(super) fn bodies(scene: &Scene) -> String {
     let mut rows: Rows = vec![row(&["body", "kg", "friction", "parts", "size (mm)", "at (mm)"])];
     for body in &scene.bodies {

@@ -1,4 +1,4 @@
-//! Which task and which hand are meant.
+//! Loads the task and the hand of an argument.
 
 use anyhow::Context;
 use palmares_models::builtin::builtin_hands;
@@ -9,7 +9,7 @@ use palmares_tasks::{SceneError, Task};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A task from a folder or file, or, where there is none of that name, from the program itself.
+/// A task from a folder or file, or the built-in task of that name.
 pub(super) fn load_task(name: &str) -> anyhow::Result<(Arc<Task>, Vec<LoadWarning>)> {
     let path = Path::new(name);
     if !path.exists() {
@@ -19,7 +19,7 @@ pub(super) fn load_task(name: &str) -> anyhow::Result<(Arc<Task>, Vec<LoadWarnin
         }
         let known: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
         anyhow::bail!(
-            "`{name}` is neither a folder with a task.toml nor a task of the program: {}",
+            "`{name}` is neither a folder with a task.toml nor a built-in task: {}",
             known.join(", ")
         );
     }
@@ -27,20 +27,20 @@ pub(super) fn load_task(name: &str) -> anyhow::Result<(Arc<Task>, Vec<LoadWarnin
     Ok((Arc::new(loaded.task), loaded.warnings))
 }
 
-/// Why a scene cannot be built, and, where it speaks of an object whose hollows are filled, that this may be why.
+/// The error of a scene, with a hint if it names an object whose hollows are filled.
 pub(super) fn scene_error(error: &SceneError, warnings: &[LoadWarning]) -> String {
     let mut text = error.to_string();
     for warning in warnings.iter().filter(|warning| tells_of_filled_hollows(warning)) {
-        // An object of a URDF is warned of by its link.
+        // A warning on an object of a URDF names its link.
         let named = warning.element.split('`').nth(1);
         if named.is_none_or(|name| text.contains(name)) {
-            text += &format!("\nPerhaps for this: {}: {}", warning.element, warning.message);
+            text += &format!("\nA possible cause: {}: {}", warning.element, warning.message);
         }
     }
     text
 }
 
-/// A hand from a file or folder, or, where there is none of that name, from the program itself.
+/// A hand from a file or folder, or the built-in hand of that name.
 pub(super) fn load_hand(name: &str) -> anyhow::Result<Arc<Hand>> {
     let path = Path::new(name);
     if !path.exists()
@@ -50,6 +50,6 @@ pub(super) fn load_hand(name: &str) -> anyhow::Result<Arc<Hand>> {
     }
     let known: Vec<&str> = builtin_hands().iter().map(|hand| hand.name.as_str()).collect();
     let loaded = read::hand(path, &LoadOptions::default());
-    let loaded = loaded.with_context(|| format!("hands that come with the program: {}", known.join(", ")))?;
+    let loaded = loaded.with_context(|| format!("built-in hands: {}", known.join(", ")))?;
     Ok(Arc::new(loaded.hand))
 }

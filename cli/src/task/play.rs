@@ -12,21 +12,21 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Which task is played, and how.
+/// Options of `palmares task play`.
 #[derive(Debug, Args)]
 pub(crate) struct PlayArgs {
-    /// A folder with a task.toml, that file, or the name of a task that comes with the program
+    /// A folder with a task.toml, that file, or the name of a built-in task
     task: String,
-    /// The hand, by name; one of your own by its path
+    /// The hand, by name or path
     #[arg(long, value_name = "HAND", default_value = "softhand")]
     hand: String,
-    /// Which scene
+    /// Seed of the scene
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 53))]
     seed: u64,
-    /// What the hand does
+    /// The script
     #[arg(long, value_enum, default_value_t = Script::Sweep)]
     script: Script,
-    /// Write the run as a replay, signed by a key that is made for it; only with a hand that comes with the program
+    /// Write the run as a replay, signed by a new key; only with a built-in hand
     #[arg(long, value_name = "FILE")]
     replay: Option<PathBuf>,
     /// Print the result as one JSON object
@@ -34,12 +34,12 @@ pub(crate) struct PlayArgs {
     json: bool,
 }
 
-/// Plays, and prints what came of it.
+/// Plays the task and prints the result.
 pub(super) fn play(args: &PlayArgs) -> anyhow::Result<ExitCode> {
     let (task, warnings) = load_task(&args.task)?;
     let hand = load_hand(&args.hand)?;
     if args.replay.is_some() && palmares_models::hand::Hand::builtin(&hand.name).is_none() {
-        bail!("--replay: a replay of a hand of one's own needs its files: play it on a server");
+        bail!("--replay works with built-in hands only; for your own hand, play on a server");
     }
     let run = Run::new(task.clone(), hand.clone(), Seed::from_u64(args.seed));
     let mut run = run.map_err(|error| anyhow!(scene_error(&error, &warnings)))?;
@@ -85,12 +85,12 @@ pub(super) fn play(args: &PlayArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A replay while it is written.
+/// A replay in progress.
 struct Recording<'a> {
     recorder: Recorder,
-    /// Where it is written.
+    /// Temporary folder.
     folder: PathBuf,
-    /// Where it goes in the end.
+    /// The final file.
     file: &'a Path,
 }
 
@@ -115,7 +115,7 @@ impl<'a> Recording<'a> {
         let written =
             recorder.finish(run, outcome).with_context(|| format!("cannot write {}", file.display()))?;
         std::fs::rename(&written.path, file).with_context(|| format!("cannot write {}", file.display()))?;
-        // Another replay may be on its way.
+        // Not empty while another replay is in progress.
         let _ = std::fs::remove_dir(&folder);
         Ok(())
     }

@@ -1,6 +1,6 @@
-"""The channels of a hand: the numbers that an observation has of it, and the arrays that they become.
+"""Channels of a hand: its numbers in an observation, as arrays.
 
-A server lists the channels of each hand in its greeting. A new channel of a server is an array here without a
+A server lists the channels of each hand in its greeting, so that a new channel becomes an array without a
 change of this package.
 """
 
@@ -14,7 +14,7 @@ from palmares.wire import CameraInfo, ChannelInfo, ColumnInfo, HandInfo, ImageIn
 
 
 def channels_of(hand: HandInfo) -> list[ChannelInfo]:
-    """Return the channels of a hand; for a server that does not list them, those that it has."""
+    """Return the channels of a hand; `early_channels` for servers that do not list them."""
     return hand.channels or early_channels(len(hand.motors), len(hand.encoders), len(hand.taxels))
 
 
@@ -28,7 +28,7 @@ def array_of(channel: ChannelInfo, hand: Any) -> Array:
 
 
 def depth_of(camera: CameraInfo) -> ImageInfo:
-    """Return the depth image of a camera; servers that do not list images have it, too."""
+    """Return the depth image of a camera, also for servers that do not list images."""
     found = [image for image in camera.images if image.name == "depth"]
     if found:
         return found[0]

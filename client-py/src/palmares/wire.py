@@ -298,7 +298,7 @@ class Opened(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Shape(msgspec.Struct, kw_only=True, gc=False):
-    """A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z."""
+    """A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z."""
 
     type: str
     """``sphere``, ``capsule``, ``cylinder``, ``box`` or ``hull``."""
@@ -835,14 +835,14 @@ class TaskBest(msgspec.Struct, kw_only=True, gc=False):
     status: str
     """``practice``, ``provisional`` or ``verified``."""
     ended_unix_ms: int
-    """Its end, ms since 1970 UTC."""
+    """End of the run, ms since 1970 UTC."""
 
 
 class LeaderboardRow(msgspec.Struct, kw_only=True, gc=False):
-    """A team's place."""
+    """A team's row in the ranking."""
 
     rank: int
-    """1 for the first."""
+    """From 1."""
     team: str
     """The team."""
     total: float
@@ -850,10 +850,10 @@ class LeaderboardRow(msgspec.Struct, kw_only=True, gc=False):
     runs: int
     """Finished runs."""
     reached_unix_ms: int
-    """When the total was reached: the end of the run that completed it, ms since 1970 UTC."""
+    """When the total was reached: the end of the last run in it, ms since 1970 UTC."""
     sensors_only: bool
-    """Whether every run the team ever opened was without the true state of the world."""
+    """Whether no run of the team had the true state."""
     sensors_rank: int | None = None
-    """Its place among the teams that only use sensors."""
+    """Its rank among the teams with ``sensors_only``."""
     tasks: dict[str, TaskBest]
     """Best run of each task."""

@@ -1,4 +1,4 @@
-//! Builds the parts of the program from its configuration.
+//! Builds the parts of the server from its configuration.
 
 use crate::archive::Archive;
 use crate::auth::{self, Role};
@@ -6,7 +6,7 @@ use crate::backup;
 use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::compute::Compute;
-use crate::config::{Config, Mode};
+use crate::config::{CompetitionMode, Config};
 use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
@@ -39,7 +39,7 @@ pub(super) fn guard(config: &Config) -> anyhow::Result<Guard> {
     Ok(guard)
 }
 
-/// Everything, with this store.
+/// All parts, with this database.
 pub(super) async fn app(
     config: &Config,
     guard: Guard,
@@ -97,7 +97,7 @@ pub(super) async fn app(
     })
 }
 
-/// Runs that were open when an earlier process stopped count for nothing.
+/// Aborts runs that were open when an earlier process stopped.
 async fn abort_open_runs(store: &Store) -> anyhow::Result<()> {
     for run in store.abort_open_runs().await? {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
@@ -108,14 +108,14 @@ async fn abort_open_runs(store: &Store) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Where runs are recorded.
+/// The archive of replays; None on a practice server that does not record.
 fn archive(config: &Config, hands: &[Arc<Hand>]) -> anyhow::Result<Option<Arc<Archive>>> {
-    // A score is listed only when it replays.
-    if config.no_replays && config.mode == Mode::Practice {
+    // Official runs are always recorded: they count only with a replay.
+    if config.no_replays && config.mode == CompetitionMode::Practice {
         return Ok(None);
     }
-    let kept = config.practice_replays_mb.saturating_mul(1 << 20);
-    let archive = Archive::open(&config.data_dir, &config.signing_key, kept)?;
+    let practice_bytes = config.practice_replays_mb.saturating_mul(1 << 20);
+    let archive = Archive::open(&config.data_dir, &config.signing_key, practice_bytes)?;
     let own = &hands[hands.len() - config.hands.len()..];
     for (path, hand) in config.hands.iter().zip(own) {
         match palmares_replay::pack(path, hand) {
@@ -128,7 +128,7 @@ fn archive(config: &Config, hands: &[Arc<Hand>]) -> anyhow::Result<Option<Arc<Ar
     Ok(Some(Arc::new(archive)))
 }
 
-/// A database without an organizer gets one, whose token lies in the data directory.
+/// Creates an organizer's token in the data directory, if the database has no organizer.
 async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
     if store.has_organizer().await? {
         return Ok(());
@@ -141,34 +141,34 @@ async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
     };
     let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &entry).await?;
     let path = config.data_dir.join("organizer.token");
-    // One of an earlier database is of no use any more.
+    // A file for an earlier database is useless.
     let _ = std::fs::remove_file(&path);
     write_secret(&path, &token.reveal())
         .with_context(|| format!("cannot write the organizer's token to {}", path.display()))
 }
 
-/// The names that the file asks for, each of which must be there.
+/// The items with the configured names; all without a configuration.
 fn chosen<T>(
-    what: &str,
-    wanted: Option<&[String]>,
+    field: &str,
+    names: Option<&[String]>,
     all: Vec<Arc<T>>,
     name: impl Fn(&T) -> &str,
 ) -> anyhow::Result<Vec<Arc<T>>> {
-    let Some(wanted) = wanted else { return Ok(all) };
+    let Some(names) = names else { return Ok(all) };
     let find = |wanted: &String| {
         let found = all.iter().find(|one| name(one) == wanted).cloned();
         found.with_context(|| {
             let known: Vec<&str> = all.iter().map(|one| name(one)).collect();
-            format!("{what}: no `{wanted}`; there are {}", known.join(", "))
+            format!("{field}: no `{wanted}`; there are {}", known.join(", "))
         })
     };
-    if wanted.is_empty() {
-        bail!("{what}: name at least one, or leave the field out for all");
+    if names.is_empty() {
+        bail!("{field}: name at least one, or leave the field out for all");
     }
-    wanted.iter().map(find).collect()
+    names.iter().map(find).collect()
 }
 
-/// The tasks that come with the program, and those of folders.
+/// The built-in tasks, and those from folders.
 pub(super) fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
     let mut tasks = chosen("tasks", config.builtin_tasks.as_deref(), Task::builtin(), |task| &task.name)?;
     for path in &config.tasks {
@@ -177,7 +177,7 @@ pub(super) fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
         for warning in &warnings {
             tracing::warn!("{warning}");
         }
-        // Also one that is not played: replays name their task.
+        // Names of tasks that are not played are taken too: replays refer to a task by name.
         let known = Task::builtin().into_iter().chain(tasks.iter().cloned());
         if known.map(|known| known.name.clone()).any(|name| name == task.name) {
             bail!(
@@ -192,19 +192,19 @@ pub(super) fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
     Ok(tasks)
 }
 
-/// The hands that come with the program, and those of files.
+/// The built-in hands, and those from files.
 pub(super) fn hands(config: &Config, tasks: &[Arc<Task>]) -> anyhow::Result<Vec<Arc<Hand>>> {
     let builtin = builtin_hands().to_vec();
     let mut hands = chosen("hands", config.builtin_hands.as_deref(), builtin, |hand| &hand.name)?;
     for path in &config.hands {
-        // Its words name the file and tell the cause already.
+        // The error names the file and the cause.
         let Loaded { hand, sources, warnings } = read::hand(path, &LoadOptions::default())
             .map_err(|error| anyhow!("a hand of your own: {error}"))?;
         let beyond = inspect::beyond_limits(&hand, &sources, &config.hand_limits);
         if !beyond.is_empty() {
-            let told = inspect::join_reasons(&beyond);
+            let rows = inspect::join_reasons(&beyond);
             bail!(
-                "a hand of your own is beyond the limits, which [hand_limits] in the file of --config sets:\n{told}"
+                "a hand of your own is beyond the limits, which [hand_limits] in the file of --config sets:\n{rows}"
             );
         }
         for warning in &warnings {

@@ -1,4 +1,4 @@
-//! What composes the program: builds every part and hands each what it needs.
+//! Builds the parts of the server, starts and stops it.
 
 mod assemble;
 mod serve;

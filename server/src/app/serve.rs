@@ -1,12 +1,12 @@
-//! How a server comes up, runs, and goes down.
+//! Starts, runs and stops the server.
 
 use super::assemble;
 use crate::archive;
-use crate::compute::{STACK, overrun};
+use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
 use crate::http;
 use crate::logging;
-use crate::rules::Phase;
+use crate::rules::CompetitionPhase;
 use crate::state::AppState;
 use crate::store::{Location, Store};
 use crate::transport;
@@ -23,27 +23,26 @@ use tokio::net::{TcpListener, TcpSocket};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::timeout;
 
-/// How long each of the last things may take after the open runs: answers that are on their way, the verification, the
-/// database.
-const LAST_THINGS: Duration = Duration::from_secs(3);
+/// Longest time for each step after the open runs have ended: answers in progress, the verification, the database.
+const STOP_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// How the program ends when runs were left unfinished.
+/// Exit code when open runs did not finish.
 const UNFINISHED: u8 = 3;
 
 /// Serves until a signal ends it.
 ///
 /// # Errors
-/// What keeps it from serving, in words.
+/// Why the server cannot start.
 pub fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
     logging::start()?;
     let config = options.resolve()?;
-    // The network, the database and the signals. No world is stepped on these threads: sessions have their own.
+    // Threads for the network, the database and signals. Worlds are stepped on other threads.
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get).max(2);
     let mut runtime = tokio::runtime::Builder::new_multi_thread();
-    let runtime = runtime.worker_threads(threads).thread_stack_size(STACK).enable_all().build();
+    let runtime = runtime.worker_threads(threads).thread_stack_size(STACK_BYTES).enable_all().build();
     let runtime = runtime.context("cannot start the asynchronous runtime")?;
     let ended = runtime.block_on(run(&config));
-    // Without waiting for anybody: the thread of a world that computes for ever ends with the process.
+    // Without waiting: the thread of an endless tick ends with the process.
     runtime.shutdown_background();
     ended
 }
@@ -53,7 +52,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let guard = assemble::guard(config)?;
     let tasks = assemble::tasks(config)?;
     let hands = assemble::hands(config, &tasks)?;
-    // The port before the database: a second server by mistake must not touch the first one's runs.
+    // Before the database: a second server by mistake must not change the runs of the first.
     let listener = listen(config.listen).with_context(|| {
         format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", config.listen)
     })?;
@@ -65,11 +64,14 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let audited: Arc<[Arc<Task>]> = tasks.clone().into();
     let app = assemble::app(config, guard, store, tasks, hands).await?;
     let lifecycle = app.lifecycle.clone();
-    let auditor = app.archive.clone().map(|archive| {
-        let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
-        tokio::spawn(archive::audit(store, archive, hub, audited, async move { lifecycle.stopping().await }))
-    });
-    app.sessions.give_back_all().await?;
+    let verification =
+        app.archive.clone().map(|archive| {
+            let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
+            tokio::spawn(archive::verify_runs(store, archive, hub, audited, async move {
+                lifecycle.stopping().await
+            }))
+        });
+    app.sessions.refund_all().await?;
     app.sessions.restore().await?;
     greet(address, &location, &app)?;
 
@@ -86,43 +88,42 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     };
     tokio::spawn(signalled);
     let router = http::router(app.clone());
-    // `listener` itself in its place: without the low-latency path.
+    // The plain `listener` would switch the low-latency path off.
     let listener = Listener::new(listener);
     let server = transport::serve(listener, router, app.inbound.clone(), lifecycle.clone());
     let server = tokio::spawn(server);
     let overseer = tokio::spawn(overrun::watch_over(app.compute.clone()));
     lifecycle.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.
-    let finished = timeout(config.shutdown_grace, lifecycle.deserted()).await.is_ok();
+    let finished = timeout(config.shutdown_grace, lifecycle.idle()).await.is_ok();
     if !finished {
         tracing::warn!("some runs did not finish in time; they are marked at the next start");
     }
-    if let Ok(ended) = timeout(LAST_THINGS, server).await {
+    if let Ok(ended) = timeout(STOP_TIMEOUT, server).await {
         ended.context("the server's task failed")?;
     }
-    if let Some(auditor) = auditor
-        && let Ok(ended) = timeout(LAST_THINGS, auditor).await
+    if let Some(verification) = verification
+        && let Ok(ended) = timeout(STOP_TIMEOUT, verification).await
     {
         ended.context("the verification's task failed")?;
     }
     overseer.abort();
-    if timeout(LAST_THINGS, app.store.close()).await.is_err() {
+    if timeout(STOP_TIMEOUT, app.store.close()).await.is_err() {
         tracing::warn!("the database did not close in time");
     }
     tracing::info!("stopped");
     Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(UNFINISHED) })
 }
 
-/// What may be on its way to a client in the system's buffers, bytes: more would only make what a slow client sees
-/// older.
-const SEND_BUFFER: u32 = 128 << 10;
+/// Send buffer of a connection, bytes: a larger one would only delay the observations of a slow client.
+const SEND_BUFFER_BYTES: u32 = 128 << 10;
 
 fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
-    // A server that is started again must not wait for the old connections to be forgotten.
+    // A restarted server can bind while old connections are in TIME_WAIT.
     socket.set_reuseaddr(true)?;
-    // Connections inherit it.
-    socket.set_send_buffer_size(SEND_BUFFER)?;
+    // Accepted connections inherit it.
+    socket.set_send_buffer_size(SEND_BUFFER_BYTES)?;
     socket.bind(address)?;
     socket.listen(1024)
 }
@@ -131,7 +132,7 @@ fn on(kind: SignalKind) -> anyhow::Result<Signal> {
     signal(kind).context("cannot listen for signals")
 }
 
-/// One line for programs on stdout, hints for people on stderr.
+/// Prints one line for programs on stdout, and hints for people on stderr.
 fn greet(address: SocketAddr, location: &Location, app: &AppState) -> anyhow::Result<()> {
     let database = match location {
         Location::DataDir(folder) => folder.join("palmares.sqlite").display().to_string(),
@@ -143,19 +144,19 @@ fn greet(address: SocketAddr, location: &Location, app: &AppState) -> anyhow::Re
     let hands: Vec<&str> = competition.hands.iter().map(|hand| hand.name.as_str()).collect();
     let kind = match (rules.official(), rules.phase()) {
         (false, _) => "practice server".to_owned(),
-        (true, Phase::Open) => format!("official server: {}, open", rules.name),
-        (true, Phase::Closed) => {
+        (true, CompetitionPhase::Open) => format!("official server: {}, open", rules.name),
+        (true, CompetitionPhase::Closed) => {
             format!("official server: {}, closed (palmares admin open)", rules.name)
         }
-        (true, Phase::Revealed) => format!("official server: {}, over", rules.name),
+        (true, CompetitionPhase::Revealed) => format!("official server: {}, over", rules.name),
     };
-    // For people who look for it; what is in it is shown nowhere.
+    // Only the path is shown, not the token.
     let token = app.backup.data_dir.join("organizer.token");
     let token = match rules.official() && token.exists() {
         true => format!("\n  organizer    the first one's token is in {}", token.display()),
         false => String::new(),
     };
-    // Nobody has to read it.
+    // A closed stderr is no error.
     let _ = writeln!(
         std::io::stderr(),
         "Palmares {} {kind}\n  leaderboard  http://{address}/\n  controllers  ws://{address}/v1/control\n  \

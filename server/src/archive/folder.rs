@@ -1,6 +1,6 @@
-//! Where a server keeps its replays, and who signs them.
+//! The folder of replays, and the key that signs them.
 
-use crate::world::Witness;
+use crate::world::RunObserver;
 use palmares_models::hand::Hand;
 use palmares_replay::{Header, KeyError, PublicKey, RecordError, Recorder, ReplayFile, Signer};
 use palmares_tasks::observation::Wrench;
@@ -18,19 +18,19 @@ const FOLDER: &str = "replays";
 pub(crate) struct Archive {
     data_dir: PathBuf,
     signer: Arc<Signer>,
-    /// Archives of the hands that do not come with the program, by the hand's content hash.
+    /// Archives of the hands that are not built in, by the hand's content hash.
     hand_files: Mutex<BTreeMap<String, Arc<Vec<u8>>>>,
-    /// Bytes of practice replays that are kept.
+    /// Bytes of practice replays to keep.
     pub(super) practice_bytes: u64,
-    /// A run has ended, or somebody wants one looked at again.
-    pub(super) news: Notify,
+    /// Starts a round of verification.
+    pub(super) wakeup: Notify,
 }
 
 impl Archive {
-    /// The archive in a data directory; directory and key are made when they are missing.
+    /// Opens the archive in a data directory; creates directory and key if they are missing.
     ///
     /// # Errors
-    /// When the key cannot be read or made.
+    /// The key cannot be read or created.
     pub(crate) fn open(data_dir: &Path, key: &Path, practice_bytes: u64) -> Result<Self, KeyError> {
         let folder = data_dir.join(FOLDER);
         let failed = |source| KeyError::File { path: folder.clone(), source };
@@ -40,50 +40,50 @@ impl Archive {
             data_dir: data_dir.to_owned(),
             hand_files: Mutex::default(),
             practice_bytes,
-            news: Notify::new(),
+            wakeup: Notify::new(),
         })
     }
 
-    /// What everybody may know of the key.
+    /// The public key.
     pub(crate) fn key(&self) -> PublicKey {
         self.signer.public()
     }
 
-    /// Where replays lie.
+    /// The folder of the replays.
     pub(super) fn folder(&self) -> PathBuf {
         self.data_dir.join(FOLDER)
     }
 
-    /// Where a path stored with a run lies.
+    /// The path of a replay, from the path stored with its run.
     pub(crate) fn locate(&self, stored: &str) -> PathBuf {
         self.data_dir.join(stored)
     }
 
-    /// Makes the files of a hand known that does not come with the program: they go into its replays.
+    /// Adds the files of a hand that is not built in: its replays include them.
     pub(crate) fn add_hand(&self, hand: &Hand, files: Arc<Vec<u8>>) {
         let mut known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
         known.insert(hand.content_hash(), files);
     }
 
-    /// Somebody should look at the runs that wait for their verification.
+    /// Starts a round of verification: a run has ended, or is to be verified again.
     pub(crate) fn wake(&self) {
-        self.news.notify_one();
+        self.wakeup.notify_one();
     }
 
-    /// Prepares to record a run: a witness that begins when the run is there, and the way to its file.
-    pub(crate) fn record(&self, header: Header) -> (Scribe, Recording) {
+    /// Prepares the recording of a run: the observer that records, and the recording that gives the file.
+    pub(crate) fn record(&self, header: Header) -> (RecordingObserver, Recording) {
         let (done, file) = oneshot::channel();
         let (folder, signer) = (self.folder(), self.signer.clone());
         let known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
         let hand_files = known.get(&header.hand_hash).cloned();
         let unopened = Some(Unopened { folder, header, signer, hand_files });
-        (Scribe { unopened, recorder: None, done: Some(done) }, Recording(file))
+        (RecordingObserver { unopened, recorder: None, done: Some(done) }, Recording(file))
     }
 }
 
-/// The witness that records.
-pub(crate) struct Scribe {
-    /// What it begins with when the run is there.
+/// The observer that records a run.
+pub(crate) struct RecordingObserver {
+    /// The inputs of the recorder, until the world is built.
     unopened: Option<Unopened>,
     recorder: Option<Recorder>,
     done: Option<oneshot::Sender<Result<Option<ReplayFile>, RecordError>>>,
@@ -96,7 +96,7 @@ struct Unopened {
     hand_files: Option<Arc<Vec<u8>>>,
 }
 
-impl Witness for Scribe {
+impl RunObserver for RecordingObserver {
     fn opened(&mut self, run: &Run) {
         let Some(Unopened { folder, header, signer, hand_files }) = self.unopened.take() else { return };
         match Recorder::create(&folder, header, run, &signer, hand_files) {
@@ -119,26 +119,26 @@ impl Witness for Scribe {
 
     fn finished(&mut self, run: &Run, outcome: &Outcome) {
         if let (Some(recorder), Some(done)) = (self.recorder.take(), self.done.take()) {
-            // A run without a tick has nothing to play again.
+            // A run without a tick has no replay.
             let file = match outcome.ticks {
                 0 => recorder.discard().map(|()| None),
                 _ => recorder.finish(run, outcome).map(Some),
             };
-            // Nobody may be waiting any more.
+            // An error means that the session no longer waits.
             let _ = done.send(file);
         }
     }
 }
 
-/// The way to the file of a run that is being recorded.
+/// A recording in progress, which gives the file at the run's end.
 #[derive(Debug)]
 pub(crate) struct Recording(oneshot::Receiver<Result<Option<ReplayFile>, RecordError>>);
 
 impl Recording {
-    /// The file, once the run has been counted; none of a run without a tick.
+    /// The file, after the run was scored; None for a run without a tick.
     ///
     /// # Errors
-    /// In words, why there is none.
+    /// Why there is no file.
     pub(crate) async fn file(self) -> Result<Option<ReplayFile>, String> {
         match self.0.await {
             Ok(Ok(file)) => Ok(file),
@@ -148,7 +148,7 @@ impl Recording {
     }
 }
 
-/// A replay as it is stored with the run: inside the data directory.
+/// The path that is stored with the run, relative to the data directory.
 pub(crate) fn stored_path(file: &ReplayFile) -> String {
     let name = file.path.file_name().unwrap_or_default().to_string_lossy();
     format!("{FOLDER}/{name}")

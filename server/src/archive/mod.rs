@@ -1,11 +1,11 @@
-//! The replays that a server keeps: who records, who plays them again, which are deleted, and which are alike.
+//! The replays on disk: recording, verification, retention.
 
-mod auditor;
 mod folder;
 mod retention;
+mod verification;
 
 #[cfg(test)]
 mod tests;
 
-pub(crate) use auditor::audit;
 pub(crate) use folder::{Archive, Recording, stored_path};
+pub(crate) use verification::verify_runs;

@@ -1,5 +1,5 @@
-//! Practice replays are kept up to a number of bytes. What counts is what lies in the folder: also the cut files that a
-//! crash left, and those of runs that nobody knows.
+//! Keeps practice replays up to a number of bytes. All files in the folder count: also truncated files after a crash, and files of
+//! unknown runs.
 
 use super::folder::Archive;
 use crate::store::{Store, StoreError};
@@ -7,73 +7,75 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// A file that no run belongs to may be that of a run which is just being opened, unless it is this old.
-const ABANDONED: Duration = Duration::from_secs(3600);
+/// Age from which a file without a run is deleted: a younger one may belong to a run that is being opened.
+const ORPHAN_AGE: Duration = Duration::from_secs(3600);
 
-/// A file in the folder that is named like a replay of ours.
-struct Lying {
+/// A file in the folder that is named like a replay.
+struct ReplayOnDisk {
     path: PathBuf,
     run_id: String,
     bytes: u64,
     changed: SystemTime,
 }
 
-/// The replays in a folder, the newest first.
-fn lying(folder: &Path) -> std::io::Result<Vec<Lying>> {
+/// The replays in a folder, newest first.
+fn replays_in(folder: &Path) -> std::io::Result<Vec<ReplayOnDisk>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let Some(run_id) = path.file_name().and_then(|name| name.to_str()).and_then(run_of) else { continue };
         let run_id = run_id.to_owned();
-        // One that is gone by now needs no place any more.
+        // The file may have been deleted in between.
         let Ok(facts) = std::fs::metadata(&path) else { continue };
-        // An empty one is one too many all the same.
+        // An empty file counts as one byte.
         let (bytes, changed) = (facts.len().max(1), facts.modified()?);
-        files.push(Lying { path, run_id, bytes, changed });
+        files.push(ReplayOnDisk { path, run_id, bytes, changed });
     }
     files.sort_by(|a, b| b.changed.cmp(&a.changed).then_with(|| a.run_id.cmp(&b.run_id)));
     Ok(files)
 }
 
-/// The run that a file belongs to by its name; other files are none of ours.
+/// The id of the run in a file's name; None for other files.
 fn run_of(name: &str) -> Option<&str> {
     let run_id = name.strip_suffix(".mcap")?;
     let digits = run_id.strip_prefix("run_")?;
     digits.bytes().all(|b| b.is_ascii_hexdigit()).then_some(run_id)
 }
 
-/// Deletes the oldest practice replays beyond what is kept.
+/// Deletes the oldest practice replays beyond the limit.
 pub(super) async fn apply_retention(store: &Store, archive: &Archive) -> Result<(), StoreError> {
     let folder = archive.folder();
-    let looked = folder.clone();
-    let files = tokio::task::spawn_blocking(move || lying(&looked)).await;
+    let searched = folder.clone();
+    let files = tokio::task::spawn_blocking(move || replays_in(&searched)).await;
     let files = match files.unwrap_or_else(|failed| Err(failed.into())) {
         Ok(files) => files,
         Err(error) => {
-            tracing::warn!(%error, folder = %folder.display(), "the replays cannot be counted");
+            tracing::warn!(%error, folder = %folder.display(), "the replays cannot be listed");
             return Ok(());
         }
     };
-    // The open and the official ones; whatever opens from here on is looked at below.
-    let untouchable = store.replays_to_keep().await?;
+    // Open and official runs. A run that opens from now on is checked again below.
+    let protected = store.replays_to_keep().await?;
     let mut kept = 0;
-    for Lying { path, run_id, bytes, changed } in files {
-        if untouchable.contains(&run_id) {
+    for ReplayOnDisk { path, run_id, bytes, changed } in files {
+        if protected.contains(&run_id) {
             continue;
         }
         kept += bytes;
         if kept <= archive.practice_bytes {
             continue;
         }
-        let abandoned = || changed.elapsed().is_ok_and(|age| age >= ABANDONED);
+        let orphaned = || changed.elapsed().is_ok_and(|age| age >= ORPHAN_AGE);
         let may_go = match store.run(&run_id).await? {
             Some(run) => run.status != "open",
-            None => abandoned(),
+            None => orphaned(),
         };
         if !may_go {
             continue;
         }
-        match std::fs::remove_file(&path) {
+        let removed = path.clone();
+        let removed = tokio::task::spawn_blocking(move || std::fs::remove_file(removed)).await;
+        match removed.unwrap_or_else(|failed| Err(failed.into())) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
                 tracing::warn!(%error, path = %path.display(), "an old practice replay cannot be deleted");
             }
@@ -88,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_files_named_like_ours_are_ours() {
+    fn only_files_named_like_replays_count() {
         assert_eq!(run_of("run_0123456789abcdef.mcap"), Some("run_0123456789abcdef"));
         for name in ["run_0123.mcap.bak", "mine.mcap", "run_best.mcap", ".mcap", "run_0123"] {
             assert_eq!(run_of(name), None, "{name}");
@@ -103,7 +105,7 @@ mod tests {
             let changed = SystemTime::UNIX_EPOCH + Duration::from_secs(1000 * i as u64);
             file.set_modified(changed).expect("time");
         }
-        let found = lying(folder.path()).expect("reads");
+        let found = replays_in(folder.path()).expect("reads");
         let order: Vec<&str> = found.iter().map(|file| file.run_id.as_str()).collect();
         assert_eq!(order, ["run_2", "run_1", "run_3"]);
     }

@@ -1,9 +1,9 @@
-//! Official runs in the database, and what the auditor makes of them.
+//! Official runs in the database, and their verification.
 
-use super::{Archive, audit, stored_path};
+use super::{Archive, stored_path, verify_runs};
 use crate::config::SIGNING_KEY_FILE;
 use crate::fingerprint::tests::{balls, fetching};
-use crate::store::{FinishedRun, Location, NewAuditEntry, NewRun, NewSession, Store};
+use crate::store::{FinishedRunRow, Location, NewAuditEntry, NewRun, NewSession, Store};
 use palmares_models::hand::Hand;
 use palmares_replay::forge::rewritten;
 use palmares_replay::{Header, Signer};
@@ -29,7 +29,7 @@ impl Place {
         Place { folder, store, archive }
     }
 
-    /// An official run of a few ticks, recorded as the server does, that waits for its verification.
+    /// An official run of a few ticks, recorded as by the server, that waits for its verification.
     async fn play(&self, run_id: &str, k: u64) {
         let actions = vec![Action { base: None, hand: Some(vec![0.4, 0.6]) }; 130];
         self.play_as("crabs", run_id, k, &actions).await;
@@ -68,23 +68,23 @@ impl Place {
         let header =
             Header { k: Some(k), ..Header::new(run_id, team, &task, &hand, seed, 1_700_000_000_000) };
         let mut run = Run::new(task, hand, seed).expect("scene");
-        let (mut scribe, recording) = self.archive.record(header);
-        crate::world::Witness::opened(&mut scribe, &run);
+        let (mut recorder, recording) = self.archive.record(header);
+        crate::world::RunObserver::opened(&mut recorder, &run);
         for action in actions {
             run.step(action).expect("valid");
-            crate::world::Witness::ticked(&mut scribe, &run);
+            crate::world::RunObserver::ticked(&mut recorder, &run);
         }
         let outcome = run.finish(Reason::Stopped);
-        crate::world::Witness::finished(&mut scribe, &run, &outcome);
+        crate::world::RunObserver::finished(&mut recorder, &run, &outcome);
         let file = recording.file().await.expect("written").expect("it has ticks");
         self.store.set_replay(run_id, &stored_path(&file), &file.sha256).await.expect("stored");
-        let row = FinishedRun {
+        let row = FinishedRunRow {
             run_id,
             status: "provisional",
             outcome: &outcome,
             note: None,
             missed_ticks: 0,
-            taken_s: (0.0, 0.0),
+            cost_s: (0.0, 0.0),
             clock: None,
         };
         self.store.finish_run(&row).await.expect("stored");
@@ -95,25 +95,25 @@ impl Place {
         serde_json::to_value(record).expect("JSON")
     }
 
-    /// Lets the auditor work until a run is no longer provisional; returns its status and note.
-    async fn judged(&self, run_id: &str) -> (String, String) {
+    /// Verifies until a run is no longer provisional; returns its status and note.
+    async fn verified(&self, run_id: &str) -> (String, String) {
         let (stop, stopping) = oneshot::channel::<()>();
-        let auditor =
-            audit(self.store.clone(), self.archive.clone(), Arc::default(), Arc::default(), async {
+        let verification =
+            verify_runs(self.store.clone(), self.archive.clone(), Arc::default(), Arc::default(), async {
                 let _ = stopping.await;
             });
-        let auditor = tokio::spawn(auditor);
+        let verification = tokio::spawn(verification);
         let start = Instant::now();
         let record = loop {
             let record = self.record(run_id).await;
             if record["status"] != "provisional" {
                 break record;
             }
-            assert!(start.elapsed() < Duration::from_secs(300), "nobody looked");
+            assert!(start.elapsed() < Duration::from_secs(300), "not verified in time");
             tokio::time::sleep(Duration::from_millis(20)).await;
         };
         drop(stop);
-        auditor.await.expect("ended");
+        verification.await.expect("ended");
         let text = |field: &str| record[field].as_str().unwrap_or_default().to_owned();
         (text("status"), text("verify_note"))
     }
@@ -128,17 +128,17 @@ async fn a_provisional_run_becomes_verified() {
     let place = Place::new().await;
     place.play("run_1", 1).await;
     assert_eq!(place.record("run_1").await["status"], "provisional");
-    assert_eq!(place.judged("run_1").await, ("verified".into(), "130 ticks, 132 states equal".into()));
+    assert_eq!(place.verified("run_1").await, ("verified".into(), "130 ticks, 132 states equal".into()));
     // Official replays stay, however few practice ones are kept.
     assert!(place.path("run_1").exists());
-    // Asked again, it looks again.
+    // On request, it is verified again.
     let entry = NewAuditEntry { actor: "test", action: "run_reverify", subject: "run_1", reason: None };
     assert!(place.store.reverify("run_1", &entry).await.expect("query"));
     let mut bytes = std::fs::read(place.path("run_1")).expect("file");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     std::fs::write(place.path("run_1"), bytes).expect("written");
-    let (status, note) = place.judged("run_1").await;
+    let (status, note) = place.verified("run_1").await;
     assert!(
         status == "rejected" && (note.starts_with("chain_broken") || note.starts_with("bad_signature")),
         "{note}"
@@ -151,29 +151,29 @@ async fn a_run_without_a_tick_leaves_no_replay() {
     let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
     let header = Header::new("run_0", "crabs", &task, &hand, Seed::from_u64(5), 1_700_000_000_000);
     let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
-    let (mut scribe, recording) = place.archive.record(header);
-    crate::world::Witness::opened(&mut scribe, &run);
+    let (mut recorder, recording) = place.archive.record(header);
+    crate::world::RunObserver::opened(&mut recorder, &run);
     assert!(place.path("run_0").exists());
     let outcome = run.finish(Reason::Stopped);
-    crate::world::Witness::finished(&mut scribe, &run, &outcome);
+    crate::world::RunObserver::finished(&mut recorder, &run, &outcome);
     assert_eq!(recording.file().await, Ok(None));
     assert!(!place.path("run_0").exists());
 }
 
 #[tokio::test]
-async fn what_does_not_replay_is_rejected_with_the_reason() {
+async fn a_run_that_does_not_replay_is_rejected_with_the_reason() {
     let place = Place::new().await;
     for (k, run_id) in ["run_gone", "run_other", "run_forged", "run_stranger"].into_iter().enumerate() {
         place.play(run_id, k as u64 + 1).await;
     }
     std::fs::remove_file(place.path("run_gone")).expect("removed");
-    assert_eq!(place.judged("run_gone").await.0, "rejected");
+    assert_eq!(place.verified("run_gone").await.0, "rejected");
 
     // Another run's replay, sound in itself.
     place.play("run_good", 9).await;
     let good = std::fs::read(place.path("run_good")).expect("file");
     std::fs::write(place.path("run_other"), &good).expect("written");
-    // By somebody who has the key and changes an action, or does not have the key.
+    // A changed action with the right key, and an unchanged run with another key.
     let bytes = std::fs::read(place.path("run_forged")).expect("file");
     let signer = Signer::open(&place.folder.path().join(SIGNING_KEY_FILE)).expect("key");
     let change = |topic: &str, text: &str| {
@@ -193,19 +193,19 @@ async fn what_does_not_replay_is_rejected_with_the_reason() {
         let sha256 = crate::auth::sha256_hex(bytes);
         place.store.set_replay(run_id, &format!("replays/{run_id}.mcap"), &sha256).await.expect("stored");
     }
-    let (status, note) = place.judged("run_forged").await;
+    let (status, note) = place.verified("run_forged").await;
     assert_eq!(status, "rejected");
     assert!(note.starts_with("state_differs: the state at tick 43"), "{note}");
-    let (_, note) = place.judged("run_other").await;
+    let (_, note) = place.verified("run_other").await;
     assert!(note.starts_with("score_differs: run_id is"), "{note}");
-    let (_, note) = place.judged("run_stranger").await;
+    let (_, note) = place.verified("run_stranger").await;
     assert!(note.starts_with("bad_signature: signed by"), "{note}");
-    assert_eq!(place.judged("run_good").await.0, "verified");
+    assert_eq!(place.verified("run_good").await.0, "verified");
     assert_eq!(place.record("run_good").await["k"], json!(9));
 }
 
 #[tokio::test]
-async fn runs_of_two_teams_with_the_same_actions_are_told_to_the_organizer() {
+async fn runs_of_two_teams_with_the_same_actions_are_reported() {
     let place = Place::new().await;
     let actions = fetching(&balls(1)[..1], 0.01);
     let later = [vec![actions[0].clone(); 37], actions.clone()].concat();
@@ -220,7 +220,7 @@ async fn runs_of_two_teams_with_the_same_actions_are_told_to_the_organizer() {
         ("newts", "run_6", 2, &idle),
     ] {
         place.play_as(team, run_id, k, actions).await;
-        assert_eq!(place.judged(run_id).await.0, "verified", "{run_id}");
+        assert_eq!(place.verified(run_id).await.0, "verified", "{run_id}");
     }
     let similar = async |run_id: &str| {
         let record = place.record(run_id).await;
@@ -234,13 +234,17 @@ async fn runs_of_two_teams_with_the_same_actions_are_told_to_the_organizer() {
     for run_id in ["run_4", "run_5", "run_6"] {
         assert_eq!(similar(run_id).await, [], "{run_id}");
     }
-    // Verified again, it is told once.
+    // Verified again, it is reported once.
     let entry = NewAuditEntry { actor: "test", action: "run.reverify", subject: "run_2", reason: None };
     assert!(place.store.reverify("run_2", &entry).await.expect("query"));
-    assert_eq!(place.judged("run_2").await.0, "verified");
+    assert_eq!(place.verified("run_2").await.0, "verified");
     let audit = serde_json::to_value(place.store.audit(0, 100).await.expect("query")).expect("JSON");
-    let told: Vec<&Value> =
+    let reported: Vec<&Value> =
         audit.as_array().expect("a list").iter().filter(|entry| entry["action"] == "run.similar").collect();
-    assert_eq!(told.iter().map(|entry| entry["subject"].clone()).collect::<Vec<_>>(), ["run_2", "run_3"]);
-    assert!(told[0]["reason"].as_str().expect("why").contains("run run_1 of team crabs"), "{}", told[0]);
+    assert_eq!(reported.iter().map(|entry| entry["subject"].clone()).collect::<Vec<_>>(), ["run_2", "run_3"]);
+    assert!(
+        reported[0]["reason"].as_str().expect("why").contains("run run_1 of team crabs"),
+        "{}",
+        reported[0]
+    );
 }

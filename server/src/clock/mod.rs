@@ -1,4 +1,4 @@
-//! The clocks of sessions: how one runs, and where everybody who shows one finds it.
+//! The clocks of sessions: the clock itself, and all of them for spectators and organizers.
 
 mod session_clock;
 mod session_clocks;

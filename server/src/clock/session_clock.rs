@@ -1,25 +1,25 @@
-//! How long a session lasts. Time is an argument here: the server passes its clock, tests pass numbers.
+//! The clock of a session. Time is an argument: the server passes its own, tests pass numbers.
 
 use std::time::Duration;
 
-/// Less than this is nothing: the rounding of many sums of ticks, far below a tick, s.
-const NOTHING_S: f64 = 1e-6;
+/// Time left below this counts as zero, s: it is rounding of many sums of ticks, far below a tick.
+const ROUNDING_S: f64 = 1e-6;
 
-/// Marks at which a team is warned, s left.
+/// Time left at which a team is warned, s.
 const MARKS_S: [u32; 3] = [300, 60, 10];
 
-/// A clock at rest: what is saved, and goes on after the server was down.
+/// A stopped clock, as it is saved, and restored after the server was down.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ClockState {
-    /// Whether the first reset has been.
+    /// Whether the first reset has happened.
     pub(crate) started: bool,
-    /// Both times, without what was given back.
+    /// Both times, without refunds.
     pub(crate) spent: Spent,
     /// Time given back, s.
     pub(crate) refunded_s: f64,
 }
 
-/// What a run has taken from a session's clock.
+/// Time that a session or a run has spent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Spent {
     /// Wall-clock time without pauses, s.
@@ -29,12 +29,12 @@ pub(crate) struct Spent {
 }
 
 impl Spent {
-    /// What the clock counts of it, s.
+    /// The greater of both times, which the clock counts, s.
     pub(crate) fn counts_s(self) -> f64 {
         self.wall_s.max(self.simulated_s)
     }
 
-    /// What was spent since `earlier`.
+    /// Time spent since `earlier`.
     pub(crate) fn since(self, earlier: Spent) -> Spent {
         Spent {
             wall_s: (self.wall_s - earlier.wall_s).max(0.0),
@@ -43,11 +43,11 @@ impl Spent {
     }
 }
 
-/// The clock of a session: the greater of wall-clock and simulated time since the first reset, so that time
-/// is gained neither by disconnecting nor by simulating faster than real time. It stands still only while an
-/// organizer pauses it or the server itself is down.
+/// The clock of a session: the greater of wall-clock and simulated time since the first reset, so that a team gains time
+/// neither by disconnecting nor by simulating faster than real time. It stops only while an organizer pauses it or the server
+/// is down.
 ///
-/// A run that is void by a fault of the server never happened: both of its times are taken back.
+/// When a run is void by a fault of the server, both of its times are taken back.
 ///
 /// `now` is the time since any fixed moment; it never runs backwards.
 #[derive(Clone, Debug)]
@@ -55,17 +55,17 @@ pub(crate) struct SessionClock {
     limit_s: Option<f64>,
     started: bool,
     paused: bool,
-    /// Up to `since`.
+    /// Time spent until `since`.
     spent: Spent,
-    /// Since when wall-clock time passes; none before the start and in a pause.
+    /// Since when wall-clock time passes; None while the clock stops.
     since: Option<Duration>,
     refunded_s: f64,
-    /// How many of the marks have been announced.
+    /// Number of marks that have been announced.
     announced: usize,
 }
 
 impl SessionClock {
-    /// A clock that stands at zero; without a limit it never ends.
+    /// A clock at zero; without a limit it never ends.
     pub(crate) fn new(limit_s: Option<f64>) -> Self {
         let spent = Spent::default();
         let clock = SessionClock {
@@ -77,7 +77,7 @@ impl SessionClock {
             refunded_s: 0.0,
             announced: 0,
         };
-        // A session shorter than a mark was never that far from its end: nothing to announce.
+        // A mark beyond the session's length is not announced.
         let announced = match limit_s {
             Some(limit_s) => MARKS_S.iter().filter(|&&mark| f64::from(mark) >= limit_s).count(),
             None => MARKS_S.len(),
@@ -85,19 +85,19 @@ impl SessionClock {
         SessionClock { announced, ..clock }
     }
 
-    /// A clock that goes on from where it was saved; in the time between the server was down.
+    /// A clock that continues from where it was saved; the server was down in between.
     pub(crate) fn restored(limit_s: Option<f64>, state: &ClockState, paused: bool, now: Duration) -> Self {
         let since = (state.started && !paused).then_some(now);
         let (spent, refunded_s) = (state.spent, state.refunded_s);
         let mut clock =
             SessionClock { started: state.started, paused, spent, since, refunded_s, ..Self::new(limit_s) };
         clock.settle(now);
-        // What was passed before is not announced again.
+        // Marks that were passed before are not announced again.
         clock.announced = clock.announced.max(clock.passed(now));
         clock
     }
 
-    /// What has to be saved.
+    /// The clock as it is saved.
     pub(crate) fn state(&self, now: Duration) -> ClockState {
         ClockState { started: self.started, spent: self.spent(now), refunded_s: self.refunded_s }
     }
@@ -115,8 +115,8 @@ impl SessionClock {
         }
     }
 
-    /// Counts up to now; from here wall-clock time passes, unless the clock stands still. It does once its time is
-    /// spent: what is given back or granted later is all there to be used, whenever that is.
+    /// Counts wall-clock time up to now. The clock then continues unless it is paused, not started or at its end, where it
+    /// stops: time that is granted or given back later can be used in full.
     fn settle(&mut self, now: Duration) {
         self.spent = self.spent(now);
         self.since = None;
@@ -130,7 +130,7 @@ impl SessionClock {
         self.settle(now);
     }
 
-    /// Lets it go on after a pause.
+    /// Continues after a pause.
     pub(crate) fn resume(&mut self, now: Duration) {
         if self.paused {
             self.paused = false;
@@ -138,9 +138,9 @@ impl SessionClock {
         }
     }
 
-    /// Makes the session longer; marks that are ahead again will be announced again.
+    /// Makes the session longer; marks that are ahead again are announced again.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
-        // Up to here by the old limit.
+        // Until now the old limit holds.
         self.settle(now);
         if let Some(limit_s) = &mut self.limit_s {
             *limit_s += seconds;
@@ -151,7 +151,7 @@ impl SessionClock {
         }
     }
 
-    /// Whether the first reset has been.
+    /// Whether the first reset has happened.
     pub(crate) fn is_started(&self) -> bool {
         self.started
     }
@@ -169,7 +169,7 @@ impl SessionClock {
         }
     }
 
-    /// Takes `seconds` from the session beside the time that passes: both times grow by it. Never more than is left.
+    /// Takes `seconds` from the session in addition to the time that passes: both times grow, at most to the limit.
     pub(crate) fn charge(&mut self, seconds: f64, now: Duration) {
         self.settle(now);
         let seconds = self.left_s(now).map_or(seconds, |left_s| seconds.min(left_s));
@@ -178,22 +178,22 @@ impl SessionClock {
         self.settle(now);
     }
 
-    /// Gives back what a run has taken that is void by a fault of the server.
+    /// Gives back the time of a run that is void.
     pub(crate) fn refund(&mut self, run: Spent, now: Duration) {
         let before_s = self.elapsed_s(now);
         self.spent = self.spent(now).since(run);
         self.since = None;
         self.settle(now);
         self.refunded_s += before_s - self.elapsed_s(now);
-        // The marks that lie ahead again are announced again.
+        // Marks that are ahead again are announced again.
         self.announced = self.announced.min(self.passed(now));
     }
 
-    /// Both times, without what was given back.
+    /// Both times, without refunds.
     pub(crate) fn spent(&self, now: Duration) -> Spent {
         let passed = self.since.map_or(Duration::ZERO, |since| now.saturating_sub(since));
         let limit_s = self.limit_s.unwrap_or(f64::INFINITY);
-        // Not beyond the limit: there the clock stands still.
+        // The clock stops at its limit.
         let wall_s = (self.spent.wall_s + passed.as_secs_f64()).min(limit_s.max(self.spent.wall_s));
         Spent { wall_s, ..self.spent }
     }
@@ -203,7 +203,7 @@ impl SessionClock {
         self.spent.simulated_s
     }
 
-    /// Wall-clock time since the start, pauses left out, s.
+    /// Wall-clock time since the start, without pauses, s.
     pub(crate) fn wall_s(&self, now: Duration) -> f64 {
         self.spent(now).wall_s
     }
@@ -213,15 +213,15 @@ impl SessionClock {
         self.refunded_s
     }
 
-    /// Time spent, s; never more than the session has.
+    /// Time spent, s; at most the session's length.
     pub(crate) fn elapsed_s(&self, now: Duration) -> f64 {
         self.spent(now).counts_s().min(self.limit_s.unwrap_or(f64::INFINITY))
     }
 
-    /// Time left, s; none without a limit.
+    /// Time left, s; None without a limit.
     pub(crate) fn left_s(&self, now: Duration) -> Option<f64> {
         let left_s = self.limit_s? - self.elapsed_s(now);
-        Some(if left_s < NOTHING_S { 0.0 } else { left_s })
+        Some(if left_s < ROUNDING_S { 0.0 } else { left_s })
     }
 
     /// Whether the session's time is spent.
@@ -229,22 +229,22 @@ impl SessionClock {
         self.left_s(now) == Some(0.0)
     }
 
-    /// How many further ticks may be simulated before the time is spent: at least one while any is left.
+    /// Number of further ticks before the time is spent: at least one while any time is left.
     pub(crate) fn ticks_left(&self, now: Duration, tick_s: f64) -> u64 {
         match self.left_s(now) {
             Some(0.0) => 0,
-            Some(left_s) => ((left_s - NOTHING_S) / tick_s).ceil().max(1.0) as u64,
+            Some(left_s) => ((left_s - ROUNDING_S) / tick_s).ceil().max(1.0) as u64,
             None => u64::MAX,
         }
     }
 
-    /// How many marks have been passed.
+    /// Number of marks that have been passed.
     fn passed(&self, now: Duration) -> usize {
         let Some(left_s) = self.left_s(now) else { return MARKS_S.len() };
         MARKS_S.iter().filter(|&&mark| left_s <= f64::from(mark)).count()
     }
 
-    /// The mark passed since the last call, if any; of several only the last.
+    /// The last mark passed since the previous call, if any.
     pub(crate) fn warning(&mut self, now: Duration) -> Option<u32> {
         let left_s = self.left_s(now)?;
         let passed = self.passed(now);
@@ -255,7 +255,7 @@ impl SessionClock {
         Some(MARKS_S[passed - 1])
     }
 
-    /// When the next mark or the end comes if nothing is simulated until then, from `now`.
+    /// Time until the next mark or the end, if nothing is simulated until then.
     pub(crate) fn next_change(&self, now: Duration) -> Option<Duration> {
         self.since?;
         let left_s = self.left_s(now).filter(|&left_s| left_s > 0.0)?;
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stands_still_until_the_first_reset() {
+    fn it_stops_until_the_first_reset() {
         let mut clock = SessionClock::new(Some(100.0));
         assert_eq!(clock.left_s(at(50.0)), Some(100.0));
         assert_eq!(clock.next_change(at(50.0)), None);
@@ -350,8 +350,8 @@ mod tests {
     }
 
     #[test]
-    fn at_its_end_it_stands_still_and_what_is_given_then_is_all_there() {
-        // Ended by the wall's time, by simulated time.
+    fn at_its_end_it_stops_and_time_given_then_can_be_used_in_full() {
+        // Ended by wall-clock time, by simulated time.
         for (simulated_s, end_s, later_s) in [(0.0, 100.0, 20.0), (100.0, 40.0, 30.0)] {
             let mut clock = SessionClock::new(Some(100.0));
             clock.start(at(0.0));
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_on_from_where_it_was_saved() {
+    fn it_continues_from_where_it_was_saved() {
         let mut clock = SessionClock::new(Some(100.0));
         clock.start(at(0.0));
         clock.simulate(20.0, at(10.0));

@@ -1,4 +1,4 @@
-//! The clocks of all open sessions, for spectators and organizers. A session writes its own; nobody waits for it.
+//! The clocks of all open sessions, for spectators and organizers. Each session writes its own, without waiting for a reader.
 
 use super::session_clock::SessionClock;
 use std::collections::HashMap;

@@ -1,99 +1,99 @@
-//! Who may open another world: the declared maximum, and what the last seconds say. Official runs come first.
+//! Decides whether another world may open, by the configured maximum and the load of the last seconds. Official runs come first.
 
-use super::load::Report;
+use super::load::LoadReport;
 use palmares_protocol::Mode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Part of the cores that worlds may keep busy; the rest is for the network and for what comes in bursts.
+/// Part of the cores that worlds may keep busy; the rest is for the network and for bursts.
 const OFFICIAL_SHARE: f64 = 0.85;
-/// The same for practice, so that it is refused before it is in the way of official runs.
+/// The same for practice, so that practice is refused before it slows official runs.
 const PRACTICE_SHARE: f64 = 0.75;
-/// While the worlds keep more than half of their share busy, another is refused when one realtime tick in a hundred is
-/// later than this, s. When they keep less, lateness has another cause, which refusing would not cure.
+/// While the worlds keep more than half of their share busy, another is refused when one realtime tick in a hundred is later
+/// than this, s. Below half, lateness has another cause, which a refusal would not remove.
 const LATE_S: f64 = 5e-3;
-/// Of all places practice leaves so many parts in four to official runs while there are any.
+/// Quarters of all places that practice may take while an official run is open; the rest is reserved for official runs.
 const PRACTICE_QUARTERS: usize = 3;
-/// When to ask again after a refusal, s: about the window of the measurement.
+/// Time until a refused client should try again, s: about the window of the measurement.
 pub(crate) const RETRY_S: f64 = 5.0;
-/// Ticks per second of a world at real-time rate, for worlds not yet measured.
+/// Ticks per second of a world at real-time rate, for worlds that are not measured yet.
 const RATE: f64 = 100.0;
 
-/// Open worlds by kind.
+/// Number of open worlds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Open {
-    /// Realtime.
+pub(crate) struct OpenWorlds {
+    /// Realtime worlds.
     pub(crate) realtime: usize,
-    /// Lockstep.
+    /// Lockstep worlds.
     pub(crate) lockstep: usize,
-    /// Of both, those of official sessions.
+    /// Worlds of official sessions, of both kinds.
     pub(crate) official: usize,
 }
 
-impl Open {
-    /// All of them.
+impl OpenWorlds {
+    /// All worlds.
     pub(crate) fn all(self) -> usize {
         self.realtime + self.lockstep
     }
 }
 
-/// Why there is no place.
+/// Why a world may not open.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub(crate) enum Full {
-    /// The declared maximum.
+pub(crate) enum AdmissionError {
+    /// The configured maximum is reached.
     #[error("all {0} worlds of this server are in use")]
     Worlds(usize),
-    /// Of the declared maximum practice may have only a part now.
+    /// Practice has its part of the configured maximum.
     #[error("official runs are being played; all {0} worlds left to practice are in use")]
     Practice(usize),
     /// Another world would slow the others.
     #[error("the server is busy: another {what} run would slow the others ({why})")]
     Busy {
-        /// The mode asked for.
+        /// The requested pacing.
         what: &'static str,
-        /// What was measured.
+        /// The measured load.
         why: String,
     },
 }
 
-/// Whether there is room for another world.
+/// Decides whether another world may open.
 pub(crate) fn admit(
-    open: Open,
-    most: usize,
+    open: OpenWorlds,
+    max: usize,
     cores: usize,
-    load: &Report,
+    load: &LoadReport,
     mode: Mode,
     official: bool,
-) -> Result<(), Full> {
-    if open.all() >= most {
-        return Err(Full::Worlds(most));
+) -> Result<(), AdmissionError> {
+    if open.all() >= max {
+        return Err(AdmissionError::Worlds(max));
     }
-    let for_practice = (most * PRACTICE_QUARTERS / 4).max(1);
+    let for_practice = (max * PRACTICE_QUARTERS / 4).max(1);
     if !official && open.official > 0 && open.all() >= for_practice {
-        return Err(Full::Practice(for_practice));
+        return Err(AdmissionError::Practice(for_practice));
     }
     if open.all() == 0 {
-        // There is nobody to be slowed.
+        // No other world can be slowed.
         return Ok(());
     }
     let share = if official { OFFICIAL_SHARE } else { PRACTICE_SHARE };
     let room = share * cores as f64;
-    let busy = |why| Err(Full::Busy { what: mode.as_str(), why });
-    // Cores that one more realtime world takes: what the present ones take, or what a tick costs in lockstep. Worlds
-    // that were opened just now are not in the measurement yet.
+    let busy = |why| Err(AdmissionError::Busy { what: mode.as_str(), why });
+    // Cores of one more realtime world: the mean of the measured ones, or by the cost of a tick in lockstep. Worlds that opened
+    // just now are not in the measurement yet.
     let lockstep_tick_s = load.lockstep_cores / load.lockstep_rate.max(1.0);
     let measured = load.realtime_rate / RATE;
     let each = if measured >= 1.0 { load.realtime_cores / measured } else { lockstep_tick_s * RATE };
     let realtime = load.realtime_cores.max(each * open.realtime as f64);
     let (needed, what) = match mode {
         Mode::Realtime => (realtime + each, "realtime worlds need"),
-        // A lockstep world takes what is left; it must be enough for all of them to keep up with real time.
+        // Lockstep worlds share the remaining cores, which must suffice for all of them at real-time rate.
         Mode::Lockstep => (
             realtime + lockstep_tick_s * RATE * (open.lockstep + 1) as f64,
             "realtime worlds and lockstep worlds at real-time rate need",
         ),
     };
-    // Practice in lockstep may become slower than real time, its worlds wait; but not where official runs are played.
+    // Lockstep practice may become slower than real time, unless official runs are open.
     let elastic = mode == Mode::Lockstep && !official && open.official == 0;
     if needed > room && !elastic {
         return busy(format!("{what} {needed:.2} of {room:.2} cores"));
@@ -106,7 +106,7 @@ pub(crate) fn admit(
 }
 
 #[derive(Debug, Default)]
-struct Counts {
+struct WorldCounts {
     realtime: AtomicUsize,
     lockstep: AtomicUsize,
     official: AtomicUsize,
@@ -114,17 +114,17 @@ struct Counts {
 
 /// Counts the open worlds.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Admission(Arc<Counts>);
+pub(crate) struct Admission(Arc<WorldCounts>);
 
-/// The place of a world. Dropping it gives it back.
+/// The place of a world. Dropping it frees the place.
 #[derive(Debug)]
 pub(crate) struct Admitted {
-    counts: Arc<Counts>,
+    counts: Arc<WorldCounts>,
     mode: Mode,
     official: bool,
 }
 
-impl Counts {
+impl WorldCounts {
     fn of(&self, mode: Mode) -> &AtomicUsize {
         match mode {
             Mode::Realtime => &self.realtime,
@@ -135,23 +135,23 @@ impl Counts {
 
 impl Admission {
     /// The worlds that are open now.
-    pub(crate) fn open(&self) -> Open {
+    pub(crate) fn open(&self) -> OpenWorlds {
         let count = |counter: &AtomicUsize| counter.load(Ordering::Acquire);
-        Open {
+        OpenWorlds {
             realtime: count(&self.0.realtime),
             lockstep: count(&self.0.lockstep),
             official: count(&self.0.official),
         }
     }
 
-    /// Takes a place if `may` says so of the places taken before.
+    /// Takes a place if `may` accepts the number of places taken before.
     pub(crate) fn take(
         &self,
         mode: Mode,
         official: bool,
-        may: impl FnOnce(Open) -> Result<(), Full>,
-    ) -> Result<Admitted, Full> {
-        // Counted first and looked at then: of two that come at once at most one too many is refused, none let in.
+        may: impl FnOnce(OpenWorlds) -> Result<(), AdmissionError>,
+    ) -> Result<Admitted, AdmissionError> {
+        // Increments first, then checks: two requests at once may both be refused, but are never both admitted to the last place.
         let admitted = Admitted { counts: self.0.clone(), mode, official };
         self.0.of(mode).fetch_add(1, Ordering::AcqRel);
         self.0.official.fetch_add(usize::from(official), Ordering::AcqRel);
@@ -161,14 +161,14 @@ impl Admission {
             Mode::Lockstep => before.lockstep -= 1,
         }
         before.official -= usize::from(official);
-        // Refused, the admission is given back as it is dropped.
+        // A refusal drops `admitted`, which frees the place.
         may(before).map(|()| admitted)
     }
 }
 
 impl Admitted {
     /// Whether other worlds are open.
-    pub(crate) fn has_company(&self) -> bool {
+    pub(crate) fn has_others(&self) -> bool {
         Admission(self.counts.clone()).open().all() > 1
     }
 }
@@ -184,83 +184,87 @@ impl Drop for Admitted {
 mod tests {
     use super::*;
 
-    fn ask(open: Open, load: &Report, mode: Mode, official: bool) -> Result<(), Full> {
+    fn ask(open: OpenWorlds, load: &LoadReport, mode: Mode, official: bool) -> Result<(), AdmissionError> {
         admit(open, 20, 2, load, mode, official)
     }
 
     #[test]
-    fn the_declared_maximum_holds_for_everybody() {
-        let load = Report::default();
-        let open = Open { realtime: 19, ..Open::default() };
+    fn the_configured_maximum_holds_for_all() {
+        let load = LoadReport::default();
+        let open = OpenWorlds { realtime: 19, ..OpenWorlds::default() };
         assert_eq!(ask(open, &load, Mode::Realtime, false), Ok(()));
-        let open = Open { realtime: 19, lockstep: 1, official: 0 };
+        let open = OpenWorlds { realtime: 19, lockstep: 1, official: 0 };
         for official in [false, true] {
-            assert_eq!(ask(open, &load, Mode::Lockstep, official), Err(Full::Worlds(20)));
+            assert_eq!(ask(open, &load, Mode::Lockstep, official), Err(AdmissionError::Worlds(20)));
         }
     }
 
     #[test]
     fn practice_leaves_places_to_official_runs() {
-        let open = Open { realtime: 15, lockstep: 0, official: 1 };
-        let load = Report::default();
-        assert_eq!(ask(open, &load, Mode::Realtime, false), Err(Full::Practice(15)));
+        let open = OpenWorlds { realtime: 15, lockstep: 0, official: 1 };
+        let load = LoadReport::default();
+        assert_eq!(ask(open, &load, Mode::Realtime, false), Err(AdmissionError::Practice(15)));
         assert_eq!(ask(open, &load, Mode::Realtime, true), Ok(()));
     }
 
     #[test]
     fn a_realtime_run_that_would_not_fit_is_refused_practice_first() {
         // Ten worlds take 1.44 of 2 cores.
-        let load = Report { realtime_cores: 1.44, realtime_rate: 1000.0, ..Report::default() };
-        let open = Open { realtime: 10, ..Open::default() };
-        assert!(matches!(ask(open, &load, Mode::Realtime, false), Err(Full::Busy { .. })));
+        let load = LoadReport { realtime_cores: 1.44, realtime_rate: 1000.0, ..LoadReport::default() };
+        let open = OpenWorlds { realtime: 10, ..OpenWorlds::default() };
+        assert!(matches!(ask(open, &load, Mode::Realtime, false), Err(AdmissionError::Busy { .. })));
         assert_eq!(ask(open, &load, Mode::Realtime, true), Ok(()));
         // Two more were opened just now.
-        let open = Open { realtime: 12, ..open };
-        assert!(matches!(ask(open, &load, Mode::Realtime, true), Err(Full::Busy { .. })));
+        let open = OpenWorlds { realtime: 12, ..open };
+        assert!(matches!(ask(open, &load, Mode::Realtime, true), Err(AdmissionError::Busy { .. })));
     }
 
     #[test]
-    fn lockstep_takes_what_is_left_as_long_as_it_is_faster_than_real_time() {
+    fn lockstep_shares_the_remaining_cores_down_to_real_time() {
         // One lockstep client keeps a core busy, at a quarter of a millisecond per tick.
-        let load = Report { lockstep_cores: 1.0, lockstep_rate: 4000.0, ..Report::default() };
-        let open = Open { lockstep: 10, ..Open::default() };
+        let load = LoadReport { lockstep_cores: 1.0, lockstep_rate: 4000.0, ..LoadReport::default() };
+        let open = OpenWorlds { lockstep: 10, ..OpenWorlds::default() };
         assert_eq!(ask(open, &load, Mode::Lockstep, false), Ok(()));
-        // Realtime runs come before it: what lockstep takes is not in their way.
+        // Realtime ticks come first, so that lockstep does not slow them.
         assert_eq!(ask(open, &load, Mode::Realtime, false), Ok(()));
-        let slow = Report { lockstep_cores: 1.8, lockstep_rate: 180.0, ..load };
-        let open = Open { lockstep: 1, ..Open::default() };
-        assert!(matches!(ask(open, &slow, Mode::Lockstep, true), Err(Full::Busy { .. })));
-        assert_eq!(ask(open, &slow, Mode::Lockstep, false), Ok(()), "practice among itself may be slow");
-        let open = Open { official: 1, ..open };
-        assert!(matches!(ask(open, &slow, Mode::Lockstep, false), Err(Full::Busy { .. })));
+        let slow = LoadReport { lockstep_cores: 1.8, lockstep_rate: 180.0, ..load };
+        let open = OpenWorlds { lockstep: 1, ..OpenWorlds::default() };
+        assert!(matches!(ask(open, &slow, Mode::Lockstep, true), Err(AdmissionError::Busy { .. })));
+        assert_eq!(ask(open, &slow, Mode::Lockstep, false), Ok(()), "practice alone may be slow");
+        let open = OpenWorlds { official: 1, ..open };
+        assert!(matches!(ask(open, &slow, Mode::Lockstep, false), Err(AdmissionError::Busy { .. })));
     }
 
     #[test]
-    fn the_first_world_is_always_let_in() {
-        let slow = Report { lockstep_cores: 2.0, lockstep_rate: 10.0, ..Report::default() };
+    fn the_first_world_is_always_admitted() {
+        let slow = LoadReport { lockstep_cores: 2.0, lockstep_rate: 10.0, ..LoadReport::default() };
         for mode in [Mode::Lockstep, Mode::Realtime] {
-            assert_eq!(ask(Open::default(), &slow, mode, false), Ok(()));
+            assert_eq!(ask(OpenWorlds::default(), &slow, mode, false), Ok(()));
         }
     }
 
     #[test]
     fn lateness_counts_when_the_worlds_are_its_cause() {
-        let late =
-            Report { realtime_cores: 1.0, realtime_rate: 2000.0, late_p99_s: 0.02, ..Report::default() };
-        let open = Open { realtime: 10, ..Open::default() };
-        assert!(matches!(ask(open, &late, Mode::Realtime, true), Err(Full::Busy { .. })));
-        let idle = Report { realtime_cores: 0.1, ..late };
+        let late = LoadReport {
+            realtime_cores: 1.0,
+            realtime_rate: 2000.0,
+            late_p99_s: 0.02,
+            ..LoadReport::default()
+        };
+        let open = OpenWorlds { realtime: 10, ..OpenWorlds::default() };
+        assert!(matches!(ask(open, &late, Mode::Realtime, true), Err(AdmissionError::Busy { .. })));
+        let idle = LoadReport { realtime_cores: 0.1, ..late };
         assert_eq!(ask(open, &idle, Mode::Realtime, true), Ok(()));
     }
 
     #[test]
     fn a_place_is_given_back() {
         let admission = Admission::default();
-        let one = |open: Open| if open.all() == 0 { Ok(()) } else { Err(Full::Worlds(1)) };
+        let one = |open: OpenWorlds| if open.all() == 0 { Ok(()) } else { Err(AdmissionError::Worlds(1)) };
         let admitted = admission.take(Mode::Realtime, true, one).expect("free");
-        assert_eq!(admission.open(), Open { realtime: 1, lockstep: 0, official: 1 });
+        assert_eq!(admission.open(), OpenWorlds { realtime: 1, lockstep: 0, official: 1 });
         assert!(admission.take(Mode::Lockstep, false, one).is_err());
         drop(admitted);
-        assert_eq!(admission.open(), Open::default());
+        assert_eq!(admission.open(), OpenWorlds::default());
     }
 }

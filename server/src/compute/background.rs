@@ -1,5 +1,5 @@
-//! Work that nobody should feel: scenes that are built, runs that settle, runs that are simulated again. Each job
-//! has a thread of its own below the priority of the ticks; only so many compute at once.
+//! Jobs in the background: building scenes, scoring runs, verifying replays, checking hands. Each job has a thread of its own, below
+//! the priority of the ticks. The number of jobs at once is limited.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,30 +8,29 @@ use thread_priority::{ThreadPriority, ThreadPriorityValue};
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 
-/// Bytes of stack of a thread that computes worlds.
-pub(crate) const STACK: usize = 8 << 20;
+/// Stack of a thread that computes worlds, bytes.
+pub(crate) const STACK_BYTES: usize = 8 << 20;
 
-/// A job that takes longer leaves its place to others while it goes on: the longest that anybody waits for takes a few
-/// seconds, so this one may never end.
-const LONGEST: Duration = Duration::from_secs(10);
+/// A job that takes longer releases its permit and runs on. Normal jobs take a few seconds at most, so this one may never end.
+const MAX_HOLD: Duration = Duration::from_secs(10);
 
-/// How much a job may take from others.
+/// The priority of a job.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Level {
-    /// Somebody waits for it: a tenth of what a tick gets when all cores are busy.
+pub(crate) enum JobPriority {
+    /// A client waits: about a tenth of the weight of a tick when all cores are busy.
     Awaited,
-    /// Nobody waits: next to nothing.
+    /// No client waits: the lowest priority.
     Idle,
 }
 
-impl Level {
-    fn priority(self) -> ThreadPriority {
+impl JobPriority {
+    fn thread_priority(self) -> ThreadPriority {
         match self {
-            // A quarter of the scale is niceness 10 on Linux.
-            Level::Awaited => {
+            // 25 of 100 is niceness 10 on Linux.
+            JobPriority::Awaited => {
                 ThreadPriorityValue::try_from(25).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform)
             }
-            Level::Idle => ThreadPriority::Min,
+            JobPriority::Idle => ThreadPriority::Min,
         }
     }
 }
@@ -40,11 +39,11 @@ impl Level {
 #[derive(Clone, Debug)]
 pub(crate) struct Background {
     permits: Arc<Semaphore>,
-    /// Afterwards a job's place is for others.
-    longest: Duration,
+    /// Afterwards a job's permit is released.
+    max_hold: Duration,
 }
 
-/// Why a job gave nothing.
+/// Why a job has no result.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum JobError {
     /// The thread could not be started.
@@ -56,42 +55,41 @@ pub(crate) enum JobError {
 }
 
 impl Background {
-    /// At most `most` jobs at once.
-    pub(crate) fn new(most: usize) -> Self {
-        Background { permits: Arc::new(Semaphore::new(most.max(1))), longest: LONGEST }
+    /// At most `max_jobs` at once.
+    pub(crate) fn new(max_jobs: usize) -> Self {
+        Background { permits: Arc::new(Semaphore::new(max_jobs.max(1))), max_hold: MAX_HOLD }
     }
 
-    /// Does `job` when there is room, and returns what it gives. The job is done also when nobody waits any more.
-    /// A job of many seconds leaves its place to others.
+    /// Runs `job` when a permit is free, and returns its result. The job runs to its end even if the caller stops waiting.
     pub(crate) async fn run<T: Send + 'static>(
         &self,
-        level: Level,
+        priority: JobPriority,
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, JobError> {
         // The semaphore is never closed.
         let permit = self.permits.clone().acquire_owned().await.ok();
         let permit = Arc::new(Mutex::new(permit));
-        let leave = {
+        let release = {
             let permit = permit.clone();
             move || drop(permit.lock().unwrap_or_else(PoisonError::into_inner).take())
         };
         let (done, mut result) = oneshot::channel();
-        let leave_done = leave.clone();
+        let release_when_done = release.clone();
         let body = move || {
-            // A system that refuses is no reason not to do the work.
-            if let Err(error) = level.priority().set_for_current() {
+            // Without the priority the job runs all the same.
+            if let Err(error) = priority.thread_priority().set_for_current() {
                 tracing::debug!(?error, "thread priority not set");
             }
             let given = catch_unwind(AssertUnwindSafe(job));
-            leave_done();
-            // Whoever asked may be gone; then nobody wants to know.
+            release_when_done();
+            // An error means that the caller has stopped waiting.
             let _ = done.send(given.map_err(|panic| panic_text(panic.as_ref()).to_owned()));
         };
-        std::thread::Builder::new().name("background".into()).stack_size(STACK).spawn(body)?;
-        let waited = match timeout(self.longest, &mut result).await {
+        std::thread::Builder::new().name("background".into()).stack_size(STACK_BYTES).spawn(body)?;
+        let waited = match timeout(self.max_hold, &mut result).await {
             Ok(given) => given,
             Err(_) => {
-                leave();
+                release();
                 result.await
             }
         };
@@ -102,7 +100,7 @@ impl Background {
     }
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub(crate) fn panic_text(panic: &(dyn std::any::Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
@@ -113,27 +111,29 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn a_panic_is_told_and_frees_the_place() {
+    async fn a_panic_is_reported_and_releases_the_permit() {
         let background = Background::new(1);
         let error =
-            background.run(Level::Awaited, || -> u8 { panic!("toy panic") }).await.expect_err("panics");
+            background.run(JobPriority::Awaited, || -> u8 { panic!("toy panic") }).await.expect_err("panics");
         assert!(error.to_string().contains("toy panic"), "{error}");
-        assert_eq!(background.run(Level::Idle, || 7).await.expect("runs"), 7);
+        assert_eq!(background.run(JobPriority::Idle, || 7).await.expect("runs"), 7);
     }
 
     #[tokio::test]
-    async fn a_job_that_never_ends_leaves_its_place_to_others() {
-        let background = Background { longest: Duration::from_millis(1), ..Background::new(1) };
+    async fn a_job_that_never_ends_releases_its_permit() {
+        let background = Background { max_hold: Duration::from_millis(1), ..Background::new(1) };
         let (end, stuck) = std::sync::mpsc::channel::<()>();
         let endless = {
             let background = background.clone();
-            tokio::spawn(async move { background.run(Level::Idle, move || stuck.recv().is_err()).await })
+            tokio::spawn(
+                async move { background.run(JobPriority::Idle, move || stuck.recv().is_err()).await },
+            )
         };
         // Until it runs.
         while background.permits.available_permits() > 0 {
             tokio::task::yield_now().await;
         }
-        assert_eq!(background.run(Level::Awaited, || 7).await.expect("runs"), 7);
+        assert_eq!(background.run(JobPriority::Awaited, || 7).await.expect("runs"), 7);
         drop(end);
         assert!(endless.await.expect("no panic").expect("it ends in the end"));
     }

@@ -1,24 +1,24 @@
-//! What the worlds cost: a window of the last seconds. Time is an argument.
+//! The load by worlds in the last seconds. Time is an argument.
 
 use std::time::{Duration, Instant};
 
 /// Seconds of the window.
 const WINDOW: usize = 4;
-/// Bins of the histogram of lateness: the k-th holds what is below 2^k µs; the last everything.
+/// Bins of the histogram of lateness: bin k holds delays from 2^(k-1) to 2^k µs, the last bin all longer ones.
 const BINS: usize = 24;
 
-/// What a permit was used for.
+/// The use of a permit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Kind {
-    /// A tick that was due.
+pub(crate) enum PermitUse {
+    /// A tick of a realtime world.
     Realtime,
-    /// A tick that a controller asked for.
+    /// A tick of a lockstep world.
     Lockstep,
-    /// A part of the next one of those, computed ahead.
+    /// Work between two ticks of a lockstep world.
     Between,
 }
 
-/// One second.
+/// The load in one second.
 #[derive(Clone, Copy, Debug, Default)]
 struct Second {
     number: u64,
@@ -30,16 +30,16 @@ struct Second {
     latest: Duration,
 }
 
-/// The last seconds, kept one by one.
+/// The load of the last seconds.
 #[derive(Clone, Debug)]
 pub(crate) struct Load {
     start: Instant,
     seconds: [Second; WINDOW + 1],
 }
 
-/// What the last seconds say.
+/// The mean load of the last seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Report {
+pub(crate) struct LoadReport {
     /// Cores kept busy by realtime worlds.
     pub(crate) realtime_cores: f64,
     /// Cores kept busy by lockstep worlds.
@@ -50,14 +50,14 @@ pub(crate) struct Report {
     pub(crate) lockstep_rate: f64,
     /// Median lateness of realtime ticks, s; an upper bound by powers of two.
     pub(crate) late_p50_s: f64,
-    /// The same for 99 of 100.
+    /// The 99th percentile, s.
     pub(crate) late_p99_s: f64,
-    /// The latest, s.
+    /// The maximum, s.
     pub(crate) late_max_s: f64,
 }
 
 impl Load {
-    /// Nothing computed yet.
+    /// An empty window.
     pub(crate) fn new(now: Instant) -> Self {
         Load { start: now, seconds: [Second::default(); WINDOW + 1] }
     }
@@ -76,22 +76,22 @@ impl Load {
     }
 
     /// A permit was held for `took`.
-    pub(crate) fn computed(&mut self, now: Instant, kind: Kind, took: Duration) {
+    pub(crate) fn computed(&mut self, now: Instant, permit_use: PermitUse, took: Duration) {
         let second = self.second(now);
-        match kind {
-            Kind::Realtime => {
+        match permit_use {
+            PermitUse::Realtime => {
                 second.realtime += took;
                 second.realtime_ticks += 1;
             }
-            Kind::Lockstep => {
+            PermitUse::Lockstep => {
                 second.lockstep += took;
                 second.lockstep_ticks += 1;
             }
-            Kind::Between => second.lockstep += took,
+            PermitUse::Between => second.lockstep += took,
         }
     }
 
-    /// A realtime tick was begun `late` after it was due.
+    /// A realtime tick began `late` after it was due.
     pub(crate) fn was_late(&mut self, now: Instant, late: Duration) {
         let second = self.second(now);
         let micros = u64::try_from(late.as_micros()).unwrap_or(u64::MAX);
@@ -100,13 +100,13 @@ impl Load {
         second.latest = second.latest.max(late);
     }
 
-    /// What the whole seconds before this one say; this one too while there are none.
-    pub(crate) fn report(&self, now: Instant) -> Report {
+    /// The mean over the complete seconds of the window; over the current second while there are none.
+    pub(crate) fn report(&self, now: Instant) -> LoadReport {
         let present = self.number(now);
         let span = present.min(WINDOW as u64).max(1);
         let first = present.saturating_sub(span);
         let last = if present == 0 { 1 } else { present };
-        let mut report = Report::default();
+        let mut report = LoadReport::default();
         let mut late = [0u64; BINS];
         for second in self.seconds.iter().filter(|second| (first..last).contains(&second.number)) {
             report.realtime_cores += second.realtime.as_secs_f64();
@@ -154,9 +154,9 @@ mod tests {
         let mut load = Load::new(start);
         for k in 0..100 {
             let now = at(0.005 + f64::from(k) * 0.01);
-            load.computed(now, Kind::Realtime, Duration::from_millis(2));
-            load.computed(now, Kind::Lockstep, Duration::from_micros(900));
-            load.computed(now, Kind::Between, Duration::from_micros(100));
+            load.computed(now, PermitUse::Realtime, Duration::from_millis(2));
+            load.computed(now, PermitUse::Lockstep, Duration::from_micros(900));
+            load.computed(now, PermitUse::Between, Duration::from_micros(100));
         }
         let report = load.report(at(1.5));
         assert!((report.realtime_cores - 0.2).abs() < 1e-9, "{report:?}");
@@ -164,7 +164,7 @@ mod tests {
         assert_eq!((report.realtime_rate, report.lockstep_rate), (100.0, 100.0));
         let later = load.report(at(4.5));
         assert!((later.realtime_cores - 0.05).abs() < 1e-9, "{later:?}");
-        assert_eq!(load.report(at(5.5)), Report::default());
+        assert_eq!(load.report(at(5.5)), LoadReport::default());
     }
 
     #[test]

@@ -1,5 +1,4 @@
-//! Who computes when: permits for ticks, threads that begin realtime ticks, jobs in the background, and how many
-//! worlds fit beside each other.
+//! Computing time: permits for ticks, threads that begin realtime ticks, jobs in the background, and how many worlds fit.
 
 pub(crate) mod admission;
 pub(crate) mod background;
@@ -11,5 +10,5 @@ pub(crate) mod resources;
 pub(crate) mod scheduler;
 pub(crate) mod tick_phase;
 
-pub(crate) use background::{Background, Level, STACK};
+pub(crate) use background::{Background, JobPriority, STACK_BYTES};
 pub(crate) use resources::Compute;

@@ -1,4 +1,4 @@
-//! Ticks that do not end: whoever computes one keeps its thread, and nothing else.
+//! Ticks that do not end: such a tick keeps its thread, but neither its permit nor its pacer.
 
 use super::resources::Compute;
 use super::scheduler::OVERRUN;
@@ -6,14 +6,14 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::time::{MissedTickBehavior, interval};
 
-/// Sees to it that ticks that overran keep neither permits nor the threads of realtime worlds from others. Never ends.
+/// Replaces the permits and pacer threads of ticks that have overrun. Never ends.
 pub(crate) async fn watch_over(compute: Arc<Compute>) {
     let mut look = interval(OVERRUN / 4);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         look.tick().await;
         let now = Instant::now();
-        compute.scheduler.count_out(now);
-        compute.pacer.relieve(now);
+        compute.scheduler.replace_overrun(now);
+        compute.pacer.replace_overrun(now);
     }
 }

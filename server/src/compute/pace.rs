@@ -1,35 +1,35 @@
-//! The tempo of a realtime run: when each tick is due, and what it is played with when the controller is silent.
-//! Time is an argument.
+//! The pace of a realtime run: when each tick is due, and which action it takes when the controller is silent. Time is an
+//! argument.
 
 use std::time::{Duration, Instant};
 
-/// For so many ticks a silent controller's last action goes on; then the hand holds still.
+/// Number of ticks for which the last action of a silent controller continues; then the hand holds its place.
 pub(crate) const HOLD_TICKS: u32 = 50;
 
-/// What a tick is played with.
+/// The action of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum ActionSource {
     /// A new action.
     Fresh,
-    /// The last targets go on.
+    /// The last targets continue.
     Repeat,
-    /// The hand is to hold still from now on.
-    Still,
+    /// The hand holds its place from now on.
+    Hold,
 }
 
-/// How well a realtime run kept its tempo.
+/// Missed and late ticks of a realtime run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Tempo {
-    /// Ticks for which no new action had come.
+    /// Ticks without a new action.
     pub(crate) missed: u64,
-    /// Ticks that the server began more than half a tick after they were due.
+    /// Ticks that began more than half a tick after they were due.
     pub(crate) late: u64,
-    /// The latest beginning of a tick.
+    /// Largest delay of a tick.
     pub(crate) latest: Duration,
 }
 
-/// Due times are counted from one moment, so that nothing adds up: a late tick is followed by the next one as soon
-/// as possible, but none is ever made before it is due.
+/// Due times are counted from one moment, so that delays do not add up. After a late tick the next one follows as soon as
+/// possible; no tick begins before it is due.
 #[derive(Clone, Debug)]
 pub(crate) struct Pace {
     origin: Instant,
@@ -56,30 +56,34 @@ impl Pace {
         self.origin + Duration::from_secs_f64((self.ticks + 1) as f64 * self.tick_s)
     }
 
-    /// The time until `origin` does not count: the next tick is due one tick after it.
+    /// Skips the time until `origin`: the next tick is due one tick after it.
     pub(crate) fn restart(&mut self, origin: Instant) {
         self.origin = origin;
         self.ticks = 0;
     }
 
-    /// A tick begins at `now`. Returns how late it is and what it is played with.
-    pub(crate) fn begin(&mut self, now: Instant, fresh: bool) -> (Duration, Part) {
+    /// A tick begins at `now`. Returns its delay and the source of its action.
+    pub(crate) fn begin(&mut self, now: Instant, fresh: bool) -> (Duration, ActionSource) {
         let late = now.saturating_duration_since(self.due());
         self.ticks += 1;
         self.tempo.latest = self.tempo.latest.max(late);
         self.tempo.late += u64::from(late.as_secs_f64() > 0.5 * self.tick_s);
         if fresh {
             (self.acted, self.silent) = (true, 0);
-            return (late, Part::Fresh);
+            return (late, ActionSource::Fresh);
         }
         self.tempo.missed += 1;
         self.silent = self.silent.saturating_add(1);
-        // A hand that was never told anything holds still already.
-        let part = if self.acted && self.silent == HOLD_TICKS + 1 { Part::Still } else { Part::Repeat };
-        (late, part)
+        // A hand that never got an action holds its place already.
+        let source = if self.acted && self.silent == HOLD_TICKS + 1 {
+            ActionSource::Hold
+        } else {
+            ActionSource::Repeat
+        };
+        (late, source)
     }
 
-    /// How it went so far.
+    /// Missed and late ticks until now.
     pub(crate) fn tempo(&self) -> Tempo {
         self.tempo
     }
@@ -104,7 +108,7 @@ mod tests {
             pace.begin(after(start, f64::from(k) + 0.4), true);
         }
         assert_eq!(pace.tempo().late, 0);
-        // Three ticks and a half of delay: the next ones are due already, and the one after is in the future.
+        // A delay of three ticks and a half: four ticks are due already, the next one is not.
         let now = after(start, 1004.5);
         let mut made = 0;
         while pace.due() <= now {
@@ -121,15 +125,15 @@ mod tests {
         let start = Instant::now();
         let mut pace = Pace::new(start, TICK_S);
         for _ in 0..2 * HOLD_TICKS {
-            assert_eq!(pace.begin(pace.due(), false).1, Part::Repeat);
+            assert_eq!(pace.begin(pace.due(), false).1, ActionSource::Repeat);
         }
         for _ in 0..2 {
-            assert_eq!(pace.begin(pace.due(), true).1, Part::Fresh);
+            assert_eq!(pace.begin(pace.due(), true).1, ActionSource::Fresh);
             for _ in 0..HOLD_TICKS {
-                assert_eq!(pace.begin(pace.due(), false).1, Part::Repeat);
+                assert_eq!(pace.begin(pace.due(), false).1, ActionSource::Repeat);
             }
-            assert_eq!(pace.begin(pace.due(), false).1, Part::Still);
-            assert_eq!(pace.begin(pace.due(), false).1, Part::Repeat);
+            assert_eq!(pace.begin(pace.due(), false).1, ActionSource::Hold);
+            assert_eq!(pace.begin(pace.due(), false).1, ActionSource::Repeat);
         }
         assert_eq!(pace.tempo().missed, u64::from(2 * HOLD_TICKS + 2 * (HOLD_TICKS + 2)));
     }

@@ -1,10 +1,9 @@
-//! Keeps realtime worlds on the clock: threads that begin every tick when it is due.
+//! Threads that begin every tick of realtime worlds when it is due.
 //!
-//! The threads are outside the asynchronous runtime, whose timers are no finer than a millisecond. One of them
-//! sleeps until the next tick is due, the others until they are needed. Where a tick does not end, another thread takes
-//! the place of the one that computes it.
+//! The threads are outside the asynchronous runtime, whose timers have a resolution of a millisecond. One of them sleeps until the
+//! next tick is due, the others until they are needed. When a tick does not end, a new thread replaces the one that computes it.
 
-use super::background::STACK;
+use super::background::STACK_BYTES;
 use super::scheduler::OVERRUN;
 use super::tick_phase::{TickPhase, TickPhases};
 use std::cmp::Reverse;
@@ -16,18 +15,17 @@ use thread_priority::{
     thread_native_id,
 };
 
-/// What a pacer paces.
+/// A world that the pacer ticks.
 pub(crate) trait Paced: Send + Sync {
-    /// Whether its ticks come before those of others.
+    /// Whether its ticks come first.
     fn official(&self) -> bool;
-    /// Makes the tick that is due. Returns when the next one is; none when there is none. `turn` is what it was
-    /// enlisted with.
-    fn tick(&self, turn: u64) -> Option<Instant>;
+    /// Makes the tick that is due. Returns when the next one is due, or None after the last. `generation` is that of the entry.
+    fn tick(&self, generation: u64) -> Option<Instant>;
 }
 
 struct Entry {
     key: Reverse<(Instant, u64)>,
-    turn: u64,
+    generation: u64,
     paced: Arc<dyn Paced>,
 }
 
@@ -50,15 +48,15 @@ impl Ord for Entry {
 
 #[derive(Default)]
 struct Queue {
-    /// Official ones first, then the others; each by due time.
+    /// Official worlds first, then the others; each by due time.
     entries: [BinaryHeap<Entry>; 2],
     arrivals: u64,
-    /// Whether a thread watches the clock.
+    /// Whether a thread sleeps until the next due time.
     watched: bool,
     closed: bool,
-    /// Threads that make a tick: their numbers, and since when.
+    /// Threads that compute a tick: number and start.
     busy: Vec<(u64, Instant)>,
-    /// Threads started so far.
+    /// Number of threads started.
     started: u64,
 }
 
@@ -85,27 +83,27 @@ impl Shared {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn enlist(&self, due: Instant, turn: u64, paced: Arc<dyn Paced>) {
+    fn enlist(&self, due: Instant, generation: u64, paced: Arc<dyn Paced>) {
         let mut queue = self.queue();
         queue.arrivals += 1;
-        let entry = Entry { key: Reverse((due, queue.arrivals)), turn, paced };
+        let entry = Entry { key: Reverse((due, queue.arrivals)), generation, paced };
         let sooner = queue.next_due().is_none_or(|next| due < next);
         queue.entries[usize::from(!entry.paced.official())].push(entry);
         drop(queue);
         if sooner {
-            // Whoever watches the clock has to look again.
+            // The sleeping thread must take the earlier due time.
             self.changed.notify_all();
         }
     }
 
-    /// The thread of this number has made its tick. Whether it is still needed: not when another has its place.
+    /// The thread of this number has made its tick. Returns whether it is still needed: not after it was replaced.
     fn done(&self, number: u64) -> bool {
         let mut queue = self.queue();
         let place = queue.busy.iter().position(|&(busy, _)| busy == number);
         place.map(|place| queue.busy.swap_remove(place)).is_some()
     }
 
-    /// Waits for the next tick that is due, for the thread of this number. None when the pacer is gone.
+    /// Waits for the next tick that is due, for the thread of this number. None after the pacer was dropped.
     fn next(&self, number: u64) -> Option<Entry> {
         let mut queue = self.queue();
         loop {
@@ -134,11 +132,11 @@ impl Shared {
     }
 
     fn work(&self, number: u64) {
-        come_first();
-        while let Some(Entry { turn, paced, .. }) = self.next(number) {
-            let next = paced.tick(turn);
+        raise_priority();
+        while let Some(Entry { generation, paced, .. }) = self.next(number) {
+            let next = paced.tick(generation);
             if let Some(due) = next {
-                self.enlist(due, turn, paced);
+                self.enlist(due, generation, paced);
             }
             if !self.done(number) {
                 return;
@@ -147,24 +145,23 @@ impl Shared {
     }
 
     /// Starts another thread.
-    fn employ(self: &Arc<Self>) {
+    fn start_thread(self: &Arc<Self>) {
         let number = {
             let mut queue = self.queue();
             queue.started += 1;
             queue.started
         };
         let shared = self.clone();
-        let thread = std::thread::Builder::new().name("pacer".into()).stack_size(STACK);
+        let thread = std::thread::Builder::new().name("pacer".into()).stack_size(STACK_BYTES);
         if let Err(error) = thread.spawn(move || shared.work(number)) {
-            tracing::error!(%error, "no thread for realtime worlds");
+            tracing::error!(%error, "cannot start a thread for realtime worlds");
         }
     }
 }
 
-/// Before everybody else where the system allows it, to root and within RLIMIT_RTPRIO: its fair schedulers
-/// let a thread that wakes wait for milliseconds. Load is admitted only up to a part of the cores, so the others get
-/// theirs. Where the system does not allow it, as everybody else.
-fn come_first() {
+/// Sets real-time priority if the system permits it: to root, and within RLIMIT_RTPRIO. Otherwise the system's fair scheduler may
+/// delay a thread that wakes by milliseconds. Other threads still run, since worlds are admitted for a part of the cores only.
+fn raise_priority() {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::RoundRobin);
     if let Err(error) = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy) {
         tracing::info!(
@@ -174,10 +171,10 @@ fn come_first() {
     }
 }
 
-/// The threads. They end when this is dropped.
+/// The pacer's threads. They end when this is dropped.
 pub(crate) struct Pacer {
     shared: Arc<Shared>,
-    tick_phases: TickPhases,
+    phases: TickPhases,
 }
 
 impl std::fmt::Debug for Pacer {
@@ -187,31 +184,31 @@ impl std::fmt::Debug for Pacer {
 }
 
 impl Pacer {
-    /// Starts `threads` threads; fewer when the system does not give as many.
+    /// Starts `threads` threads, or fewer if the system refuses.
     pub(crate) fn start(threads: usize) -> Self {
         let shared = Arc::new(Shared::default());
-        (0..threads.max(1)).for_each(|_| shared.employ());
-        Pacer { shared, tick_phases: TickPhases::new(Instant::now()) }
+        (0..threads.max(1)).for_each(|_| shared.start_thread());
+        Pacer { shared, phases: TickPhases::new(Instant::now()) }
     }
 
-    /// Puts other threads into the places of those whose tick overran.
-    pub(crate) fn relieve(&self, now: Instant) {
+    /// Starts new threads in place of those whose tick has overrun.
+    pub(crate) fn replace_overrun(&self, now: Instant) {
         let mut queue = self.shared.queue();
         let before = queue.busy.len();
         queue.busy.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
         let lost = before - queue.busy.len();
         drop(queue);
-        (0..lost).for_each(|_| self.shared.employ());
+        (0..lost).for_each(|_| self.shared.start_thread());
     }
 
-    /// When the ticks of another world are to lie.
-    pub(crate) fn tick_phase(&self) -> TickPhase {
-        self.tick_phases.next()
+    /// The phase of another world's ticks.
+    pub(crate) fn next_phase(&self) -> TickPhase {
+        self.phases.next()
     }
 
     /// The first tick of `paced` is due at `due`.
-    pub(crate) fn enlist(&self, due: Instant, turn: u64, paced: Arc<dyn Paced>) {
-        self.shared.enlist(due, turn, paced);
+    pub(crate) fn enlist(&self, due: Instant, generation: u64, paced: Arc<dyn Paced>) {
+        self.shared.enlist(due, generation, paced);
     }
 }
 
@@ -234,41 +231,41 @@ mod tests {
         start: Instant,
         done: AtomicU64,
         ticks: u64,
-        told: Mutex<mpsc::Sender<(u64, Duration)>>,
+        report: Mutex<mpsc::Sender<(u64, Duration)>>,
     }
 
     impl Paced for Metronome {
         fn official(&self) -> bool {
             false
         }
-        fn tick(&self, turn: u64) -> Option<Instant> {
+        fn tick(&self, generation: u64) -> Option<Instant> {
             let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-            let told = self.told.lock().expect("whole");
-            told.send((turn, self.start.elapsed())).expect("somebody listens");
+            let report = self.report.lock().expect("whole");
+            report.send((generation, self.start.elapsed())).expect("the test reads");
             (done < self.ticks).then(|| self.start + Duration::from_millis(done + 1))
         }
     }
 
     #[test]
-    fn nothing_comes_before_it_is_due_and_all_of_it_comes() {
+    fn no_tick_comes_before_it_is_due_and_all_come() {
         let pacer = Pacer::start(2);
-        let (told, ticks) = mpsc::channel();
+        let (report, ticks) = mpsc::channel();
         let start = Instant::now();
-        for turn in 0..3 {
-            let told = Mutex::new(told.clone());
-            let metronome = Metronome { start, done: AtomicU64::new(0), ticks: 20, told };
-            pacer.enlist(start + Duration::from_millis(1), turn, Arc::new(metronome));
+        for generation in 0..3 {
+            let report = Mutex::new(report.clone());
+            let metronome = Metronome { start, done: AtomicU64::new(0), ticks: 20, report };
+            pacer.enlist(start + Duration::from_millis(1), generation, Arc::new(metronome));
         }
-        drop(told);
+        drop(report);
         let mut counts = [0u32; 3];
-        for (turn, at) in ticks {
-            counts[turn as usize] += 1;
-            assert!(at >= Duration::from_millis(counts[turn as usize].into()), "{at:?}");
+        for (generation, at) in ticks {
+            counts[generation as usize] += 1;
+            assert!(at >= Duration::from_millis(counts[generation as usize].into()), "{at:?}");
         }
         assert_eq!(counts, [20; 3]);
     }
 
-    /// A tick that ends when the other end of its channel is gone.
+    /// A tick that ends when the other end of its channel is dropped.
     struct Endless(Mutex<mpsc::Receiver<()>>);
 
     impl Paced for Endless {
@@ -286,22 +283,22 @@ mod tests {
         let pacer = Pacer::start(2);
         let start = Instant::now();
         let ends: Vec<mpsc::Sender<()>> = (0..2)
-            .map(|turn| {
+            .map(|generation| {
                 let (end, stuck) = mpsc::channel();
-                pacer.enlist(start, turn, Arc::new(Endless(Mutex::new(stuck))));
+                pacer.enlist(start, generation, Arc::new(Endless(Mutex::new(stuck))));
                 end
             })
             .collect();
         while pacer.shared.queue().busy.len() < 2 {
             std::thread::sleep(Duration::from_millis(1));
         }
-        let (told, ticks) = mpsc::channel();
-        let metronome = Metronome { start, done: AtomicU64::new(0), ticks: 3, told: Mutex::new(told) };
+        let (report, ticks) = mpsc::channel();
+        let metronome = Metronome { start, done: AtomicU64::new(0), ticks: 3, report: Mutex::new(report) };
         pacer.enlist(start, 7, Arc::new(metronome));
         assert!(ticks.try_recv().is_err(), "all threads are busy");
-        pacer.relieve(Instant::now() + OVERRUN);
+        pacer.replace_overrun(Instant::now() + OVERRUN);
         for _ in 0..3 {
-            assert_eq!(ticks.recv_timeout(Duration::from_secs(60)).expect("others take over").0, 7);
+            assert_eq!(ticks.recv_timeout(Duration::from_secs(60)).expect("new threads tick").0, 7);
         }
         drop(ends);
     }
@@ -319,10 +316,14 @@ mod tests {
             }
         }
         let now = Instant::now();
-        for (turn, official) in [(0, false), (1, true), (2, false), (3, true)] {
-            shared.enlist(now - Duration::from_millis(10 - turn), turn, Arc::new(Official(official)));
+        for (generation, official) in [(0, false), (1, true), (2, false), (3, true)] {
+            shared.enlist(
+                now - Duration::from_millis(10 - generation),
+                generation,
+                Arc::new(Official(official)),
+            );
         }
-        let order: Vec<u64> = (0..4).filter_map(|_| shared.next(1).map(|entry| entry.turn)).collect();
+        let order: Vec<u64> = (0..4).filter_map(|_| shared.next(1).map(|entry| entry.generation)).collect();
         assert_eq!(order, [1, 3, 0, 2]);
     }
 }

@@ -1,4 +1,4 @@
-//! What a server computes with.
+//! The computing resources of the server.
 
 use super::admission::{Admission, Admitted, RETRY_S, admit};
 use super::background::Background;
@@ -9,24 +9,24 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::Semaphore;
 
-/// Its cores, and who may use them.
+/// The computing resources of the server.
 #[derive(Debug)]
 pub(crate) struct Compute {
-    /// Who may compute when.
+    /// Permits for ticks.
     pub(crate) scheduler: Scheduler,
-    /// Where scenes are built and runs settle.
+    /// Jobs in the background.
     pub(crate) background: Background,
-    /// One hand at a time is looked at for somebody who plays nothing.
+    /// Limits equilibria for clients without a run to one at a time.
     pub(crate) statics: Arc<Semaphore>,
-    /// Keeps realtime worlds on the clock.
+    /// Threads of realtime worlds.
     pub(crate) pacer: Pacer,
-    /// Which worlds are open.
+    /// The open worlds.
     pub(crate) admission: Admission,
     max_worlds: usize,
 }
 
 impl Compute {
-    /// For so many cores, and at most so many open worlds.
+    /// Resources with this number of cores and at most this number of open worlds.
     pub(crate) fn new(cores: usize, max_worlds: usize) -> Self {
         Compute {
             scheduler: Scheduler::new(cores),
@@ -41,14 +41,14 @@ impl Compute {
     /// Admits another world.
     ///
     /// # Errors
-    /// There are enough, or it would slow the others.
+    /// The maximum is reached, or it would slow the others.
     pub(crate) fn admit(&self, mode: Mode, official: bool) -> Result<Admitted, Refusal> {
         let load = self.scheduler.load().report(Instant::now());
-        let (most, cores) = (self.max_worlds, self.scheduler.cores());
-        let may = |open| admit(open, most, cores, &load, mode, official);
-        self.admission.take(mode, official, may).map_err(|full| {
-            tracing::info!(%full, ?load, "no place for a world");
-            Refusal::new(Code::Capacity, full.to_string()).retry_after(RETRY_S)
+        let (max, cores) = (self.max_worlds, self.scheduler.cores());
+        let may = |open| admit(open, max, cores, &load, mode, official);
+        self.admission.take(mode, official, may).map_err(|error| {
+            tracing::info!(%error, ?load, "no place for a world");
+            Refusal::new(Code::Capacity, error.to_string()).retry_after(RETRY_S)
         })
     }
 }

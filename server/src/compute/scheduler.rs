@@ -1,10 +1,10 @@
-//! Who may compute when: as many permits as there are cores, each held for one tick, handed out by urgency.
+//! Permits for ticks: one for each core, each held for one tick, given by urgency.
 //!
-//! A world is stepped where its permit is held: on its connection's thread, or on a pacer's. Whoever waits, waits
-//! for a tick or two of others, never for their runs. A tick that takes longer than any tick should is counted out: its
-//! permit is given to somebody else, and the system's scheduler divides the cores.
+//! A world is stepped by the thread that holds its permit: its connection's thread, or a pacer's. A thread waits for a tick or two
+//! of other worlds, never for their runs. When a tick overruns, its permit is given to another thread as well, and the system's
+//! scheduler divides the cores.
 
-use super::load::{Kind, Load};
+use super::load::{Load, PermitUse};
 use crate::metrics::METRICS;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -12,38 +12,38 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
-/// How much later than a realtime tick that is due now an official lockstep tick is taken to be due.
+/// Deadline of an official lockstep tick, after its request.
 const OFFICIAL_PATIENCE: Duration = Duration::from_millis(20);
-/// The same for practice. Nobody waits for ever: in the end the one that has waited longest comes first.
+/// Deadline of a practice lockstep tick. It is finite, so that every tick comes first in the end.
 const PRACTICE_PATIENCE: Duration = Duration::from_millis(100);
 
-/// A permit that is held for longer is given to somebody else as well: a tick takes a few milliseconds at most, so this
-/// one may never end.
+/// A permit that is held for longer is given to another thread as well. A tick takes a few milliseconds at most, so this one may
+/// never end.
 pub(crate) const OVERRUN: Duration = Duration::from_millis(250);
 
-/// How urgent a tick is; the smaller, the sooner.
+/// The order of waiting ticks; the smallest is first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Urgency {
-    /// Official realtime ticks come before anything else.
+    /// False for official realtime ticks, which come first.
     after_official_realtime: bool,
     due: Instant,
-    kind: Kind,
+    permit_use: PermitUse,
 }
 
 impl Urgency {
-    /// A tick of a world that follows the wall clock.
+    /// A tick of a realtime world.
     pub(crate) fn realtime(official: bool, due: Instant) -> Self {
-        Urgency { after_official_realtime: !official, due, kind: Kind::Realtime }
+        Urgency { after_official_realtime: !official, due, permit_use: PermitUse::Realtime }
     }
 
-    /// A tick that a controller waits for.
+    /// A tick of a lockstep world.
     pub(crate) fn lockstep(official: bool, now: Instant) -> Self {
         let patience = if official { OFFICIAL_PATIENCE } else { PRACTICE_PATIENCE };
-        Urgency { after_official_realtime: true, due: now + patience, kind: Kind::Lockstep }
+        Urgency { after_official_realtime: true, due: now + patience, permit_use: PermitUse::Lockstep }
     }
 }
 
-/// Somebody who waits. The order of arrival decides between equals.
+/// A waiting tick. The order of arrival decides between equal urgencies.
 struct Waiter {
     key: Reverse<(Urgency, u64)>,
     permit: oneshot::Sender<Permit>,
@@ -71,24 +71,24 @@ struct Queue {
     free: usize,
     arrivals: u64,
     waiting: BinaryHeap<Waiter>,
-    /// Permits that are held: their numbers, and since when. With the free ones as many as there are cores.
+    /// Permits that are held: number and start. Together with the free ones they are as many as cores.
     held: Vec<(u64, Instant)>,
-    /// Permits given so far.
+    /// Number of permits given.
     given: u64,
-    /// Ticks that go on without a permit because they overran.
+    /// Ticks that continue without a permit after an overrun.
     overrun: usize,
 }
 
 impl Queue {
-    /// Counts a permit as held from now on. Returns its number.
+    /// Counts a permit as held. Returns its number.
     fn hold(&mut self, now: Instant) -> u64 {
         self.given += 1;
         self.held.push((self.given, now));
         self.given
     }
 
-    /// The permit is not held any more. Whether it counted until now: it does not after an overrun.
-    fn let_go(&mut self, number: u64) -> bool {
+    /// Ends the holding of a permit. Returns whether it still counted, which it does not after an overrun.
+    fn release(&mut self, number: u64) -> bool {
         let place = self.held.iter().position(|&(held, _)| held == number);
         place.map(|place| self.held.swap_remove(place)).is_some()
     }
@@ -114,7 +114,7 @@ impl Shared {
         self.load.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Gives a permit that nobody holds any more to whoever is next.
+    /// Gives a released permit to the next waiting tick.
     fn pass_on(self: &Arc<Self>) {
         loop {
             let mut queue = self.queue();
@@ -125,20 +125,20 @@ impl Shared {
             let since = Instant::now();
             let number = queue.hold(since);
             drop(queue);
-            let kind = next.key.0.0.kind;
-            match next.permit.send(Permit { shared: Some(self.clone()), number, since, kind }) {
+            let permit_use = next.key.0.0.permit_use;
+            match next.permit.send(Permit { shared: Some(self.clone()), number, since, permit_use }) {
                 Ok(()) => return,
-                // Whoever waited is gone: the next one gets it.
+                // The waiter was dropped: the next one gets the permit.
                 Err(mut unwanted) => {
                     unwanted.shared = None;
-                    self.queue().let_go(number);
+                    self.queue().release(number);
                 }
             }
         }
     }
 }
 
-/// Hands out permits.
+/// Gives permits.
 #[derive(Clone)]
 pub(crate) struct Scheduler(Arc<Shared>);
 
@@ -148,42 +148,42 @@ impl std::fmt::Debug for Scheduler {
     }
 }
 
-/// The right to compute for one tick. Dropping it hands it on.
+/// The right to compute one tick. Dropping it passes it on.
 pub(crate) struct Permit {
-    /// None when the permit was handed on without having been used.
+    /// None when the permit was passed on unused.
     shared: Option<Arc<Shared>>,
     number: u64,
     since: Instant,
-    kind: Kind,
+    permit_use: PermitUse,
 }
 
 impl std::fmt::Debug for Permit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Permit for {:?}", self.kind)
+        write!(f, "Permit for {:?}", self.permit_use)
     }
 }
 
 impl Scheduler {
-    /// As many permits as `cores`, at least one.
+    /// A permit for each of `cores`, at least one.
     pub(crate) fn new(cores: usize) -> Self {
         let cores = cores.max(1);
         let queue = Mutex::new(Queue { free: cores, ..Queue::default() });
         Scheduler(Arc::new(Shared { queue, load: Mutex::new(Load::new(Instant::now())), cores }))
     }
 
-    /// Whether nobody computes or waits to.
+    /// Whether no tick computes or waits.
     pub(crate) fn is_idle(&self) -> bool {
         self.0.queue().is_idle(self.0.cores)
     }
 
-    /// Whether all permits are held and somebody waits.
+    /// Whether all permits are held and a tick waits.
     #[cfg(test)]
     pub(crate) fn is_exhausted(&self) -> bool {
         let queue = self.0.queue();
         queue.free == 0 && !queue.waiting.is_empty()
     }
 
-    /// A permit for what is computed between two ticks, while nobody else computes or waits to.
+    /// A permit for work between two ticks, if no tick computes or waits.
     pub(crate) fn spare(&self) -> Option<Permit> {
         let mut queue = self.0.queue();
         if !queue.is_idle(self.0.cores) {
@@ -192,11 +192,11 @@ impl Scheduler {
         queue.free -= 1;
         let since = Instant::now();
         let number = queue.hold(since);
-        Some(Permit { shared: Some(self.0.clone()), number, since, kind: Kind::Between })
+        Some(Permit { shared: Some(self.0.clone()), number, since, permit_use: PermitUse::Between })
     }
 
-    /// Counts out the ticks that overran: what they hold goes to others.
-    pub(crate) fn count_out(&self, now: Instant) {
+    /// Gives the permits of ticks that have overrun to other threads.
+    pub(crate) fn replace_overrun(&self, now: Instant) {
         let mut queue = self.0.queue();
         let before = queue.held.len();
         queue.held.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
@@ -206,36 +206,36 @@ impl Scheduler {
         (0..lost).for_each(|_| self.0.pass_on());
     }
 
-    /// How many permits there are.
+    /// Number of permits.
     pub(crate) fn cores(&self) -> usize {
         self.0.cores
     }
 
-    /// What was computed in the last seconds.
+    /// The load of the last seconds.
     pub(crate) fn load(&self) -> MutexGuard<'_, Load> {
         self.0.load()
     }
 
-    /// Waits for a permit; at once when one is free.
+    /// Waits for a permit; returns at once when one is free.
     pub(crate) async fn permit(&self, urgency: Urgency) -> Permit {
-        let asked = Instant::now();
+        let requested = Instant::now();
         let permit = match self.take(urgency) {
             Ok(permit) => permit,
-            // The sender lives until the permit is sent.
+            // The sender exists until the permit is sent.
             Err(waiting) => waiting.await.unwrap_or_else(|_| self.unlimited(urgency)).start(),
         };
-        METRICS.waited(permit.since - asked);
+        METRICS.waited(permit.since - requested);
         permit
     }
 
-    /// The same, for a thread outside the asynchronous runtime.
+    /// Waits for a permit on a thread outside the asynchronous runtime.
     pub(crate) fn permit_blocking(&self, urgency: Urgency) -> Permit {
-        let asked = Instant::now();
+        let requested = Instant::now();
         let permit = match self.take(urgency) {
             Ok(permit) => permit,
             Err(waiting) => waiting.blocking_recv().unwrap_or_else(|_| self.unlimited(urgency)).start(),
         };
-        METRICS.waited(permit.since - asked);
+        METRICS.waited(permit.since - requested);
         permit
     }
 
@@ -245,7 +245,12 @@ impl Scheduler {
             queue.free -= 1;
             let since = Instant::now();
             let number = queue.hold(since);
-            return Ok(Permit { shared: Some(self.0.clone()), number, since, kind: urgency.kind });
+            return Ok(Permit {
+                shared: Some(self.0.clone()),
+                number,
+                since,
+                permit_use: urgency.permit_use,
+            });
         }
         let (permit, waiting) = oneshot::channel();
         queue.arrivals += 1;
@@ -254,14 +259,14 @@ impl Scheduler {
         Err(waiting)
     }
 
-    /// A permit that nobody counts: for a queue that has lost its waiter, which does not happen.
+    /// A permit that is not counted, for a lost sender, which does not happen.
     fn unlimited(&self, urgency: Urgency) -> Permit {
-        Permit { shared: None, number: 0, since: Instant::now(), kind: urgency.kind }
+        Permit { shared: None, number: 0, since: Instant::now(), permit_use: urgency.permit_use }
     }
 }
 
 impl Permit {
-    /// The computing begins now.
+    /// Starts the time of the permit now.
     fn start(mut self) -> Self {
         self.since = Instant::now();
         self
@@ -272,9 +277,9 @@ impl Drop for Permit {
     fn drop(&mut self) {
         let Some(shared) = self.shared.take() else { return };
         let now = Instant::now();
-        shared.load().computed(now, self.kind, now - self.since);
+        shared.load().computed(now, self.permit_use, now - self.since);
         let mut queue = shared.queue();
-        if queue.let_go(self.number) {
+        if queue.release(self.number) {
             drop(queue);
             shared.pass_on();
         } else {
@@ -292,7 +297,7 @@ mod tests {
         let scheduler = Scheduler::new(1);
         let now = Instant::now();
         let held = scheduler.permit(Urgency::lockstep(false, now)).await;
-        let (told, mut order) = tokio::sync::mpsc::unbounded_channel();
+        let (sender, mut order) = tokio::sync::mpsc::unbounded_channel();
         let waiters = [
             ("practice", Urgency::lockstep(false, now)),
             ("practice later", Urgency::lockstep(false, now)),
@@ -303,18 +308,18 @@ mod tests {
             ("patience at its end", Urgency::lockstep(false, now - Duration::from_secs(1))),
         ];
         for (name, urgency) in waiters {
-            let (scheduler, told) = (scheduler.clone(), told.clone());
+            let (scheduler, sender) = (scheduler.clone(), sender.clone());
             tokio::spawn(async move {
                 let _permit = scheduler.permit(urgency).await;
-                let _ = told.send(name);
+                let _ = sender.send(name);
             });
-            // Lets the task queue up.
+            // The task joins the queue.
             tokio::task::yield_now().await;
         }
         drop(held);
-        let mut seen = Vec::new();
+        let mut given_to = Vec::new();
         for _ in 0..waiters.len() {
-            seen.push(order.recv().await.expect("all come"));
+            given_to.push(order.recv().await.expect("all come"));
         }
         let expected = [
             "official realtime",
@@ -325,7 +330,7 @@ mod tests {
             "practice",
             "practice later",
         ];
-        assert_eq!(seen, expected);
+        assert_eq!(given_to, expected);
     }
 
     fn waits<T>(future: std::pin::Pin<&mut impl Future<Output = T>>) -> bool {
@@ -333,7 +338,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn who_gives_up_waiting_costs_nobody_a_permit() {
+    async fn a_dropped_waiter_costs_no_permit() {
         let scheduler = Scheduler::new(1);
         let urgency = Urgency::lockstep(false, Instant::now());
         let held = scheduler.permit(urgency).await;
@@ -343,27 +348,27 @@ mod tests {
         assert!(waits(sent.as_mut()));
         drop(gone);
         drop(held);
-        // This one was sent its permit and never takes it.
+        // This one was sent its permit and is dropped without taking it.
         drop(sent);
         let again = tokio::time::timeout(Duration::from_secs(5), scheduler.permit(urgency)).await;
         assert!(again.is_ok());
     }
 
     #[tokio::test]
-    async fn ticks_that_never_end_keep_nobody_waiting() {
+    async fn endless_ticks_do_not_keep_others_waiting() {
         let scheduler = Scheduler::new(2);
         let urgency = Urgency::lockstep(false, Instant::now());
         let stuck = [scheduler.permit(urgency).await, scheduler.permit(urgency).await];
         let mut innocent = Box::pin(scheduler.permit(urgency));
         assert!(waits(innocent.as_mut()));
-        scheduler.count_out(Instant::now());
+        scheduler.replace_overrun(Instant::now());
         assert!(waits(innocent.as_mut()), "a tick may take a while");
-        scheduler.count_out(Instant::now() + OVERRUN);
-        assert!(!waits(innocent.as_mut()), "given, and given back");
+        scheduler.replace_overrun(Instant::now() + OVERRUN);
+        assert!(!waits(innocent.as_mut()), "given, and released");
         drop(innocent);
-        assert!(scheduler.spare().is_none(), "somebody computes");
+        assert!(scheduler.spare().is_none(), "a tick computes");
         drop(stuck);
-        // What came back late is not given twice: there are two permits as before.
+        // A permit that comes back late is not given twice: there are two permits as before.
         let both = [scheduler.permit(urgency).await, scheduler.permit(urgency).await];
         assert!(waits(Box::pin(scheduler.permit(urgency)).as_mut()));
         drop(both);

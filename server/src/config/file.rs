@@ -1,4 +1,4 @@
-//! `competition.toml`.
+//! The file `competition.toml`.
 
 use anyhow::{Context, bail};
 use palmares_models::measure::HandLimits;
@@ -8,26 +8,26 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 /// Longest session, s.
-pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
+pub(crate) const MAX_SESSION_S: f64 = 86_400.0;
 
-/// What is being played.
+/// Practice or official competition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
-pub(crate) enum Mode {
-    /// No token, own seeds, no limit of time.
+pub(crate) enum CompetitionMode {
+    /// No tokens, seeds by the client, no time limit.
     #[default]
     Practice,
-    /// Teams with tokens, hidden seeds, limited time, verified scores.
+    /// Tokens for teams, hidden seeds, limited time, verified scores.
     Official,
 }
 
-/// The file as it is written. Every field may be left out.
+/// The content of the file. All fields are optional.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct File {
     pub(super) name: Option<String>,
-    pub(super) mode: Option<Mode>,
+    pub(super) mode: Option<CompetitionMode>,
     pub(super) session_s: Option<f64>,
     pub(super) sessions_per_team: Option<u32>,
     pub(super) reset_cost_s: Option<f64>,
@@ -61,17 +61,17 @@ impl File {
     }
 
     fn parse(path: &Path, text: &str) -> anyhow::Result<Self> {
-        // toml's message shows line, column and the line itself; but a line may hold a password.
+        // The full message would show the line, which may contain a password.
         let file: File = toml::from_str(text).map_err(|error| {
             let before = error.span().map_or("", |span| text.get(..span.start).unwrap_or_default());
             let line = before.matches('\n').count() + 1;
             anyhow::anyhow!("{}, line {line}: {}", path.display(), error.message())
         })?;
         if let Some(seconds) = file.session_s
-            && !(seconds > 0.0 && seconds <= LONGEST_SESSION_S)
+            && !(seconds > 0.0 && seconds <= MAX_SESSION_S)
         {
             let path = path.display();
-            bail!("{path}: session_s = {seconds}: expected more than 0 and at most {LONGEST_SESSION_S} s");
+            bail!("{path}: session_s = {seconds}: expected more than 0 and at most {MAX_SESSION_S} s");
         }
         in_range(path, "reset_cost_s", file.reset_cost_s, 0.0, 3600.0)?;
         in_range(path, "sessions_per_team", file.sessions_per_team, 1, 1000)?;
@@ -94,23 +94,23 @@ impl File {
     }
 }
 
-/// A number of the file that must lie in a range, as the same option must.
+/// Checks a number of the file against the range of the same option.
 pub(super) fn in_range<T: PartialOrd + std::fmt::Display>(
     path: &Path,
     field: &str,
     value: Option<T>,
-    least: T,
-    most: T,
+    min: T,
+    max: T,
 ) -> anyhow::Result<()> {
     match value {
-        Some(value) if !(value >= least && value <= most) => {
-            bail!("{}: {field} = {value}: expected {least} to {most}", path.display())
+        Some(value) if !(value >= min && value <= max) => {
+            bail!("{}: {field} = {value}: expected {min} to {max}", path.display())
         }
         _ => Ok(()),
     }
 }
 
-/// Reads a file of text.
+/// Reads a text file.
 pub(super) fn read(path: &Path) -> anyhow::Result<String> {
     std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }
@@ -124,12 +124,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn the_fields_of_the_file_are_read() {
         let file = parse("name = \"Cup\"\nmode = \"official\"\nsession_s = 600\nlisten = \"0.0.0.0:80\"")
             .expect("reads");
         assert_eq!(
             (file.name.as_deref(), file.mode, file.session_s),
-            (Some("Cup"), Some(Mode::Official), Some(600.0))
+            (Some("Cup"), Some(CompetitionMode::Official), Some(600.0))
         );
         assert!(parse("").is_ok());
     }

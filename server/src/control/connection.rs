@@ -1,19 +1,19 @@
-//! One control connection: reads requests one by one, answers each, keeps the heart beating. Until its session begins
-//! it is a task among others, then it has a thread of its own.
+//! One control connection: reads requests one by one, answers each, and sends pings. It is a task of the runtime until its
+//! session begins, then it has a thread of its own.
 //!
-//! The next request is read only after the last was answered, so nothing queues up on the server; a client
-//! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
-//! oldest first, but no other message; one that takes nothing at all is dropped.
+//! The next request is read only after the last was answered, so no queue grows on the server: a client that sends faster
+//! fills its own socket. A client that reads slowly misses observations of its realtime run, the oldest first, but no other
+//! message. A client that reads nothing is dropped.
 
 use super::rate::RateLimit;
 use crate::auth::{Auth, Identity};
-use crate::compute::STACK;
+use crate::compute::STACK_BYTES;
 use crate::config::settings::{MESSAGE_BYTES, Settings};
 use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
-use crate::session::{PendingCommand, Session, Sessions, news};
+use crate::session::{PendingCommand, Session, Sessions, changed};
 use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
-use crate::transport::{Caller, ConnectionPermit, farewell};
+use crate::transport::{Caller, ConnectionPermit, close_handshake};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
 use palmares_protocol::encoding::Payload;
@@ -32,15 +32,15 @@ const CLOSE_NORMAL: u16 = 1000;
 /// The server is going away, RFC 6455.
 const CLOSE_AWAY: u16 = 1001;
 
-/// Why a connection ends, or goes on elsewhere.
-enum End {
+/// Why a connection ends or moves to a thread of its own.
+enum ConnectionEnd {
     /// A session has begun.
     Greeted,
     /// The client is gone.
     Lost,
     /// The client said `bye`.
     Bye,
-    /// A fatal error; the client was told.
+    /// A fatal error that was sent to the client.
     Fatal(Code),
     /// The server shuts down.
     Stopping,
@@ -48,17 +48,30 @@ enum End {
     Ended,
 }
 
-/// An alarm that is off by less is left as it is: clocks that run at the same rate differ by a rounding.
+/// A timer within this distance of the wanted moment is kept: recomputed moments differ by rounding.
 const ALARM_SLACK: Duration = Duration::from_millis(2);
 
-/// Bytes set aside for a message of which nothing is known.
-const ROOM: usize = 1024;
+/// Initial buffer for a message, bytes.
+const BUFFER_BYTES: usize = 1024;
 
+/// The next order of an organizer; never without a session.
 async fn command(session: Option<&mut Session>) -> PendingCommand {
     match session {
         Some(session) => session.command().await,
         None => std::future::pending().await,
     }
+}
+
+/// Whether the WebSocket library refused a message for its size.
+fn is_too_large(error: &axum::Error) -> bool {
+    let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
+    while let Some(error) = cause {
+        if let Some(tungstenite::Error::Capacity(_)) = error.downcast_ref() {
+            return true;
+        }
+        cause = error.source();
+    }
+    false
 }
 
 struct Connection {
@@ -71,32 +84,32 @@ struct Connection {
     session: Option<Box<Session>>,
     rate: RateLimit,
     busy_poll: BusyPoll,
-    /// Bytes the next message will probably need.
-    room: usize,
-    /// When the client last showed a sign of life.
+    /// Expected size of the next message, bytes.
+    buffer_bytes: usize,
+    /// When the last message of the client was handled.
     heard: Instant,
-    /// When the connection closes unless it has said hello.
+    /// When the connection closes unless a `hello` has come.
     hello_by: Instant,
-    /// Given back when the connection is gone.
+    /// Released at the end of the connection.
     _caller: Caller,
     _permit: ConnectionPermit,
     _alive: Alive,
 }
 
-/// What a connection begins with.
-pub(super) struct Parts {
+/// The parts of a new connection.
+pub(super) struct ConnectionParts {
     pub(super) caller: Caller,
     pub(super) encoding: Encoding,
     pub(super) sessions: Arc<Sessions>,
     pub(super) auth: Arc<Auth>,
-    /// Whose token opened it.
+    /// Whose token opened it; None without a token.
     pub(super) identity: Option<Identity>,
     pub(super) permit: ConnectionPermit,
 }
 
-/// Serves a connection until its session begins, and sees to it that it is served until it ends.
-pub(super) async fn serve(socket: WebSocket, parts: Parts) {
-    let Parts { caller, encoding, sessions, auth, identity, permit } = parts;
+/// Serves a connection until its session begins, then moves it to a thread of its own.
+pub(super) async fn serve(socket: WebSocket, parts: ConnectionParts) {
+    let ConnectionParts { caller, encoding, sessions, auth, identity, permit } = parts;
     let (competition, lifecycle) = (&sessions.competition, &sessions.lifecycle);
     let limits = competition.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, lifecycle.now());
@@ -113,84 +126,83 @@ pub(super) async fn serve(socket: WebSocket, parts: Parts) {
         session: None,
         rate,
         busy_poll,
-        room: ROOM,
+        buffer_bytes: BUFFER_BYTES,
         heard,
         hello_by,
         _caller: caller,
         _permit: permit,
         _alive: alive,
     };
-    match connection.talk().await {
-        End::Greeted => connection.move_to_a_thread().await,
+    match connection.run().await {
+        ConnectionEnd::Greeted => connection.move_to_a_thread().await,
         end => connection.end(end).await,
     }
 }
 
 impl Connection {
-    /// Goes on on a thread of its own. There the session's world is stepped: however long it computes, it keeps nobody
-    /// waiting but its own client.
+    /// Continues on a thread of its own, where the session's world is stepped: a long tick delays only its own client.
     async fn move_to_a_thread(self) {
         let (give, take) = oneshot::channel::<Connection>();
         let runtime = Handle::current();
         let body = move || {
             runtime.block_on(async move {
                 let Ok(mut connection) = take.await else { return };
-                let end = connection.talk().await;
+                let end = connection.run().await;
                 connection.end(end).await;
             });
         };
-        match std::thread::Builder::new().name("session".into()).stack_size(STACK).spawn(body) {
-            // The thread waits for it.
+        match std::thread::Builder::new().name("session".into()).stack_size(STACK_BYTES).spawn(body) {
+            // The thread receives it.
             Ok(_) => drop(give.send(self)),
             Err(error) => {
-                tracing::error!(%error, "no thread for a session");
-                self.end(End::Fatal(Code::Capacity)).await;
+                tracing::error!(%error, "cannot start a thread for a session");
+                self.end(ConnectionEnd::Fatal(Code::Capacity)).await;
             }
         }
     }
 
-    /// Leaves the session in order, and says goodbye.
-    async fn end(mut self, end: End) {
+    /// Parks or ends the session, then closes the socket.
+    async fn end(mut self, end: ConnectionEnd) {
         let session = self.session.take();
-        // The session is settled before the socket closes: a client that comes back at once finds it waiting.
+        // In this order: a client that reconnects at once finds its session waiting.
         match end {
-            End::Greeted => {}
-            End::Lost => {
+            ConnectionEnd::Greeted => {}
+            ConnectionEnd::Lost => {
                 if let Some(session) = session {
                     session.park();
                 }
             }
-            End::Fatal(code) => {
+            ConnectionEnd::Fatal(code) => {
                 if let Some(session) = session {
                     session.park();
                 }
-                farewell(self.socket, code.close_code(), code.name()).await;
+                close_handshake(self.socket, code.close_code(), code.name()).await;
             }
-            End::Bye => {
+            ConnectionEnd::Bye => {
                 if let Some(session) = session {
                     session.leave().await;
                 }
-                farewell(self.socket, CLOSE_NORMAL, "bye").await;
+                close_handshake(self.socket, CLOSE_NORMAL, "bye").await;
             }
-            End::Ended => {
+            ConnectionEnd::Ended => {
                 if let Some(session) = session {
                     session.end(Reason::Stopped, None).await;
                 }
-                farewell(self.socket, CLOSE_NORMAL, "session_over").await;
+                close_handshake(self.socket, CLOSE_NORMAL, "session_over").await;
             }
-            End::Stopping => {
+            ConnectionEnd::Stopping => {
                 if let Some(session) = session
                     && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await
                 {
-                    // The client may be gone; the result is stored.
+                    // Stored already: the client may have disconnected.
                     let _ = self.send(&result).await;
                 }
-                farewell(self.socket, CLOSE_AWAY, "server_shutdown").await;
+                close_handshake(self.socket, CLOSE_AWAY, "server_shutdown").await;
             }
         }
     }
 
-    async fn talk(&mut self) -> End {
+    async fn run(&mut self) -> ConnectionEnd {
         let interval = self.settings().ping_interval();
         let mut ping = interval_at(Instant::now() + interval, interval);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -200,7 +212,7 @@ impl Connection {
         let (auth, identity) = (self.auth.clone(), self.identity.clone());
         let revoked = auth.revoked(identity.as_ref());
         tokio::pin!(revoked);
-        // Set anew only when the moment has changed, not for every message.
+        // Reset only when the moment has changed, not for every message.
         let alarm = sleep_until(Instant::now());
         tokio::pin!(alarm);
         let mut armed = false;
@@ -228,26 +240,26 @@ impl Connection {
             {
                 return end;
             }
-            if self.busy_poll.goes_on(busy) {
+            if self.busy_poll.continues(busy) {
                 continue;
             }
             let live = self.session.as_ref().and_then(|session| session.stream().cloned());
             let flow = tokio::select! {
                 biased;
-                () = &mut stopping => return End::Stopping,
+                () = &mut stopping => return ConnectionEnd::Stopping,
                 () = &mut revoked => {
                     let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
                     self.refuse(None, &refusal).await
                 }
-                _ = ping.tick() => self.beat().await,
+                _ = ping.tick() => self.ping().await,
                 () = &mut alarm, if armed => {
                     armed = false;
                     self.expire().await
                 }
-                command = command(self.session.as_deref_mut()) => self.obey(command).await,
-                // While busy-polling, do not register the waker.
+                command = command(self.session.as_deref_mut()) => self.execute(command).await,
+                // Busy polling registers no waker.
                 message = self.socket.recv(), if !busy => self.receive(message).await,
-                () = news(live.as_deref()) => self.stream().await,
+                () = changed(live.as_deref()) => self.stream().await,
                 () = ready(()), if busy => ControlFlow::Continue(()),
             };
             if let ControlFlow::Break(end) = flow {
@@ -260,53 +272,53 @@ impl Connection {
         &self.sessions.competition.settings
     }
 
-    /// Looks for the next request before going to sleep.
+    /// Polls for the next request before the thread sleeps.
     async fn busy_poll(&mut self) -> Option<Incoming> {
         let (scheduler, lifecycle) = (&self.sessions.compute.scheduler, &self.sessions.lifecycle);
         let idle = || scheduler.is_idle() && !lifecycle.is_stopping();
-        // Who is told of a realtime world's ticks must not sleep on the socket alone.
-        let may_doze = self.session.as_ref().is_some_and(|session| session.stream().is_none());
-        self.busy_poll.next(&mut self.socket, idle, may_doze).await
+        // The client of a realtime world waits for ticks too, not for the socket alone.
+        let may_block = self.session.as_ref().is_some_and(|session| session.stream().is_none());
+        self.busy_poll.next(&mut self.socket, idle, may_block).await
     }
 
-    /// A realtime world has something to tell.
-    async fn stream(&mut self) -> ControlFlow<End> {
+    /// Sends the next observation of a realtime world, or closes its run.
+    async fn stream(&mut self) -> ControlFlow<ConnectionEnd> {
         let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
-        // One at a time: requests must have their turn in between.
-        if let Some(obs) = session.streamed().await {
+        // One at a time, so that requests are handled in between.
+        if let Some(obs) = session.next_streamed().await {
             self.send(&obs).await?;
         }
         let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
-        session.close_if_played_out().await;
+        session.close_if_world_over().await;
         if let Some(live) = session.stream() {
-            live.remind();
+            live.renotify();
         }
         ControlFlow::Continue(())
     }
 
-    /// An organizer asks something of the session.
-    async fn obey(&mut self, command: PendingCommand) -> ControlFlow<End> {
+    /// Executes an organizer's command.
+    async fn execute(&mut self, command: PendingCommand) -> ControlFlow<ConnectionEnd> {
         let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
-        let (over, told) = session.obey(command).await;
-        if let Some(told) = told {
-            self.send(&told).await?;
+        let (over, reply) = session.execute(command).await;
+        if let Some(reply) = reply {
+            self.send(&reply).await?;
         }
-        if over { ControlFlow::Break(End::Ended) } else { ControlFlow::Continue(()) }
+        if over { ControlFlow::Break(ConnectionEnd::Ended) } else { ControlFlow::Continue(()) }
     }
 
-    async fn beat(&mut self) -> ControlFlow<End> {
+    async fn ping(&mut self) -> ControlFlow<ConnectionEnd> {
         if self.heard.elapsed() >= self.settings().ping_timeout {
-            tracing::info!("no sign of life; connection dropped");
-            return ControlFlow::Break(End::Lost);
+            tracing::info!("the client is silent; connection dropped");
+            return ControlFlow::Break(ConnectionEnd::Lost);
         }
         self.send_message(Message::Ping(Bytes::new())).await
     }
 
-    /// The session's clock has passed a mark or its end; or no session has begun in time.
-    async fn expire(&mut self) -> ControlFlow<End> {
+    /// Handles a mark or the end of the session's clock, or a `hello` that has not come in time.
+    async fn expire(&mut self) -> ControlFlow<ConnectionEnd> {
         let Some(session) = &mut self.session else {
             let seconds = self.settings().hello_timeout.as_secs_f64();
-            let message = format!("no session has begun within {seconds} s; say hello sooner");
+            let message = format!("no hello within {seconds} s");
             return self.refuse(None, &Refusal::new(Code::TooSlow, message).fatal()).await;
         };
         match session.expire().await {
@@ -315,22 +327,22 @@ impl Connection {
         }
     }
 
-    /// Announces a mark that has been passed.
-    async fn warn(&mut self) -> ControlFlow<End> {
+    /// Sends the warning for a mark that has been passed.
+    async fn warn(&mut self) -> ControlFlow<ConnectionEnd> {
         match self.session.as_mut().and_then(|session| session.warning()) {
             Some(warning) => self.send(&warning).await,
             None => ControlFlow::Continue(()),
         }
     }
 
-    async fn receive(&mut self, message: Incoming) -> ControlFlow<End> {
+    async fn receive(&mut self, message: Incoming) -> ControlFlow<ConnectionEnd> {
         let flow = match message {
-            None | Some(Ok(Message::Close(_))) => ControlFlow::Break(End::Lost),
-            // The WebSocket layer's own limit; its error has no type we could name.
-            Some(Err(error)) if error.to_string().contains("too long") => self.too_large().await,
+            None | Some(Ok(Message::Close(_))) => ControlFlow::Break(ConnectionEnd::Lost),
+            // The limit of the WebSocket library, above which a message is not read.
+            Some(Err(error)) if is_too_large(&error) => self.too_large().await,
             Some(Err(error)) => {
                 tracing::debug!(%error, "connection failed");
-                ControlFlow::Break(End::Lost)
+                ControlFlow::Break(ConnectionEnd::Lost)
             }
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => ControlFlow::Continue(()),
             Some(Ok(Message::Text(text))) if text.len() > MESSAGE_BYTES => self.too_large().await,
@@ -338,26 +350,30 @@ impl Connection {
             Some(Ok(Message::Text(text))) => self.answer(|encoding| encoding.read_text(&text)).await,
             Some(Ok(Message::Binary(bytes))) => self.answer(|encoding| encoding.read_binary(&bytes)).await,
         };
-        // After the answer, not before: while the world computes, nobody listens for signs of life.
+        // After the answer: the connection reads nothing while the world computes.
         self.heard = Instant::now();
         flow
     }
 
-    async fn too_large(&mut self) -> ControlFlow<End> {
+    async fn too_large(&mut self) -> ControlFlow<ConnectionEnd> {
         let message = format!("a message may have at most {MESSAGE_BYTES} bytes");
         self.refuse(None, &Refusal::new(Code::TooLarge, message).fatal()).await
     }
 
-    async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<End> {
+    async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<ConnectionEnd> {
         METRICS.refused(refusal.code);
         tracing::debug!(code = refusal.code.name(), why = refusal.message, "request refused");
         self.send(&Reply::refused(id, refusal)).await?;
-        if refusal.fatal { ControlFlow::Break(End::Fatal(refusal.code)) } else { ControlFlow::Continue(()) }
+        if refusal.fatal {
+            ControlFlow::Break(ConnectionEnd::Fatal(refusal.code))
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 
-    /// Answers one frame, which `read` reads.
-    async fn answer(&mut self, read: impl FnOnce(Encoding) -> Parsed) -> ControlFlow<End> {
-        self.busy_poll.asked();
+    /// Answers one frame, decoded by `read`.
+    async fn answer(&mut self, read: impl FnOnce(Encoding) -> Parsed) -> ControlFlow<ConnectionEnd> {
+        self.busy_poll.received();
         let Parsed { id, request } = read(self.encoding);
         if let Err(wait_s) = self.rate.take(self.sessions.lifecycle.now()) {
             let message = format!("more than {} requests per second", self.settings().requests_per_s);
@@ -366,25 +382,25 @@ impl Connection {
         let (id, request) = match (id, request) {
             (Some(id), Ok(Request::Bye(_))) => {
                 tracing::debug!(id, "bye");
-                return ControlFlow::Break(End::Bye);
+                return ControlFlow::Break(ConnectionEnd::Bye);
             }
             (Some(id), Ok(request)) => (id, request),
             (id, Err(refusal)) => return self.refuse(id, &refusal).await,
-            // The parser gives no request without an id.
+            // The parser returns no request without an id.
             (None, Ok(_)) => return ControlFlow::Continue(()),
         };
         let greeted = matches!(request, Request::Hello(_));
         match self.carry_out(id, request).await {
             Ok(reply) => {
-                // A mark passed by simulating is announced before the reply that passed it.
+                // The warning for a mark that the simulated time has passed comes before the reply.
                 self.warn().await?;
                 self.send(&reply).await?;
                 self.busy_poll.replied();
                 if greeted {
-                    return ControlFlow::Break(End::Greeted);
+                    return ControlFlow::Break(ConnectionEnd::Greeted);
                 }
                 if let Some(session) = &mut self.session {
-                    session.answered();
+                    session.after_reply();
                 }
                 ControlFlow::Continue(())
             }
@@ -402,29 +418,81 @@ impl Connection {
                 Ok(welcome)
             }
             (None, request) => {
-                Err(Refusal::new(Code::WrongState, format!("say hello before {}", request.op())))
+                Err(Refusal::new(Code::WrongState, format!("send hello before {}", request.op())))
             }
         }
     }
 
-    async fn send(&mut self, reply: &Reply) -> ControlFlow<End> {
-        let (length, message) = match self.encoding.write(reply, self.room) {
+    async fn send(&mut self, reply: &Reply) -> ControlFlow<ConnectionEnd> {
+        let (length, message) = match self.encoding.write(reply, self.buffer_bytes) {
             Ok(Payload::Text(text)) => (text.len(), Message::Text(text.into())),
             Ok(Payload::Binary(bytes)) => (bytes.len(), Message::Binary(bytes.into())),
             Err(error) => {
-                tracing::error!(%error, "a reply cannot be written");
-                return ControlFlow::Break(End::Fatal(Code::Internal));
+                tracing::error!(%error, "a reply cannot be encoded");
+                return ControlFlow::Break(ConnectionEnd::Fatal(Code::Internal));
             }
         };
-        // The next message will be about as long as this one, at most.
-        self.room = length.clamp(ROOM, 16 * ROOM) * 5 / 4;
+        // Most messages are about as long as the one before.
+        self.buffer_bytes = length.clamp(BUFFER_BYTES, 16 * BUFFER_BYTES) * 5 / 4;
         self.send_message(message).await
     }
 
-    async fn send_message(&mut self, message: Message) -> ControlFlow<End> {
+    async fn send_message(&mut self, message: Message) -> ControlFlow<ConnectionEnd> {
         match timeout(self.settings().ping_timeout, self.socket.send(message)).await {
             Ok(Ok(())) => ControlFlow::Continue(()),
-            Ok(Err(_)) | Err(_) => ControlFlow::Break(End::Lost),
+            Ok(Err(_)) | Err(_) => ControlFlow::Break(ConnectionEnd::Lost),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_too_large;
+    use axum::Router;
+    use axum::extract::ws::WebSocketUpgrade;
+    use axum::routing::get;
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+    use tokio::sync::mpsc;
+
+    /// Sends a WebSocket handshake and one masked text frame of these characters; the connection closes when the result is dropped.
+    fn sent(address: std::net::SocketAddr, characters: u8) -> TcpStream {
+        let mut stream = TcpStream::connect(address).expect("it listens");
+        let head = "GET / HTTP/1.1\r\nhost: a\r\nconnection: upgrade\r\nupgrade: websocket\r\nsec-websocket-version: 13\r\n\
+                    sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+        stream.write_all(head.as_bytes()).expect("open");
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).expect("an answer");
+        assert_eq!(&answer, b"HTTP/1.1 101");
+        let mut frame = vec![0x81, 0x80 | characters, 0, 0, 0, 0];
+        frame.extend(vec![b'a'; usize::from(characters)]);
+        stream.write_all(&frame).expect("open");
+        stream
+    }
+
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn a_message_above_the_librarys_limit_is_known_by_its_type() {
+        let (sender, mut received) = mpsc::unbounded_channel();
+        let handler = async move |upgrade: WebSocketUpgrade| {
+            let sender = sender.clone();
+            upgrade.max_message_size(8).on_upgrade(async move |mut socket| {
+                let message = socket.recv().await.expect("a message or an error");
+                let _ = sender.send(message.as_ref().err().map(is_too_large));
+            })
+        };
+        let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+        let address = listener.local_addr().expect("bound");
+        let router: Router = Router::new().route("/", get(handler));
+        let server = tokio::spawn(async move { axum::serve(listener, router).await });
+        for (characters, expected) in [(8, None), (9, Some(true))] {
+            let client = tokio::task::spawn_blocking(move || sent(address, characters)).await.expect("sent");
+            assert_eq!(received.recv().await, Some(expected), "{characters} characters");
+            drop(client);
+        }
+        server.abort();
+        // The same words in an error of another type.
+        assert!(!is_too_large(&axum::Error::new(std::io::Error::other(
+            "Space limit exceeded: Message too long"
+        ))));
     }
 }

@@ -1,6 +1,6 @@
 //! The handshake of a control connection.
 
-use super::connection::{self, Parts};
+use super::connection::{self, ConnectionParts};
 use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::problem::Problem;
 use crate::session::Sessions;
@@ -13,12 +13,11 @@ use axum::response::Response;
 use palmares_protocol::{Code, Encoding, Refusal};
 use std::sync::Arc;
 
-/// Inbound messages up to here are read whole, so that the answer `too_large` reaches the client; what is
-/// larger still is not read.
+/// Messages up to this size are read whole, so that the answer `too_large` reaches the client; larger ones are not read.
 const READ_BYTES: usize = 1 << 20;
-/// Bytes read from the socket at once. The library fills its buffer with zeros before every look at the socket: its
-/// 128 KiB would clear the caches of the world that is stepped in between.
-const AT_ONCE_BYTES: usize = 1 << 10;
+/// Size of a read from the socket, bytes. The library zeroes its buffer before every read: its default of 128 KiB would evict
+/// the world from the caches.
+const BUFFER_BYTES: usize = 1 << 10;
 
 /// `GET /v1/control`.
 pub(crate) async fn control(
@@ -32,7 +31,7 @@ pub(crate) async fn control(
     let upgrade = match upgrade {
         Ok(upgrade) => upgrade.protocols(Encoding::ALL.map(Encoding::subprotocol)),
         Err(rejection) => {
-            let message = format!("this address speaks WebSocket: {}", rejection.body_text());
+            let message = format!("this address expects a WebSocket: {}", rejection.body_text());
             return Err(Problem::new(Code::BadRequest, message));
         }
     };
@@ -42,18 +41,18 @@ pub(crate) async fn control(
         let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
         return Err(Problem::new(Code::BadRequest, message));
     };
-    // Before the upgrade: who may not play gets an HTTP answer and no socket.
+    // Before the upgrade: a client that may not play gets an HTTP answer.
     let identity = player(&auth, &sessions, &headers).await?;
     let permit = inbound.connections.take(identity.as_ref())?;
-    let parts = Parts { caller, encoding, sessions, auth, identity, permit };
+    let parts = ConnectionParts { caller, encoding, sessions, auth, identity, permit };
     Ok(upgrade
-        .read_buffer_size(AT_ONCE_BYTES)
+        .read_buffer_size(BUFFER_BYTES)
         .max_message_size(READ_BYTES)
         .max_frame_size(READ_BYTES)
         .on_upgrade(async move |socket| connection::serve(socket, parts).await))
 }
 
-/// Who plays; in practice also somebody without a token.
+/// The player's identity; None without a token, which only practice allows.
 async fn player(auth: &Auth, sessions: &Sessions, headers: &HeaderMap) -> Result<Option<Identity>, Refusal> {
     match auth.identify(&sessions.store, headers).await {
         Ok(None) if sessions.competition.rules.official() => {

@@ -1,4 +1,4 @@
-//! How many requests a connection may send: a token bucket. Time is an argument.
+//! Limits the requests of a connection: a token bucket. Time is an argument.
 
 use std::time::Duration;
 
@@ -17,7 +17,10 @@ impl RateLimit {
         RateLimit { rate, burst, tokens: burst, last: now }
     }
 
-    /// Takes one request; else says after how many seconds one is allowed again.
+    /// Takes one request.
+    ///
+    /// # Errors
+    /// Seconds until the next request is allowed.
     pub(crate) fn take(&mut self, now: Duration) -> Result<(), f64> {
         let passed_s = now.saturating_sub(self.last).as_secs_f64();
         self.tokens = (self.tokens + passed_s * self.rate).min(self.burst);

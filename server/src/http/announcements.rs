@@ -1,4 +1,4 @@
-//! What organizers told everybody.
+//! Announcements of organizers.
 
 use crate::problem::Problem;
 use crate::store::{Announcement, Store};
@@ -9,16 +9,16 @@ use axum::response::IntoResponse;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// So many are listed.
+/// Number of announcements in the list.
 const LISTED: u32 = 100;
 
-/// The newest first.
+/// Announcements, newest first.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Announcements {
     announcements: Vec<Announcement>,
 }
 
-/// What organizers told everybody, the newest first.
+/// The announcements, newest first.
 pub(super) async fn list(State(store): State<Store>) -> Result<impl IntoResponse, Problem> {
     let announcements = store.announcements(LISTED).await?;
     Ok(([(CACHE_CONTROL, "no-store")], Json(Announcements { announcements })))

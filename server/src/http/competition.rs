@@ -2,7 +2,7 @@
 
 use crate::archive::Archive;
 use crate::competition::Competition;
-use crate::rules::Phase;
+use crate::rules::CompetitionPhase;
 use crate::version;
 use axum::Json;
 use axum::extract::State;
@@ -11,39 +11,39 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// What is being played here.
+/// The competition of this server.
 #[derive(Serialize, JsonSchema)]
-pub(super) struct CompetitionAnswer {
+pub(super) struct CompetitionResponse {
     #[serde(flatten)]
     competition: reply::Competition,
     server: ServerInfo,
     limits: Limits,
     tasks: Vec<String>,
     hands: Vec<String>,
-    /// Public key that replays are signed with.
+    /// Public key of the signatures on replays.
     #[serde(skip_serializing_if = "Option::is_none")]
     replay_key: Option<String>,
-    /// How far it is; official competitions only.
+    /// Its phase; official competitions only.
     #[serde(skip_serializing_if = "Option::is_none")]
-    phase: Option<Phase>,
-    /// Sessions that a team has.
+    phase: Option<CompetitionPhase>,
+    /// Number of sessions of a team.
     #[serde(skip_serializing_if = "Option::is_none")]
     sessions_per_team: Option<u32>,
-    /// SHA-256 of the secret that the seeds are made from.
+    /// SHA-256 of the secret from which the seeds are derived.
     #[serde(skip_serializing_if = "Option::is_none")]
     seed_secret_sha256: Option<String>,
-    /// The secret itself, once it is revealed.
+    /// The secret, after it was revealed.
     #[serde(skip_serializing_if = "Option::is_none")]
     seed_secret: Option<String>,
 }
 
-/// What is being played here.
+/// The competition of this server.
 pub(super) async fn competition(
     State(archive): State<Option<Arc<Archive>>>,
     State(competition): State<Arc<Competition>>,
-) -> Json<CompetitionAnswer> {
+) -> Json<CompetitionResponse> {
     let rules = &competition.rules;
-    Json(CompetitionAnswer {
+    Json(CompetitionResponse {
         competition: competition.info(),
         server: version::own(),
         limits: competition.limits(),

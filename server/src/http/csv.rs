@@ -1,7 +1,7 @@
-//! Tables as CSV (RFC 4180), from the same JSON that the other format sends.
+//! Tables as CSV (RFC 4180), from the JSON of the other format.
 //!
-//! Columns stand in the order in which people read them, always all of them, also when no row has anything there.
-//! Beside every time in ms since 1970 (`…_unix_ms`) stands the same in ISO 8601 (`…_utc`).
+//! All columns are always present, in an order for people. Every time in ms since 1970 (`…_unix_ms`) is repeated in ISO 8601
+//! (`…_utc`).
 
 use crate::store::LeaderboardRow;
 use axum::http::header::CONTENT_TYPE;
@@ -79,7 +79,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// A list of objects with these columns first. Fields that are not among them follow by name.
+    /// A list of objects, with these columns first. Other fields follow, by name.
     pub(super) fn new(columns: &[&str], mut rows: Value) -> Self {
         let mut columns: Vec<String> = columns.iter().map(|name| (*name).to_owned()).collect();
         for row in rows.as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut) {
@@ -125,17 +125,17 @@ pub(super) fn leaderboard(rows: &[LeaderboardRow], tasks: &[String]) -> Table {
     Table::new(&columns, rows.iter().map(flat).collect())
 }
 
-/// A table as an answer.
+/// The response with a table.
 pub(super) fn response(table: &Table) -> Response {
     ([(CONTENT_TYPE, "text/csv; charset=utf-8")], write(table)).into_response()
 }
 
-/// As text. Lists in a cell stay JSON.
+/// Encodes a table; lists in a cell are JSON.
 fn write(table: &Table) -> String {
     let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
     let columns = &table.columns;
     let head = columns.iter().map(|name| cell(&json!(name)));
-    // Rows as long as the head, written into memory: cannot fail.
+    // Rows have the length of the head, and are written to memory: this cannot fail.
     let _ = writer.write_record(head);
     for row in table.rows.as_array().into_iter().flatten() {
         let _ = writer.write_record(columns.iter().map(|name| cell(&row[name.as_str()])));
@@ -146,7 +146,7 @@ fn write(table: &Table) -> String {
 fn cell(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
-        // A spreadsheet would take it for a formula.
+        // A spreadsheet would evaluate it as a formula.
         Value::String(text) if text.starts_with(['=', '+', '-', '@', '\t', '\r']) => format!("'{text}"),
         Value::String(text) => text.clone(),
         other => other.to_string(),
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_teams_write_stays_in_its_cell() {
+    fn text_of_teams_stays_in_its_cell() {
         let rows = json!([
             {"team": "a,\"b\"\nc", "total": -1.5, "k": null},
             {"team": "=HYPERLINK(1)", "total": 2, "events": [1, 2]},
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn times_stand_there_for_people_too_and_columns_also_without_rows() {
+    fn times_are_in_iso_8601_too_and_columns_are_there_without_rows() {
         let rows = json!([{"seq": 1, "unix_ms": 1_795_238_560_323_i64, "ended_unix_ms": null}]);
         let text = write(&Table::new(&AUDIT, rows));
         assert_eq!(

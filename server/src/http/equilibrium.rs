@@ -1,8 +1,8 @@
-//! Where a hand rests, without a world.
+//! The equilibrium of a hand, without a world.
 
-use super::extract::{Asking, Segment};
-use super::hands::{Whose, find};
-use crate::compute::Level;
+use super::extract::{Path, Query};
+use super::hands::{TeamQuery, find};
+use crate::compute::JobPriority;
 use crate::problem::Problem;
 use crate::state::AppState;
 use crate::transport::Caller;
@@ -24,30 +24,31 @@ use std::time::Duration;
 use tokio::time::timeout;
 
 /// Largest body, bytes.
-const BODY: usize = 32 << 10;
-/// Forces, and contacts.
-const MOST: usize = 32;
+const MAX_BODY_BYTES: usize = 32 << 10;
+/// Most forces, and most contacts.
+const MAX_COUNT: usize = 32;
 /// Largest force, N, as in `perturb`.
-const FORCE: f64 = 200.0;
-/// Farthest from the origin of a link, and of the world, m.
-const FAR: (f64, f64) = (1.0, 10.0);
-/// How long a request waits for those before it.
-const PATIENCE: Duration = Duration::from_secs(2);
+const MAX_FORCE_N: f64 = 200.0;
+/// Largest distance from the origin of a link, m.
+const MAX_LINK_M: f64 = 1.0;
+/// Largest distance from the origin of the world, m.
+const MAX_WORLD_M: f64 = 10.0;
+/// Longest wait for other requests.
+const QUEUE_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// What acts on the hand.
+/// The loads on the hand.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "EquilibriumRequest")]
-pub(super) struct Asked {
-    /// σ of every motor, 0 to 1.
+pub(super) struct EquilibriumRequest {
+    /// Command σ of every motor, 0 to 1.
     motors: Vec<f64>,
-    /// Where the base is held; at the origin if left out.
+    /// Pose of the base; at the origin if left out.
     #[serde(default)]
     base: Option<Base>,
-    /// Forces that keep their direction; at most 32.
+    /// Forces with constant direction; at most 32.
     #[serde(default)]
     forces: Vec<Force>,
-    /// Points that are held; at most 32.
+    /// Points that are held in place; at most 32.
     #[serde(default)]
     contacts: Vec<Contact>,
 }
@@ -70,13 +71,13 @@ struct Base {
 struct Force {
     /// Name of the link.
     link: String,
-    /// Where it acts, in the link frame, m.
+    /// Point of action in the link frame, m.
     point: [f64; 3],
-    /// In the world frame, N; at most 200.
+    /// The force in the world frame, N; at most 200.
     force: [f64; 3],
 }
 
-/// A point of a link that is held at a place.
+/// A point of a link that is held in place.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "EquilibriumContact")]
@@ -85,32 +86,30 @@ struct Contact {
     link: String,
     /// The point, in the link frame, m.
     point: [f64; 3],
-    /// Where it is held, in the world frame, m.
+    /// Its place in the world frame, m.
     position: [f64; 3],
 }
 
-/// The hand at rest.
+/// The equilibrium.
 #[derive(Debug, Serialize, JsonSchema)]
-#[schemars(rename = "Equilibrium")]
-pub(super) struct Answer {
+pub(super) struct EquilibriumResponse {
     /// Joint coordinates, rad or m.
     q: Vec<f64>,
-    /// Of every tendon, in its own unit.
+    /// Tension of every tendon, in its own unit.
     tension: Vec<f64>,
     /// `closed_form` or `newton`.
     law: &'static str,
-    /// What the closed form does not know of: joints at limits, slack tendons, varying moment arms, held points. Empty
-    /// where it holds.
+    /// Why the closed form does not hold: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds.
     beyond_closed_form: Vec<String>,
-    /// Every link in the world frame.
+    /// Pose of every link in the world frame.
     links: Vec<LinkPose>,
-    /// What holds each of `contacts`.
+    /// Reaction at each of `contacts`.
     reactions: Vec<Reaction>,
-    /// What forces, contacts and weight exert on each joint coordinate, N·m or N.
+    /// Torque of forces, contacts and weight on each joint coordinate, N·m or N.
     torque: Vec<f64>,
 }
 
-/// Where a link is.
+/// Pose of a link.
 #[derive(Debug, Serialize, JsonSchema)]
 struct LinkPose {
     /// Its name.
@@ -121,17 +120,17 @@ struct LinkPose {
     quat_xyzw: [f64; 4],
 }
 
-/// What holds a point.
+/// The reaction at a held point.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "EquilibriumReaction")]
 struct Reaction {
-    /// On the link, in the world frame, N; at most 100.
+    /// Force on the link in the world frame, N; at most 100.
     force: [f64; 3],
-    /// How far the point is from its place, m: 0.01 mm for each N, and more where it cannot get there.
+    /// Distance of the point from its place, m: 0.01 mm for each N, and more where it cannot reach its place.
     gap: f64,
 }
 
-/// What acts, as the physics takes it.
+/// The loads as inputs of the physics.
 #[derive(Debug, PartialEq)]
 struct Loads {
     sigma: Vec<f64>,
@@ -153,8 +152,8 @@ fn vector(field: &str, [x, y, z]: [f64; 3], most: f64, unit: &str) -> Result<Vec
     }
 }
 
-impl Asked {
-    /// Checks everything that was sent.
+impl EquilibriumRequest {
+    /// Checks the request.
     fn checked(&self, hand: &Hand) -> Result<Loads, Refusal> {
         let motors = hand.motors.len();
         if self.motors.len() != motors {
@@ -165,8 +164,8 @@ impl Asked {
             return Err(bad(&format!("motors[{i}]"), "expected 0 to 1"));
         }
         for (field, many) in [("forces", self.forces.len()), ("contacts", self.contacts.len())] {
-            if many > MOST {
-                return Err(bad(field, &format!("expected at most {MOST}, got {many}")));
+            if many > MAX_COUNT {
+                return Err(bad(field, &format!("expected at most {MAX_COUNT}, got {many}")));
             }
         }
         let link = |field: String, name: &str| {
@@ -177,15 +176,15 @@ impl Asked {
         let pushes = self.forces.iter().enumerate().map(|(i, force)| {
             Ok(Push {
                 link: link(format!("forces[{i}].link"), &force.link)?,
-                point: vector(&format!("forces[{i}].point"), force.point, FAR.0, "m")?,
-                force: vector(&format!("forces[{i}].force"), force.force, FORCE, "N")?,
+                point: vector(&format!("forces[{i}].point"), force.point, MAX_LINK_M, "m")?,
+                force: vector(&format!("forces[{i}].force"), force.force, MAX_FORCE_N, "N")?,
             })
         });
         let holds = self.contacts.iter().enumerate().map(|(i, contact)| {
             Ok(PointConstraint {
                 link: link(format!("contacts[{i}].link"), &contact.link)?,
-                point: vector(&format!("contacts[{i}].point"), contact.point, FAR.0, "m")?,
-                place: vector(&format!("contacts[{i}].position"), contact.position, FAR.1, "m")?,
+                point: vector(&format!("contacts[{i}].point"), contact.point, MAX_LINK_M, "m")?,
+                place: vector(&format!("contacts[{i}].position"), contact.position, MAX_WORLD_M, "m")?,
             })
         });
         Ok(Loads {
@@ -199,10 +198,10 @@ impl Asked {
 
 impl Base {
     fn checked(&self) -> Result<Pose, Refusal> {
-        let position = vector("base.position", self.position, FAR.1, "m")?;
+        let position = vector("base.position", self.position, MAX_WORLD_M, "m")?;
         let [x, y, z, w] = self.quat_xyzw;
         let rotation = Rotation::from_xyzw(x, y, z, w);
-        // Somebody who rounds to three digits is understood.
+        // A quaternion that is rounded to three digits is accepted.
         if (rotation.length() - 1.0).abs() > 1e-2 {
             return Err(bad("base.quat_xyzw", "expected a unit quaternion"));
         }
@@ -210,8 +209,8 @@ impl Base {
     }
 }
 
-/// Finds where the hand rests. Takes milliseconds, and a bounded time.
-fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
+/// Computes the equilibrium, in bounded time, usually milliseconds.
+fn solve(hand: &Hand, loads: &Loads) -> Result<EquilibriumResponse, Refusal> {
     let config = Config::default();
     let Loads { sigma, base, pushes, holds } = loads;
     let found = if holds.is_empty() {
@@ -220,8 +219,8 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
     } else {
         solve_constrained(&config, hand, *base, sigma, pushes, holds)
     };
-    let ConstrainedEquilibrium { equilibrium, reactions } =
-        found.map_err(|why| Refusal::new(Code::WrongState, format!("the hand does not rest so: {why}")))?;
+    let ConstrainedEquilibrium { equilibrium, reactions } = found
+        .map_err(|why| Refusal::new(Code::WrongState, format!("the hand has no such equilibrium: {why}")))?;
     let mut kin = Kinematics::default();
     kin.update(hand, *base, &equilibrium.q);
     let links = hand.links.iter().zip(&kin.pose).map(|(link, pose)| LinkPose {
@@ -231,7 +230,7 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
     });
     let holding = holds.iter().zip(&reactions).map(|(hold, reaction)| hold.as_push(reaction));
     let all: Vec<Push> = pushes.iter().copied().chain(holding).collect();
-    Ok(Answer {
+    Ok(EquilibriumResponse {
         links: links.collect(),
         torque: torques(&config, hand, *base, &equilibrium.q, &all),
         law: match equilibrium.method {
@@ -248,31 +247,31 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
     })
 }
 
-/// Where a hand rests.
+/// The equilibrium of a hand.
 pub(super) async fn equilibrium(
     State(app): State<AppState>,
-    Segment(name): Segment,
-    Asking(whose): Asking<Whose>,
+    Path(name): Path,
+    Query(query): Query<TeamQuery>,
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     body: Body,
-) -> Result<Json<Answer>, Problem> {
-    let hand = find(&app, &headers, whose, &name).await?;
-    let received = app.inbound.bodies.read(caller.address, &headers, body, BODY).await?;
+) -> Result<Json<EquilibriumResponse>, Problem> {
+    let hand = find(&app, &headers, query, &name).await?;
+    let received = app.inbound.bodies.read(caller.address, &headers, body, MAX_BODY_BYTES).await?;
     let mut json = serde_json::Deserializer::from_slice(&received.bytes);
-    let asked: Asked = serde_path_to_error::deserialize(&mut json)
+    let request: EquilibriumRequest = serde_path_to_error::deserialize(&mut json)
         .map_err(|error| Problem(bad("body", &error.to_string())))?;
-    let loads = asked.checked(&hand)?;
-    let busy = || Refusal::new(Code::Capacity, "others look at hands just now; try again").retry_after(1.0);
-    let Ok(Ok(turn)) = timeout(PATIENCE, app.compute.statics.clone().acquire_owned()).await else {
+    let loads = request.checked(&hand)?;
+    let busy = || Refusal::new(Code::Capacity, "busy with another request; try again").retry_after(1.0);
+    let Ok(Ok(turn)) = timeout(QUEUE_TIMEOUT, app.compute.statics.clone().acquire_owned()).await else {
         return Err(Problem(busy()));
     };
     let job = move || {
-        // Also where nobody waits any more the next one begins after this one.
+        // Even if this request is dropped, the next one starts after this job.
         let _turn = turn;
         solve(&hand, &loads)
     };
-    let solved = app.compute.background.run(Level::Awaited, job).await;
+    let solved = app.compute.background.run(JobPriority::Awaited, job).await;
     let solved = solved.map_err(|error| {
         tracing::error!(%error, "an equilibrium could not be computed");
         Problem::new(Code::Internal, "the equilibrium could not be computed")
@@ -292,10 +291,10 @@ mod tests {
         Hand::builtin("softhand").expect("it is built in")
     }
 
-    fn asked(body: Value) -> Result<Answer, String> {
+    fn solved(body: Value) -> Result<EquilibriumResponse, String> {
         let hand = softhand();
-        let asked: Asked = serde_json::from_value(body).map_err(|error| error.to_string())?;
-        let loads = asked.checked(&hand).map_err(|refusal| refusal.message)?;
+        let request: EquilibriumRequest = serde_json::from_value(body).map_err(|error| error.to_string())?;
+        let loads = request.checked(&hand).map_err(|refusal| refusal.message)?;
         solve(&hand, &loads).map_err(|refusal| refusal.message)
     }
 
@@ -306,7 +305,7 @@ mod tests {
     #[test]
     fn a_free_hand_rests_where_the_closed_form_says() {
         let hand = softhand();
-        let found = asked(json!({"motors": [0.4]})).expect("a rest");
+        let found = solved(json!({"motors": [0.4]})).expect("a rest");
         let form = ClosedForm::new(&hand).expect("it has one");
         let (q, tension) = form.solve(&wound_lengths(&hand, &[0.4]), &vec![0.0; hand.coordinates.len()]);
         assert!(close(&found.q, &q, 1e-12) && close(&found.tension, &tension, 1e-12));
@@ -319,7 +318,7 @@ mod tests {
         let hand = softhand();
         let link = hand.links.last().expect("links").name.clone();
         let force = json!({"link": link, "point": [0.0, 0.0, 0.01], "force": [0.02, 0.03, -0.01]});
-        let found = asked(json!({"motors": [0.4], "forces": [force]})).expect("a rest");
+        let found = solved(json!({"motors": [0.4], "forces": [force]})).expect("a rest");
         assert_eq!(found.law, "closed_form");
         let form = ClosedForm::new(&hand).expect("it has one");
         let (q, tension) = form.solve(&wound_lengths(&hand, &[0.4]), &found.torque);
@@ -329,10 +328,10 @@ mod tests {
 
     #[test]
     fn a_held_point_stays_where_it_was_while_the_hand_closes() {
-        let before = asked(json!({"motors": [0.2]})).expect("a rest");
+        let before = solved(json!({"motors": [0.2]})).expect("a rest");
         let tip = before.links.last().expect("links");
         let contact = json!({"link": tip.name, "point": [0, 0, 0], "position": tip.position});
-        let found = asked(json!({"motors": [0.4], "contacts": [contact]})).expect("a rest");
+        let found = solved(json!({"motors": [0.4], "contacts": [contact]})).expect("a rest");
         let there = &found.links.last().expect("links").position;
         assert!(close(there, &tip.position, 1e-3), "{there:?} {:?}", tip.position);
         let pushed = found.reactions[0].force.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -355,12 +354,12 @@ mod tests {
             (json!({"motors": [0.5], "forces": vec![force; 33]}), "forces: expected at most 32, got 33"),
         ];
         for (body, why) in cases {
-            let error = asked(body).expect_err(why);
+            let error = solved(body).expect_err(why);
             assert!(error.contains(why), "{error}");
         }
         let hand = softhand();
         let name = hand.links[0].name.clone();
         let far = json!({"motors": [0.5], "contacts": [{"link": name, "point": contact["point"], "position": contact["position"]}]});
-        assert!(asked(far).expect_err("far").contains("contacts[0].position: expected at most 10 m"));
+        assert!(solved(far).expect_err("far").contains("contacts[0].position: expected at most 10 m"));
     }
 }

@@ -1,7 +1,7 @@
-//! Parts of an address, whose errors are problems.
+//! Extractors for parts of an address, whose errors are problems.
 
 use crate::problem::Problem;
-use axum::extract::{FromRequestParts, Path, Query};
+use axum::extract::{self, FromRequestParts};
 use axum::http::request::Parts;
 use palmares_protocol::Code;
 use serde::de::DeserializeOwned;
@@ -10,29 +10,29 @@ fn bad(what: &str, why: &str) -> Problem {
     Problem::new(Code::BadRequest, format!("{what}: {why}"))
 }
 
-/// The part of the path that is not fixed.
-pub(super) struct Segment(pub(super) String);
+/// The variable part of the path.
+pub(super) struct Path(pub(super) String);
 
-impl<S: Send + Sync> FromRequestParts<S> for Segment {
+impl<S: Send + Sync> FromRequestParts<S> for Path {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        match Path::<String>::from_request_parts(parts, state).await {
-            Ok(Path(text)) => Ok(Segment(text)),
+        match extract::Path::<String>::from_request_parts(parts, state).await {
+            Ok(extract::Path(text)) => Ok(Path(text)),
             Err(error) => Err(bad("address", &error.body_text())),
         }
     }
 }
 
-/// What stands behind the question mark.
-pub(super) struct Asking<T>(pub(super) T);
+/// The query of the address.
+pub(super) struct Query<T>(pub(super) T);
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asking<T> {
+impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Query<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        match Query::<T>::from_request_parts(parts, state).await {
-            Ok(Query(asked)) => Ok(Asking(asked)),
+        match extract::Query::<T>::from_request_parts(parts, state).await {
+            Ok(extract::Query(query)) => Ok(Query(query)),
             Err(error) => Err(bad("query", &error.body_text())),
         }
     }

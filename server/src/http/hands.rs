@@ -1,8 +1,8 @@
-//! Hands: those that come with the program, and those that teams send in.
+//! Hands: built in, and uploaded by teams.
 
-use super::extract::{Asking, Segment};
+use super::extract::{Path, Query};
 use crate::auth::{Identity, Role, forbidden};
-use crate::hands::largest;
+use crate::hands::max_archive_bytes;
 use crate::problem::Problem;
 use crate::session::practice_team;
 use crate::state::AppState;
@@ -21,24 +21,24 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Whose hands, on a practice server.
+/// The team query hands are meant, on a practice server.
 #[derive(Clone, Deserialize)]
-pub(super) struct Whose {
+pub(super) struct TeamQuery {
     #[serde(default)]
     team: Option<String>,
 }
 
-/// The team that asks: by its token, on a practice server also by its name.
+/// The client's team: by its token, on a practice server also by the query.
 pub(super) async fn team(
     app: &AppState,
     headers: &HeaderMap,
-    whose: Whose,
+    query: TeamQuery,
 ) -> Result<Option<String>, Problem> {
     let identity = app.auth.identify(&app.store, headers).await?;
     match identity {
         Some(Identity { role: Role::Team, team, .. }) => Ok(team),
         _ if app.competition.rules.official() => Ok(None),
-        _ => match whose.team {
+        _ => match query.team {
             Some(name) => Ok(Some(practice_team(&app.store, &name).await?.0)),
             None => Ok(None),
         },
@@ -47,20 +47,20 @@ pub(super) async fn team(
 
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Hands {
-    /// Those that can be played, as in `welcome`: with the team's own when the team asks.
+    /// Hands that can be played, as in `welcome`, including the team's own.
     hands: Vec<HandInfo>,
-    /// All that the team sent in, with their state; only for the team.
+    /// All hands that the team has uploaded, with their status; only for the team.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     own: Vec<crate::store::HandRow>,
 }
 
-/// The hands in short.
+/// Short descriptions of the hands.
 pub(super) async fn list(
     State(app): State<AppState>,
-    Asking(whose): Asking<Whose>,
+    Query(query): Query<TeamQuery>,
     headers: HeaderMap,
 ) -> Result<Json<Hands>, Problem> {
-    let team = team(&app, &headers, whose).await?;
+    let team = team(&app, &headers, query).await?;
     let own = match &team {
         Some(team) => app.store.hands(Some(team)).await?,
         None => Vec::new(),
@@ -69,27 +69,27 @@ pub(super) async fn list(
     Ok(Json(Hands { hands, own }))
 }
 
-/// A hand in full.
+/// The full description of a hand.
 pub(super) async fn describe(
     State(app): State<AppState>,
-    Segment(name): Segment,
-    Asking(whose): Asking<Whose>,
+    Path(name): Path,
+    Query(query): Query<TeamQuery>,
     headers: HeaderMap,
 ) -> Result<Json<HandDescription>, Problem> {
-    Ok(Json(find(&app, &headers, whose, &name).await?.describe()))
+    Ok(Json(find(&app, &headers, query, &name).await?.describe()))
 }
 
-/// The hand of that name, for whoever asks: everybody's, or its team's own.
+/// The hand of that name that the client may see: a hand of the server, or one of its team.
 pub(super) async fn find(
     app: &AppState,
     headers: &HeaderMap,
-    whose: Whose,
+    query: TeamQuery,
     name: &str,
 ) -> Result<Arc<Hand>, Problem> {
     if let Some(hand) = app.competition.hand(name) {
         return Ok(hand.clone());
     }
-    if let Some(team) = team(app, headers, whose).await? {
+    if let Some(team) = team(app, headers, query).await? {
         let own =
             app.competition.own_hands.find(&app.store, &app.compute.background, &team, name, false).await;
         if let Some((hand, _)) = own? {
@@ -100,29 +100,29 @@ pub(super) async fn find(
     Err(Problem::new(Code::UnknownHand, message))
 }
 
-/// Takes a hand in: the body is a ZIP archive of URDF, meshes and hand.toml.
+/// Uploads a hand: the body is a ZIP archive of URDF, meshes and hand.toml.
 pub(super) async fn submit(
     State(app): State<AppState>,
-    Asking(whose): Asking<Whose>,
+    Query(query): Query<TeamQuery>,
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, Problem> {
-    // Before a byte of the body is read: who may not send it in sends it for nothing.
+    // Before the body is read: a refused upload costs no memory.
     let identity = app.auth.identify(&app.store, &headers).await?;
     if app.competition.rules.official() && identity.is_some_and(|identity| identity.role != Role::Team) {
         return Err(Problem(forbidden("a team's token")));
     }
-    let team = team(&app, &headers, whose).await?.ok_or_else(|| {
+    let team = team(&app, &headers, query).await?.ok_or_else(|| {
         let message = if app.competition.rules.official() {
             "send a team's token as the header `Authorization: Bearer <token>`"
         } else {
-            "say whose hand it is: ?team=name"
+            "name the team of the hand: ?team=name"
         };
         let code = if app.competition.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
         Problem::new(code, message)
     })?;
-    let received = app.inbound.bodies.read(caller.address, &headers, body, largest()).await?;
+    let received = app.inbound.bodies.read(caller.address, &headers, body, max_archive_bytes()).await?;
     let submitted =
         app.competition.own_hands.submit(&app.store, &app.compute.background, &team, received).await;
     Ok((StatusCode::CREATED, Json(submitted?)).into_response())

@@ -1,4 +1,4 @@
-//! How the server is: for load balancers, and for Prometheus.
+//! Health checks, and metrics for Prometheus.
 
 use crate::lifecycle::Lifecycle;
 use crate::metrics::METRICS;
@@ -11,12 +11,12 @@ use axum::response::IntoResponse;
 use palmares_protocol::Code;
 use std::sync::Arc;
 
-/// The process lives.
+/// The process runs.
 pub(super) async fn healthz() -> &'static str {
     "ok\n"
 }
 
-/// The server can take work: its database answers and it is not shutting down.
+/// The server is ready: its database answers and it is not shutting down.
 pub(super) async fn readyz(
     State(lifecycle): State<Arc<Lifecycle>>,
     State(store): State<Store>,
@@ -28,12 +28,12 @@ pub(super) async fn readyz(
     Ok("ready\n")
 }
 
-/// What the server counts about itself, for Prometheus.
+/// The metrics.
 pub(super) async fn metrics(
     State(sessions): State<Arc<Sessions>>,
     State(store): State<Store>,
 ) -> Result<impl IntoResponse, Problem> {
     let unverified = store.runs_to_verify().await?.len();
     let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-    Ok(([(CONTENT_TYPE, format)], METRICS.text(sessions.levels(unverified))))
+    Ok(([(CONTENT_TYPE, format)], METRICS.text(sessions.gauges(unverified))))
 }

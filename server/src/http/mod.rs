@@ -1,4 +1,4 @@
-//! Everything that is not a stream: JSON over HTTP, and the leaderboard as a page.
+//! HTTP: JSON, files and pages.
 
 mod admin;
 mod announcements;
@@ -31,27 +31,27 @@ use palmares_models::hand::describe::HandDescription;
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// Whose hands are meant, where there are no tokens.
-const WHOSE: &str = "Name of the team, on a practice server";
+/// The query `team` of the addresses of hands.
+const TEAM_QUERY: &str = "Name of the team, on a practice server";
 
 /// A page.
 fn html(path: &'static str, summary: &'static str) -> Operation {
     get(path, summary, Content::Other("text/html"))
 }
 
-/// Addresses for everybody and for teams.
+/// Addresses for all clients and for teams.
 fn routes() -> Routes<AppState> {
     Routes::of(Token::None)
         .add(html("/", "The leaderboard as a page"), pages::leaderboard::leaderboard)
-        .add(html("/live", "The worlds that can be watched, as a page"), pages::live)
-        .add(html("/live/{session}", "A world as it is played, as a page"), pages::live_session)
-        .add(html("/replay", "A replay file of one's own, as a page"), pages::replay)
+        .add(html("/live", "The open runs, as a page"), pages::live)
+        .add(html("/live/{session}", "A run as it is played, as a page"), pages::live_session)
+        .add(html("/replay", "A replay from a file, as a page"), pages::replay)
         .add(html("/replay/{run}", "A run's replay, as a page"), pages::replay_run)
-        .add(html("/drive", "Moving a hand by hand, on practice servers, as a page"), pages::drive)
+        .add(html("/drive", "Manual control of a hand, on practice servers, as a page"), pages::drive)
         .add(html("/hands", "The hands, as a page"), pages::hands)
-        .add(html("/hands/{name}", "A hand that closes without a world, as a page"), pages::hand)
-        .add(html("/wall", "What a hall's projector shows, as a page"), pages::wall)
-        .add(html("/admin", "What organizers do, as a page"), pages::admin)
+        .add(html("/hands/{name}", "A hand and its equilibria, as a page"), pages::hand)
+        .add(html("/wall", "The competition on a projector, as a page"), pages::wall)
+        .add(html("/admin", "The organizers' page"), pages::admin)
         .add(
             get("/assets/plain.css", "Style sheet of the plain leaderboard", Content::Other("text/css")),
             pages::leaderboard::plain_style,
@@ -64,14 +64,10 @@ fn routes() -> Routes<AppState> {
             ),
             pages::asset,
         )
-        .add(get("/healthz", "The process lives", TEXT), health::healthz)
-        .add(get("/readyz", "The server can take work", TEXT), health::readyz)
+        .add(get("/healthz", "The process runs", TEXT), health::healthz)
+        .add(get("/readyz", "The server is ready", TEXT), health::readyz)
         .add(
-            get(
-                "/metrics",
-                "What the server counts about itself",
-                Content::Other("application/openmetrics-text"),
-            ),
+            get("/metrics", "Metrics of the server", Content::Other("application/openmetrics-text")),
             health::metrics,
         )
         .add(get_json::<Value>("/openapi.json", "This document"), openapi)
@@ -84,44 +80,44 @@ fn routes() -> Routes<AppState> {
             watch::watch,
         )
         .add(
-            get_json::<competition::CompetitionAnswer>("/v1/competition", "What is being played here"),
+            get_json::<competition::CompetitionResponse>("/v1/competition", "The competition of this server"),
             competition::competition,
         )
         .add(get_json::<competition::Tasks>("/v1/tasks", "The tasks"), competition::tasks)
         .add(
-            get_json::<hands::Hands>("/v1/hands", "The hands in short")
-                .query("team", WHOSE)
+            get_json::<hands::Hands>("/v1/hands", "Short descriptions of the hands")
+                .query("team", TEAM_QUERY)
                 .token(Token::Optional),
             hands::list,
         )
         .add(
-            post("/v1/hands", "Send in a hand of one's own", ZIP, of::<Submitted>())
-                .query("team", WHOSE)
+            post("/v1/hands", "Upload a hand", ZIP, of::<Submitted>())
+                .query("team", TEAM_QUERY)
                 .token(Token::Optional)
                 .created(),
             hands::submit,
         )
         .add(
-            get_json::<HandDescription>("/v1/hands/{name}", "A hand in full")
-                .query("team", WHOSE)
+            get_json::<HandDescription>("/v1/hands/{name}", "The full description of a hand")
+                .query("team", TEAM_QUERY)
                 .token(Token::Optional),
             hands::describe,
         )
         .add(
-            post_json::<equilibrium::Asked, equilibrium::Answer>(
+            post_json::<equilibrium::EquilibriumRequest, equilibrium::EquilibriumResponse>(
                 "/v1/hands/{name}/equilibrium",
-                "Where a hand rests, without a world: by its model, under forces, with points held",
+                "The equilibrium of a hand under forces and with held points, without a world",
             )
-            .query("team", WHOSE)
+            .query("team", TEAM_QUERY)
             .token(Token::Optional),
             equilibrium::equilibrium,
         )
         .add(
             get_json::<visuals::Visuals>(
                 "/v1/hands/{name}/visuals",
-                "How the links of a hand look, where that is not what they touch with",
+                "Visual shapes of a hand's links, where they differ from the collision shapes",
             )
-            .query("team", WHOSE)
+            .query("team", TEAM_QUERY)
             .token(Token::Optional),
             visuals::visuals,
         )
@@ -130,14 +126,14 @@ fn routes() -> Routes<AppState> {
         .add(
             get_json::<announcements::Announcements>(
                 "/v1/announcements",
-                "What organizers told everybody, the newest first",
+                "Announcements of the organizers, newest first",
             ),
             announcements::list,
         )
         .add(
             get_json::<runs::Sessions>(
                 "/v1/sessions",
-                "The sessions: a team's own, for organizers and viewers all",
+                "The sessions: a team's own; all for organizers and viewers",
             )
             .token(Token::Optional),
             runs::sessions,

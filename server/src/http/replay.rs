@@ -1,7 +1,8 @@
-//! Replays as files.
+//! Replay files.
 
-use super::extract::Segment;
+use super::extract::Path;
 use crate::auth::{Role, forbidden};
+use crate::blocking::blocking;
 use crate::problem::Problem;
 use crate::state::AppState;
 use axum::extract::State;
@@ -14,30 +15,30 @@ use palmares_protocol::text::shortened;
 /// The replay of a run.
 pub(super) async fn replay(
     State(app): State<AppState>,
-    Segment(id): Segment,
+    Path(id): Path,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
     let none =
         |why: &str| Problem::new(Code::NotFound, format!("no replay of run `{}`: {why}", shortened(&id)));
     let run = app.store.run(&id).await?;
     let run = run.ok_or_else(|| none("there is no such run"))?;
-    // It names the seed, which is the same for every team.
+    // The file contains the seed, which is the same for all teams.
     let identity = app.auth.identify(&app.store, &headers).await?;
     let organizer = identity.as_ref().is_some_and(|identity| identity.role == Role::Organizer);
     if run.k.is_some() && !organizer && !app.competition.rules.revealed() {
         return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
     }
-    // It holds the files of a hand that a team sent in, which are for that team alone.
-    let theirs = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
-    if run.k.is_none() && app.competition.hand(&run.hand).is_none() && !organizer && !theirs {
+    // The file contains an uploaded hand, which is for its team only.
+    let own = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
+    if run.k.is_none() && app.competition.hand(&run.hand).is_none() && !organizer && !own {
         return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
     }
     let stored = app.store.replay(&id).await?;
     let (stored, sha256) =
-        stored.ok_or_else(|| none("it was not recorded, is not finished, or is no longer kept"))?;
+        stored.ok_or_else(|| none("it was not recorded, is not finished, or was deleted"))?;
     let archive = app.archive.as_ref().ok_or_else(|| none("this server does not record"))?;
     let path = archive.locate(&stored);
-    let read = tokio::task::spawn_blocking(move || std::fs::read(path)).await;
+    let read = blocking(move || std::fs::read(path)).await;
     let bytes = match read {
         Ok(Ok(bytes)) => bytes,
         Ok(Err(error)) => {

@@ -1,6 +1,6 @@
-//! Runs and sessions: what of them whoever asks may see.
+//! Runs and sessions, with the fields that the client may see.
 
-use super::extract::Segment;
+use super::extract::Path;
 use crate::auth::Auth;
 use crate::auth::{Identity, Role};
 use crate::competition::Competition;
@@ -22,9 +22,9 @@ fn organizer(identity: Option<&Identity>) -> bool {
     identity.is_some_and(|identity| identity.role == Role::Organizer)
 }
 
-/// A run as this asker may see it: while seeds are hidden only organizers see them, what happened in a run tells of
-/// scenes that are still to come for others, and sessions of others are nobody's business.
-fn seen_by(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> RunRecord {
+/// Removes the fields that the client may not see: hidden seeds, events, which would reveal scenes that others have not played yet, and
+/// sessions of other teams.
+fn redacted_for(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> RunRecord {
     if organizer(identity) || !rules.official() {
         return run;
     }
@@ -48,31 +48,30 @@ pub(super) async fn run(
     State(auth): State<Arc<Auth>>,
     State(competition): State<Arc<Competition>>,
     State(store): State<Store>,
-    Segment(id): Segment,
+    Path(id): Path,
     headers: HeaderMap,
 ) -> Result<Json<RunRecord>, Problem> {
     let identity = auth.identify(&store, &headers).await?;
     match store.run(&id).await? {
-        Some(run) => Ok(Json(seen_by(run, identity.as_ref(), &competition.rules))),
+        Some(run) => Ok(Json(redacted_for(run, identity.as_ref(), &competition.rules))),
         None => Err(Problem::new(Code::NotFound, format!("no run `{}`", shortened(&id)))),
     }
 }
 
-/// A session, its clock as it stands now.
+/// A session with its current clock.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Session")]
 pub(super) struct SessionNow {
     #[serde(flatten)]
     row: SessionRow,
-    /// What the clock counts: the greater of its two times, s.
+    /// Time spent, the greater of both times, s.
     elapsed_s: f64,
     /// Time left, s; null without a limit.
     left_s: Option<f64>,
 }
 
 impl SessionNow {
-    /// While somebody holds a session, or waits for its client, its clock is ahead of the database: while a run is
-    /// open there stands from where a crash would go on.
+    /// The session of a row. The clock of an open session is ahead of the database, which has the clock before the open run.
     pub(super) fn of(mut row: SessionRow, app: &AppState) -> Self {
         if let Some(clock) = app.clocks.get(&row.session_id) {
             let spent = clock.spent(app.lifecycle.now());
@@ -86,13 +85,13 @@ impl SessionNow {
     }
 }
 
-/// The newest first.
+/// Sessions, newest first.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Sessions {
     sessions: Vec<SessionNow>,
 }
 
-/// The sessions: all of them for organizers and spectators, its own for a team; in practice all for everybody.
+/// The sessions: a team's own; all for organizers and viewers, and in practice for clients without a token.
 pub(super) async fn sessions(
     State(app): State<AppState>,
     headers: HeaderMap,

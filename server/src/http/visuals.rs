@@ -1,7 +1,7 @@
-//! How the links of a hand look, where its URDF says more than what they touch with.
+//! Visual shapes of a hand's links, where its URDF has shapes other than the collision shapes.
 
-use super::extract::{Asking, Segment};
-use super::hands::{Whose, find, team};
+use super::extract::{Path, Query};
+use super::hands::{TeamQuery, find, team};
 use crate::problem::Problem;
 use crate::state::AppState;
 use axum::Json;
@@ -14,11 +14,11 @@ use palmares_models::shape::Shape;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What a part looks like.
+/// The shape of a part.
 #[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum Form {
-    /// As a shape that the physics knows, too.
+    /// A shape of the physics.
     Shape(Shape),
     /// Triangles.
     Mesh(Mesh),
@@ -35,20 +35,20 @@ struct Mesh {
     triangles: String,
 }
 
-/// A part of a link as it looks.
+/// A visual part of a link.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "VisualPart")]
 struct Part {
     /// Name of the link.
     link: String,
-    /// Where it is in the link's frame, m.
+    /// Position in the link's frame, m.
     position: [f64; 3],
     /// Unit quaternion.
     quat_xyzw: [f64; 4],
     shape: Form,
 }
 
-/// All parts; none for a hand that looks as it touches.
+/// All visual parts; empty for a hand whose visual shapes are its collision shapes.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Visuals")]
 pub(super) struct Visuals {
@@ -66,19 +66,20 @@ fn form(look: Look) -> Form {
     }
 }
 
-/// How the links of a hand look: of those who may know all of it.
+/// The visual shapes of a hand that the client may see.
 pub(super) async fn visuals(
     State(app): State<AppState>,
-    Segment(name): Segment,
-    Asking(whose): Asking<Whose>,
+    Path(name): Path,
+    Query(query): Query<TeamQuery>,
     headers: HeaderMap,
 ) -> Result<Json<Visuals>, Problem> {
     if app.competition.hand(&name).is_some() {
         return Ok(Json(Visuals { parts: Vec::new() }));
     }
-    let hand = find(&app, &headers, whose.clone(), &name).await?;
-    let team = team(&app, &headers, whose).await?.unwrap_or_default();
-    let seen = app.competition.own_hands.visuals(&app.store, &app.compute.background, &team, &name).await?;
+    let hand = find(&app, &headers, query.clone(), &name).await?;
+    let team = team(&app, &headers, query).await?.unwrap_or_default();
+    let visuals =
+        app.competition.own_hands.visuals(&app.store, &app.compute.background, &team, &name).await?;
     let part = |Visual { link, link_from_visual, look }: Visual| {
         Some(Part {
             link: hand.links.get(link)?.name.clone(),
@@ -87,5 +88,5 @@ pub(super) async fn visuals(
             shape: form(look),
         })
     };
-    Ok(Json(Visuals { parts: seen.into_iter().filter_map(part).collect() }))
+    Ok(Json(Visuals { parts: visuals.into_iter().filter_map(part).collect() }))
 }

@@ -1,10 +1,10 @@
-//! Which names are taken, and which are told apart.
+//! Valid and invalid names, and names that look alike.
 
 use super::*;
 use proptest::prelude::*;
 
 #[test]
-fn what_people_call_themselves_is_taken() {
+fn usual_names_are_valid() {
     for (text, name) in [
         ("crabs", "crabs"),
         ("  R&D <2> ", "R&D <2>"),
@@ -23,7 +23,7 @@ fn what_people_call_themselves_is_taken() {
 }
 
 #[test]
-fn what_cannot_be_seen_or_steers_others_is_named_and_refused() {
+fn invisible_and_directional_characters_are_named_and_refused() {
     for (text, at) in [
         ("\u{200b}\u{200b}", "character 1 is U+200B"),
         ("\u{3164}", "character 1 is U+3164"),
@@ -66,16 +66,16 @@ fn names_that_look_alike_are_found() {
         ("caf\u{e9}", "cafe\u{301}"),
         ("crabs", "cra\u{200b}bs"),
     ] {
-        assert!(Look::of(a).is_like(&Look::of(b)), "{a} {b}");
+        assert!(Skeleton::of(a).is_like(&Skeleton::of(b)), "{a} {b}");
         assert_eq!(like(a, ["eels", b]), Some(b));
     }
     for (a, b) in [("crabs", "crab"), ("crabs 1", "crabs 2"), ("crabs", "eels"), ("蟹", "解")] {
-        assert!(!Look::of(a).is_like(&Look::of(b)), "{a} {b}");
+        assert!(!Skeleton::of(a).is_like(&Skeleton::of(b)), "{a} {b}");
     }
 }
 
 #[test]
-fn names_of_hands_lead_nowhere_else() {
+fn names_of_hands_are_safe_in_paths() {
     for name in ["claw", "Claw-2.1", "a_b"] {
         assert_eq!(hand(name), Ok(()), "{name}");
     }
@@ -97,10 +97,10 @@ fn names_of_hands_lead_nowhere_else() {
 
 proptest! {
     #[test]
-    fn a_name_that_is_taken_is_taken_as_it_is(text in "\\PC{0,40}|(?s).{0,8}") {
+    fn a_valid_name_is_in_its_stored_form_already(text in "\\PC{0,40}|(?s).{0,8}") {
         if let Ok(name) = team(&text) {
             prop_assert_eq!(team(&name), Ok(name.clone()));
-            prop_assert!((1..=LONGEST).contains(&name.chars().count()));
+            prop_assert!((1..=MAX_CHARS).contains(&name.chars().count()));
             prop_assert_eq!(printable(&name), name.as_str());
             prop_assert!(!name.chars().any(char::is_control));
         }
@@ -108,9 +108,9 @@ proptest! {
 
     #[test]
     fn every_name_looks_like_itself_however_it_is_written(text in "[a-zA-Zà-ü 0-9]{1,20}") {
-        let look = Look::of(&text);
+        let skeleton = Skeleton::of(&text);
         for other in [text.to_uppercase(), text.to_lowercase(), text.nfd().collect(), text.nfkc().collect()] {
-            prop_assert!(look.is_like(&Look::of(&other)), "{} {}", text, other);
+            prop_assert!(skeleton.is_like(&Skeleton::of(&other)), "{} {}", text, other);
         }
     }
 }

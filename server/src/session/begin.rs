@@ -1,19 +1,19 @@
-//! How a session begins, and how a client takes up one that waits.
+//! The begin of a session, and its resumption by a client that reconnects.
 
 use super::entry::{self, Entry};
 use super::failure::{random_hex, store_failed};
 use super::machine::Machine;
-use super::session::{Names, Session, Sessions};
+use super::session::{Session, SessionIds, Sessions};
 use crate::auth::{Identity, sha256_hex};
 use crate::store::{NewSession, ResumableSession, StoreError};
 use palmares_protocol::{Code, Hello, Refusal};
 use std::sync::Arc;
 
 impl Sessions {
-    /// Begins a session, or takes up the one that waits for this client.
+    /// Begins a session, or resumes the one that waits for this client.
     ///
     /// # Errors
-    /// It may not, or the session that it names is gone.
+    /// The client may not begin one, or the session that it names has ended.
     pub(crate) async fn greet(
         self: &Arc<Self>,
         hello: &Hello,
@@ -30,11 +30,11 @@ impl Sessions {
         hello: &Hello,
         identity: Option<&Identity>,
     ) -> Result<Box<Session>, Refusal> {
-        if let Some(session) = entry::take_up(self, identity).await? {
-            tracing::info!(session = session.session_id, "session taken up again by its team's token");
+        if let Some(session) = entry::resume_by_team(self, identity).await? {
+            tracing::info!(session = session.session_id, "session resumed by its team's token");
             return Ok(session);
         }
-        let Entry { team, client_version, limit_s, mode, most, note } =
+        let Entry { team, client_version, limit_s, mode, max_sessions, note } =
             entry::entry(self, hello, identity).await?;
         let session_id = format!("ses_{}", random_hex(8)?);
         let resume_token = random_hex(16)?;
@@ -47,23 +47,23 @@ impl Sessions {
             mode,
             token_hash: Some(token_hash.clone()),
         };
-        // Before anybody can find it in the database: whoever does finds it taken, not gone.
+        // Before the row is in the database: another client then finds the session taken, not ended.
         let commands = self.registry.insert(&token_hash, &session_id);
-        let begun = self.store.begin_session(&row, most).await;
+        let begun = self.store.begin_session(&row, max_sessions).await;
         let begun = begun.map_err(store_failed("the session"));
         if !matches!(begun, Ok(true)) {
             self.registry.remove(&token_hash, &session_id);
             begun?;
             // Another connection of the team may have been first.
-            if let Some(session) = entry::take_up(self, identity).await? {
+            if let Some(session) = entry::resume_by_team(self, identity).await? {
                 return Ok(session);
             }
             let message = "the team has had all its sessions; ask the organizer";
             return Err(Refusal::new(Code::SessionOver, message));
         }
-        let names = Names { session_id, resume_token, token_hash, team };
+        let ids = SessionIds { session_id, resume_token, token_hash, team };
         let official = self.competition.rules.official();
-        let mut session = Session::new(self, names, official, Machine::new(limit_s), commands);
+        let mut session = Session::new(self, ids, official, Machine::new(limit_s), commands);
         session.note = note;
         tracing::info!(session = session.session_id, team = session.team, "session opened");
         Ok(session)
@@ -73,15 +73,15 @@ impl Sessions {
         entry::may_resume(self, token, identity).await?;
         let mut session = self.registry.claim(&sha256_hex(token.as_bytes())).await?;
         session.resume_token = token.to_owned();
-        session.skip_old_observations();
-        tracing::info!(session = session.session_id, "session taken up again");
+        session.keep_last_observation();
+        tracing::info!(session = session.session_id, "session resumed");
         Ok(session)
     }
 
-    /// Leaves the sessions of an earlier process waiting for their clients.
+    /// Restores the open sessions of an earlier process; they wait for their clients.
     ///
     /// # Errors
-    /// The store's.
+    /// The database failed.
     pub(crate) async fn restore(self: &Arc<Self>) -> Result<(), StoreError> {
         for row in self.store.load_resumable_sessions().await? {
             self.restore_one(row);
@@ -89,10 +89,10 @@ impl Sessions {
         Ok(())
     }
 
-    /// Lets a session that ended wait for its team again, when the database says that it is open.
+    /// Lets an ended session wait for its team again, if the database has it open.
     ///
     /// # Errors
-    /// The store's.
+    /// The database failed.
     pub(crate) async fn revive(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
         let open = self.store.load_resumable_sessions().await?;
         if let Some(row) = open.into_iter().find(|row| row.session_id == session_id) {

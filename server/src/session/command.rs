@@ -1,41 +1,41 @@
-//! What organizers ask of sessions.
+//! Commands of organizers to sessions.
 
 use palmares_protocol::Refusal;
 use tokio::sync::oneshot;
 
-/// What is asked.
+/// A command of an organizer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Command {
-    /// Clock and worlds stand still.
+    /// Stops clock and world.
     Pause,
-    /// They go on.
+    /// Continues clock and world.
     Resume,
-    /// The session gets longer.
+    /// Makes the session longer.
     Grant {
-        /// By how much, s.
+        /// Additional time, s.
         seconds: f64,
     },
-    /// A run of the session is void: an open one ends, and the time of either is given back.
+    /// Voids a run of the session: it ends if it is open, and its time is given back.
     VoidRun {
-        /// Which.
+        /// The run.
         run_id: String,
-        /// Why, for people.
+        /// The reason, for people.
         note: String,
     },
-    /// The session ends; its open run counts or is void.
+    /// Ends the session; its open run counts or is void.
     End {
         /// Whether the open run is void.
         void: bool,
-        /// Why, for people.
+        /// The reason, for people.
         note: String,
     },
 }
 
-/// A command on its way.
+/// A command and the way back for its result.
 #[derive(Debug)]
 pub(crate) struct PendingCommand {
-    /// What is asked.
+    /// The command.
     pub(crate) command: Command,
-    /// Told when it is done.
+    /// Gets the result.
     pub(crate) done: oneshot::Sender<Result<(), Refusal>>,
 }

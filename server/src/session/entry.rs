@@ -1,29 +1,29 @@
-//! Who may begin a session, and who may take one up: what official sessions do differently.
+//! Which client may begin or resume a session, in practice and officially.
 
 use super::failure::{random_hex, store_failed};
 use super::registry::Registry;
 use super::session::{Session, Sessions};
 use crate::auth::{Identity, sha256_hex};
-use crate::config::LONGEST_SESSION_S;
+use crate::config::MAX_SESSION_S;
 use crate::names::{self, printable};
-use crate::rules::Phase;
+use crate::rules::CompetitionPhase;
 use crate::store::Store;
 use palmares_protocol::{Code, Hello, Refusal};
 
-/// What a session begins with.
+/// The properties of a new session.
 pub(super) struct Entry {
     pub(super) team: String,
     pub(super) client_version: Option<String>,
     pub(super) limit_s: Option<f64>,
     pub(super) mode: &'static str,
-    /// How many sessions the team may have had, this one included.
-    pub(super) most: Option<u32>,
-    /// What the team is told about its name.
+    /// Number of sessions that the team may have in total.
+    pub(super) max_sessions: Option<u32>,
+    /// A remark on the team's name, for `welcome`.
     pub(super) note: Option<String>,
 }
 
-/// The team of somebody without a token, by the name it gives itself; and what it is told about it. A name that has been
-/// here before stays as it is.
+/// The team of a client without a token, from the name that it gives, and a remark on that name. A known name is accepted
+/// unchanged.
 pub(crate) async fn practice_team(store: &Store, name: &str) -> Result<(String, Option<String>), Refusal> {
     let failed = store_failed("the session");
     let name = name.trim();
@@ -42,7 +42,7 @@ pub(crate) async fn practice_team(store: &Store, name: &str) -> Result<(String, 
     Ok((name, note))
 }
 
-/// Whether this client may begin a session, and which.
+/// Decides whether this client may begin a session, and with which properties.
 pub(super) async fn entry(
     sessions: &Sessions,
     hello: &Hello,
@@ -55,9 +55,9 @@ pub(super) async fn entry(
     let bad = |message: String| Refusal::new(Code::BadRequest, message);
     if !sessions.competition.rules.official() {
         if let Some(seconds) = hello.session_s
-            && !(seconds > 0.0 && seconds <= LONGEST_SESSION_S)
+            && !(seconds > 0.0 && seconds <= MAX_SESSION_S)
         {
-            return Err(bad(format!("session_s: expected more than 0 and at most {LONGEST_SESSION_S} s")));
+            return Err(bad(format!("session_s: expected more than 0 and at most {MAX_SESSION_S} s")));
         }
         let (team, note) = match team {
             Some(team) => (team, None),
@@ -68,11 +68,11 @@ pub(super) async fn entry(
             client_version,
             limit_s: hello.session_s,
             mode: "practice",
-            most: None,
+            max_sessions: None,
             note,
         });
     }
-    // The handshake has seen to it; whoever has no team has no session.
+    // The handshake requires a token; one without a team gets no session.
     let team = team.ok_or_else(|| Refusal::new(Code::NotAuthorized, "this needs a team's token"))?;
     if hello.session_s.is_some() {
         return Err(
@@ -80,19 +80,19 @@ pub(super) async fn entry(
         );
     }
     match sessions.competition.rules.phase() {
-        Phase::Open => {}
-        Phase::Closed => {
-            let message = "the competition is closed; ask again when it is open";
+        CompetitionPhase::Open => {}
+        CompetitionPhase::Closed => {
+            let message = "the competition is closed; try again when it is open";
             return Err(Refusal::new(Code::WrongState, message).retry_after(10.0));
         }
-        Phase::Revealed => return Err(Refusal::new(Code::WrongState, "the competition is over")),
+        CompetitionPhase::Revealed => return Err(Refusal::new(Code::WrongState, "the competition is over")),
     }
-    let (limit_s, most) =
+    let (limit_s, max_sessions) =
         (sessions.competition.rules.session_s, Some(sessions.competition.rules.sessions_per_team));
-    Ok(Entry { team, client_version, limit_s, mode: "official", most, note: None })
+    Ok(Entry { team, client_version, limit_s, mode: "official", max_sessions, note: None })
 }
 
-/// A session is taken up by its own team only. To others it does not exist.
+/// Only its own team may resume a session. For others it does not exist.
 pub(super) async fn may_resume(
     sessions: &Sessions,
     token: &str,
@@ -102,16 +102,16 @@ pub(super) async fn may_resume(
     let owner = sessions.store.team_of_resume_token(&sha256_hex(token.as_bytes())).await;
     match owner.map_err(store_failed("the session"))? {
         Some(owner) if owner != *team => {
-            let message = "no session has this resume_token any more; say hello without it for a new one";
+            let message = "no session has this resume_token any more; send hello without it for a new one";
             Err(Refusal::new(Code::SessionOver, message))
         }
         _ => Ok(()),
     }
 }
 
-/// The open session of this client's team, if it has one: its token alone takes it up again, under a new
+/// Resumes the open session of this client's team, if it has one: the team's token suffices, and the session gets a new
 /// resume_token.
-pub(super) async fn take_up(
+pub(super) async fn resume_by_team(
     sessions: &Sessions,
     identity: Option<&Identity>,
 ) -> Result<Option<Box<Session>>, Refusal> {
@@ -125,7 +125,7 @@ pub(super) async fn take_up(
     };
     let mut session = match sessions.registry.claim(&old).await {
         Ok(session) => session,
-        // Whoever takes it up gives it a new secret at this moment.
+        // Another client resumes it and gives it a new token at this moment.
         Err(refusal) if refusal.code == Code::SessionOver && sessions.registry.knows(&session_id) => {
             return Err(Registry::<Session>::taken());
         }

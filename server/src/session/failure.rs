@@ -1,4 +1,4 @@
-//! What a client is told when the server's own means fail.
+//! Refusals for failures of the server.
 
 use crate::auth;
 use crate::store::StoreError;
@@ -12,11 +12,11 @@ pub(super) fn random_hex(bytes: usize) -> Result<String, Refusal> {
     })
 }
 
-/// Logs a failure of the store and words it for the client.
+/// Logs a failure of the database and returns the refusal for the client.
 pub(super) fn store_failed(what: &str) -> impl Fn(StoreError) -> Refusal {
     move |error| {
-        tracing::error!(%error, what, "store failed");
-        Refusal::new(Code::Internal, format!("{what} could not be stored; nothing was lost, try again"))
+        tracing::error!(%error, what, "the database failed");
+        Refusal::new(Code::Internal, format!("database error on {what}; nothing was lost, try again"))
             .retry_after(1.0)
     }
 }

@@ -1,15 +1,15 @@
-//! How a run ends: whoever ends it, its result is stored before anybody hears of it.
+//! The end of a run: its result is stored before it is sent.
 //!
-//! The world is closed, its replay kept, the status decided; then the result is stored, the clock accounts for the
-//! run, and the result is told. What could not be stored is kept, and tried again from there.
+//! The world is closed, the replay completed, the status decided. Then the result is stored, the clock accounts for the run, and
+//! the result is sent. A result that could not be stored is kept, and `stop` tries again.
 
 use super::failure::store_failed;
-use super::finished::{Decision, End, Finished, RunStatus};
+use super::finished::{Decision, FinishedRun, RunEnd, RunStatus};
 use super::machine::{Playing, Stopping};
 use super::session::{OpenRun, Session};
 use crate::archive::stored_path;
-use crate::store::{FinishedRun, NewAuditEntry};
-use crate::world::live::RealtimeStats;
+use crate::store::{FinishedRunRow, NewAuditEntry};
+use crate::world::realtime::RealtimeStats;
 use palmares_protocol::reply::{ReplayInfo, RunResult};
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_replay::ReplayFile;
@@ -17,43 +17,43 @@ use palmares_tasks::run::Failure;
 use palmares_tasks::{Fault, Outcome, Reason};
 use tokio::task::spawn_blocking;
 
-/// What the store knows of a run that has ended.
-struct Stored {
-    /// What it counts for: void, when its session is.
+/// A run's end as stored.
+struct StoredEnd {
+    /// Its status: void if its session is void.
     status: String,
     /// Whether its time is given back.
     refund: bool,
 }
 
-/// There should be a replay, and there is none.
+/// The replay is missing.
 struct ReplayLost;
 
 impl Session {
-    /// Closes the run and tells its result, or tells the result of a run the server closed.
+    /// Closes the run and returns its result, or returns the result of a run that the server has closed.
     pub(super) async fn stop(&mut self, id: u64) -> Result<Reply, Refusal> {
         let mut result = match self.machine.stop()? {
             Stopping::Waiting(result) => result,
             Stopping::Open => Box::new(self.finish(Reason::Stopped, None).await?),
         };
-        // What was not taken until now is of no use any more.
+        // Observations that are still in the stream are dropped.
         self.stream = None;
         result.id = Some(id);
         result.session_left_s = self.left_s();
         Ok(Reply::Result(result))
     }
 
-    /// Finishes the open run; its result waits for `stop`. If it cannot be stored, `stop` tries again.
+    /// Finishes the open run; its result waits for `stop`. If it could not be stored, `stop` tries again.
     pub(super) async fn close_run(&mut self, reason: Reason, note: Option<&str>) {
         if let Ok(result) = self.finish(reason, note).await {
             self.machine.closed(result);
         }
     }
 
-    /// Finishes the open run and stores its result before anybody hears of it.
+    /// Finishes the open run, stores its result, then returns it.
     pub(super) async fn finish(&mut self, reason: Reason, note: Option<&str>) -> Result<RunResult, Refusal> {
         let finished = match self.unstored.take() {
             Some(finished) => {
-                self.machine.forgive(finished.ended, self.now());
+                self.machine.refund_since(finished.ended, self.now());
                 finished
             }
             None => self.close(reason, note).await?,
@@ -66,7 +66,7 @@ impl Session {
             }
         };
         self.shared.hub.ranking_changed();
-        self.note_in_the_audit(&finished, &stored).await;
+        self.record_in_audit(&finished, &stored).await;
         if let Some(archive) = &self.shared.archive {
             archive.wake();
         }
@@ -75,15 +75,15 @@ impl Session {
         Ok(result(finished, &stored))
     }
 
-    /// Closes the world of the open run and decides what the run counts for.
-    async fn close(&mut self, reason: Reason, note: Option<&str>) -> Result<Finished, Refusal> {
+    /// Closes the world of the open run and decides on the run's status.
+    async fn close(&mut self, reason: Reason, note: Option<&str>) -> Result<FinishedRun, Refusal> {
         self.catch_up();
         let Some(run) = self.machine.playing().cloned() else {
             return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
         };
         let (outcome, stats) = self.close_world(reason).await;
         let replay = self.keep_replay(&run, &outcome).await;
-        let end = End {
+        let end = RunEnd {
             reason,
             official: self.official,
             ticks: outcome.as_ref().map(|outcome| outcome.ticks).map_err(|failure| *failure),
@@ -96,10 +96,10 @@ impl Session {
             nothing(&run, failure.fault)
         });
         let ended = self.machine.clock().spent(self.now());
-        Ok(Finished { run, outcome, decision, stats, replay: replay.unwrap_or(None), ended })
+        Ok(FinishedRun { run, outcome, decision, stats, replay: replay.unwrap_or(None), ended })
     }
 
-    /// Takes the world away, lets it settle and counts.
+    /// Takes the world, lets it settle and scores the run.
     async fn close_world(&mut self, reason: Reason) -> (Result<Outcome, Failure>, RealtimeStats) {
         let tick = self.machine.playing().map_or(0, |run| run.tick);
         let lost = Failure { fault: Fault::Crashed, tick, step: None };
@@ -108,13 +108,13 @@ impl Session {
             OpenRun::Lockstep(world) => (Some(*world), RealtimeStats::default()),
             OpenRun::Realtime(live) => {
                 let by_us = matches!(reason, Reason::SessionOver | Reason::Voided);
-                // A tick that is being made may take long: not on a thread that others need.
+                // Blocks while a tick is in progress.
                 let taken = move || (live.take(by_us.then_some(reason)), live.stats());
                 spawn_blocking(taken).await.unwrap_or_default()
             }
         };
         let outcome = match world {
-            // An unsound world has nothing to say.
+            // A failed world has no outcome.
             Some(world) if reason == Reason::WorldFault => Err(world.failure().unwrap_or(lost)),
             Some(world) => world.finish(&self.shared.compute.background, reason).await,
             None => Err(lost),
@@ -122,7 +122,7 @@ impl Session {
         (outcome, stats)
     }
 
-    /// Waits for the replay of a run that was counted; a run without a tick has none, and none is lost with it.
+    /// Waits for the replay of a scored run. A run without a tick has none, which is no loss.
     async fn keep_replay(
         &mut self,
         run: &Playing,
@@ -136,31 +136,31 @@ impl Session {
     }
 
     /// Stores the replay's digest, the result and the clock.
-    async fn store(&mut self, finished: &Finished) -> Result<Stored, Refusal> {
-        let Finished { run, outcome, decision, stats, replay, .. } = finished;
+    async fn store(&mut self, finished: &FinishedRun) -> Result<StoredEnd, Refusal> {
+        let FinishedRun { run, outcome, decision, stats, replay, .. } = finished;
         let store = &self.shared.store;
         if let Some(file) = replay {
             let path = stored_path(file);
             store.set_replay(&run.run_id, &path, &file.sha256).await.map_err(store_failed("the replay"))?;
         }
         let (now, refund) = (self.now(), decision.refunds());
-        let (taken, after) = (self.machine.taken(now), self.machine.after(now, refund));
-        let row = FinishedRun {
+        let (cost, after) = (self.machine.run_cost(now), self.machine.after(now, refund));
+        let row = FinishedRunRow {
             run_id: &run.run_id,
             status: decision.status.word(),
             outcome,
             note: decision.note.as_deref(),
             missed_ticks: stats.tempo.missed,
-            taken_s: (taken.wall_s, taken.simulated_s),
+            cost_s: (cost.wall_s, cost.simulated_s),
             clock: self.official.then(|| (self.session_id.as_str(), after.row())),
         };
         let status = store.finish_run(&row).await.map_err(store_failed("the result"))?;
         let by_session = status == "voided" && !matches!(decision.status, RunStatus::Voided { .. });
-        Ok(Stored { status, refund: refund || by_session })
+        Ok(StoredEnd { status, refund: refund || by_session })
     }
 
-    /// Notes runs that count for nothing without an organizer's order.
-    async fn note_in_the_audit(&mut self, finished: &Finished, stored: &Stored) {
+    /// Records runs that count for nothing without an organizer's command.
+    async fn record_in_audit(&mut self, finished: &FinishedRun, stored: &StoredEnd) {
         let (action, what) = match stored.status.as_str() {
             "voided" if finished.outcome.reason != Reason::Voided => ("run.void", "a void run"),
             "aborted" => ("run.abort", "a run without a tick"),
@@ -169,14 +169,14 @@ impl Session {
         let (subject, reason) = (finished.run.run_id.as_str(), finished.decision.note.as_deref());
         let entry = NewAuditEntry { actor: "server", action, subject, reason };
         if let Err(error) = self.shared.store.record(&entry).await {
-            tracing::error!(%error, run = subject, "no record of {what}");
+            tracing::error!(%error, run = subject, "{what} is not in the audit");
         }
     }
 }
 
-/// What is told of a run.
-fn result(finished: Finished, stored: &Stored) -> RunResult {
-    let Finished { run, outcome, decision, stats, replay, .. } = finished;
+/// The result for the client.
+fn result(finished: FinishedRun, stored: &StoredEnd) -> RunResult {
+    let FinishedRun { run, outcome, decision, stats, replay, .. } = finished;
     tracing::info!(
         run = run.run_id,
         score = outcome.score,
@@ -196,8 +196,7 @@ fn result(finished: Finished, stored: &Stored) -> RunResult {
     result
 }
 
-/// Tells whoever reads the log how the failure can be had again: `palmares.sim.World` with this task, hand and seed, and the
-/// team's actions.
+/// Logs the inputs that reproduce the failure: `palmares.sim.World` with this task, hand and seed, and the team's actions.
 fn log(session: &str, run: &Playing, failure: &Failure) {
     let Failure { fault, tick, step } = failure;
     tracing::error!(
@@ -216,7 +215,7 @@ fn log(session: &str, run: &Playing, failure: &Failure) {
     );
 }
 
-/// The outcome of a run whose world failed: nothing counts.
+/// The outcome of a run whose world has failed: nothing counts.
 fn nothing(run: &Playing, fault: Fault) -> Outcome {
     Outcome {
         score: 0.0,

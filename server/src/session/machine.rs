@@ -1,49 +1,49 @@
-//! What a session may do when: a pure state machine. No sockets, no clocks of its own, no world.
+//! Which requests a session accepts in which state: a pure state machine without sockets, worlds or a clock of its own.
 
 use crate::clock::{ClockState, SessionClock, Spent};
 use palmares_protocol::reply::{RunInfo, RunResult};
 use palmares_protocol::{Code, Mode, Refusal};
 use std::time::Duration;
 
-/// Where a greeted session stands.
+/// The state of a session's run.
 #[derive(Debug, Default)]
-enum Phase {
+enum RunState {
     /// No run.
     #[default]
     Idle,
     /// A run is being played.
     Playing(Playing),
-    /// The server closed the run: its result waits for `stop`.
+    /// The server has closed the run: its result waits for `stop`.
     Closed(Box<RunResult>),
 }
 
 /// A run being played.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Playing {
-    /// Identifies it.
+    /// Its id.
     pub(crate) run_id: String,
     /// Its task.
     pub(crate) task: String,
-    /// What the task is: its content's hash.
+    /// Hash of the task's content.
     pub(crate) task_hash: String,
     /// Its hand.
     pub(crate) hand: String,
-    /// SHA-256 of the hand's archive, when the team sent it in.
+    /// SHA-256 of the hand's archive, if the team uploaded it.
     pub(crate) hand_sha256: Option<String>,
     /// The number behind its seed, in practice.
     pub(crate) seed: Option<u64>,
-    /// The number of the run among the team's in this task, in an official session.
+    /// Number of the run among the team's runs of this task, in an official session.
     pub(crate) k: Option<u64>,
     /// Length of a tick, s.
     pub(crate) tick_s: f64,
-    /// How time passes.
+    /// Lockstep or realtime.
     pub(crate) mode: Mode,
     /// The current tick.
     pub(crate) tick: u64,
 }
 
 impl Playing {
-    /// As told to the client.
+    /// The run as it is sent to the client.
     pub(crate) fn info(&self) -> RunInfo {
         RunInfo {
             run_id: self.run_id.clone(),
@@ -60,10 +60,10 @@ impl Playing {
 #[derive(Debug)]
 pub(crate) struct Machine {
     clock: SessionClock,
-    phase: Phase,
-    /// How the clock stood when the open run began, before what its reset cost.
-    from: ClockState,
-    /// What a reset takes from the session, s.
+    run: RunState,
+    /// The clock when the open run began, before the cost of its reset.
+    clock_before_run: ClockState,
+    /// Cost of a reset, s.
     reset_cost_s: f64,
 }
 
@@ -73,23 +73,23 @@ impl Machine {
         Self::with(SessionClock::new(limit_s))
     }
 
-    /// A session that an earlier process left, as it was saved. A run that was open then never happened.
+    /// A session of an earlier process, as it was saved. A run that was open then does not count.
     pub(crate) fn restored(limit_s: Option<f64>, state: &ClockState, paused: bool, now: Duration) -> Self {
         Self::with(SessionClock::restored(limit_s, state, paused, now))
     }
 
     fn with(clock: SessionClock) -> Self {
-        Machine { clock, phase: Phase::Idle, from: ClockState::default(), reset_cost_s: 0.0 }
+        Machine { clock, run: RunState::Idle, clock_before_run: ClockState::default(), reset_cost_s: 0.0 }
     }
 
-    /// The same, where each reset takes so much from the session, s.
+    /// Sets the cost of a reset, s.
     pub(crate) fn with_reset_cost(self, reset_cost_s: f64) -> Self {
         Machine { reset_cost_s, ..self }
     }
 
-    /// What a later process goes on from: while a run is open, the clock as it stood before the run.
+    /// The clock from which a later process continues: while a run is open, the clock before that run.
     pub(crate) fn saved(&self, now: Duration) -> ClockState {
-        if self.playing().is_some() { self.from } else { self.clock.state(now) }
+        if self.playing().is_some() { self.clock_before_run } else { self.clock.state(now) }
     }
 
     /// An organizer stops the clock.
@@ -97,7 +97,7 @@ impl Machine {
         self.clock.pause(now);
     }
 
-    /// An organizer lets it go on.
+    /// An organizer continues the clock.
     pub(crate) fn resume(&mut self, now: Duration) {
         self.clock.resume(now);
     }
@@ -117,8 +117,7 @@ impl Machine {
         self.clock.warning(now)
     }
 
-    /// When something is due if nothing is asked until then: a warning, the end. A run that the end has overtaken
-    /// is due at once: whoever looks only now must not miss it.
+    /// Time until the next warning or the end, if no request comes until then. Zero while a run is open after the end.
     pub(crate) fn next_change(&self, now: Duration) -> Option<Duration> {
         let overdue = self.playing().is_some() && self.clock.is_over(now);
         if overdue { Some(Duration::ZERO) } else { self.clock.next_change(now) }
@@ -126,18 +125,18 @@ impl Machine {
 
     /// The run being played.
     pub(crate) fn playing(&self) -> Option<&Playing> {
-        match &self.phase {
-            Phase::Playing(playing) => Some(playing),
+        match &self.run {
+            RunState::Playing(playing) => Some(playing),
             _ => None,
         }
     }
 
-    /// The run as told to the client.
+    /// The run as it is sent to the client.
     pub(crate) fn run_info(&self) -> Option<RunInfo> {
-        match &self.phase {
-            Phase::Idle => None,
-            Phase::Playing(run) => Some(run.info()),
-            Phase::Closed(result) => Some(RunInfo {
+        match &self.run {
+            RunState::Idle => None,
+            RunState::Playing(run) => Some(run.info()),
+            RunState::Closed(result) => Some(RunInfo {
                 run_id: result.run_id.clone(),
                 task: result.task.clone(),
                 hand: result.hand.clone(),
@@ -150,7 +149,7 @@ impl Machine {
 
     /// Whether a run may be opened now.
     pub(crate) fn may_reset(&self, now: Duration) -> Result<(), Refusal> {
-        if let Phase::Playing(run) = &self.phase {
+        if let RunState::Playing(run) = &self.run {
             let message = format!("run {} is open; stop it first", run.run_id);
             return Err(Refusal::new(Code::WrongState, message));
         }
@@ -158,8 +157,7 @@ impl Machine {
         if let Some(left_s) = self.clock.left_s(now)
             && left_s <= self.reset_cost_s
         {
-            let message =
-                format!("a reset costs {} s of the session, and {left_s:.1} s are left", self.reset_cost_s);
+            let message = format!("a reset needs more than {} s; {left_s:.1} s are left", self.reset_cost_s);
             return Err(Refusal::new(Code::SessionOver, message));
         }
         self.not_paused()
@@ -174,34 +172,34 @@ impl Machine {
 
     fn not_paused(&self) -> Result<(), Refusal> {
         if self.clock.is_paused() {
-            let message = "an organizer has paused the session; its clock stands still until it goes on";
+            let message = "an organizer has paused the session; its clock is stopped";
             return Err(Refusal::new(Code::WrongState, message).retry_after(1.0));
         }
         Ok(())
     }
 
-    /// A run was opened: the clock starts with the first, and each costs what a reset costs.
+    /// A run was opened: the first one starts the clock, and each costs a reset.
     pub(crate) fn opened(&mut self, run: Playing, now: Duration) {
         self.clock.start(now);
-        self.from = self.clock.state(now);
+        self.clock_before_run = self.clock.state(now);
         self.clock.charge(self.reset_cost_s, now);
-        self.phase = Phase::Playing(run);
+        self.run = RunState::Playing(run);
     }
 
-    /// The open run, if it is of this kind and the session's time is not spent.
+    /// The open run, if it has this pacing.
     fn playing_in(&self, mode: Mode, now: Duration) -> Result<&Playing, Refusal> {
-        let run = match &self.phase {
-            Phase::Idle => return Err(Refusal::new(Code::WrongState, "no run is open; send reset first")),
-            Phase::Closed(result) => {
+        let run = match &self.run {
+            RunState::Idle => return Err(Refusal::new(Code::WrongState, "no run is open; send reset first")),
+            RunState::Closed(result) => {
                 let (code, why) = if self.clock.is_over(now) {
                     (Code::SessionOver, "the session's time is spent")
                 } else {
                     (Code::WrongState, "it is over")
                 };
-                let message = format!("run {} was closed: {why}; stop fetches its result", result.run_id);
+                let message = format!("run {} was closed: {why}; stop returns its result", result.run_id);
                 return Err(Refusal::new(code, message));
             }
-            Phase::Playing(run) => run,
+            RunState::Playing(run) => run,
         };
         if run.mode != mode {
             let message = match run.mode {
@@ -213,28 +211,28 @@ impl Machine {
         Ok(run)
     }
 
-    /// Whether a realtime run takes actions now. In a pause it does: they are for the time after.
+    /// Whether a realtime run accepts actions now. In a pause it does, for the time afterwards.
     pub(crate) fn may_act(&self, now: Duration) -> Result<(), Refusal> {
         self.playing_in(Mode::Realtime, now)?;
         self.in_time(now)
     }
 
-    /// Whether there is a run to push in.
+    /// Whether a run is open in which the hand can be pushed.
     pub(crate) fn may_perturb(&self, now: Duration) -> Result<(), Refusal> {
         let mode = self.playing().map_or(Mode::Lockstep, |run| run.mode);
         self.playing_in(mode, now)?;
         self.in_time(now)
     }
 
-    /// How many ticks a step may take now: `repeat`, or what is left of the session.
-    pub(crate) fn may_step(&self, now: Duration, tick: u64, repeat: u32, most: u32) -> Result<u32, Refusal> {
+    /// Number of ticks that a step may take now: `repeat`, or the rest of the session.
+    pub(crate) fn may_step(&self, now: Duration, tick: u64, repeat: u32, max: u32) -> Result<u32, Refusal> {
         let run = self.playing_in(Mode::Lockstep, now)?;
         if tick != run.tick {
             let message = format!("tick {tick} is not the current tick {}", run.tick);
             return Err(Refusal::new(Code::StaleTick, message));
         }
-        if !(1..=most).contains(&repeat) {
-            let message = format!("repeat: expected a whole number from 1 to {most}, not {repeat}");
+        if !(1..=max).contains(&repeat) {
+            let message = format!("repeat: expected a whole number from 1 to {max}, not {repeat}");
             return Err(Refusal::new(Code::BadRequest, message));
         }
         self.in_time(now)?;
@@ -245,74 +243,74 @@ impl Machine {
 
     /// The world has advanced to `tick`.
     pub(crate) fn stepped(&mut self, tick: u64, now: Duration) {
-        if let Phase::Playing(run) = &mut self.phase {
+        if let RunState::Playing(run) = &mut self.run {
             let ticks = tick.saturating_sub(run.tick);
             run.tick = tick;
             self.clock.simulate(ticks as f64 * run.tick_s, now);
         }
     }
 
-    /// What `stop` finds.
+    /// The run that a `stop` ends.
     pub(crate) fn stop(&mut self) -> Result<Stopping, Refusal> {
-        match std::mem::take(&mut self.phase) {
-            Phase::Idle => Err(Refusal::new(Code::WrongState, "no run is open; send reset first")),
-            Phase::Closed(result) => Ok(Stopping::Waiting(result)),
-            playing @ Phase::Playing(_) => {
-                self.phase = playing;
+        match std::mem::take(&mut self.run) {
+            RunState::Idle => Err(Refusal::new(Code::WrongState, "no run is open; send reset first")),
+            RunState::Closed(result) => Ok(Stopping::Waiting(result)),
+            playing @ RunState::Playing(_) => {
+                self.run = playing;
                 Ok(Stopping::Open)
             }
         }
     }
 
-    /// What the open run has taken from the session's clock.
-    pub(crate) fn taken(&self, now: Duration) -> Spent {
-        self.clock.spent(now).since(self.from.spent)
+    /// Time that the open run has spent.
+    pub(crate) fn run_cost(&self, now: Duration) -> Spent {
+        self.clock.spent(now).since(self.clock_before_run.spent)
     }
 
-    /// The clock as it is if the open run ends now. `refund`: its time is given back.
+    /// The clock after the end of the open run now; with `refund` the run's time is given back.
     pub(crate) fn after(&self, now: Duration, refund: bool) -> ClockState {
         let mut clock = self.clock.clone();
         if refund {
-            clock.refund(self.taken(now), now);
+            clock.refund(self.run_cost(now), now);
         }
         clock.state(now)
     }
 
-    /// The open run has ended. `refund`: its time is given back.
+    /// The open run has ended; with `refund` its time is given back.
     pub(crate) fn ended(&mut self, now: Duration, refund: bool) {
-        let Phase::Playing(_) = std::mem::take(&mut self.phase) else { return };
+        let RunState::Playing(_) = std::mem::take(&mut self.run) else { return };
         if refund {
-            self.clock.refund(self.taken(now), now);
+            self.clock.refund(self.run_cost(now), now);
         }
     }
 
-    /// Gives back what passed since the clock stood like this: the server could not do what was asked.
-    pub(crate) fn forgive(&mut self, since: Spent, now: Duration) {
+    /// Refunds the time since `since`: the server could not carry out a request.
+    pub(crate) fn refund_since(&mut self, since: Spent, now: Duration) {
         let lost = self.clock.spent(now).since(since);
         self.clock.refund(lost, now);
     }
 
-    /// Gives back what a run has taken that ended before and is void now. That it happens once is the caller's care.
-    pub(crate) fn give_back(&mut self, taken: Spent, now: Duration) {
+    /// Refunds the cost of an ended run that is void now. The caller makes sure that it happens once.
+    pub(crate) fn refund_run(&mut self, cost: Spent, now: Duration) {
         let before_s = self.clock.refunded_s();
-        self.clock.refund(taken, now);
-        // The open run began that much earlier.
-        self.from.spent = self.from.spent.since(taken);
-        self.from.refunded_s += self.clock.refunded_s() - before_s;
+        self.clock.refund(cost, now);
+        // The open run now began that much earlier.
+        self.clock_before_run.spent = self.clock_before_run.spent.since(cost);
+        self.clock_before_run.refunded_s += self.clock.refunded_s() - before_s;
     }
 
-    /// The server closed the run that has ended; its result waits for `stop`.
+    /// The server has closed the run; its result waits for `stop`.
     pub(crate) fn closed(&mut self, result: RunResult) {
-        self.phase = Phase::Closed(Box::new(result));
+        self.run = RunState::Closed(Box::new(result));
     }
 }
 
-/// What `stop` finds.
+/// The run that a `stop` ends.
 #[derive(Debug)]
 pub(crate) enum Stopping {
-    /// A run to finish.
+    /// An open run, to be finished.
     Open,
-    /// A result that waited.
+    /// The result of a run that the server has closed.
     Waiting(Box<RunResult>),
 }
 

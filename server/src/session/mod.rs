@@ -1,21 +1,21 @@
-//! Sessions: a team's visit, its clock, its runs.
+//! Sessions of teams, with their clocks and runs.
 //!
-//! What may happen when is decided by [`machine`] and [`crate::clock`], which know neither sockets nor worlds;
-//! [`Session`] carries it out. A session belongs to the thread of its connection; while its client is away, to a
-//! task that waits for it (see [`waiting`]) and computes nothing.
+//! [`machine`] and [`crate::clock`] decide what a session may do; they use neither sockets nor worlds. [`Session`] carries it out. A
+//! session belongs to the thread of its connection. While its client is away, it belongs to a task that waits for the client (see
+//! [`waiting`]) and computes nothing.
 
 mod begin;
 mod command;
 mod entry;
+mod execute;
 mod failure;
 mod finish;
 mod finished;
 mod machine;
-mod obey;
-mod origin;
 mod refunds;
 mod registry;
 mod run;
+mod run_inputs;
 #[expect(clippy::module_inception, reason = "the folder is about sessions, the file about one")]
 mod session;
 mod waiting;
@@ -23,4 +23,4 @@ mod waiting;
 pub(crate) use command::{Command, PendingCommand};
 pub(crate) use entry::practice_team;
 pub(crate) use session::{Session, Sessions};
-pub(crate) use waiting::news;
+pub(crate) use waiting::changed;

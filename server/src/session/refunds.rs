@@ -1,21 +1,20 @@
-//! Time given back for runs that ended before they were voided: once, whatever dies in between.
+//! Refunds for runs that were voided after their end: exactly once, even if the server crashes.
 //!
-//! What a run has taken from its session's clock is stored with its result. While it stands there and the run is void,
-//! it is owed. Giving it back and taking it away from there is one transaction: of whoever holds the session, or else
-//! of the database alone.
+//! The cost of a run is stored with its result. While the cost is stored and the run is void, a refund is pending. One transaction
+//! gives the time back and deletes the cost: through the session if it is open, otherwise in the database alone.
 
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
 use crate::clock::{ClockState, SessionClock, Spent};
-use crate::rules::Phase;
-use crate::store::{self, Paid, StoreError, Taken};
+use crate::rules::CompetitionPhase;
+use crate::store::{ClockRow, RefundedClock, RunCost, StoreError};
 use palmares_protocol::Refusal;
 use std::time::Duration;
 
 impl ClockState {
     /// As stored.
-    pub(super) fn row(self) -> store::ClockState {
-        store::ClockState {
+    pub(super) fn row(self) -> ClockRow {
+        ClockRow {
             started: self.started,
             wall_s: self.spent.wall_s,
             simulated_s: self.spent.simulated_s,
@@ -24,27 +23,26 @@ impl ClockState {
         }
     }
 
-    /// As it was stored.
-    pub(super) fn of(row: &store::ClockState) -> Self {
+    /// From its row.
+    pub(super) fn of(row: &ClockRow) -> Self {
         let spent = Spent { wall_s: row.wall_s, simulated_s: row.simulated_s };
         ClockState { started: row.started, spent, refunded_s: row.refunded_s }
     }
 }
 
-fn spent(taken: &Taken) -> Spent {
-    Spent { wall_s: taken.wall_s, simulated_s: taken.simulated_s }
+fn spent(cost: &RunCost) -> Spent {
+    Spent { wall_s: cost.wall_s, simulated_s: cost.simulated_s }
 }
 
 impl Session {
-    /// Gives back what void runs of this session have taken.
-    pub(super) async fn give_back(&mut self) -> Result<(), Refusal> {
-        let owed =
-            self.shared.store.owed(&self.session_id).await.map_err(store_failed("the time given back"))?;
+    /// Refunds the void runs of this session.
+    pub(super) async fn refund_void_runs(&mut self) -> Result<(), Refusal> {
+        let pending = self.shared.store.pending_refunds(&self.session_id).await;
         let now = self.now();
-        for taken in owed {
-            if !self.paid.contains(&taken.run_id) {
-                self.machine.give_back(spent(&taken), now);
-                self.paid.push(taken.run_id);
+        for cost in pending.map_err(store_failed("the refund"))? {
+            if !self.refunded_runs.contains(&cost.run_id) {
+                self.machine.refund_run(spent(&cost), now);
+                self.refunded_runs.push(cost.run_id);
             }
         }
         self.save(true).await;
@@ -52,39 +50,41 @@ impl Session {
     }
 }
 
-/// A clock at rest with what it was owed.
-fn paid(limit_s: Option<f64>, row: &store::ClockState, owed: &[Taken]) -> Paid {
+/// A stopped clock after its pending refunds.
+fn refunded(limit_s: Option<f64>, row: &ClockRow, pending: &[RunCost]) -> RefundedClock {
     let now = Duration::ZERO;
     let mut clock = SessionClock::restored(limit_s, &ClockState::of(row), false, now);
     let was_over = clock.is_over(now);
-    for taken in owed {
-        clock.refund(spent(taken), now);
+    for cost in pending {
+        clock.refund(spent(cost), now);
     }
-    Paid { clock: clock.state(now).row(), revived: was_over && !clock.is_over(now) }
+    RefundedClock { clock: clock.state(now).row(), revived: was_over && !clock.is_over(now) }
 }
 
 impl Sessions {
-    /// Gives back what is owed to a session that nobody holds. If its time was spent and the competition is not over, it
-    /// is open again.
+    /// Gives pending refunds to a session that is not open here. If its time was spent and the competition is not over, it opens
+    /// again.
     ///
     /// # Errors
-    /// The store's.
-    pub(crate) async fn give_back(&self, session_id: &str) -> Result<(), StoreError> {
-        let reopen = self.competition.rules.phase() != Phase::Revealed;
-        self.store.give_back(session_id, reopen, |limit_s, clock, owed| paid(limit_s, &clock, owed)).await
+    /// The database failed.
+    pub(crate) async fn refund(&self, session_id: &str) -> Result<(), StoreError> {
+        let reopen = self.competition.rules.phase() != CompetitionPhase::Revealed;
+        self.store
+            .refund(session_id, reopen, |limit_s, clock, pending| refunded(limit_s, &clock, pending))
+            .await
     }
 
-    /// The same for all sessions, at the start: what a crash came before.
+    /// Gives all pending refunds, at the server's start: a crash may have prevented them.
     ///
     /// # Errors
-    /// The store's.
-    pub(crate) async fn give_back_all(&self) -> Result<(), StoreError> {
-        for session_id in self.store.creditors().await? {
+    /// The database failed.
+    pub(crate) async fn refund_all(&self) -> Result<(), StoreError> {
+        for session_id in self.store.sessions_with_pending_refunds().await? {
             tracing::warn!(
                 session = session_id,
-                "time of void runs is given back that the server owed when it stopped"
+                "refunds that were pending when the server stopped are given now"
             );
-            self.give_back(&session_id).await?;
+            self.refund(&session_id).await?;
         }
         Ok(())
     }

@@ -1,19 +1,19 @@
-//! What a client asks of a session, and how a run is opened and played.
+//! Requests of a client to its session: opening and playing a run.
 
 use super::failure::{random_hex, store_failed};
 use super::machine::Playing;
-use super::origin::{self, Origin};
+use super::run_inputs::{self, RunKey};
 use super::session::{OpenRun, Session};
 use crate::archive::Recording;
 use crate::compute::admission::Admitted;
 use crate::compute::background::JobError;
-use crate::config::settings::REPEAT;
+use crate::config::settings::MAX_REPEAT;
 use crate::store::{NewRun, unix_ms};
 use crate::version;
 use crate::watch::messages::WatchRun;
-use crate::world::Witness;
-use crate::world::live::{Live, Streamed};
-use crate::world::pictures::{self, Pictures};
+use crate::world::RunObserver;
+use crate::world::images::{self, StepImages};
+use crate::world::realtime::{RealtimeWorld, StreamedObservation};
 use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup};
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
@@ -37,22 +37,21 @@ struct NewWorld {
     run_id: String,
     task: Arc<Task>,
     hand: Arc<Hand>,
-    /// Of the archive of a hand that the team sent in.
+    /// SHA-256 of the hand's archive, if the team uploaded it.
     hand_sha256: Option<String>,
-    origin: Origin,
+    key: RunKey,
     mode: Mode,
     sensing: Sensing,
     noise: Noise,
-    /// Pictures of tick 0.
+    /// Camera images of tick 0.
     shots: Vec<Shot>,
 }
 
 impl Session {
-    /// Carries out a request. A run that the session's end has overtaken is closed first: here, and nowhere else as long
-    /// as the client asks for something.
+    /// Carries out a request. First it closes an open run whose session is over.
     ///
     /// # Errors
-    /// Why it cannot be carried out.
+    /// Why the request is refused.
     pub(crate) async fn answer(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
         self.close_if_over().await;
         match request {
@@ -62,8 +61,8 @@ impl Session {
             Request::Perturb(push) => self.perturb(id, push),
             Request::Stop(_) => self.stop(id).await,
             Request::Time(_) => Ok(self.time(id)),
-            Request::Hello(_) => Err(Refusal::new(Code::WrongState, "hello was said already")),
-            // Ends the connection before it gets here.
+            Request::Hello(_) => Err(Refusal::new(Code::WrongState, "one hello per connection")),
+            // The connection handles it.
             Request::Bye(_) => Err(Refusal::new(Code::WrongState, "bye")),
         }
     }
@@ -81,12 +80,12 @@ impl Session {
         }
     }
 
-    /// Opens a run. When the server cannot, the attempt has cost no time.
+    /// Opens a run. A failure of the server costs the session no time.
     pub(super) async fn reset(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
         let before = self.machine.clock().spent(self.now());
         let opened = self.open(id, reset).await;
         if opened.as_ref().is_err_and(|refusal| refusal.code == Code::Internal) {
-            self.machine.forgive(before, self.now());
+            self.machine.refund_since(before, self.now());
         }
         opened
     }
@@ -104,21 +103,21 @@ impl Session {
             return Err(Refusal::new(Code::BadRequest, message));
         }
         let noise = self.shared.competition.sensing.noise(reset.noise)?;
-        self.shared.competition.sensing.may_see(&task.name, reset.sensing)?;
-        let (hand, hand_sha256) = origin::hand(&shared, team, &reset.hand).await?;
+        self.shared.competition.sensing.check_sensing(&task.name, reset.sensing)?;
+        let (hand, hand_sha256) = run_inputs::hand(&shared, team, &reset.hand).await?;
         let shots = shots(task, &hand, &reset.cameras, reset.sensing).map_err(bad_camera)?;
         let admitted = shared.compute.admit(reset.mode, self.official)?;
         let run_id = format!("run_{}", random_hex(8)?);
-        let origin = origin::origin(&shared, team, task, reset.seed).await?;
-        let (k, task) = (origin.k, task.clone());
+        let key = run_inputs::run_key(&shared, team, task, reset.seed).await?;
+        let (k, task) = (key.k, task.clone());
         let (mode, sensing) = (reset.mode, reset.sensing);
         let task_of = task.clone();
-        let new = NewWorld { run_id, task: task_of, hand, hand_sha256, origin, mode, sensing, noise, shots };
+        let new = NewWorld { run_id, task: task_of, hand, hand_sha256, key, mode, sensing, noise, shots };
         match self.build(&new, admitted).await {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
-            // Nothing of the scene was told: the number is the next run's.
+            // The scene was not shown: the next run gets the number.
             Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
-                match origin::give_back_number(&shared, &self.team, &task, k).await {
+                match run_inputs::give_back_number(&shared, &self.team, &task, k).await {
                     Err(failed) if refusal.code == Code::HandInTheWay => Err(failed),
                     _ => Err(refusal),
                 }
@@ -127,34 +126,34 @@ impl Session {
         }
     }
 
-    /// Builds the world of a run and stores that it begins.
+    /// Builds the world of a run and stores the run as open.
     async fn build(
         &mut self,
         new: &NewWorld,
         admitted: Admitted,
     ) -> Result<(OpenedWorld, Option<Recording>), Refusal> {
-        let NewWorld { task, hand, origin, .. } = new;
-        origin::provide(&self.shared, hand, new.hand_sha256.as_deref())?;
+        let NewWorld { task, hand, key, .. } = new;
+        run_inputs::provide(&self.shared, hand, new.hand_sha256.as_deref()).await?;
         let hub = &self.shared.hub;
-        let mut witnesses: Vec<Box<dyn Witness>> =
-            vec![Box::new(hub.publisher(self.shown(new), new.sensing, new.hand_sha256.is_some()))];
+        let mut observers: Vec<Box<dyn RunObserver>> =
+            vec![Box::new(hub.publisher(self.watch_run(new), new.sensing, new.hand_sha256.is_some()))];
         let recorded = self.shared.archive.as_ref().map(|archive| archive.record(self.header(new)));
-        let recording = recorded.map(|(scribe, recording)| {
-            witnesses.push(Box::new(scribe));
+        let recording = recorded.map(|(recorder, recording)| {
+            observers.push(Box::new(recorder));
             recording
         });
-        let (task, seed) = (task.clone(), origin.seed);
+        let (task, seed) = (task.clone(), key.seed);
         let (sensing, noise) = (new.sensing, new.noise);
         let shots = new.shots.clone();
         let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, shots };
-        let opened = World::open(setup, admitted, &self.shared.compute.background, witnesses).await;
+        let opened = World::open(setup, admitted, &self.shared.compute.background, observers).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
         self.store_opened(new).await?;
         Ok((opened, recording))
     }
 
-    /// What spectators are told of a run.
-    fn shown(&self, new: &NewWorld) -> WatchRun {
+    /// The run for spectators.
+    fn watch_run(&self, new: &NewWorld) -> WatchRun {
         WatchRun {
             run_id: new.run_id.clone(),
             session_id: self.session_id.clone(),
@@ -167,7 +166,7 @@ impl Session {
         }
     }
 
-    /// What a replay says of its run.
+    /// The header of the run's replay.
     fn header(&self, new: &NewWorld) -> Header {
         let now = unix_ms().unsigned_abs();
         Header {
@@ -178,16 +177,16 @@ impl Session {
             },
             sensing: new.sensing,
             noise: new.noise,
-            seed_number: new.origin.number,
-            k: new.origin.k,
+            seed_number: new.key.number,
+            k: new.key.k,
             build_hash: version::BUILD_HASH.into(),
-            ..Header::new(&new.run_id, &self.team, &new.task, &new.hand, new.origin.seed, now)
+            ..Header::new(&new.run_id, &self.team, &new.task, &new.hand, new.key.seed, now)
         }
     }
 
-    /// Why a world could not be opened.
+    /// The refusal for a world that could not be opened.
     fn not_opened(&self, new: &NewWorld, error: OpenError) -> Refusal {
-        let NewWorld { task, hand, origin: Origin { number, k, .. }, .. } = new;
+        let NewWorld { task, hand, key: RunKey { number, k, .. }, .. } = new;
         let error = match error {
             OpenError::Scene(SceneError::HandInTheWay { overlaps, .. }) => {
                 let hides = self.official && new.sensing == Sensing::Sensors;
@@ -195,9 +194,9 @@ impl Session {
             }
             error => error,
         };
-        tracing::error!(%error, task = task.name, hand = hand.name, number, k, "no world");
+        tracing::error!(%error, task = task.name, hand = hand.name, number, k, "a world could not be opened");
         let (code, message) = match error {
-            // Not the server's fault, so that the time is not given back.
+            // The team's fault, so that the time is not given back.
             OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) if new.hand_sha256.is_some() => {
                 (Code::BadRequest, "the scene could not be built with this hand")
             }
@@ -222,16 +221,16 @@ impl Session {
             hand_sha256: new.hand_sha256.clone(),
             mode: new.mode.as_str(),
             sensing: new.sensing,
-            seed_hex: new.origin.seed.to_hex(),
-            seed: new.origin.number,
-            k: new.origin.k,
+            seed_hex: new.key.seed.to_hex(),
+            seed: new.key.number,
+            k: new.key.k,
             server_version: own.version,
             build_hash: own.build_hash,
         };
         self.shared.store.begin_run(&row).await.map_err(store_failed("the run"))
     }
 
-    /// The run begins: its clock runs, and a realtime world ticks.
+    /// Starts the run's clock, and a realtime world.
     async fn begin(
         &mut self,
         id: u64,
@@ -246,8 +245,8 @@ impl Session {
             task_hash: task.content_hash().to_owned(),
             hand: hand.name.clone(),
             hand_sha256: new.hand_sha256,
-            seed: new.origin.number,
-            k: new.origin.k,
+            seed: new.key.number,
+            k: new.key.k,
             tick_s: task.tick_s,
             mode: new.mode,
             tick: 0,
@@ -258,7 +257,7 @@ impl Session {
             mode: new.mode,
             sensing: new.sensing,
             noise: new.noise,
-            seed: new.origin.number,
+            seed: new.key.number,
             tick_s: task.tick_s,
             time_limit_s: task.time_limit_s,
         };
@@ -277,7 +276,13 @@ impl Session {
         self.open_run = match new.mode {
             Mode::Lockstep => OpenRun::Lockstep(Box::new(opened.world)),
             Mode::Realtime => {
-                let live = Live::start(opened.world, hand, task.tick_s, self.official, &self.shared.compute);
+                let live = RealtimeWorld::start(
+                    opened.world,
+                    hand,
+                    task.tick_s,
+                    self.official,
+                    &self.shared.compute,
+                );
                 self.stream = Some(live.clone());
                 OpenRun::Realtime(live)
             }
@@ -286,15 +291,15 @@ impl Session {
         Reply::Obs(Box::new(Obs { run, scene, ..self.obs(Some(id), run_id, opened.observation) }))
     }
 
-    /// An observation as it is told.
+    /// The message for an observation.
     fn obs(&self, id: Option<u64>, run_id: String, observation: Observation) -> Obs {
         let session_left_s = self.left_s();
         Obs { id, run_id, session_left_s, observation, late_s: None, run: None, scene: None }
     }
 
-    /// Advances the world.
+    /// Advances a lockstep world.
     pub(super) async fn step(&mut self, id: u64, step: Step) -> Result<Reply, Refusal> {
-        let ticks = self.machine.may_step(self.now(), step.tick, step.repeat, REPEAT)?;
+        let ticks = self.machine.may_step(self.now(), step.tick, step.repeat, MAX_REPEAT)?;
         let (OpenRun::Lockstep(world), Some(run)) = (&mut self.open_run, self.machine.playing()) else {
             return Err(ended());
         };
@@ -311,7 +316,7 @@ impl Session {
             }
         };
         let mut observation = stepped.observation;
-        let Pictures { wanted, upcoming } = world.expose(&shots);
+        let StepImages { requested, upcoming } = world.expose(&shots);
         self.upcoming = upcoming;
         self.machine.stepped(observation.tick, self.now());
         if let Some(reason) = stepped.over {
@@ -321,37 +326,37 @@ impl Session {
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
         }
-        observation.cameras = pictures::render(&self.shared.compute, wanted).await;
+        observation.cameras = images::render(&self.shared.compute, requested).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
     }
 
-    /// While the controller of a lockstep run thinks: its witnesses see what it has been told, and on a free core what can
-    /// be known of the next tick is computed, and the pictures that it will ask for are drawn.
-    pub(crate) fn answered(&mut self) {
+    /// After a reply, while the controller computes: notifies the observers, and on a free core prepares the next tick and renders
+    /// upcoming images.
+    pub(crate) fn after_reply(&mut self) {
         if let OpenRun::Lockstep(world) = &mut self.open_run {
-            world.tell();
+            world.notify_observers();
             if let Some(permit) = self.shared.compute.scheduler.spare() {
                 world.prepare(&permit);
             }
         }
-        pictures::prepare(&self.shared.compute, std::mem::take(&mut self.upcoming));
+        images::render_ahead(&self.shared.compute, std::mem::take(&mut self.upcoming));
     }
 
-    /// Tells a realtime world what to do next.
+    /// Sets the next action of a realtime world.
     pub(super) fn act(&mut self, id: u64, act: Act) -> Result<Reply, Refusal> {
         self.machine.may_act(self.now())?;
         let OpenRun::Realtime(live) = &self.open_run else { return Err(ended()) };
         let shots = live.shots(&act.cameras).map_err(bad_camera)?;
-        let taken = live.act(act.action, shots);
-        let tick = taken.map_err(|error| Refusal::new(Code::BadAction, error.to_string()))?;
+        let accepted = live.act(act.action, shots);
+        let tick = accepted.map_err(|error| Refusal::new(Code::BadAction, error.to_string()))?;
         Ok(Reply::Ack(Ack { id, tick }))
     }
 
     /// Pushes the hand.
     pub(super) fn perturb(&mut self, id: u64, push: Perturb) -> Result<Reply, Refusal> {
         if self.official {
-            let message = "perturb is for practice: nobody pushes the hand in a competition";
+            let message = "perturb is for practice, not for a competition";
             return Err(Refusal::new(Code::WrongState, message));
         }
         self.machine.may_perturb(self.now())?;
@@ -368,20 +373,20 @@ impl Session {
         Ok(Reply::Ack(Ack { id, tick }))
     }
 
-    /// The next observation to stream.
-    pub(crate) async fn streamed(&mut self) -> Option<Reply> {
-        let Streamed { mut observation, pictures: Pictures { wanted, upcoming }, due } =
-            self.stream.as_ref()?.pop()?;
-        observation.cameras = pictures::render(&self.shared.compute, wanted).await;
-        pictures::prepare(&self.shared.compute, upcoming);
+    /// The next observation of a realtime world.
+    pub(crate) async fn next_streamed(&mut self) -> Option<Reply> {
+        let StreamedObservation { mut observation, images, due } = self.stream.as_ref()?.pop()?;
+        let StepImages { requested, upcoming } = images;
+        observation.cameras = images::render(&self.shared.compute, requested).await;
+        images::render_ahead(&self.shared.compute, upcoming);
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());
         Some(Reply::Obs(Box::new(Obs { late_s, ..self.obs(None, run_id, observation) })))
     }
 
-    /// Closes a realtime run that is over by itself.
-    pub(crate) async fn close_if_played_out(&mut self) {
+    /// Closes a realtime run whose world is over.
+    pub(crate) async fn close_if_world_over(&mut self) {
         if let OpenRun::Realtime(live) = &self.open_run
             && let Some(reason) = live.over()
         {
@@ -391,15 +396,16 @@ impl Session {
     }
 }
 
-/// A hand that does not fit where it starts. `hides`: which part touches an object would tell where that is.
+/// The refusal for a hand that touches something where it starts. With `hides`, objects are not named, since that would reveal their
+/// places.
 fn in_the_way(task: &Task, hand: &Hand, overlaps: &[Overlap], hides: bool) -> Refusal {
     let named = overlaps.iter().filter(|overlap| !hides || overlap.obstacle != Obstacle::Object);
-    let mut told: Vec<String> = named.take(3).map(Overlap::to_string).collect();
-    if told.is_empty() {
-        told.push("it touches an object".to_owned());
+    let mut overlaps: Vec<String> = named.take(3).map(Overlap::to_string).collect();
+    if overlaps.is_empty() {
+        overlaps.push("it touches an object".to_owned());
     }
-    let (hand, task, told) = (&hand.name, &task.name, told.join(", "));
-    let message = format!("hand `{hand}` is in the way where it starts in task `{task}`: {told}");
+    let (hand, task, overlaps) = (&hand.name, &task.name, overlaps.join(", "));
+    let message = format!("hand `{hand}` is in the way where it starts in task `{task}`: {overlaps}");
     Refusal::new(Code::HandInTheWay, message)
 }
 
@@ -418,19 +424,19 @@ mod tests {
     use palmares_models::builtin::builtin_hands;
 
     #[test]
-    fn a_hand_in_the_way_is_told_where_but_on_sensors_not_where_the_objects_are() {
+    fn a_refused_hand_gets_the_overlaps_but_on_sensors_no_object() {
         let (task, hand) = (Task::builtin()[0].clone(), builtin_hands()[0].clone());
         let touches = |obstacle, name: &str| Overlap { link: "palm".into(), obstacle, name: name.into() };
         let both = [touches(Obstacle::Object, "ball_3"), touches(Obstacle::Furniture, "table")];
-        let told = |overlaps: &[Overlap], hides| {
+        let message = |overlaps: &[Overlap], hides| {
             let refusal = in_the_way(&task, &hand, overlaps, hides);
             assert_eq!(refusal.code, Code::HandInTheWay);
             refusal.message
         };
-        assert!(told(&both, false).ends_with("link `palm` touches `ball_3`, link `palm` touches `table`"));
-        assert!(told(&both, true).ends_with(": link `palm` touches `table`"));
-        assert!(told(&both[..1], true).ends_with(": it touches an object"));
+        assert!(message(&both, false).ends_with("link `palm` touches `ball_3`, link `palm` touches `table`"));
+        assert!(message(&both, true).ends_with(": link `palm` touches `table`"));
+        assert!(message(&both[..1], true).ends_with(": it touches an object"));
         let many = [both.clone(), both].concat();
-        assert_eq!(told(&many, false).matches("touches").count(), 3, "not all of them");
+        assert_eq!(message(&many, false).matches("touches").count(), 3, "not all of them");
     }
 }

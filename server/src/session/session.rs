@@ -1,7 +1,7 @@
-//! A team's visit: what it consists of, what it tells of itself, how it ends.
+//! A team's session: its parts, its reports, its end.
 
 use super::command::PendingCommand;
-use super::finished::Finished;
+use super::finished::FinishedRun;
 use super::machine::Machine;
 use super::registry::Registry;
 use crate::archive::{Archive, Recording};
@@ -9,11 +9,11 @@ use crate::clock::{ClockState, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::lifecycle::Lifecycle;
-use crate::metrics::Levels;
-use crate::store::{self, ResumableSession, Store, unix_ms};
+use crate::metrics::Gauges;
+use crate::store::{ClockRow, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
-use crate::world::live::Live;
+use crate::world::realtime::RealtimeWorld;
 use crate::world::run::World;
 use palmares_protocol::Reply;
 use palmares_protocol::reply::{TimeReport, Warning, Welcome};
@@ -26,34 +26,34 @@ use tokio::sync::mpsc;
 
 /// How often the clock is saved while nothing else saves it.
 const SAVE_INTERVAL: Duration = Duration::from_secs(5);
-/// How long to wait before another attempt to store a result.
+/// Time until the next attempt to store a result.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// What all sessions share.
+/// The parts that all sessions share.
 #[derive(Debug)]
 pub(crate) struct Sessions {
     /// The database.
     pub(crate) store: Store,
-    /// What is played.
+    /// Tasks, hands and rules.
     pub(crate) competition: Arc<Competition>,
-    /// What worlds are computed with.
+    /// Computing resources.
     pub(crate) compute: Arc<Compute>,
-    /// Where runs are recorded; none for a practice server that does not.
+    /// Replays; None on a practice server that does not record.
     pub(crate) archive: Option<Arc<Archive>>,
-    /// Where spectators watch.
+    /// Spectators' hub.
     pub(crate) hub: Arc<Hub>,
-    /// Whether the server is finishing.
+    /// The server's stop.
     pub(crate) lifecycle: Arc<Lifecycle>,
-    /// Where organizers and spectators find the sessions' clocks.
+    /// The sessions' clocks, for organizers and spectators.
     pub(crate) clocks: Arc<SessionClocks>,
-    /// Where sessions wait for their clients.
+    /// The open sessions.
     pub(crate) registry: Registry<Session>,
 }
 
 impl Sessions {
-    /// What there is to be counted now, with what the store knows of runs to be verified.
-    pub(crate) fn levels(&self, unverified: usize) -> Levels {
-        Levels {
+    /// The gauges of the metrics; `unverified` comes from the database.
+    pub(crate) fn gauges(&self, unverified: usize) -> Gauges {
+        Gauges {
             worlds: self.compute.admission.open().all(),
             sessions: self.registry.len(),
             viewers: self.hub.viewers(),
@@ -62,52 +62,52 @@ impl Sessions {
     }
 }
 
-/// A team's visit.
+/// A team's session.
 #[derive(Debug)]
 pub(crate) struct Session {
     pub(super) shared: Arc<Sessions>,
     pub(super) session_id: String,
-    /// The secret that takes the session up again.
+    /// The secret that resumes the session.
     pub(super) resume_token: String,
-    /// What it is known by.
+    /// Hash of that secret.
     pub(super) token_hash: String,
     pub(super) team: String,
-    /// Official sessions come first when the server is busy, and outlive it.
+    /// Official sessions have priority, and outlive the server.
     pub(super) official: bool,
     pub(super) machine: Machine,
     pub(super) open_run: OpenRun,
-    /// The world whose last observations may not have been taken yet.
-    pub(super) stream: Option<Arc<Live>>,
-    /// Pictures that the controller of a lockstep run will probably ask for next.
+    /// The realtime world whose stream may still have observations.
+    pub(super) stream: Option<Arc<RealtimeWorld>>,
+    /// Images that the controller of a lockstep run will probably ask for next.
     pub(super) upcoming: Vec<Arc<Exposure>>,
-    /// The way to the open run's replay.
+    /// The open run's replay.
     pub(super) recording: Option<Recording>,
     /// A finished run that could not be stored: `stop` tries again.
-    pub(super) unstored: Option<Finished>,
+    pub(super) unstored: Option<FinishedRun>,
     pub(super) commands: mpsc::Receiver<PendingCommand>,
-    /// Void runs whose time the clock has back, and whose rows do not say so yet.
-    pub(super) paid: Vec<String>,
+    /// Refunded runs whose rows are not updated yet.
+    pub(super) refunded_runs: Vec<String>,
     saved: Instant,
-    /// What the team is told about its name, once.
+    /// A remark on the team's name, for the first `welcome`.
     pub(super) note: Option<String>,
 }
 
-/// Where the open run is played.
+/// The open run's world.
 #[derive(Debug, Default)]
 pub(super) enum OpenRun {
-    /// There is no run, or it is finished but not stored yet.
+    /// No run is open, or it has ended but is not stored yet.
     #[default]
     None,
-    /// The world waits for steps.
+    /// A world that waits for steps.
     Lockstep(Box<World>),
-    /// The world follows the clock.
-    Realtime(Arc<Live>),
+    /// A world that follows the clock.
+    Realtime(Arc<RealtimeWorld>),
 }
 
-/// What a session is known by.
-pub(super) struct Names {
+/// The ids of a session.
+pub(super) struct SessionIds {
     pub(super) session_id: String,
-    /// Empty when only its client has it.
+    /// Empty when only the client has it.
     pub(super) resume_token: String,
     pub(super) token_hash: String,
     pub(super) team: String,
@@ -117,12 +117,12 @@ impl Session {
     /// A session without a run.
     pub(super) fn new(
         shared: &Arc<Sessions>,
-        names: Names,
+        ids: SessionIds,
         official: bool,
         machine: Machine,
         commands: mpsc::Receiver<PendingCommand>,
     ) -> Box<Self> {
-        let Names { session_id, resume_token, token_hash, team } = names;
+        let SessionIds { session_id, resume_token, token_hash, team } = ids;
         Box::new(Session {
             shared: shared.clone(),
             session_id,
@@ -137,13 +137,13 @@ impl Session {
             recording: None,
             unstored: None,
             commands,
-            paid: Vec::new(),
+            refunded_runs: Vec::new(),
             saved: Instant::now(),
             note: None,
         })
     }
 
-    /// A session of an earlier process. Its clock goes on now. None when somebody else has taken it up already.
+    /// A session of an earlier process. Its clock continues now. None when it is open already.
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
         let ResumableSession { session_id, team, token_hash, limit_s, clock, paused } = row;
         let state = ClockState::of(&clock);
@@ -152,12 +152,12 @@ impl Session {
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
         shared.clocks.show(&session_id, machine.clock());
-        // The client that comes back brings the token.
-        let names = Names { session_id, resume_token: String::new(), token_hash, team };
-        Some(Session::new(shared, names, true, machine, commands))
+        // The client has the token.
+        let ids = SessionIds { session_id, resume_token: String::new(), token_hash, team };
+        Some(Session::new(shared, ids, true, machine, commands))
     }
 
-    /// The sessions' time.
+    /// Time of the sessions: since the server started.
     pub(super) fn now(&self) -> Duration {
         self.shared.lifecycle.now()
     }
@@ -165,17 +165,17 @@ impl Session {
     /// Gives the session another resume token.
     pub(super) fn rekey(&mut self, resume_token: String, token_hash: String) {
         (self.resume_token, self.token_hash) = (resume_token, token_hash);
-        self.skip_old_observations();
+        self.keep_last_observation();
     }
 
-    /// A client that comes back begins with the last observation.
-    pub(super) fn skip_old_observations(&self) {
+    /// Drops all streamed observations but the last, for a client that reconnects.
+    pub(super) fn keep_last_observation(&self) {
         if let Some(live) = &self.stream {
-            live.skip();
+            live.keep_last();
         }
     }
 
-    /// Whether the session goes on while its client is away for long: it has a limit and time left.
+    /// Whether the session survives a long absence of its client: it has a limit and time left.
     pub(super) fn outlasts_absence(&self) -> bool {
         let clock = self.machine.clock();
         clock.limit_s().is_some() && (self.official || clock.is_started()) && !clock.is_over(self.now())
@@ -191,7 +191,7 @@ impl Session {
         let background = &self.shared.compute.background;
         let hands = match competition.hand_infos(store, background, Some(&self.team)).await {
             Ok(hands) => hands,
-            // Logged where it failed. The session begins all the same; `reset` knows the hands.
+            // Logged where it failed. The session begins without the team's hands in `welcome`.
             Err(_) => competition.hand_infos(store, background, None).await.unwrap_or_default(),
         };
         self.catch_up();
@@ -229,31 +229,31 @@ impl Session {
         })
     }
 
-    /// The realtime world whose news the client is to get.
-    pub(crate) fn stream(&self) -> Option<&Arc<Live>> {
+    /// The realtime world whose observations the client gets.
+    pub(crate) fn stream(&self) -> Option<&Arc<RealtimeWorld>> {
         self.stream.as_ref()
     }
 
-    /// Brings the machine up to the tick of a realtime world.
+    /// Updates the machine to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
         if let OpenRun::Realtime(live) = &self.open_run {
             self.machine.stepped(live.tick_now(), self.now());
         }
     }
 
-    /// The next thing an organizer asks.
+    /// The next command of an organizer.
     pub(crate) async fn command(&mut self) -> PendingCommand {
         match self.commands.recv().await {
             Some(command) => command,
-            // The registry holds the other end as long as the session exists.
+            // The registry has the sender as long as the session exists.
             None => std::future::pending().await,
         }
     }
 
-    /// When [`Session::expire`] has something to do, if the client does nothing until then.
+    /// Time until [`Session::expire`] is due, if no request comes until then.
     pub(crate) fn next_change(&self) -> Option<Duration> {
         let change = self.machine.next_change(self.now())?;
-        // A result that could not be stored is tried again, but not all the time.
+        // A result that could not be stored is tried again after a while.
         Some(if self.unstored.is_some() { change.max(RETRY) } else { change })
     }
 
@@ -264,7 +264,7 @@ impl Session {
         Some(Reply::Warning(Warning { mark_s, session_left_s }))
     }
 
-    /// Closes the run if the session's time is spent; returns the warning that is due.
+    /// Closes the run if the session's time is spent, or returns the warning that is due.
     pub(crate) async fn expire(&mut self) -> Option<Reply> {
         let warning = self.warning();
         if warning.is_none() {
@@ -273,21 +273,20 @@ impl Session {
         warning
     }
 
-    /// Shows the clock to organizers, and saves it, so that the session outlives the server; `now` or when it is time
-    /// again.
+    /// Shows the clock to organizers and spectators. Saves it for a later process, with `now` or when the last save is old.
     pub(super) async fn save(&mut self, now: bool) {
         self.shared.clocks.show(&self.session_id, self.machine.clock());
         let due = self.official && (now || self.saved.elapsed() >= SAVE_INTERVAL);
-        if !due && self.paid.is_empty() {
+        if !due && self.refunded_runs.is_empty() {
             return;
         }
         self.saved = Instant::now();
         let saved = self.machine.saved(self.now());
         let run_from_s = self.machine.playing().map(|_| saved.spent.counts_s());
-        let row = store::ClockState { run_from_s, ..saved.row() };
-        match self.shared.store.save_clock(&self.session_id, &row, &self.paid).await {
-            Ok(()) => self.paid.clear(),
-            // The next save, a few seconds later, tries again.
+        let row = ClockRow { run_from_s, ..saved.row() };
+        match self.shared.store.save_clock(&self.session_id, &row, &self.refunded_runs).await {
+            Ok(()) => self.refunded_runs.clear(),
+            // The next save tries again in a few seconds.
             Err(error) => {
                 tracing::error!(%error, session = self.session_id, "the session's clock could not be saved");
             }
@@ -300,10 +299,10 @@ impl Session {
             Some(_) => self.finish(reason, note).await.ok(),
             None => None,
         };
-        // Also of a session that is over: time may be granted or given back to it.
+        // Even when the session is over: it may get time again.
         self.save(true).await;
         if self.official && self.shared.lifecycle.is_stopping() && self.outlasts_absence() {
-            tracing::debug!(session = self.session_id, "it goes on when the server is back");
+            tracing::debug!(session = self.session_id, "the session continues after the restart");
         } else if let Err(error) = self.shared.store.end_session(&self.session_id).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }

@@ -1,14 +1,14 @@
-//! A session whose connection is gone waits for its client; or it ends, when its client has said bye.
+//! A session without a connection: it waits for its client, or ends.
 
 use super::registry::Handover;
 use super::session::Session;
-use crate::world::live::Live;
+use crate::world::realtime::RealtimeWorld;
 use palmares_tasks::Reason;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep_until};
 
 impl Session {
-    /// The client says bye: a practice session ends, an official one goes on without it as long as it has time.
+    /// After `bye`: a practice session ends, an official one waits as long as it has time.
     pub(crate) async fn leave(mut self: Box<Self>) {
         if self.official && !self.machine.clock().is_over(self.now()) {
             if self.machine.playing().is_some() {
@@ -20,20 +20,20 @@ impl Session {
         }
     }
 
-    /// Leaves the session waiting for its client.
+    /// Lets the session wait for its client after a lost connection.
     pub(crate) fn park(self: Box<Self>) {
         tracing::info!(session = self.session_id, "connection lost; the session waits");
         self.wait();
     }
 
-    /// Has a task keep the session until its client comes back, its grace or its time is spent, or the server stops.
+    /// Starts a task that keeps the session until its client reconnects, its grace period or its time ends, or the server stops.
     pub(super) fn wait(self: Box<Self>) {
-        let asked = self.shared.registry.wait(&self.token_hash);
-        tokio::spawn(keep(self, asked));
+        let claimed = self.shared.registry.wait(&self.token_hash);
+        tokio::spawn(keep(self, claimed));
     }
 }
 
-async fn keep(mut session: Box<Session>, mut asked: oneshot::Receiver<Handover<Session>>) {
+async fn keep(mut session: Box<Session>, mut claimed: oneshot::Receiver<Handover<Session>>) {
     let (shared, token_hash) = (session.shared.clone(), session.token_hash.clone());
     let lifecycle = &shared.lifecycle;
     let _alive = lifecycle.alive();
@@ -42,21 +42,21 @@ async fn keep(mut session: Box<Session>, mut asked: oneshot::Receiver<Handover<S
         let change = session.next_change().map(|wait| Instant::now() + wait);
         let live = session.stream().cloned();
         tokio::select! {
-            handover = &mut asked => {
+            handover = &mut claimed => {
                 if let Ok(handover) = handover {
                     give(handover, session);
                 }
                 return;
             }
             command = session.command() => {
-                // Nobody listens to what the client would be told.
-                if session.obey(command).await.0 {
+                // The reply is for a connected client.
+                if session.execute(command).await.0 {
                     break Reason::Voided;
                 }
             }
-            () = news(live.as_deref()) => session.close_if_played_out().await,
+            () = changed(live.as_deref()) => session.close_if_world_over().await,
             () = until(change) => {
-                // The warnings are for a client that listens.
+                // The warning is for a connected client.
                 session.expire().await;
                 if grace.is_none() && !session.outlasts_absence() {
                     break Reason::SessionOver;
@@ -66,7 +66,7 @@ async fn keep(mut session: Box<Session>, mut asked: oneshot::Receiver<Handover<S
                 if !session.outlasts_absence() {
                     break Reason::Disconnected;
                 }
-                // The run is over; the session goes on as long as it has time.
+                // The run ends; the session waits as long as it has time.
                 session.close_run(Reason::Disconnected, None).await;
                 grace = None;
             }
@@ -76,7 +76,7 @@ async fn keep(mut session: Box<Session>, mut asked: oneshot::Receiver<Handover<S
     if shared.registry.withdraw(&token_hash) {
         let note = lifecycle.is_stopping().then_some("the server shut down");
         session.end(give_up, note).await;
-    } else if let Ok(handover) = asked.await {
+    } else if let Ok(handover) = claimed.await {
         give(handover, session);
     }
 }
@@ -88,16 +88,16 @@ async fn until(moment: Option<Instant>) {
     }
 }
 
-/// Returns when a realtime world has something to tell.
-pub(crate) async fn news(live: Option<&Live>) {
+/// Returns when a realtime world has an observation or is over; never without one.
+pub(crate) async fn changed(live: Option<&RealtimeWorld>) {
     match live {
-        Some(live) => live.news().await,
+        Some(live) => live.changed().await,
         None => std::future::pending().await,
     }
 }
 
 fn give(handover: Handover<Session>, session: Box<Session>) {
-    // The new connection may be gone already; then the session waits for the next.
+    // If the new connection has ended already, the session waits for the next.
     if let Err(session) = handover.send(session) {
         session.wait();
     }

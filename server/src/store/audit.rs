@@ -1,4 +1,4 @@
-//! Who decided what, when and why. Records are only ever added.
+//! The audit: actions of organizers and the server, with time and reason. Records are only added.
 
 use super::database::Store;
 use super::error::StoreError;
@@ -9,16 +9,16 @@ use sqlx::any::AnyArguments;
 use sqlx::query::Query;
 use sqlx::{Any, Transaction};
 
-/// Something an organizer does.
+/// A new record.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NewAuditEntry<'a> {
-    /// The token it was done with.
+    /// Id of the token that was used, or `server`.
     pub(crate) actor: &'a str,
-    /// What, as `session.pause`.
+    /// The action, such as `session.pause`.
     pub(crate) action: &'a str,
-    /// To whom or what.
+    /// Its object.
     pub(crate) subject: &'a str,
-    /// Why, in the organizer's words.
+    /// The organizer's reason.
     pub(crate) reason: Option<&'a str>,
 }
 
@@ -27,22 +27,22 @@ pub(crate) struct NewAuditEntry<'a> {
 pub(crate) struct AuditEntry {
     /// Counts up from 1.
     pub(crate) seq: i64,
-    /// When, ms since 1970 UTC.
+    /// Time, ms since 1970 UTC.
     pub(crate) unix_ms: i64,
-    /// The token it was done with, or `server`.
+    /// Id of the token that was used, or `server`.
     pub(crate) actor: String,
-    /// What.
+    /// The action.
     pub(crate) action: String,
-    /// To whom or what.
+    /// Its object.
     pub(crate) subject: String,
-    /// Why.
+    /// The reason.
     pub(crate) reason: Option<String>,
 }
 
 from_row!(AuditEntry { seq, unix_ms: "at", actor, action, subject, reason });
 
 impl Store {
-    /// A transaction that begins with a record of what it will do: both are stored or neither.
+    /// A transaction that begins with a record of its action: both are stored or neither.
     pub(super) async fn recorded(&self, entry: &NewAuditEntry<'_>) -> Result<Recorded<'_>, StoreError> {
         let numbering = self.audit.lock().await;
         let mut transaction = self.write().await?;
@@ -60,7 +60,7 @@ impl Store {
         Ok(Recorded { transaction, _numbering: numbering })
     }
 
-    /// Writes a record of something that changes nothing in the database.
+    /// Writes a record of an action that changes nothing else in the database.
     pub(crate) async fn record(&self, entry: &NewAuditEntry<'_>) -> Result<(), StoreError> {
         self.recorded(entry).await?.commit().await
     }
@@ -75,7 +75,7 @@ impl Store {
 /// See [`Store::recorded`].
 pub(super) struct Recorded<'a> {
     pub(super) transaction: Transaction<'static, Any>,
-    /// Numbers must not be given twice: one record at a time.
+    /// One record at a time, so that numbers are unique.
     _numbering: tokio::sync::MutexGuard<'a, ()>,
 }
 
@@ -84,8 +84,7 @@ impl Recorded<'_> {
         Ok(self.transaction.commit().await?)
     }
 
-    /// Does what is recorded, and commits when it changed the one row it was meant for; else nothing happened, and nothing
-    /// is recorded.
+    /// Executes the recorded change and commits if it changed exactly one row; otherwise nothing is changed or recorded.
     pub(super) async fn change_one(
         mut self,
         query: Query<'_, Any, AnyArguments>,

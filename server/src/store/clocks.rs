@@ -1,28 +1,28 @@
-//! The clocks of sessions, and what is given back of them.
+//! The clocks of sessions, and refunds.
 
 use super::database::Store;
 use super::error::StoreError;
 use sqlx::{Any, AnyConnection, Transaction};
 
-/// A session's clock, as it is saved.
+/// A session's clock, as stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ClockState {
-    /// Whether the first reset has been.
+pub(crate) struct ClockRow {
+    /// Whether the first reset has happened.
     pub(crate) started: bool,
-    /// Wall-clock time it ran, pauses left out, s.
+    /// Wall-clock time, without pauses, s.
     pub(crate) wall_s: f64,
     /// Simulated time, s.
     pub(crate) simulated_s: f64,
     /// Time given back for faults of the server, s.
     pub(crate) refunded_s: f64,
-    /// Time spent when the open run began, s; none without a run.
+    /// Time spent when the open run began, s; None without a run.
     pub(crate) run_from_s: Option<f64>,
 }
 
-/// What a run has taken from its session's clock.
+/// Time that a run has spent.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Taken {
-    /// Which run.
+pub(crate) struct RunCost {
+    /// The run.
     pub(crate) run_id: String,
     /// Wall-clock time, s.
     pub(crate) wall_s: f64,
@@ -30,14 +30,14 @@ pub(crate) struct Taken {
     pub(crate) simulated_s: f64,
 }
 
-from_row!(Taken { run_id, wall_s: "taken_wall_s", simulated_s: "taken_simulated_s" });
+from_row!(RunCost { run_id, wall_s: "taken_wall_s", simulated_s: "taken_simulated_s" });
 
-/// A clock that was paid what it was owed.
+/// A clock after its refunds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Paid {
-    /// As it stands now.
-    pub(crate) clock: ClockState,
-    /// Its session was at its end and has time again.
+pub(crate) struct RefundedClock {
+    /// The clock.
+    pub(crate) clock: ClockRow,
+    /// Whether the session was at its end and has time again.
     pub(crate) revived: bool,
 }
 
@@ -56,7 +56,7 @@ pub(super) fn bind_double(query: Query, number: Option<f64>) -> Query {
 pub(super) async fn write_clock(
     connection: &mut AnyConnection,
     session_id: &str,
-    clock: &ClockState,
+    clock: &ClockRow,
 ) -> Result<(), StoreError> {
     let query = sqlx::query(
         "UPDATE sessions SET clock_started = $1, clock_wall_s = $2, clock_simulated_s = $3, refunded_s = $4, \
@@ -70,12 +70,12 @@ pub(super) async fn write_clock(
     Ok(())
 }
 
-/// What void runs of a session have taken and was not given back.
-const OWED: &str = "SELECT run_id, taken_wall_s, taken_simulated_s FROM runs \
+/// Costs of a session's void runs that are not refunded yet.
+const PENDING_REFUNDS: &str = "SELECT run_id, taken_wall_s, taken_simulated_s FROM runs \
      WHERE session_id = $1 AND status = 'voided' AND taken_wall_s IS NOT NULL ORDER BY run_id";
 
-/// Notes that a run's time was given back.
-async fn settle(transaction: &mut Transaction<'static, Any>, run_id: &str) -> Result<(), StoreError> {
+/// Deletes the cost of a run that was refunded.
+async fn delete_cost(transaction: &mut Transaction<'static, Any>, run_id: &str) -> Result<(), StoreError> {
     sqlx::query("UPDATE runs SET taken_wall_s = NULL, taken_simulated_s = NULL WHERE run_id = $1")
         .bind(run_id)
         .execute(&mut **transaction)
@@ -84,29 +84,28 @@ async fn settle(transaction: &mut Transaction<'static, Any>, run_id: &str) -> Re
 }
 
 impl Store {
-    /// Saves the clock of a session that somebody holds: what a crash leaves of it. The time of the runs in `paid` was
-    /// given back to it.
+    /// Saves the clock of an open session. It includes the refunds of `refunded_runs`.
     pub(crate) async fn save_clock(
         &self,
         session_id: &str,
-        clock: &ClockState,
-        paid: &[String],
+        clock: &ClockRow,
+        refunded_runs: &[String],
     ) -> Result<(), StoreError> {
         let mut transaction = self.write().await?;
         write_clock(&mut transaction, session_id, clock).await?;
-        for run_id in paid {
-            settle(&mut transaction, run_id).await?;
+        for run_id in refunded_runs {
+            delete_cost(&mut transaction, run_id).await?;
         }
         Ok(transaction.commit().await?)
     }
 
-    /// What void runs of a session have taken and was not given back.
-    pub(crate) async fn owed(&self, session_id: &str) -> Result<Vec<Taken>, StoreError> {
-        Ok(sqlx::query_as(OWED).bind(session_id).fetch_all(&self.pool).await?)
+    /// Costs of a session's void runs that are not refunded yet.
+    pub(crate) async fn pending_refunds(&self, session_id: &str) -> Result<Vec<RunCost>, StoreError> {
+        Ok(sqlx::query_as(PENDING_REFUNDS).bind(session_id).fetch_all(&self.pool).await?)
     }
 
-    /// The sessions that something is owed to.
-    pub(crate) async fn creditors(&self) -> Result<Vec<String>, StoreError> {
+    /// The sessions with pending refunds.
+    pub(crate) async fn sessions_with_pending_refunds(&self) -> Result<Vec<String>, StoreError> {
         let query = sqlx::query_scalar(
             "SELECT DISTINCT session_id FROM runs WHERE status = 'voided' AND taken_wall_s IS NOT NULL \
              ORDER BY session_id",
@@ -114,23 +113,25 @@ impl Store {
         Ok(query.fetch_all(&self.pool).await?)
     }
 
-    /// Gives back what is owed to a session that nobody holds. `pay` takes its length and clock; when it says that the
-    /// session has time again, and `reopen`, an official session is open again, unless its team has another open one.
-    pub(crate) async fn give_back(
+    /// Gives pending refunds to a session that is not open in this process. `refund` computes the clock from the session's length and
+    /// clock. If the session has time again and `reopen` is set, an official session opens again, unless its team has another open
+    /// one.
+    pub(crate) async fn refund(
         &self,
         session_id: &str,
         reopen: bool,
-        pay: impl FnOnce(Option<f64>, ClockState, &[Taken]) -> Paid + Send,
+        refund: impl FnOnce(Option<f64>, ClockRow, &[RunCost]) -> RefundedClock + Send,
     ) -> Result<(), StoreError> {
         type Clock = (Option<f64>, i64, f64, f64, f64);
         let mut transaction = self.write().await?;
-        // Whoever else does the same waits here; in SQLite at the transaction's begin.
+        // Locks the row in Postgres; SQLite locks at the transaction's begin.
         sqlx::query("UPDATE sessions SET clock_started = clock_started WHERE session_id = $1")
             .bind(session_id)
             .execute(&mut *transaction)
             .await?;
-        let owed: Vec<Taken> = sqlx::query_as(OWED).bind(session_id).fetch_all(&mut *transaction).await?;
-        if owed.is_empty() {
+        let pending: Vec<RunCost> =
+            sqlx::query_as(PENDING_REFUNDS).bind(session_id).fetch_all(&mut *transaction).await?;
+        if pending.is_empty() {
             return Ok(());
         }
         let (limit_s, started, wall_s, simulated_s, refunded_s): Clock = sqlx::query_as(
@@ -140,11 +141,11 @@ impl Store {
         .bind(session_id)
         .fetch_one(&mut *transaction)
         .await?;
-        let clock = ClockState { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s: None };
-        let Paid { clock, revived } = pay(limit_s, clock, &owed);
+        let clock = ClockRow { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s: None };
+        let RefundedClock { clock, revived } = refund(limit_s, clock, &pending);
         write_clock(&mut transaction, session_id, &clock).await?;
-        for taken in &owed {
-            settle(&mut transaction, &taken.run_id).await?;
+        for cost in &pending {
+            delete_cost(&mut transaction, &cost.run_id).await?;
         }
         if revived && reopen {
             sqlx::query(

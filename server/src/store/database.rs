@@ -1,4 +1,4 @@
-//! The database: opened, upgraded, held by one server.
+//! The database: opened, migrated, locked for one server.
 
 use super::error::StoreError;
 use super::location::{Dialect, Location, Lock, Target};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// Version, name, statements. Embedded, so that the program needs no files beside it.
+/// Version, name and statements, embedded in the program.
 const MIGRATIONS: [(i64, &str, &str); 5] = [
     (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
     (2, "competition", include_str!("../../migrations/0002_competition.sql")),
@@ -30,11 +30,10 @@ pub(crate) struct Store {
 }
 
 impl Store {
-    /// Opens the database, creating and upgrading it as needed.
+    /// Opens the database; creates and migrates it as needed.
     ///
     /// # Errors
-    /// When the place cannot be written, is no database, is used by another server, or was written by a newer
-    /// version.
+    /// The database cannot be opened or written, is in use by another server, or was written by a newer version.
     pub(crate) async fn open(location: &Location) -> Result<Self, StoreError> {
         install_default_drivers();
         let target = Target::new(location)?;
@@ -45,9 +44,8 @@ impl Store {
             .acquire_timeout(Duration::from_secs(10))
             .after_connect(move |connection, _| {
                 Box::pin(async move {
-                    // WAL: readers never wait for the writer. FULL: a commit is on the disk before the client
-                    // hears its score, also when the power fails; with two small commits per run the price is
-                    // not felt.
+                    // WAL: readers never wait for the writer. FULL: a commit is on the disk before the client gets
+                    // its score, even if the power fails; with two small commits per run this costs little.
                     if dialect == Dialect::Sqlite {
                         connection
                             .execute(
@@ -72,7 +70,7 @@ impl Store {
         Ok(())
     }
 
-    /// Closes all connections; SQLite merges its write-ahead log into the file. The database is free again.
+    /// Closes all connections and releases the lock; SQLite merges its write-ahead log into the file.
     pub(crate) async fn close(&self) {
         self.pool.close().await;
         if let Some(lock) = self.lock.lock().await.take() {

@@ -1,4 +1,4 @@
-//! All rows of all tables, out and in: for backups, the same for every kind of database.
+//! Export and import of all tables for backups, independent of the kind of database.
 
 use super::database::Store;
 use super::error::StoreError;
@@ -6,7 +6,7 @@ use serde_json::{Map, Number, Value};
 use sqlx::any::{AnyRow, AnyTypeInfoKind};
 use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};
 
-/// The tables, each after those it refers to.
+/// The tables, each after the tables that it refers to.
 const TABLES: [&str; 11] = [
     "teams",
     "tokens",
@@ -45,7 +45,7 @@ fn json_row(row: &AnyRow) -> Result<Map<String, Value>, StoreError> {
 }
 
 impl Store {
-    /// All tables as they are at one moment.
+    /// All tables, from one snapshot.
     pub(crate) async fn dump(&self) -> Result<Vec<Table>, StoreError> {
         let mut transaction = self.pool.begin_with(self.dialect.begin_snapshot()).await?;
         let mut tables = Vec::new();
@@ -58,12 +58,12 @@ impl Store {
         Ok(tables)
     }
 
-    /// Whether nobody has used this database yet.
+    /// Whether all tables are empty.
     pub(crate) async fn is_empty(&self) -> Result<bool, StoreError> {
         Ok(self.dump().await?.iter().all(|(_, rows)| rows.is_empty()))
     }
 
-    /// Fills an empty database; all or nothing. Tables and columns that this version does not know are refused.
+    /// Fills an empty database, in one transaction. Unknown columns are refused.
     pub(crate) async fn fill(&self, tables: &[Table]) -> Result<(), StoreError> {
         let mut transaction = self.write().await?;
         for name in TABLES {
@@ -76,7 +76,7 @@ impl Store {
                     if column.is_empty() || !column.chars().all(word) {
                         return Err(decoding(column, format!("no column of {name}")));
                     }
-                    // What is missing is not bound: the database would want to know its type.
+                    // NULL is not bound: a bound NULL would need a type.
                     if value.is_null() {
                         values.push("NULL".to_owned());
                     } else {

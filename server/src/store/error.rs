@@ -1,19 +1,19 @@
-//! Why the store did not do what it was asked.
+//! Failures of the database.
 
 use palmares_protocol::{Code, Refusal};
 use std::path::PathBuf;
 
-/// Why the store did not do what it was asked.
+/// A failure of the database.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StoreError {
-    /// The URL names a database this version cannot use.
+    /// The URL names a database that is not supported.
     #[error(
         "database URL `{url}`: {why}; use sqlite:///path/to/palmares.sqlite or postgres://user@host/database"
     )]
     Url {
-        /// As given, without what follows the scheme: it may hold a password.
+        /// The URL's scheme only: the rest may contain a password.
         url: String,
-        /// What is wrong with it.
+        /// The problem.
         why: String,
     },
     /// Another server uses the database.
@@ -21,26 +21,26 @@ pub(crate) enum StoreError {
         "the database {place} is in use by another server; choose another with --data-dir or --database-url"
     )]
     Taken {
-        /// Which.
+        /// The database.
         place: String,
     },
-    /// The data directory cannot be made or written.
+    /// The data directory cannot be created or written.
     #[error("cannot write in the data directory {}: {source}; choose another with --data-dir", path.display())]
     Folder {
-        /// Which.
+        /// The directory.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The database cannot be opened.
     #[error("cannot open the database {place}: {source}")]
     Open {
-        /// Which.
+        /// The database.
         place: String,
-        /// What the database said.
+        /// The database's error.
         source: sqlx::Error,
     },
-    /// The schema could not be brought up to date.
+    /// The schema could not be migrated.
     #[error("cannot bring the database up to date: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),
     /// A query failed.
@@ -48,10 +48,10 @@ pub(crate) enum StoreError {
     Query(#[from] sqlx::Error),
 }
 
-/// Logs the failure and words it for whoever asked.
+/// Logs the failure and returns the refusal for the client.
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
-        tracing::error!(%error, "store failed");
+        tracing::error!(%error, "the database failed");
         Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0)
     }
 }

@@ -1,4 +1,4 @@
-//! Hands that teams sent in.
+//! Hands that teams uploaded.
 
 use super::audit::NewAuditEntry;
 use super::database::Store;
@@ -10,44 +10,44 @@ use serde::{Serialize, Serializer};
 /// A hand that passed its check.
 #[derive(Clone, Debug)]
 pub(crate) struct NewHand<'a> {
-    /// Identifies it.
+    /// Its id.
     pub(crate) hand_id: &'a str,
-    /// Whose it is.
+    /// Its team.
     pub(crate) team: &'a str,
-    /// As `reset` calls it.
+    /// Its name, as in `reset`.
     pub(crate) name: &'a str,
-    /// Of the archive, hexadecimal.
+    /// SHA-256 of the archive, hexadecimal.
     pub(crate) sha256: &'a str,
-    /// Of the archive.
+    /// Size of the archive, bytes.
     pub(crate) bytes: u64,
-    /// JSON list of texts.
+    /// Warnings, as a JSON list of strings.
     pub(crate) warnings: &'a str,
 }
 
 /// A hand as stored.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct HandRow {
-    /// Identifies it.
+    /// Its id.
     pub(crate) hand_id: String,
-    /// Whose it is.
+    /// Its team.
     pub(crate) team: String,
-    /// As `reset` calls it.
+    /// Its name, as in `reset`.
     pub(crate) name: String,
-    /// Of the archive.
+    /// SHA-256 of the archive, hexadecimal.
     pub(crate) sha256: String,
-    /// Of the archive.
+    /// Size of the archive, bytes.
     pub(crate) bytes: i64,
     /// `pending`, `approved` or `rejected`.
     pub(crate) status: String,
-    /// Why it was rejected, or what the organizer wants to say.
+    /// The organizer's reason for the decision.
     pub(crate) note: Option<String>,
-    /// What the check found odd, JSON.
+    /// Warnings of the check.
     #[serde(serialize_with = "as_json")]
     #[schemars(with = "Vec<String>")]
     pub(crate) warnings: String,
-    /// When it came, ms since 1970 UTC.
+    /// Time of the upload, ms since 1970 UTC.
     pub(crate) created_unix_ms: i64,
-    /// When the organizer decided.
+    /// Time of the organizer's decision, ms since 1970 UTC.
     pub(crate) decided_unix_ms: Option<i64>,
 }
 
@@ -64,7 +64,7 @@ from_row!(HandRow {
     decided_unix_ms: "decided_at"
 });
 
-/// A text that is JSON already.
+/// Serialises a string that is JSON already.
 fn as_json<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error> {
     serde_json::from_str::<serde_json::Value>(text).unwrap_or_default().serialize(serializer)
 }
@@ -88,7 +88,7 @@ impl Store {
         Ok(())
     }
 
-    /// Hands of one team, or of all; oldest first.
+    /// Hands of one team or of all, oldest first.
     pub(crate) async fn hands(&self, team: Option<&str>) -> Result<Vec<HandRow>, StoreError> {
         let query = match team {
             Some(team) => {
@@ -105,7 +105,7 @@ impl Store {
         Ok(query.fetch_optional(&self.pool).await?)
     }
 
-    /// Approves or rejects a hand; false when there is none. A decision may be changed.
+    /// Approves or rejects a hand; false if it does not exist. A decision can be changed.
     pub(crate) async fn decide_hand(
         &self,
         hand_id: &str,

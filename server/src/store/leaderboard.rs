@@ -1,4 +1,4 @@
-//! Ranking: best score per task, their sum, ties to who reached it earlier.
+//! The ranking: by the sum of the best scores of each task; of equal sums the earlier is first.
 
 use super::database::Store;
 use super::error::StoreError;
@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// A team's place.
+/// A team's row in the ranking.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct LeaderboardRow {
-    /// 1 for the first.
+    /// From 1.
     pub(crate) rank: usize,
     /// The team.
     pub(crate) team: String,
@@ -17,11 +17,11 @@ pub(crate) struct LeaderboardRow {
     pub(crate) total: f64,
     /// Finished runs.
     pub(crate) runs: i64,
-    /// When the total was reached: the end of the run that completed it, ms since 1970 UTC.
+    /// When the total was reached: the end of the last run in it, ms since 1970 UTC.
     pub(crate) reached_unix_ms: i64,
-    /// Whether every run the team ever opened was without the true state of the world.
+    /// Whether no run of the team had the true state.
     pub(crate) sensors_only: bool,
-    /// Its place among the teams that only use sensors.
+    /// Its rank among the teams with `sensors_only`.
     pub(crate) sensors_rank: Option<usize>,
     /// Best run of each task.
     pub(crate) tasks: BTreeMap<String, TaskBest>,
@@ -36,11 +36,11 @@ pub(crate) struct TaskBest {
     pub(crate) run_id: String,
     /// `practice`, `provisional` or `verified`.
     pub(crate) status: String,
-    /// Its end, ms since 1970 UTC.
+    /// End of the run, ms since 1970 UTC.
     pub(crate) ended_unix_ms: i64,
 }
 
-/// What the query gives for the best run of a team in a task.
+/// A row of the query: the best run of a team in a task.
 type Best = (String, String, f64, String, String, i64, i64, i64);
 
 impl Store {
@@ -79,7 +79,7 @@ impl Store {
     }
 }
 
-/// Sums up, sorts and numbers. The sum is taken over the tasks in order of name: the same bits every time.
+/// Adds the scores, sorts and numbers the rows. Scores are added in order of the task's name, so that the sum is deterministic.
 fn rank(mut rows: Vec<LeaderboardRow>) -> Vec<LeaderboardRow> {
     for row in &mut rows {
         row.total = row.tasks.values().map(|best| best.score).sum();

@@ -1,4 +1,4 @@
-//! Where the database is, and how one server keeps others away from it.
+//! The location of the database, and the lock that one server holds on it.
 
 use super::error::StoreError;
 use sqlx::any::AnyConnectOptions;
@@ -9,33 +9,33 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// Key of the advisory lock by which a server holds a Postgres database: "palmares" as a number.
+/// Key of the advisory lock on a Postgres database: "palmares" as a number.
 const ADVISORY_KEY: i64 = i64::from_be_bytes(*b"palmares");
 
-/// How long the database is waited for while another holds it: what a killed server held is given back by the system
-/// and by Postgres only a moment after it, and its successor may be started in that moment.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// Longest wait for the lock: after a server was killed, the system and Postgres release its lock with a delay, and its successor may
+/// start in between.
+const LOCK_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Time between two attempts.
-const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(50);
+const RETRY_PERIOD: Duration = Duration::from_millis(50);
 
-/// Where the database is.
+/// The location of the database.
 #[derive(Clone, Debug)]
 pub(crate) enum Location {
-    /// A file in the data directory, created when it is missing.
+    /// A file in the data directory, created if it is missing.
     DataDir(PathBuf),
     /// A URL.
     Url(String),
 }
 
 impl Location {
-    /// The database of that URL, or without one that of the data directory.
+    /// The database of a URL, or without one the file in the data directory.
     pub(crate) fn new(data_dir: &Path, database_url: Option<String>) -> Self {
         database_url.map_or_else(|| Location::DataDir(data_dir.to_owned()), Location::Url)
     }
 }
 
-/// Which dialect of SQL the database speaks, where it matters.
+/// The kind of database, where the SQL differs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Dialect {
     /// A file.
@@ -45,8 +45,7 @@ pub(crate) enum Dialect {
 }
 
 impl Dialect {
-    /// How a transaction begins that will write: SQLite takes its one write lock at once, so that it waits for it
-    /// instead of failing half-way.
+    /// Begins a transaction that writes. SQLite takes its write lock at once: it waits there instead of failing later.
     pub(super) fn begin(self) -> &'static str {
         match self {
             Dialect::Sqlite => "BEGIN IMMEDIATE",
@@ -54,7 +53,7 @@ impl Dialect {
         }
     }
 
-    /// How a transaction begins that reads everything as it is at one moment.
+    /// Begins a transaction that reads from one snapshot.
     pub(super) fn begin_snapshot(self) -> &'static str {
         match self {
             Dialect::Sqlite => "BEGIN DEFERRED",
@@ -63,27 +62,26 @@ impl Dialect {
     }
 }
 
-/// A location made ready for a connection.
+/// A location, prepared for a connection.
 pub(super) struct Target {
     /// For messages; without a password.
     pub(super) place: String,
     pub(super) url: String,
     pub(super) dialect: Dialect,
-    /// The file beside which the lock lies; none for a server.
+    /// The database file, with the lock file in its folder; None for Postgres.
     file: Option<PathBuf>,
 }
 
-/// Keeps other servers away from the database. The system or the database gives it back when the process ends,
-/// however it ends.
+/// The lock on the database. It is released when the process ends in any way.
 #[derive(Debug)]
 pub(super) enum Lock {
     File(File),
-    /// A connection that holds an advisory lock as long as it lives.
+    /// A connection that holds an advisory lock until it closes.
     Advisory(Box<AnyConnection>),
 }
 
 impl Target {
-    /// Reads a location. A data directory is created.
+    /// Prepares a location. Creates the data directory.
     pub(super) fn new(location: &Location) -> Result<Self, StoreError> {
         match location {
             Location::DataDir(folder) => {
@@ -110,18 +108,18 @@ impl Target {
                 let path = url.trim_start_matches("sqlite:").trim_start_matches("//");
                 let (path, parameters) = path.split_once('?').unwrap_or((path, ""));
                 if path.is_empty() || path.contains(":memory:") || parameters.contains("mode=memory") {
-                    return Err(refused("a database in memory would not outlive the server".into()));
+                    return Err(refused("a database in memory is lost when the server stops".into()));
                 }
                 let url = match parameters.contains("mode=") {
                     true => url.to_owned(),
                     false if parameters.is_empty() => format!("{}?mode=rwc", url.trim_end_matches('?')),
                     false => format!("{url}&mode=rwc"),
                 };
-                // The lock lies beside the file; escapes in the path only give it another name.
+                // For the lock file only: escapes in the path change nothing but its name.
                 let file = Some(PathBuf::from(path));
                 Ok(Target { place, url, dialect: Dialect::Sqlite, file })
             }
-            _ => Err(refused("no database this program knows".into())),
+            _ => Err(refused("this kind of database is not supported".into())),
         }
     }
 
@@ -130,23 +128,23 @@ impl Target {
             .map_err(|error| StoreError::Url { url: self.place.clone(), why: error.to_string() })
     }
 
-    /// Takes the database for this process.
+    /// Takes the lock.
     ///
     /// # Errors
-    /// [`StoreError::Taken`] when another process still has it after [`PATIENCE`].
+    /// [`StoreError::Taken`] if another process still has it after [`LOCK_TIMEOUT`].
     pub(super) async fn lock(&self) -> Result<Lock, StoreError> {
         let mut lock = self.unlocked().await?;
         let began = Instant::now();
         while !self.take(&mut lock).await? {
-            if began.elapsed() >= PATIENCE {
+            if began.elapsed() >= LOCK_TIMEOUT {
                 return Err(StoreError::Taken { place: self.place.clone() });
             }
-            tokio::time::sleep(BETWEEN_ATTEMPTS).await;
+            tokio::time::sleep(RETRY_PERIOD).await;
         }
         Ok(lock)
     }
 
-    /// What the lock is held with, before it is.
+    /// Opens the file or connection of the lock.
     async fn unlocked(&self) -> Result<Lock, StoreError> {
         use sqlx::ConnectOptions;
         match &self.file {
@@ -164,7 +162,7 @@ impl Target {
         }
     }
 
-    /// Whether the lock could be taken.
+    /// Tries to take the lock.
     async fn take(&self, lock: &mut Lock) -> Result<bool, StoreError> {
         match lock {
             Lock::File(file) => match file.try_lock() {
@@ -173,9 +171,9 @@ impl Target {
                 Err(TryLockError::Error(source)) => Err(self.unusable(source.into())),
             },
             Lock::Advisory(connection) => {
-                let asked = sqlx::query_as("SELECT pg_try_advisory_lock($1)").bind(ADVISORY_KEY);
+                let query = sqlx::query_as("SELECT pg_try_advisory_lock($1)").bind(ADVISORY_KEY);
                 let (taken,) =
-                    asked.fetch_one(&mut **connection).await.map_err(|source| self.unusable(source))?;
+                    query.fetch_one(&mut **connection).await.map_err(|source| self.unusable(source))?;
                 Ok(taken)
             }
         }
@@ -187,12 +185,12 @@ impl Target {
 }
 
 impl Lock {
-    /// Gives the database back. The end of the process would do it too.
+    /// Releases the lock.
     pub(super) async fn release(self) {
         match self {
             Lock::File(file) => drop(file.unlock()),
             Lock::Advisory(mut connection) => {
-                // Closing alone would do, but Postgres notices it only some time later.
+                // Postgres notices a closed connection only after a while.
                 let unlock = sqlx::query("SELECT pg_advisory_unlock($1)").bind(ADVISORY_KEY);
                 drop(unlock.execute(&mut *connection).await);
                 drop(connection.close().await);
@@ -201,7 +199,7 @@ impl Lock {
     }
 }
 
-/// A path for a URL: what is no letter, digit, slash or harmless mark is escaped.
+/// A path for a URL: all bytes but letters, digits and `/-._~` are escaped.
 fn percent_encoded(path: &Path) -> String {
     let mut text = String::new();
     for &byte in path.as_os_str().as_encoded_bytes() {

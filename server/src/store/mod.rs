@@ -1,10 +1,9 @@
-//! What outlives the process: teams and their tokens, sessions, runs, hands, and who decided what.
+//! The database: teams, tokens, sessions, runs, hands, audit.
 //!
-//! One set of queries serves SQLite and Postgres (`$1` works in both; flags are 0 or 1 because SQLite has no
-//! booleans).
+//! One set of queries serves SQLite and Postgres: `$1` works in both; flags are 0 or 1, since SQLite has no booleans.
 
-/// How a struct is read from a row: each field from the column of its name, or of the name beside it; what follows `row`
-/// is computed.
+/// Implements reading a struct from a row: each field from the column of its name, or of the name after the colon. Fields after `row`
+/// are computed.
 macro_rules! from_row {
     ($name:ident { $($field:ident $(: $column:literal)?),* $(; $row:ident => $($other:ident: $value:expr),*)? }) => {
         impl sqlx::FromRow<'_, sqlx::any::AnyRow> for $name {
@@ -35,11 +34,11 @@ mod settings;
 mod similar_runs;
 mod teams;
 mod tokens;
-mod verdicts;
+mod verification;
 
 pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
-pub(crate) use clocks::{ClockState, Paid, Taken};
+pub(crate) use clocks::{ClockRow, RefundedClock, RunCost};
 pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
@@ -48,11 +47,11 @@ pub(crate) use leaderboard::LeaderboardRow;
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
-pub(crate) use runs::{FinishedRun, NewRun, RunRecord};
+pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use teams::TeamRow;
 pub(crate) use tokens::{NewToken, TokenRow};
-pub(crate) use verdicts::{UnverifiedRun, Verdict};
+pub(crate) use verification::{UnverifiedRun, VerificationStatus};
 
 #[cfg(test)]
 mod tests;

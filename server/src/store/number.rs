@@ -1,4 +1,4 @@
-//! Numbers as the database keeps them: times in ms since 1970, integers with a sign.
+//! Numbers of the database: times in ms since 1970, signed integers.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -8,7 +8,7 @@ pub(crate) fn unix_ms() -> i64 {
     i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
 }
 
-/// SQL integers are signed; nothing we count comes near the end.
+/// A number as a signed SQL integer; it saturates.
 pub(super) fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
 }

@@ -1,6 +1,6 @@
-//! Rows of `runs`.
+//! The table `runs`.
 
-use super::clocks::{ClockState, write_clock};
+use super::clocks::{ClockRow, write_clock};
 use super::database::Store;
 use super::error::StoreError;
 use super::number::{signed, unix_ms};
@@ -9,72 +9,72 @@ use palmares_tasks::{Event, Outcome, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// A run that begins.
+/// A new run.
 #[derive(Clone, Debug)]
 pub(crate) struct NewRun {
-    /// Identifies it.
+    /// Its id.
     pub(crate) run_id: String,
-    /// The session it belongs to.
+    /// Its session.
     pub(crate) session_id: String,
-    /// Name on the leaderboard.
+    /// Its team.
     pub(crate) team: String,
     /// Task.
     pub(crate) task: String,
     /// Hand.
     pub(crate) hand: String,
-    /// SHA-256 of the hand's archive, when it is a team's own.
+    /// SHA-256 of the hand's archive, if the team uploaded it.
     pub(crate) hand_sha256: Option<String>,
     /// `lockstep` or `realtime`.
     pub(crate) mode: &'static str,
-    /// How much the controller sees.
+    /// Sensors only, or also the true state.
     pub(crate) sensing: Sensing,
-    /// 64 hexadecimal digits.
+    /// The seed, 64 hexadecimal digits.
     pub(crate) seed_hex: String,
     /// The number behind the seed, in practice.
     pub(crate) seed: Option<u64>,
-    /// The number of the run among the team's in this task, in an official session.
+    /// Number of the run among the team's runs of this task, in an official session.
     pub(crate) k: Option<u64>,
-    /// Program.
+    /// Version of the server.
     pub(crate) server_version: String,
-    /// Commit it was built from.
+    /// Commit of its build.
     pub(crate) build_hash: String,
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Clone, Debug)]
-pub(crate) struct FinishedRun<'a> {
-    /// Which.
+pub(crate) struct FinishedRunRow<'a> {
+    /// The run.
     pub(crate) run_id: &'a str,
-    /// `practice`, `provisional` or `voided`.
+    /// `practice`, `provisional`, `aborted` or `voided`.
     pub(crate) status: &'a str,
-    /// What it is worth.
+    /// Score, reason and counts.
     pub(crate) outcome: &'a Outcome,
-    /// For people: what happened, where the reason does not say it.
+    /// A note for people, in addition to the reason.
     pub(crate) note: Option<&'a str>,
-    /// Ticks for which a realtime client sent no action.
+    /// Ticks of a realtime run without a new action.
     pub(crate) missed_ticks: u64,
-    /// What it has taken from its session's clock: given back if it is voided later. Wall-clock and simulated time, s.
-    pub(crate) taken_s: (f64, f64),
-    /// Its session, and that session's clock from now on, where it is saved.
-    pub(crate) clock: Option<(&'a str, ClockState)>,
+    /// Time that it has spent, refunded if it is voided later: wall-clock and simulated, s.
+    pub(crate) cost_s: (f64, f64),
+    /// Its session and the clock from now on, for sessions whose clock is saved.
+    pub(crate) clock: Option<(&'a str, ClockRow)>,
 }
 
-/// A run as `GET /v1/runs/{id}` shows it.
+/// A run, as in `GET /v1/runs/{id}`.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct RunRecord {
-    /// Identifies it.
+    /// Its id.
     pub(crate) run_id: String,
-    /// The session it belongs to; only for those who may know.
+    /// Its session; left out where the client may not know it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) session_id: Option<String>,
-    /// Name on the leaderboard.
+    /// Its team.
     pub(crate) team: String,
     task: String,
     /// Hand.
     pub(crate) hand: String,
     mode: String,
     sensing: String,
-    /// Where it stands.
+    /// `open`, `practice`, `provisional`, `verified`, `rejected`, `aborted` or `voided`.
     pub(crate) status: String,
     reason: Option<String>,
     note: Option<String>,
@@ -85,11 +85,11 @@ pub(crate) struct RunRecord {
     sim_time_s: Option<f64>,
     missed_ticks: i64,
     state_hash: Option<String>,
-    /// In practice, what `reset` takes to build the scene again.
+    /// In practice, the number with which `reset` builds the scene again.
     pub(crate) seed: Option<i64>,
-    /// The seed itself; null while it is hidden.
+    /// The seed; null while it is hidden.
     pub(crate) seed_hex: Option<String>,
-    /// Number of the run among the team's in this task; official runs only.
+    /// Number of the run among the team's runs of this task; official runs only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) k: Option<i64>,
     started_unix_ms: i64,
@@ -102,11 +102,10 @@ pub(crate) struct RunRecord {
     verified_unix_ms: Option<i64>,
     server_version: String,
     build_hash: String,
-    /// Other teams' runs with the same actions over a long stretch; for organizers only, and left out where there
-    /// are none.
+    /// Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) similar: Option<Vec<SimilarRun>>,
-    /// What the referee noted; of an official run only for those who may watch it, until the seeds are revealed.
+    /// Events of the referee; until the seeds are revealed, those of an official run are only for clients that may watch it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) events: Option<Vec<Event>>,
 }
@@ -118,7 +117,7 @@ from_row!(RunRecord {
     row => similar: None, events: Some(events(row.try_get("events")?)?)
 });
 
-/// What the referee noted, as it is stored.
+/// Decodes the stored events.
 fn events(json: Option<String>) -> Result<Vec<Event>, sqlx::Error> {
     let events = json.map(|json| serde_json::from_str(&json)).transpose();
     let events =
@@ -126,13 +125,13 @@ fn events(json: Option<String>) -> Result<Vec<Event>, sqlx::Error> {
     Ok(events.unwrap_or_default())
 }
 
-/// The word serde writes for a value without fields.
+/// The string that serde writes for a value without fields.
 fn word<T: Serialize>(value: &T) -> Option<String> {
     serde_json::to_value(value).ok()?.as_str().map(str::to_owned)
 }
 
 impl Store {
-    /// The number of the team's next run of a task, from 1. No number is given twice.
+    /// The number of the team's next run of a task, from 1. Numbers are unique.
     pub(crate) async fn next_k(&self, team: &str, task: &str) -> Result<u64, StoreError> {
         let k: i64 = sqlx::query_scalar(
             "INSERT INTO run_counters (team, task, k) VALUES ($1, $2, 1) \
@@ -145,7 +144,7 @@ impl Store {
         Ok(k.unsigned_abs())
     }
 
-    /// Takes back the number that was given last: no run was opened with it, it is the next run's.
+    /// Returns the last number, with which no run was opened: the next run gets it.
     pub(crate) async fn give_back_k(&self, team: &str, task: &str, k: u64) -> Result<(), StoreError> {
         sqlx::query(
             "UPDATE run_counters SET k = k - 1 WHERE team = $1 AND task = $2 AND k = $3 AND NOT EXISTS \
@@ -159,7 +158,7 @@ impl Store {
         Ok(())
     }
 
-    /// Writes a run that begins now.
+    /// Stores a new run as open.
     pub(crate) async fn begin_run(&self, run: &NewRun) -> Result<(), StoreError> {
         sqlx::query(
             "INSERT INTO runs (run_id, session_id, team, task, hand, mode, sensing, seed_hex, seed, \
@@ -185,9 +184,9 @@ impl Store {
         Ok(())
     }
 
-    /// Writes how a run ended; returns the status it got: a run of a session that an organizer voided is void. It is
-    /// on the disk when this returns; doing it twice changes nothing more.
-    pub(crate) async fn finish_run(&self, run: &FinishedRun<'_>) -> Result<String, StoreError> {
+    /// Stores the end of a run. Returns its status, which is void in a voided session. The result is on the disk when this returns; a
+    /// second call changes nothing.
+    pub(crate) async fn finish_run(&self, run: &FinishedRunRow<'_>) -> Result<String, StoreError> {
         let outcome = run.outcome;
         let events =
             serde_json::to_string(&outcome.events).map_err(|error| sqlx::Error::Encode(error.into()))?;
@@ -213,7 +212,7 @@ impl Store {
         .bind(run.run_id)
         .execute(&mut *transaction)
         .await?;
-        let (wall_s, simulated_s) = run.taken_s;
+        let (wall_s, simulated_s) = run.cost_s;
         sqlx::query(
             "UPDATE runs SET taken_wall_s = $1, taken_simulated_s = $2 \
              WHERE run_id = $3 AND status NOT IN ('open', 'voided')",
@@ -224,7 +223,7 @@ impl Store {
         .execute(&mut *transaction)
         .await?;
         if let Some((session_id, clock)) = &run.clock {
-            // With the result: a run that counts costs its time, whatever happens next.
+            // In the transaction of the result: a run that counts always costs its time.
             write_clock(&mut transaction, session_id, clock).await?;
         }
         let status = sqlx::query_scalar("SELECT status FROM runs WHERE run_id = $1")
@@ -245,7 +244,7 @@ impl Store {
         Ok(run)
     }
 
-    /// All runs, oldest first: for the export.
+    /// All runs, oldest first, for the export.
     pub(crate) async fn runs(&self) -> Result<Vec<RunRecord>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM runs ORDER BY started_at, run_id");
         let mut runs: Vec<RunRecord> = query.fetch_all(&self.pool).await?;
@@ -256,8 +255,8 @@ impl Store {
         Ok(runs)
     }
 
-    /// Marks what an earlier process left open: its runs as aborted, its practice sessions as ended. Official
-    /// sessions stay open: their teams may come back. Returns the runs.
+    /// Marks open runs of an earlier process as aborted and its practice sessions as ended. Official sessions stay open for their
+    /// teams. Returns the runs.
     pub(crate) async fn abort_open_runs(&self) -> Result<Vec<String>, StoreError> {
         let mut transaction = self.write().await?;
         let runs = sqlx::query_scalar(

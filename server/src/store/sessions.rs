@@ -1,7 +1,7 @@
-//! Rows of `sessions`, and the clocks in them.
+//! The table `sessions`.
 
 use super::audit::NewAuditEntry;
-use super::clocks::{ClockState, bind_double};
+use super::clocks::{ClockRow, bind_double};
 use super::database::Store;
 use super::error::StoreError;
 use super::number::unix_ms;
@@ -9,16 +9,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::AnyConnection;
 
-/// A session that begins.
+/// A new session.
 #[derive(Clone, Debug)]
 pub(crate) struct NewSession {
-    /// Identifies it.
+    /// Its id.
     pub(crate) session_id: String,
-    /// Name on the leaderboard.
+    /// Its team.
     pub(crate) team: String,
-    /// What the client said of itself.
+    /// Version of the client, as the client gives it.
     pub(crate) client_version: Option<String>,
-    /// s; none for a session without a limit.
+    /// Its length, s; None without a limit.
     pub(crate) limit_s: Option<f64>,
     /// `practice` or `official`.
     pub(crate) mode: &'static str,
@@ -26,53 +26,53 @@ pub(crate) struct NewSession {
     pub(crate) token_hash: Option<String>,
 }
 
-/// An official session that an earlier process left behind and whose time is not spent for all it knows.
+/// An open official session of an earlier process.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ResumableSession {
-    /// Identifies it.
+    /// Its id.
     pub(crate) session_id: String,
-    /// Whose it is.
+    /// Its team.
     pub(crate) team: String,
     /// SHA-256 of its resume token, hexadecimal.
     pub(crate) token_hash: String,
     /// Its length, s.
     pub(crate) limit_s: Option<f64>,
-    /// Its clock when it was saved last.
-    pub(crate) clock: ClockState,
-    /// Whether an organizer holds it.
+    /// Its clock, as saved last.
+    pub(crate) clock: ClockRow,
+    /// Whether an organizer has paused it.
     pub(crate) paused: bool,
 }
 
-/// A session as an organizer sees it.
+/// A session, as in the lists for organizers and teams.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct SessionRow {
-    /// Identifies it.
+    /// Its id.
     pub(crate) session_id: String,
-    /// Whose it is.
+    /// Its team.
     pub(crate) team: String,
     /// `practice` or `official`.
     pub(crate) mode: String,
     /// `open`, `ended` or `voided`.
     pub(crate) status: String,
-    /// What the client said of itself.
+    /// Version of the client, as the client gives it.
     pub(crate) client_version: Option<String>,
     /// Its length, s.
     pub(crate) limit_s: Option<f64>,
-    /// Its clock: wall-clock time without pauses, s.
+    /// Wall-clock time of its clock, without pauses, s.
     pub(crate) clock_wall_s: f64,
-    /// The same, simulated time, s.
+    /// Simulated time of its clock, s.
     pub(crate) clock_simulated_s: f64,
     /// Time given back, s.
     pub(crate) refunded_s: f64,
-    /// Since when an organizer holds it, ms since 1970 UTC.
+    /// Begin of the current pause, ms since 1970 UTC.
     pub(crate) paused_unix_ms: Option<i64>,
-    /// How often an organizer has held it.
+    /// Number of pauses.
     pub(crate) pauses: i64,
-    /// When it began.
+    /// Its begin, ms since 1970 UTC.
     pub(crate) created_unix_ms: i64,
-    /// When it ended.
+    /// Its end, ms since 1970 UTC.
     pub(crate) ended_unix_ms: Option<i64>,
-    /// Its runs.
+    /// Number of its runs.
     pub(crate) runs: i64,
 }
 
@@ -99,16 +99,15 @@ const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version
      (SELECT COUNT(*) FROM runs WHERE runs.session_id = sessions.session_id) AS runs FROM sessions ";
 
 impl Store {
-    /// Writes a session that begins now. False, and nothing is written, when it would be the team's one official
-    /// session too many: those not voided count against `most`.
+    /// Stores a new session. False, and nothing is stored, if the team already has `max` official sessions that are not voided.
     pub(crate) async fn begin_session(
         &self,
         session: &NewSession,
-        most: Option<u32>,
+        max: Option<u32>,
     ) -> Result<bool, StoreError> {
         let mut transaction = self.write().await?;
-        if let Some(most) = most {
-            // Serialises two hellos of one team in Postgres; in SQLite the transaction does.
+        if let Some(max) = max {
+            // Locks the team's row in Postgres; SQLite locks at the transaction's begin.
             sqlx::query("UPDATE teams SET created_at = created_at WHERE team = $1")
                 .bind(&session.team)
                 .execute(&mut *transaction)
@@ -119,7 +118,7 @@ impl Store {
             .bind(&session.team)
             .fetch_one(&mut *transaction)
             .await?;
-            if had >= i64::from(most) {
+            if had >= i64::from(max) {
                 return Ok(false);
             }
         }
@@ -152,7 +151,7 @@ impl Store {
         Ok(())
     }
 
-    /// The official sessions that an earlier process left open.
+    /// The official sessions that are open in the database.
     pub(crate) async fn load_resumable_sessions(&self) -> Result<Vec<ResumableSession>, StoreError> {
         type Row = (String, String, String, Option<f64>, i64, f64, f64, f64, Option<f64>, Option<i64>);
         let rows: Vec<Row> = sqlx::query_as(
@@ -176,7 +175,7 @@ impl Store {
                 paused_at,
             ) = row;
             let clock =
-                ClockState { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s: from_s };
+                ClockRow { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s: from_s };
             ResumableSession { session_id, team, token_hash, limit_s, clock, paused: paused_at.is_some() }
         };
         Ok(rows.into_iter().map(session).collect())
@@ -200,7 +199,7 @@ impl Store {
         Ok(sqlx::query_as(sql).bind(session_id.to_owned()).fetch_optional(&self.pool).await?)
     }
 
-    /// Marks an open session as held by an organizer, or no longer; false when there is nothing to change.
+    /// Marks an open session as paused or not; false if nothing changes.
     pub(crate) async fn pause_session(
         &self,
         session_id: &str,
@@ -215,7 +214,7 @@ impl Store {
         self.recorded(entry).await?.change_one(change).await
     }
 
-    /// Makes a session longer and, when its time was spent, opens it again. False without such a session.
+    /// Makes a session longer and opens it again if it has ended. False if there is no such session.
     pub(crate) async fn grant_time(
         &self,
         session_id: &str,
@@ -231,7 +230,7 @@ impl Store {
         self.recorded(entry).await?.change_one(change).await
     }
 
-    /// Records that an organizer ends a session that is open; false when none is.
+    /// Ends an open session by an organizer's command; false if it is not open.
     pub(crate) async fn order_end(
         &self,
         session_id: &str,
@@ -245,14 +244,14 @@ impl Store {
         self.recorded(entry).await?.change_one(change).await
     }
 
-    /// How many official sessions are open.
+    /// Number of open official sessions.
     pub(crate) async fn open_sessions(&self) -> Result<i64, StoreError> {
         let query =
             sqlx::query_scalar("SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'");
         Ok(query.fetch_one(&self.pool).await?)
     }
 
-    /// The official session of a team that is open, with the hash of its resume token.
+    /// The open official session of a team, with the hash of its resume token.
     pub(crate) async fn open_session_of(&self, team: &str) -> Result<Option<(String, String)>, StoreError> {
         let query = sqlx::query_as(
             "SELECT session_id, token_hash FROM sessions WHERE team = $1 AND mode = 'official' AND status = 'open' \
@@ -261,7 +260,7 @@ impl Store {
         Ok(query.bind(team).fetch_optional(&self.pool).await?)
     }
 
-    /// Gives a session another resume token.
+    /// Replaces the resume token of a session.
     pub(crate) async fn set_resume_token(
         &self,
         session_id: &str,
@@ -275,14 +274,14 @@ impl Store {
         Ok(())
     }
 
-    /// Whose session a resume token belongs to, by its hash.
+    /// The team of a resume token, by its hash.
     pub(crate) async fn team_of_resume_token(&self, token_hash: &str) -> Result<Option<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT team FROM sessions WHERE token_hash = $1 LIMIT 1");
         Ok(query.bind(token_hash).fetch_optional(&self.pool).await?)
     }
 
-    /// Voids a session and its runs: they count for nothing, and the team may have another session. False when
-    /// there is no such session that is not void already.
+    /// Voids a session and its runs: they count for nothing, and the team may have another session. False if there is no such session, or
+    /// it is void already.
     pub(crate) async fn void_session(
         &self,
         session_id: &str,
@@ -311,7 +310,7 @@ async fn void_runs(
     session_id: &str,
     note: Option<&str>,
 ) -> Result<(), StoreError> {
-    // An open run is closed by its session, which finds the session void. Where no session is left, no time is due.
+    // An open run becomes void when its session closes it. A void session gets no refunds.
     sqlx::query(
         "UPDATE runs SET status = 'voided', note = $1, taken_wall_s = NULL, taken_simulated_s = NULL \
          WHERE session_id = $2 AND status NOT IN ('open', 'voided')",

@@ -1,4 +1,4 @@
-//! Facts about the competition, by name.
+//! Settings of the competition, by name.
 
 use super::audit::NewAuditEntry;
 use super::database::Store;
@@ -8,19 +8,19 @@ const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
      ON CONFLICT (key) DO UPDATE SET value = excluded.value";
 
 impl Store {
-    /// The value of that name.
+    /// The value of a setting.
     pub(crate) async fn setting(&self, key: &str) -> Result<Option<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
         Ok(query.fetch_optional(&self.pool).await?)
     }
 
-    /// Writes the value of that name.
+    /// Stores the value of a setting.
     pub(crate) async fn set_setting(&self, key: &str, value: &str) -> Result<(), StoreError> {
         sqlx::query(WRITE).bind(key).bind(value).execute(&self.pool).await?;
         Ok(())
     }
 
-    /// Writes a value that an organizer decided on.
+    /// Stores a setting by an organizer's command.
     pub(crate) async fn enter_phase(
         &self,
         key: &str,

@@ -4,12 +4,12 @@ use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
 use super::number::signed;
-use crate::fingerprint::{Marks, is_told};
+use crate::fingerprint::{Fingerprint, is_reportable};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Rows written with one statement: three values each, well below what databases bind.
+/// Rows for each statement: three values each, well below the limits of the databases.
 const BATCH: usize = 200;
 
 /// Another team's run with the same actions over a long stretch.
@@ -17,34 +17,38 @@ const BATCH: usize = 200;
 pub(crate) struct SimilarRun {
     /// The other run.
     run_id: String,
-    /// Whose it is.
+    /// Its team.
     team: String,
     /// Its number among the team's runs of the task.
     k: Option<i64>,
-    /// At least so many changes of the action, one after another, are the same.
+    /// Number of consecutive changes of the action that are the same, a lower bound.
     changes: i64,
 }
 
 from_row!(SimilarRun { run_id: "other_run_id", team, k, changes });
 
-/// Another team's run that shares marks: its id, team and changes, and the places of a mark here and there.
+/// A mark shared with another team's run: id, team and changes of that run, and the places of the mark in both.
 type Shared = (String, String, i64, i64, i64);
 
 impl Store {
-    /// Stores the fingerprints of a run's actions and compares them with those of other teams' runs of the task. What
-    /// is told of is stored with both runs and, the first time, recorded in the audit.
-    pub(crate) async fn compare_actions(&self, run_id: &str, marks: &Marks) -> Result<(), StoreError> {
+    /// Stores the fingerprint of a run and compares it with those of other teams' runs of the task. Reportable matches are stored with both
+    /// runs and, the first time, recorded in the audit.
+    pub(crate) async fn compare_actions(
+        &self,
+        run_id: &str,
+        fingerprint: &Fingerprint,
+    ) -> Result<(), StoreError> {
         let mut transaction = self.write().await?;
         sqlx::query("DELETE FROM action_marks WHERE run_id = $1")
             .bind(run_id)
             .execute(&mut *transaction)
             .await?;
         sqlx::query("UPDATE runs SET action_changes = $1 WHERE run_id = $2")
-            .bind(signed(marks.changes))
+            .bind(signed(fingerprint.changes))
             .bind(run_id)
             .execute(&mut *transaction)
             .await?;
-        for batch in marks.marks.chunks(BATCH) {
+        for batch in fingerprint.marks.chunks(BATCH) {
             let rows: Vec<String> =
                 (0..batch.len()).map(|k| format!("($1, ${}, ${})", 2 * k + 2, 2 * k + 3)).collect();
             let sql = format!("INSERT INTO action_marks (run_id, hash, place) VALUES {}", rows.join(", "));
@@ -67,10 +71,10 @@ impl Store {
         for (other, team, changes, here, there) in shared {
             others.entry((other, team, changes)).or_default().push((here, there));
         }
-        let mut news = Vec::new();
+        let mut reasons = Vec::new();
         for ((other, team, changes), places) in others {
-            let longest = marks.longest(&places);
-            if !is_told(longest, (marks.changes, changes.unsigned_abs())) {
+            let longest = fingerprint.longest(&places);
+            if !is_reportable(longest, (fingerprint.changes, changes.unsigned_abs())) {
                 continue;
             }
             for (one, another) in [(run_id, other.as_str()), (other.as_str(), run_id)] {
@@ -85,14 +89,14 @@ impl Store {
                 .await?
                 .rows_affected();
                 if stored == 1 && one == run_id {
-                    news.push(format!(
+                    reasons.push(format!(
                         "at least {longest} changes of its action are those of run {other} of team {team}"
                     ));
                 }
             }
         }
         transaction.commit().await?;
-        for reason in news {
+        for reason in reasons {
             let entry = NewAuditEntry {
                 actor: "server",
                 action: "run.similar",
@@ -104,7 +108,7 @@ impl Store {
         Ok(())
     }
 
-    /// What was found of one run or, without one, of all: by run.
+    /// The similar runs of one run, or of all, by run.
     pub(super) async fn similar_runs(
         &self,
         run_id: Option<&str>,

@@ -1,4 +1,4 @@
-//! Teams of an official competition.
+//! The teams of an official competition.
 
 use super::audit::NewAuditEntry;
 use super::database::Store;
@@ -13,25 +13,24 @@ use serde::Serialize;
 pub(crate) struct TeamRow {
     /// Its name.
     pub(crate) team: String,
-    /// When it was added, ms since 1970 UTC.
+    /// Time of its creation, ms since 1970 UTC.
     pub(crate) created_unix_ms: i64,
-    /// Its tokens that are not revoked.
+    /// Number of its tokens that are not revoked.
     pub(crate) live_tokens: i64,
-    /// Its sessions that are not voided.
+    /// Number of its official sessions that are not voided.
     pub(crate) sessions: i64,
 }
 
 from_row!(TeamRow { team, created_unix_ms: "created_at", live_tokens, sessions });
 
 impl Store {
-    /// Adds a team, unless there is one that is called so, or so that people take one for the other: then its name is
-    /// returned, and nothing is recorded.
+    /// Adds a team, unless a team has the same name or one that looks alike: then that name is returned and nothing is recorded.
     pub(crate) async fn add_team(
         &self,
         team: &str,
         entry: &NewAuditEntry<'_>,
     ) -> Result<Option<String>, StoreError> {
-        // One record at a time: nobody else adds a team meanwhile.
+        // Audit records are written one at a time, so no other team is added in between.
         let mut recorded = self.recorded(entry).await?;
         let had: Vec<String> = sqlx::query_scalar("SELECT team FROM teams ORDER BY team")
             .fetch_all(&mut *recorded.transaction)
@@ -49,7 +48,7 @@ impl Store {
         Ok(None)
     }
 
-    /// Whether a team of exactly this name has played here or sent in a hand.
+    /// Whether a team of exactly this name has played here or uploaded a hand.
     pub(crate) async fn knows_team(&self, team: &str) -> Result<bool, StoreError> {
         let query = sqlx::query(
             "SELECT team FROM sessions WHERE team = $1 UNION SELECT team FROM hands WHERE team = $1",
@@ -57,13 +56,13 @@ impl Store {
         Ok(query.bind(team.to_owned()).fetch_optional(&self.pool).await?.is_some())
     }
 
-    /// The names of all that have played here.
+    /// The names of all teams that have played here.
     pub(crate) async fn practice_teams(&self) -> Result<Vec<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT DISTINCT team FROM sessions ORDER BY team");
         Ok(query.fetch_all(&self.pool).await?)
     }
 
-    /// All teams by name.
+    /// All teams, by name.
     pub(crate) async fn teams(&self) -> Result<Vec<TeamRow>, StoreError> {
         let query = sqlx::query_as(
             "SELECT team, created_at, \
@@ -75,7 +74,7 @@ impl Store {
         Ok(query.fetch_all(&self.pool).await?)
     }
 
-    /// Whether there is such a team.
+    /// Whether the team exists.
     pub(crate) async fn has_team(&self, team: &str) -> Result<bool, StoreError> {
         let query = sqlx::query("SELECT team FROM teams WHERE team = $1").bind(team);
         Ok(query.fetch_optional(&self.pool).await?.is_some())

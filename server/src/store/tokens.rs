@@ -8,38 +8,38 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::AnyConnection;
 
-/// A token to be stored.
+/// A new token.
 #[derive(Clone, Debug)]
 pub(crate) struct NewToken<'a> {
-    /// Its public half.
+    /// Its public id.
     pub(crate) token_id: &'a str,
     /// `team`, `organizer` or `viewer`.
     pub(crate) role: &'a str,
-    /// The team, for that role.
+    /// The team, for the role `team`.
     pub(crate) team: Option<&'a str>,
-    /// For people.
+    /// Its holder, for people.
     pub(crate) label: &'a str,
-    /// SHA-256 of its secret half, hexadecimal.
+    /// SHA-256 of its secret, hexadecimal.
     pub(crate) secret_hash: &'a str,
 }
 
 /// A token as stored.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct TokenRow {
-    /// Its public half.
+    /// Its public id.
     pub(crate) token_id: String,
-    /// What it is for.
+    /// `team`, `organizer` or `viewer`.
     pub(crate) role: String,
-    /// Whose it is.
+    /// Its team, for the role `team`.
     pub(crate) team: Option<String>,
-    /// For people.
+    /// Its holder, for people.
     pub(crate) label: String,
-    /// Never leaves the program.
+    /// Not serialised.
     #[serde(skip)]
     pub(crate) secret_hash: String,
-    /// When it was made, ms since 1970 UTC.
+    /// Time of its creation, ms since 1970 UTC.
     pub(crate) created_unix_ms: i64,
-    /// When it was revoked.
+    /// Time of its revocation, ms since 1970 UTC.
     pub(crate) revoked_unix_ms: Option<i64>,
 }
 
@@ -53,7 +53,7 @@ from_row!(TokenRow {
     revoked_unix_ms: "revoked_at"
 });
 
-/// Revokes all live tokens of a team; returns their ids.
+/// Revokes all valid tokens of a team; returns their ids.
 async fn revoke_all_of(team: &str, connection: &mut AnyConnection) -> Result<Vec<String>, StoreError> {
     let query = sqlx::query_scalar(
         "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
@@ -62,8 +62,7 @@ async fn revoke_all_of(team: &str, connection: &mut AnyConnection) -> Result<Vec
 }
 
 impl Store {
-    /// Stores a token. With `only`, the other live tokens of the same team are revoked in the same moment; their
-    /// ids are returned.
+    /// Stores a token. With `only`, the same transaction revokes the other valid tokens of the team; their ids are returned.
     pub(crate) async fn add_token(
         &self,
         token: &NewToken<'_>,
@@ -91,7 +90,7 @@ impl Store {
         Ok(revoked)
     }
 
-    /// The token with that id, revoked or not.
+    /// The token with that id, valid or revoked.
     pub(crate) async fn token(&self, token_id: &str) -> Result<Option<TokenRow>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM tokens WHERE token_id = $1").bind(token_id);
         Ok(query.fetch_optional(&self.pool).await?)
@@ -103,7 +102,7 @@ impl Store {
         Ok(query.fetch_all(&self.pool).await?)
     }
 
-    /// Revokes a token; false when there is none that lives. The last organizer's token stays.
+    /// Revokes a token; false if it is not valid, or the last one of an organizer, which stays.
     pub(crate) async fn revoke_token(
         &self,
         token_id: &str,
@@ -118,7 +117,7 @@ impl Store {
         self.recorded(entry).await?.change_one(change).await
     }
 
-    /// Revokes all live tokens of a team; returns their ids.
+    /// Revokes all valid tokens of a team; returns their ids.
     pub(crate) async fn revoke_team(
         &self,
         team: &str,
@@ -130,7 +129,7 @@ impl Store {
         Ok(revoked)
     }
 
-    /// Whether an organizer can get in.
+    /// Whether an organizer has a valid token.
     pub(crate) async fn has_organizer(&self) -> Result<bool, StoreError> {
         let query = sqlx::query(
             "SELECT token_id FROM tokens WHERE role = 'organizer' AND revoked_at IS NULL LIMIT 1",

@@ -1,6 +1,6 @@
-//! What callers send in: read in pieces, of which all together have a bound, so that nobody can fill the memory.
+//! Request bodies: read in pieces, with bounds for each, for each address and for all, so that no caller fills the memory.
 
-use super::counts::{Counts, Share};
+use super::quota::{Quota, Quotas};
 use axum::body::Body;
 use axum::http::HeaderMap;
 use axum::http::header::CONTENT_LENGTH;
@@ -10,29 +10,29 @@ use std::net::IpAddr;
 use std::time::Duration;
 use tokio::time::{Instant, timeout, timeout_at};
 
-/// Bytes of bodies that are kept at once.
+/// Bytes of all bodies in memory.
 const ALL_BYTES: usize = 128 << 20;
-/// Of these, those from one address.
+/// Bytes of the bodies from one address.
 const ADDRESS_BYTES: usize = 64 << 20;
-/// How long nothing may come while more is awaited.
+/// Longest pause between two pieces.
 const IDLE: Duration = Duration::from_secs(10);
-/// How long a body may take.
+/// Longest time for a whole body.
 const WHOLE: Duration = Duration::from_secs(120);
 
-/// All bodies that are kept.
+/// Counts the bodies in memory.
 #[derive(Debug, Default)]
 pub(crate) struct Bodies {
-    all: Counts<()>,
-    by_address: Counts<IpAddr>,
+    all: Quotas<()>,
+    by_address: Quotas<IpAddr>,
 }
 
-/// A body. It counts as long as it exists.
+/// A body. It is counted until it is dropped.
 #[derive(Debug)]
 pub(crate) struct Received {
-    /// What was sent.
+    /// Its bytes.
     pub(crate) bytes: Vec<u8>,
-    _of_all: Share<()>,
-    _of_address: Share<IpAddr>,
+    _of_all: Quota<()>,
+    _of_address: Quota<IpAddr>,
 }
 
 fn too_large(most: usize) -> Refusal {
@@ -43,7 +43,7 @@ impl Bodies {
     /// Reads a body of at most `most` bytes.
     ///
     /// # Errors
-    /// It is larger, comes too slowly, or too much is being sent in already.
+    /// The body is too large or too slow, or the bodies in memory have reached a bound.
     pub(crate) async fn read(
         &self,
         from: IpAddr,
@@ -55,7 +55,7 @@ impl Bodies {
         if declared.is_some_and(|bytes: u64| bytes > most as u64) {
             return Err(too_large(most));
         }
-        let (mut of_all, mut of_address) = (self.all.share(()), self.by_address.share(from));
+        let (mut of_all, mut of_address) = (self.all.of(()), self.by_address.of(from));
         let mut bytes = Vec::new();
         let mut pieces = body.into_data_stream();
         let end = Instant::now() + WHOLE;
@@ -71,7 +71,9 @@ impl Bodies {
                 }
                 Err(_) | Ok(Err(_)) => {
                     let (idle, whole) = (IDLE.as_secs(), WHOLE.as_secs());
-                    let message = format!("a body may pause for {idle} s and take {whole} s in all");
+                    let message = format!(
+                        "the upload is too slow: at most {idle} s without data and {whole} s in total"
+                    );
                     return Err(Refusal::new(Code::TooSlow, message));
                 }
             };
@@ -79,7 +81,7 @@ impl Bodies {
                 return Err(too_large(most));
             }
             if !of_address.grow(piece.len(), ADDRESS_BYTES) || !of_all.grow(piece.len(), ALL_BYTES) {
-                let message = "too much is being sent in at once; try again";
+                let message = "too many uploads at once; try again";
                 return Err(Refusal::new(Code::Capacity, message).retry_after(5.0));
             }
             bytes.extend_from_slice(&piece);
@@ -103,20 +105,23 @@ mod tests {
         let whole = ADDRESS_BYTES / 2;
         let kept = [read(&bodies, 1, whole, whole).await, read(&bodies, 1, whole, whole).await];
         assert!(kept.iter().all(Result::is_ok));
-        assert_eq!(read(&bodies, 1, 1, 1).await.expect_err("its share is used up").code, Code::Capacity);
+        assert_eq!(
+            read(&bodies, 1, 1, 1).await.expect_err("the quota of the address is used up").code,
+            Code::Capacity
+        );
         let others = [read(&bodies, 2, whole, whole).await, read(&bodies, 3, whole, whole).await];
         assert!(others.iter().all(Result::is_ok));
-        assert_eq!(read(&bodies, 4, 1, 1).await.expect_err("all is used up").code, Code::Capacity);
+        assert_eq!(read(&bodies, 4, 1, 1).await.expect_err("the total is used up").code, Code::Capacity);
         drop(kept);
         assert!(read(&bodies, 1, whole, whole).await.is_ok());
     }
 
     #[tokio::test]
-    async fn what_says_that_it_is_too_large_is_not_read() {
+    async fn a_body_that_declares_too_large_a_size_is_not_read() {
         let bodies = Bodies::default();
         let mut headers = HeaderMap::new();
         headers.insert(CONTENT_LENGTH, "11".parse().expect("a header"));
-        // A body that never comes: whoever reads it waits.
+        // A body that never comes: a reader would wait forever.
         let never = Body::from_stream(futures_util::stream::pending::<Result<Vec<u8>, std::io::Error>>());
         let refused = bodies.read(IpAddr::from([10, 0, 0, 1]), &headers, never, 10).await;
         assert_eq!(refused.expect_err("too large").code, Code::TooLarge);

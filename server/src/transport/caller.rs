@@ -1,4 +1,4 @@
-//! Who calls.
+//! The other end of a connection.
 
 use super::low_latency::busy_poll::BusyPoll;
 use super::low_latency::listener::Link;
@@ -6,13 +6,13 @@ use super::socket_limits::SocketPermit;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 
-/// What is known of whoever opened a connection. Its socket counts as open as long as somebody has this: who takes a socket
-/// over from HTTP keeps it.
+/// The client of a connection. Its socket counts as open until the last clone is dropped: the handler that takes a socket
+/// over from HTTP keeps one.
 #[derive(Clone, Debug)]
 pub(crate) struct Caller {
-    /// Where it calls from.
+    /// Its address.
     pub(crate) address: IpAddr,
-    /// Its end of the low-latency path.
+    /// The server's end of the low-latency path.
     link: Link,
     _permit: Arc<SocketPermit>,
 }
@@ -29,7 +29,7 @@ impl Caller {
     }
 }
 
-/// The other end of a socket, before it is counted.
+/// The client of a socket that is not counted yet.
 pub(crate) struct Peer {
     pub(super) address: IpAddr,
     link: Link,
@@ -41,7 +41,7 @@ impl From<(SocketAddr, Link)> for Peer {
     }
 }
 
-/// One without the low-latency path.
+/// A client without the low-latency path.
 impl From<SocketAddr> for Peer {
     fn from(address: SocketAddr) -> Self {
         Peer::from((address, Link::default()))

@@ -1,6 +1,6 @@
-//! How many control connections may be open: all together, and of one team.
+//! Limits on open control connections: in total, and for each team.
 
-use super::counts::{Counts, Share};
+use super::quota::{Quota, Quotas};
 use crate::auth::Identity;
 use crate::config::settings::Settings;
 use palmares_protocol::{Code, Refusal};
@@ -11,43 +11,43 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 #[derive(Debug)]
 pub(crate) struct Connections {
     all: Arc<Semaphore>,
-    most: usize,
-    by_team: Counts<String>,
-    most_of_team: usize,
+    max: usize,
+    by_team: Quotas<String>,
+    max_of_team: usize,
 }
 
-/// A control connection that is counted, until it is dropped.
+/// A control connection, counted until this is dropped.
 #[derive(Debug)]
 pub(crate) struct ConnectionPermit {
     _of_all: OwnedSemaphorePermit,
-    _of_team: Option<Share<String>>,
+    _of_team: Option<Quota<String>>,
 }
 
 impl Connections {
-    /// As many as an organizer allows.
+    /// The limits that the organizer sets.
     pub(super) fn new(settings: &Settings) -> Self {
         Connections {
             all: Arc::new(Semaphore::new(settings.max_connections)),
-            most: settings.max_connections,
-            by_team: Counts::default(),
-            most_of_team: settings.max_connections_per_team,
+            max: settings.max_connections,
+            by_team: Quotas::default(),
+            max_of_team: settings.max_connections_per_team,
         }
     }
 
     /// Counts another connection of a team.
     ///
     /// # Errors
-    /// There are enough.
+    /// A limit is reached.
     pub(crate) fn take(&self, identity: Option<&Identity>) -> Result<ConnectionPermit, Refusal> {
         let full = |message: String| Refusal::new(Code::Capacity, message).retry_after(5.0);
-        let mut of_team = identity.and_then(|identity| identity.team.clone()).map(|t| self.by_team.share(t));
-        let most = self.most_of_team;
-        if of_team.as_mut().is_some_and(|share| !share.grow(1, most)) {
-            return Err(full(format!("all {most} connections of this team are in use")));
+        let mut of_team = identity.and_then(|identity| identity.team.clone()).map(|t| self.by_team.of(t));
+        let max = self.max_of_team;
+        if of_team.as_mut().is_some_and(|quota| !quota.grow(1, max)) {
+            return Err(full(format!("all {max} connections of this team are in use")));
         }
         let of_all = self.all.clone().try_acquire_owned();
         let of_all =
-            of_all.map_err(|_| full(format!("all {} connections of this server are in use", self.most)))?;
+            of_all.map_err(|_| full(format!("all {} connections of this server are in use", self.max)))?;
         Ok(ConnectionPermit { _of_all: of_all, _of_team: of_team })
     }
 }

@@ -1,6 +1,5 @@
-//! Which web pages may use the server. A browser sends whatever a page asks for, also to servers on the reader's own
-//! machine; but it says which page it is (`Origin`) and under which name it found the server (`Host`), of which a page
-//! can choose neither. Programs send no `Origin`.
+//! Decides which web pages may use the server. A browser sends the requests of any page, also to servers on its own machine.
+//! But it names the page (`Origin`) and the server (`Host`), and a page cannot set these headers. Programs send no `Origin`.
 
 use axum::http::header::{HOST, HeaderName, ORIGIN, UPGRADE};
 use axum::http::{HeaderMap, Method};
@@ -10,18 +9,18 @@ use std::net::IpAddr;
 
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// Who may come.
+/// The names under which the server is served, and the pages that may use it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Guard {
-    /// The server listens on the loopback interface only: then it is nobody's business but this machine's.
+    /// The server listens on the loopback interface only, for clients on this machine.
     pub(crate) loopback: bool,
-    /// Names under which the server is served, beside its addresses.
+    /// Names of the server, in addition to its addresses.
     pub(crate) hosts: Vec<String>,
-    /// Pages that may use it, beside its own: `https://cup.example.org`.
+    /// Sites whose pages may use it, in addition to its own: `https://cup.example.org`.
     pub(crate) origins: Vec<String>,
 }
 
-/// Name and port of `name:port`; an IPv6 address stands in brackets.
+/// Name and port of `name:port`; an IPv6 address is in brackets.
 fn parts(authority: &str) -> (&str, Option<&str>) {
     match authority.rsplit_once(':') {
         Some((name, port)) if !port.contains(']') => (name, Some(port)),
@@ -37,13 +36,13 @@ fn is_loopback(name: &str) -> bool {
     name.eq_ignore_ascii_case("localhost") || address(name).is_some_and(|address| address.is_loopback())
 }
 
-/// Scheme and authority of an origin; none when it is no page's.
+/// Scheme and authority of an origin; None unless it is http or https.
 fn page(origin: &str) -> Option<(&str, &str)> {
     let (scheme, authority) = origin.split_once("://")?;
     matches!(scheme, "http" | "https").then_some((scheme, authority))
 }
 
-/// The authority with the port that is meant when none is written.
+/// Name and port of an authority, with the scheme's default port.
 fn with_port<'a>(authority: &'a str, scheme: &str) -> (&'a str, String) {
     let (name, port) = parts(authority);
     let usual = if scheme == "https" { "443" } else { "80" };
@@ -54,7 +53,7 @@ fn forbidden(message: String) -> Refusal {
     Refusal::new(Code::Forbidden, message)
 }
 
-/// The only value of a header; an error when there are several or it is no text.
+/// The only value of a header; an error when there are several or it is not text.
 fn only(headers: &HeaderMap, name: HeaderName) -> Result<Option<&str>, Refusal> {
     let mut values = headers.get_all(&name).iter();
     let value = values.next().map(|value| value.to_str());
@@ -66,10 +65,10 @@ fn only(headers: &HeaderMap, name: HeaderName) -> Result<Option<&str>, Refusal> 
 }
 
 impl Guard {
-    /// Whether names and sites are written as they can be compared.
+    /// Checks the form of names and sites.
     ///
     /// # Errors
-    /// One is not.
+    /// One cannot be compared with a header.
     pub(crate) fn check_names(&self) -> anyhow::Result<()> {
         let plain = |text: &str| !text.is_empty() && !text.contains(|c: char| c == '/' || c.is_whitespace());
         if let Some(wrong) = self.hosts.iter().find(|host| !plain(host)) {
@@ -84,7 +83,7 @@ impl Guard {
         Ok(())
     }
 
-    /// Whether a request may be looked at.
+    /// Checks the headers of a request.
     pub(crate) fn check(&self, method: &Method, headers: &HeaderMap) -> Result<(), Refusal> {
         let host = only(headers, HOST)?;
         if let Some(host) = host {
@@ -99,7 +98,7 @@ impl Guard {
         let known =
             |allowed: &String| allowed.eq_ignore_ascii_case(name) || allowed.eq_ignore_ascii_case(host);
         let checked = self.loopback || !self.hosts.is_empty();
-        // An address is what it is; a name may lead anywhere, and elsewhere a moment later.
+        // DNS rebinding: a foreign name may resolve to this machine; an address cannot change.
         if !checked || is_loopback(name) || address(name).is_some() || self.hosts.iter().any(known) {
             return Ok(());
         }
@@ -148,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_server_for_this_machine_is_found_by_its_own_names_only() {
+    fn a_local_server_answers_to_its_own_names_only() {
         let guard = Guard { loopback: true, hosts: vec!["cup.example.org".into()], ..Guard::default() };
         for host in ["127.0.0.1:8080", "localhost", "LOCALHOST:1", "[::1]:80", "cup.example.org:443"] {
             assert!(asks(&guard, Method::GET, &[("host", host)]), "{host}");
@@ -161,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn pages_of_others_may_neither_open_sockets_nor_post() {
+    fn pages_of_other_sites_may_neither_open_sockets_nor_post() {
         let guard =
             Guard { loopback: true, origins: vec!["https://cup.example.org".into()], ..Guard::default() };
         let local = ("host", "127.0.0.1:8080");
@@ -193,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn behind_a_proxy_a_page_is_ones_own_when_it_has_the_servers_name() {
+    fn behind_a_proxy_a_page_with_the_servers_name_is_its_own() {
         let guard = Guard::default();
         let ask = |host, origin| asks(&guard, Method::POST, &[("host", host), ("origin", origin)]);
         assert!(ask("cup.example.org", "https://cup.example.org"));

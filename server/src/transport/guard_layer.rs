@@ -1,4 +1,4 @@
-//! Looks at every request before anything else does.
+//! Checks every request before its handler runs.
 
 use super::inbound_limits::InboundLimits;
 use crate::problem::Problem;
@@ -7,7 +7,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
-/// Lets through what may come.
+/// Passes on the requests that the guard accepts.
 pub(crate) async fn guard(
     State(inbound): State<Arc<InboundLimits>>,
     request: Request,

@@ -1,4 +1,4 @@
-//! Who is let in, and how much may be sent in.
+//! Which connections are accepted, and how much they may send.
 
 use super::body::Bodies;
 use super::connections::Connections;
@@ -6,7 +6,7 @@ use super::guard::Guard;
 use super::socket_limits::SocketLimits;
 use crate::config::settings::Settings;
 
-/// All that is looked at before anybody is answered.
+/// The checks that come before a handler.
 #[derive(Debug)]
 pub(crate) struct InboundLimits {
     /// Which pages may use the server.
@@ -15,12 +15,12 @@ pub(crate) struct InboundLimits {
     pub(crate) sockets: SocketLimits,
     /// Open control connections.
     pub(crate) connections: Connections,
-    /// What is being sent in.
+    /// Request bodies in memory.
     pub(crate) bodies: Bodies,
 }
 
 impl InboundLimits {
-    /// As an organizer set it.
+    /// The limits that the organizer sets.
     pub(crate) fn new(settings: &Settings, guard: Guard) -> Self {
         InboundLimits {
             guard,

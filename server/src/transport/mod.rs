@@ -1,21 +1,21 @@
-//! What comes in and goes out over sockets: who is let in, how much is taken of whom, and the control connections.
+//! Connections: which are accepted, how much each may send, and the path with low latency.
 
 mod body;
 mod caller;
+mod close_handshake;
 mod connections;
-mod counts;
-mod farewell;
 pub(crate) mod guard;
 mod guard_layer;
 mod inbound_limits;
 pub(crate) mod low_latency;
+mod quota;
 mod serve;
 mod socket_limits;
 
 pub(crate) use body::Received;
 pub(crate) use caller::Caller;
+pub(crate) use close_handshake::close_handshake;
 pub(crate) use connections::ConnectionPermit;
-pub(crate) use farewell::farewell;
 pub(crate) use guard_layer::guard;
 pub(crate) use inbound_limits::InboundLimits;
 pub(crate) use serve::serve;

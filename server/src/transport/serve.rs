@@ -1,4 +1,4 @@
-//! Serves HTTP on whatever accepts connections.
+//! Serves HTTP on any listener.
 
 use super::caller::{Caller, Peer};
 use super::inbound_limits::InboundLimits;
@@ -19,21 +19,21 @@ use tokio::io::{AsyncWrite, AsyncWriteExt};
 use tokio::task::JoinSet;
 use tokio::time::timeout;
 
-/// How long the head of a request may take, and how long a connection may wait for its next request.
+/// Longest time for the head of a request, and longest idle time of a connection between two requests.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 /// Largest head of a request, bytes.
 const HEAD_BYTES: usize = 64 << 10;
-/// How long a caller may take to be told that there is no place for its connection.
+/// Longest time to send a refusal to a client whose connection is one too many.
 const REFUSAL_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// What a connection is told for which there is no place.
+/// The answer to a connection that is one too many.
 const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
     retry-after: 5\r\nconnection: close\r\ncontent-length: 183\r\n\r\n\
     {\"type\":\"about:blank\",\"title\":\"Service Unavailable\",\"status\":503,\"detail\":\"too many connections \
     from this address, or to this server; try again\",\"code\":\"capacity\",\"retry_after_s\":5.0}";
 
-/// Serves until the server is to finish, then until all requests were answered. `listener` is anything that
-/// `axum::serve` takes; beyond what that does, sockets are counted, and a head has bounds of size and time.
+/// Serves until the server stops, then until all requests are answered. `listener` is any listener of `axum::serve`; unlike
+/// there, sockets are counted, and a head has bounds of size and time.
 pub(crate) async fn serve<L>(
     mut listener: L,
     router: Router,
@@ -54,7 +54,7 @@ pub(crate) async fn serve<L>(
         };
         let from = Peer::from(from);
         let Some(permit) = inbound.sockets.enter(from.address) else {
-            tracing::debug!(address = %from.address, "no place for another connection");
+            tracing::debug!(address = %from.address, "too many connections");
             open.spawn(async { drop(timeout(REFUSAL_TIMEOUT, refuse(io)).await) });
             continue;
         };
@@ -87,7 +87,7 @@ pub(crate) async fn serve<L>(
     while open.join_next().await.is_some() {}
 }
 
-/// Says that there is no place, to whoever listens, and closes the connection.
+/// Sends the refusal and closes the connection.
 async fn refuse(mut io: impl AsyncWrite + Unpin) -> io::Result<()> {
     io.write_all(FULL).await?;
     io.shutdown().await
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_refused_connection_is_told_is_a_whole_answer() {
+    fn the_answer_to_a_refused_connection_is_complete() {
         let text = std::str::from_utf8(FULL).expect("text");
         let (head, body) = text.split_once("\r\n\r\n").expect("a head and a body");
         assert!(head.contains(&format!("content-length: {}", body.len())), "{}", body.len());

@@ -1,44 +1,44 @@
-//! How many sockets may be open: all together, and from one address.
+//! Limits on open sockets: in total, and for each address.
 
-use super::counts::{Counts, Share};
+use super::quota::{Quota, Quotas};
 use std::net::IpAddr;
 use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Sockets beside those of controllers: viewers, and what asks and goes.
+/// Sockets in addition to those of controllers: for viewers and single requests.
 const OTHER_SOCKETS: usize = 512;
 
 /// Counts the open sockets.
 #[derive(Debug)]
 pub(crate) struct SocketLimits {
     all: Arc<Semaphore>,
-    by_address: Counts<IpAddr>,
+    by_address: Quotas<IpAddr>,
     per_address: usize,
 }
 
-/// A socket that is counted.
+/// A socket, counted until this is dropped.
 #[derive(Debug)]
 pub(crate) struct SocketPermit {
     _of_all: OwnedSemaphorePermit,
-    _of_address: Option<Share<IpAddr>>,
+    _of_address: Option<Quota<IpAddr>>,
 }
 
 impl SocketLimits {
-    /// For so many controllers, and so many sockets of one address.
+    /// Limits for this number of controllers, and of sockets from one address.
     pub(crate) fn new(controllers: usize, per_address: usize) -> Self {
         let all = Arc::new(Semaphore::new(controllers + OTHER_SOCKETS));
-        SocketLimits { all, by_address: Counts::default(), per_address }
+        SocketLimits { all, by_address: Quotas::default(), per_address }
     }
 
-    /// Counts a socket from an address; none when there are enough. From this machine, where also a proxy may be, only
-    /// all of them are counted.
+    /// Counts a socket from an address; None when a limit is reached. Sockets from this machine, where a proxy may run, count
+    /// towards the total only.
     pub(crate) fn enter(&self, from: IpAddr) -> Option<SocketPermit> {
         let of_all = self.all.clone().try_acquire_owned().ok()?;
         let address = from.to_canonical();
         let of_address = match Some(address).filter(|address| !address.is_loopback()) {
             Some(address) => {
-                let mut share = self.by_address.share(address);
-                share.grow(1, self.per_address).then_some(Some(share))?
+                let mut quota = self.by_address.of(address);
+                quota.grow(1, self.per_address).then_some(Some(quota))?
             }
             None => None,
         };
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_address_has_its_share_of_the_sockets_and_this_machine_all() {
+    fn an_address_has_a_quota_of_the_sockets_and_this_machine_has_none() {
         let sockets = SocketLimits::new(1, 2);
         let far = IpAddr::from([10, 0, 0, 1]);
         let held = [sockets.enter(far), sockets.enter(far)];

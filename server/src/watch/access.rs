@@ -1,35 +1,35 @@
-//! Who may watch what: the one place where it is decided.
+//! Which watcher may watch which run: decided here only.
 
 use palmares_tasks::Sensing;
 
-/// Who wants to watch.
+/// A client of the watch socket.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Watcher {
-    /// Somebody without a token.
+    /// A client without a token.
     Anybody,
     /// A team.
     Team(String),
-    /// Somebody to whom the organizers have given a token for watching.
+    /// A holder of a viewer's token.
     Spectator,
     /// An organizer.
     Organizer,
 }
 
-/// What decides whether a run may be watched.
+/// The properties of a run that decide who may watch it.
 #[derive(Clone, Debug)]
-pub(crate) struct Watched<'a> {
-    /// Whose run it is.
+pub(crate) struct RunAccess<'a> {
+    /// Team that plays the run.
     pub(crate) team: &'a str,
     /// Whether it counts in a competition.
     pub(crate) official: bool,
-    /// How much its controller may see.
+    /// Observations of its controller: sensors only, or also the true state.
     pub(crate) sensing: Sensing,
 }
 
 impl Watcher {
-    /// Practice is open to all. In a competition a team sees its own runs only, since the others' scenes are still to
-    /// come for it, and of those not the ones played on sensors, since watching shows what sensors do not.
-    pub(crate) fn may_watch(&self, run: &Watched<'_>) -> bool {
+    /// Practice is open to all. In a competition a team may watch only its own runs, since it will play the scenes of other
+    /// teams later, and of its own only those with the true state, since watching shows more than sensors do.
+    pub(crate) fn may_watch(&self, run: &RunAccess<'_>) -> bool {
         match self {
             Watcher::Organizer | Watcher::Spectator => true,
             Watcher::Anybody => !run.official,
@@ -39,7 +39,7 @@ impl Watcher {
 }
 
 impl Watcher {
-    /// What is told of a hand in full: one that a team sent in is for that team and the organizers.
+    /// Whether the watcher may see a hand's full description. That of an uploaded hand is for its team and the organizers.
     pub(crate) fn may_know_hand(&self, team: &str, own_hand: bool) -> bool {
         match self {
             Watcher::Organizer => true,
@@ -54,9 +54,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn official_runs_are_hidden_from_other_teams_and_from_controllers_on_sensors() {
+    fn official_runs_are_hidden_from_other_teams_and_from_teams_on_sensors() {
         let own = Watcher::Team("own".into());
-        let run = |official, team, sensing| Watched { team, official, sensing };
+        let run = |official, team, sensing| RunAccess { team, official, sensing };
         for watcher in [own.clone(), Watcher::Anybody, Watcher::Spectator, Watcher::Organizer] {
             assert!(watcher.may_watch(&run(false, "other", Sensing::Sensors)), "{watcher:?}");
         }
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_that_a_team_sent_in_is_told_to_that_team_and_to_organizers() {
+    fn an_uploaded_hand_is_described_to_its_team_and_to_organizers() {
         let own = Watcher::Team("own".into());
         for watcher in [own.clone(), Watcher::Anybody, Watcher::Spectator, Watcher::Organizer] {
             assert!(watcher.may_know_hand("other", false));

@@ -1,63 +1,63 @@
-//! The binary frames of `palmares.v1.bin`: what has moved, in single precision, little endian.
+//! The binary frames of `palmares.v1.bin`: bodies that have moved, in single precision, little endian.
 
 use palmares_tasks::run::{Contact, Telemetry};
 
 /// Version of the frames.
 const VERSION: u8 = 1;
-/// Every moving body is in it.
+/// Flag: the frame has every moving body.
 const KEY: u8 = 1;
-/// Telemetry follows.
+/// Flag: telemetry follows.
 const TELEMETRY: u8 = 2;
-/// Contacts follow.
+/// Flag: contacts follow.
 const CONTACTS: u8 = 4;
-/// Loads on the hand follow: work of the motors, fingers and taxels.
+/// Flag: loads on the hand follow: work of the motors, fingers and taxels.
 const LOADS: u8 = 8;
-/// Readings of sensors follow.
+/// Flag: readings of sensors follow.
 const READINGS: u8 = 16;
-/// A body that is this far from where it was last sent has moved, m.
+/// A body has moved when it is this far from its last sent position, m.
 const MOVED_M: f32 = 5e-5;
-/// The same for its orientation, a tenth of a degree, rad.
+/// A body has turned when its orientation differs by this angle, a tenth of a degree, rad.
 const TURNED_RAD: f32 = 1.745_329_3e-3;
 
 /// Position x, y, z in m and orientation x, y, z, w.
-pub(super) type Seven = [f32; 7];
+pub(super) type WirePose = [f32; 7];
 
-/// A frame without what each viewer gets of its own.
-pub(super) struct Whole<'a> {
+/// The content of a frame, the same for all viewers.
+pub(super) struct FrameContent<'a> {
     /// Ticks since reset.
     pub(super) tick: u64,
     /// Points.
     pub(super) score: f64,
     /// Every moving body.
-    pub(super) poses: &'a [Seven],
-    /// By [`telemetry`], for those who want it.
+    pub(super) poses: &'a [WirePose],
+    /// Encoded by [`telemetry`], for viewers with that overlay.
     pub(super) telemetry: Option<&'a [u8]>,
-    /// By [`loads`], with the telemetry.
+    /// Encoded by [`loads`], together with the telemetry.
     pub(super) loads: Option<&'a [u8]>,
-    /// By [`readings`], with the telemetry.
+    /// Encoded by [`readings`], together with the telemetry.
     pub(super) readings: Option<&'a [u8]>,
-    /// By [`contacts`], for those who want them.
+    /// Encoded by [`contacts`], for viewers with that overlay.
     pub(super) contacts: Option<&'a [u8]>,
 }
 
-/// Writes a frame: of all bodies those that have moved since `sent`, which is brought up to date; all if `key`.
-pub(super) fn encode(whole: &Whole<'_>, sent: &mut Vec<Seven>, key: bool) -> Vec<u8> {
-    let key = key || sent.len() != whole.poses.len();
-    sent.resize(whole.poses.len(), [0.0; 7]);
+/// Encodes a frame with the bodies that have moved since `sent`, or with all if `key`. Updates `sent`.
+pub(super) fn encode(content: &FrameContent<'_>, sent: &mut Vec<WirePose>, key: bool) -> Vec<u8> {
+    let key = key || sent.len() != content.poses.len();
+    sent.resize(content.poses.len(), [0.0; 7]);
     let extra = |bytes: Option<&[u8]>| bytes.map_or(0, <[u8]>::len);
-    let parts = [whole.telemetry, whole.contacts, whole.loads, whole.readings];
-    let size = 12 + 18 * whole.poses.len() + parts.into_iter().map(extra).sum::<usize>();
+    let parts = [content.telemetry, content.contacts, content.loads, content.readings];
+    let size = 12 + 18 * content.poses.len() + parts.into_iter().map(extra).sum::<usize>();
     let mut out = Vec::with_capacity(size);
     let flags = if key { KEY } else { 0 }
-        | if whole.telemetry.is_some() { TELEMETRY } else { 0 }
-        | if whole.contacts.is_some() { CONTACTS } else { 0 }
-        | if whole.loads.is_some() { LOADS } else { 0 }
-        | if whole.readings.is_some() { READINGS } else { 0 };
+        | if content.telemetry.is_some() { TELEMETRY } else { 0 }
+        | if content.contacts.is_some() { CONTACTS } else { 0 }
+        | if content.loads.is_some() { LOADS } else { 0 }
+        | if content.readings.is_some() { READINGS } else { 0 };
     out.extend([VERSION, flags, 0, 0]);
-    out.extend((whole.tick as u32).to_le_bytes());
-    put(&mut out, whole.score);
+    out.extend((content.tick as u32).to_le_bytes());
+    put(&mut out, content.score);
     let mut bodies: u16 = 0;
-    for (k, (pose, sent)) in whole.poses.iter().zip(sent).enumerate().take(usize::from(u16::MAX)) {
+    for (k, (pose, sent)) in content.poses.iter().zip(sent).enumerate().take(usize::from(u16::MAX)) {
         if key || moved(sent, pose) {
             *sent = *pose;
             bodies += 1;
@@ -76,57 +76,57 @@ fn put(out: &mut Vec<u8>, number: f64) {
     out.extend((number as f32).to_le_bytes());
 }
 
-/// How many there are, in one byte, and those many.
+/// Writes the number of items in one byte, and returns it; at most 255.
 fn counted<T>(out: &mut Vec<u8>, all: &[T]) -> usize {
     let count = u8::try_from(all.len()).unwrap_or(u8::MAX);
     out.push(count);
     usize::from(count)
 }
 
-/// Motors, tendons, joints and the predicted equilibrium.
-pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
+/// Encodes motors, tendons, joints and the predicted equilibrium.
+pub(super) fn telemetry(hand: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
-    let motors = counted(&mut out, &seen.motors);
-    for motor in &seen.motors[..motors] {
+    let motors = counted(&mut out, &hand.motors);
+    for motor in &hand.motors[..motors] {
         [motor.command, motor.position, motor.tension].iter().for_each(|x| put(&mut out, *x));
     }
-    let tendons = counted(&mut out, &seen.tension);
-    seen.tension[..tendons].iter().for_each(|x| put(&mut out, *x));
-    let joints = counted(&mut out, &seen.q);
-    seen.q[..joints].iter().for_each(|x| put(&mut out, *x));
-    let predicted = seen.predicted.len() == seen.q.len() && !seen.q.is_empty();
+    let tendons = counted(&mut out, &hand.tension);
+    hand.tension[..tendons].iter().for_each(|x| put(&mut out, *x));
+    let joints = counted(&mut out, &hand.q);
+    hand.q[..joints].iter().for_each(|x| put(&mut out, *x));
+    let predicted = hand.predicted.len() == hand.q.len() && !hand.q.is_empty();
     out.push(u8::from(predicted));
     if predicted {
-        seen.predicted[..joints].iter().for_each(|x| put(&mut out, *x));
+        hand.predicted[..joints].iter().for_each(|x| put(&mut out, *x));
     }
     out
 }
 
-/// Work of the motors, fingers and taxels.
-pub(super) fn loads(seen: &Telemetry) -> Vec<u8> {
+/// Encodes work of the motors, wrenches of the fingers and forces of the taxels.
+pub(super) fn loads(hand: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
-    let motors = counted(&mut out, &seen.motors);
-    seen.motors[..motors].iter().for_each(|motor| put(&mut out, motor.motor_work_j));
-    let fingers = counted(&mut out, &seen.fingers);
-    for finger in &seen.fingers[..fingers] {
+    let motors = counted(&mut out, &hand.motors);
+    hand.motors[..motors].iter().for_each(|motor| put(&mut out, motor.motor_work_j));
+    let fingers = counted(&mut out, &hand.fingers);
+    for finger in &hand.fingers[..fingers] {
         finger.force.iter().chain(&finger.torque).for_each(|x| put(&mut out, *x));
     }
-    let taxels = u16::try_from(seen.touch.len()).unwrap_or(u16::MAX);
+    let taxels = u16::try_from(hand.touch.len()).unwrap_or(u16::MAX);
     out.extend(taxels.to_le_bytes());
-    seen.touch[..usize::from(taxels)].as_flattened().iter().for_each(|x| put(&mut out, *x));
+    hand.touch[..usize::from(taxels)].as_flattened().iter().for_each(|x| put(&mut out, *x));
     out
 }
 
-/// Readings of sensors.
-pub(super) fn readings(seen: &Telemetry) -> Vec<u8> {
-    let count = u16::try_from(seen.readings.len()).unwrap_or(u16::MAX);
+/// Encodes readings of sensors.
+pub(super) fn readings(hand: &Telemetry) -> Vec<u8> {
+    let count = u16::try_from(hand.readings.len()).unwrap_or(u16::MAX);
     let mut out = Vec::with_capacity(2 + 4 * usize::from(count));
     out.extend(count.to_le_bytes());
-    seen.readings[..usize::from(count)].iter().for_each(|x| put(&mut out, *x));
+    hand.readings[..usize::from(count)].iter().for_each(|x| put(&mut out, *x));
     out
 }
 
-/// Contacts.
+/// Encodes contacts.
 pub(super) fn contacts(all: &[Contact]) -> Vec<u8> {
     let count = u16::try_from(all.len()).unwrap_or(u16::MAX);
     let mut out = Vec::with_capacity(2 + 29 * usize::from(count));
@@ -135,13 +135,13 @@ pub(super) fn contacts(all: &[Contact]) -> Vec<u8> {
         out.extend((contact.a as u16).to_le_bytes());
         out.extend((contact.b as u16).to_le_bytes());
         contact.position.iter().chain(&contact.force).for_each(|x| put(&mut out, *x));
-        // Conversion from float to integer saturates.
+        // The conversion from float to integer saturates.
         out.push((255.0 * contact.friction_use).round() as u8);
     }
     out
 }
 
-fn moved(a: &Seven, b: &Seven) -> bool {
+fn moved(a: &WirePose, b: &WirePose) -> bool {
     let square = |x: f32| x * x;
     let away = (0..3).map(|k| square(a[k] - b[k])).sum::<f32>();
     // The chord between unit quaternions is half of the angle; q and -q are the same orientation.
@@ -149,8 +149,8 @@ fn moved(a: &Seven, b: &Seven) -> bool {
     away > square(MOVED_M) || same.min(opposite) > square(0.5 * TURNED_RAD)
 }
 
-/// A unit quaternion x, y, z, w in 32 bits: which of its parts is the largest, made positive, and the other three in
-/// order, 10 bits each from high to low.
+/// A unit quaternion x, y, z, w in 32 bits: the index of its largest part, which is made positive, then the other three parts
+/// in order, 10 bits each from high to low.
 fn packed(q: [f32; 4]) -> u32 {
     let mut largest = 0;
     for k in 1..4 {
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use palmares_tasks::run::{FingerWrench, Motor};
 
-    const REST: Seven = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    const REST: WirePose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
     fn unpacked(packed: u32) -> [f32; 4] {
         let largest = (packed >> 30) as usize;
@@ -183,8 +183,8 @@ mod tests {
         })
     }
 
-    fn whole(poses: &[Seven]) -> Whole<'_> {
-        Whole {
+    fn content(poses: &[WirePose]) -> FrameContent<'_> {
+        FrameContent {
             tick: 0x0102_0304,
             score: 1.5,
             poses,
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn a_key_frame_byte_by_byte() {
         let poses = [[1.0, -2.0, 0.5, 0.0, 0.0, 0.0, 1.0], REST];
-        let frame = encode(&whole(&poses), &mut Vec::new(), true);
+        let frame = encode(&content(&poses), &mut Vec::new(), true);
         let mut expected = vec![VERSION, 1, 2, 0, 4, 3, 2, 1, 0, 0, 0xc0, 0x3f];
         expected.extend([0, 0, 0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f]);
         // w is the largest (3), the others are 0: 511.5 is rounded up.
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn telemetry_and_contacts_byte_by_byte() {
         let finger = FingerWrench { name: "thumb".into(), force: [1.0, 0.0, 0.0], torque: [0.0, 0.5, 0.0] };
-        let seen = Telemetry {
+        let hand = Telemetry {
             motors: vec![Motor { command: 1.0, position: 0.5, tension: 2.0, motor_work_j: 1.0 }],
             tension: vec![-1.0],
             q: vec![0.25, 0.0],
@@ -225,11 +225,11 @@ mod tests {
         let mut expected = vec![1];
         expected.extend([one, half, two].concat());
         expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0]);
-        assert_eq!(telemetry(&seen), [&expected[..], &[0]].concat());
+        assert_eq!(telemetry(&hand), [&expected[..], &[0]].concat());
         let finger = [&one[..], &[0; 12], &half, &[0; 4]].concat();
-        assert_eq!(readings(&seen), [&[2, 0][..], &half, &two].concat());
-        assert_eq!(loads(&seen), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
-        let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..seen });
+        assert_eq!(readings(&hand), [&[2, 0][..], &half, &two].concat());
+        assert_eq!(loads(&hand), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
+        let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..hand });
         assert_eq!(predicted, [&expected[..], &[1], &one, &one].concat());
 
         let contact =
@@ -241,35 +241,35 @@ mod tests {
         assert_eq!(bytes[10..30], [&[0; 16][..], &[0, 0, 0x80, 0xbf]].concat());
         assert_eq!((bytes[30], bytes.len(), bytes[bytes.len() - 1]), (128, 2 + 2 * 29, 255));
         let poses = [REST];
-        let with = Whole {
+        let with = FrameContent {
             telemetry: Some(&[7]),
             contacts: Some(&[8, 9]),
             loads: Some(&[10]),
             readings: Some(&[11]),
-            ..whole(&poses)
+            ..content(&poses)
         };
         let frame = encode(&with, &mut vec![REST], false);
         assert_eq!((frame[1], &frame[12..]), (30, &[7, 8, 9, 10, 11][..]));
     }
 
     #[test]
-    fn only_what_moved_since_it_was_sent_is_sent() {
+    fn only_bodies_that_moved_since_they_were_sent_are_sent() {
         let turned = |angle: f32| [0.0, 0.0, 0.0, (angle / 2.0).sin(), 0.0, 0.0, (angle / 2.0).cos()];
         let at = |x: f32| [x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
         let (mut sent, degree) = (Vec::new(), 1.0_f32.to_radians());
         let count = |frame: Vec<u8>| (frame[1], u16::from_le_bytes([frame[2], frame[3]]));
         assert_eq!(
-            count(encode(&whole(&[REST, REST]), &mut sent, false)),
+            count(encode(&content(&[REST, REST]), &mut sent, false)),
             (1, 2),
             "the first is a key frame"
         );
-        assert_eq!(count(encode(&whole(&[at(4e-5), turned(0.08 * degree)]), &mut sent, false)), (0, 0));
-        // Counted from what was sent: slow drifts are shown, too.
-        assert_eq!(count(encode(&whole(&[at(8e-5), turned(0.16 * degree)]), &mut sent, false)), (0, 2));
-        assert_eq!(count(encode(&whole(&[at(8e-5), turned(0.16 * degree)]), &mut sent, false)), (0, 0));
+        assert_eq!(count(encode(&content(&[at(4e-5), turned(0.08 * degree)]), &mut sent, false)), (0, 0));
+        // Compared with the last sent pose: slow drift is sent too.
+        assert_eq!(count(encode(&content(&[at(8e-5), turned(0.16 * degree)]), &mut sent, false)), (0, 2));
+        assert_eq!(count(encode(&content(&[at(8e-5), turned(0.16 * degree)]), &mut sent, false)), (0, 0));
         let opposite = turned(0.16 * degree).map(|x| -x);
-        assert_eq!(count(encode(&whole(&[at(8e-5), opposite]), &mut sent, false)), (0, 0));
-        assert_eq!(count(encode(&whole(&[at(8e-5), opposite]), &mut sent, true)), (1, 2));
+        assert_eq!(count(encode(&content(&[at(8e-5), opposite]), &mut sent, false)), (0, 0));
+        assert_eq!(count(encode(&content(&[at(8e-5), opposite]), &mut sent, true)), (1, 2));
     }
 
     #[test]
@@ -286,13 +286,13 @@ mod tests {
             let chord = q.iter().zip(&back).map(|(a, b)| (a - sign * b).powi(2)).sum::<f32>().sqrt();
             worst = worst.max(2.0 * chord);
         }
-        // Each of the three parts is off by at most √2 / 1023 / 2, and where all four are alike, the fourth by their sum.
+        // Each of the three parts errs by at most √2 / 1023 / 2; where all four are equal, the fourth errs by their sum.
         assert!(worst < 0.28_f32.to_radians(), "{} degrees", worst.to_degrees());
     }
 
     #[test]
     fn fifty_moving_bodies_take_less_than_a_kilobyte() {
         let poses = [REST; 50];
-        assert_eq!(encode(&whole(&poses), &mut Vec::new(), true).len(), 12 + 50 * 18);
+        assert_eq!(encode(&content(&poses), &mut Vec::new(), true).len(), 12 + 50 * 18);
     }
 }

@@ -1,12 +1,12 @@
-//! What a run publishes, and how it gets from the thread that steps the world to its viewers.
+//! The way of a run's frames and messages from the thread that steps the world to its viewers.
 //!
-//! The world leaves a copy of itself and wakes at most one task, the channel's pump, thirty times a second; the pump
-//! makes a frame of the newest copy and wakes the viewers. So a world pays the same for one viewer and for a hundred.
+//! The world publishes samples of its state and wakes at most one task, the channel's pump, thirty times a second. The pump makes
+//! a frame of the newest sample and wakes the viewers. So the cost for a world does not grow with the number of viewers.
 
-use super::access::{Watched, Watcher};
+use super::access::{RunAccess, Watcher};
 use super::frame::Frame;
 use super::messages::WatchRun;
-use super::snapshot::{Overlays, Snapshot, Wanted};
+use super::sample::{OverlayCounts, Overlays, WatchSample};
 use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::Sensing;
 use palmares_tasks::run::TelemetryModel;
@@ -16,53 +16,53 @@ use std::time::Duration;
 use tokio::sync::{broadcast, watch};
 use tokio::time::{Instant, sleep_until};
 
-/// Least time between two frames: 30 Hz.
+/// Shortest time between two frames: 30 Hz.
 const FRAME_PERIOD: Duration = Duration::from_micros(33_334);
 
-/// A message that must not be skipped.
+/// A message that every viewer must get.
 #[derive(Clone, Debug)]
-pub(super) enum News {
-    /// To be sent as it is.
+pub(super) enum QueuedMessage {
+    /// Sent as it is.
     Message(Utf8Bytes),
-    /// The last one of a run.
+    /// The last message of a run.
     Ended(Utf8Bytes),
 }
 
-/// What a run publishes.
+/// A run's frames and messages.
 #[derive(Debug)]
 pub(super) struct Channel {
-    /// The run, as spectators may know it.
+    /// The run, without what spectators must not know.
     pub(super) info: WatchRun,
     pub(super) sensing: Sensing,
-    /// Whether the team sent the hand in.
+    /// Whether the team uploaded the hand.
     pub(super) own_hand: bool,
-    /// The message `scene`: for those who may know all of the hand, and for the others.
+    /// The message `scene`: with the hand's full description, and without.
     pub(super) scenes: [Utf8Bytes; 2],
     pub(super) telemetry_model: Arc<TelemetryModel>,
-    /// The newest copy; its sender is the run's.
-    pub(super) snapshots: watch::Receiver<Arc<Snapshot>>,
+    /// The newest sample; the run has its sender.
+    pub(super) samples: watch::Receiver<Arc<WatchSample>>,
     /// The newest frame.
     pub(super) frames: watch::Sender<Arc<Frame>>,
-    pub(super) news: broadcast::Sender<News>,
-    /// What the viewers want to see.
-    pub(super) wanted: Wanted,
-    /// When it last moved, ms since the hub exists.
+    pub(super) queue: broadcast::Sender<QueuedMessage>,
+    /// Overlays of the viewers.
+    pub(super) overlays: OverlayCounts,
+    /// Time of the newest sample, ms since the hub exists.
     pub(super) moved: AtomicU64,
-    /// When the referee last noted something in it, ms since the hub exists; 0: never.
-    pub(super) noted: AtomicU64,
+    /// Time of the referee's last event, ms since the hub exists; 0: none.
+    pub(super) last_event: AtomicU64,
     pub(super) pumping: AtomicBool,
 }
 
 impl Channel {
-    /// What decides who may watch it.
-    pub(super) fn watched(&self) -> Watched<'_> {
-        Watched { team: &self.info.team, official: self.info.official, sensing: self.sensing }
+    /// The properties that decide who may watch it.
+    pub(super) fn access(&self) -> RunAccess<'_> {
+        RunAccess { team: &self.info.team, official: self.info.official, sensing: self.sensing }
     }
 
     /// The message `scene` for a watcher.
     pub(super) fn scene(&self, watcher: &Watcher) -> Utf8Bytes {
         let [with_hand, bare] = &self.scenes;
-        // In practice everybody can ask for any team's hand.
+        // In practice every client may see every team's hand.
         if watcher.may_know_hand(&self.info.team, self.own_hand && self.info.official) {
             with_hand.clone()
         } else {
@@ -70,11 +70,11 @@ impl Channel {
         }
     }
 
-    /// Makes a frame of the newest copy, unless there is one.
+    /// Makes a frame of the newest sample, unless there is one.
     pub(super) fn refresh(&self) {
         self.frames.send_if_modified(|frame| {
-            let newest = self.snapshots.borrow().clone();
-            let fresh = !Arc::ptr_eq(&frame.snapshot, &newest);
+            let newest = self.samples.borrow().clone();
+            let fresh = !Arc::ptr_eq(&frame.sample, &newest);
             if fresh {
                 *frame = Arc::new(Frame::new(&self.info.run_id, &self.telemetry_model, newest));
             }
@@ -86,7 +86,7 @@ impl Channel {
         self.frames.receiver_count() > 0
     }
 
-    /// Has frames made as long as somebody watches.
+    /// Starts the task that makes frames while the run has viewers.
     pub(super) fn pump(self: &Arc<Self>) {
         if !self.pumping.swap(true, Ordering::AcqRel) {
             tokio::spawn(pump(self.clone()));
@@ -95,19 +95,19 @@ impl Channel {
 }
 
 async fn pump(channel: Arc<Channel>) {
-    let mut snapshots = channel.snapshots.clone();
+    let mut samples = channel.samples.clone();
     loop {
         let begun = Instant::now();
-        snapshots.mark_unchanged();
+        samples.mark_unchanged();
         channel.refresh();
         sleep_until(begun + FRAME_PERIOD).await;
-        // An error means that the run is over; whoever tells its last word takes care of the last frame.
-        let over = snapshots.changed().await.is_err();
+        // An error means that the run is over; a viewer that sends its last message sends the last frame first.
+        let over = samples.changed().await.is_err();
         if !over && channel.is_watched() {
             continue;
         }
         channel.pumping.store(false, Ordering::Release);
-        // Somebody may have come just now.
+        // A viewer may have come in between.
         if over || !channel.is_watched() || channel.pumping.swap(true, Ordering::AcqRel) {
             return;
         }
@@ -120,8 +120,8 @@ pub(super) struct Following {
     pub(super) channel: Arc<Channel>,
     /// The newest frame.
     pub(super) frames: watch::Receiver<Arc<Frame>>,
-    /// What must not be skipped.
-    pub(super) news: broadcast::Receiver<News>,
+    /// Messages that must not be skipped.
+    pub(super) queue: broadcast::Receiver<QueuedMessage>,
     overlays: Overlays,
 }
 
@@ -132,20 +132,20 @@ impl Following {
         Following {
             channel: channel.clone(),
             frames: channel.frames.subscribe(),
-            news: channel.news.subscribe(),
+            queue: channel.queue.subscribe(),
             overlays: Overlays::default(),
         }
     }
 
-    /// Wants to see more than poses.
-    pub(super) fn want(&mut self, overlays: Overlays) {
-        self.channel.wanted.remove(std::mem::replace(&mut self.overlays, overlays));
-        self.channel.wanted.add(overlays);
+    /// Sets the viewer's overlays.
+    pub(super) fn set_overlays(&mut self, overlays: Overlays) {
+        self.channel.overlays.remove(std::mem::replace(&mut self.overlays, overlays));
+        self.channel.overlays.add(overlays);
     }
 }
 
 impl Drop for Following {
     fn drop(&mut self) {
-        self.channel.wanted.remove(self.overlays);
+        self.channel.overlays.remove(self.overlays);
     }
 }

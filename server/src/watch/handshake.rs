@@ -1,4 +1,4 @@
-//! How a viewer's connection begins: who it is, and in which form it is told.
+//! The handshake of a viewer's connection: its identity and its subprotocol.
 
 use super::access::Watcher;
 use super::context::WatchContext;
@@ -28,7 +28,7 @@ pub(crate) async fn watch(
     let upgrade = match upgrade {
         Ok(upgrade) => upgrade.protocols([BINARY, Encoding::Json.subprotocol()]),
         Err(rejection) => {
-            let message = format!("this address speaks WebSocket: {}", rejection.body_text());
+            let message = format!("this address expects a WebSocket: {}", rejection.body_text());
             return refuse(Refusal::new(Code::BadRequest, message));
         }
     };
@@ -42,7 +42,7 @@ pub(crate) async fn watch(
         Ok(identity) => identity,
         Err(refusal) => return refuse(refusal),
     };
-    let Some(place) = context.hub.place() else {
+    let Some(permit) = context.hub.viewer_permit() else {
         let message = "all places for viewers are taken";
         return refuse(Refusal::new(Code::Capacity, message).retry_after(5.0));
     };
@@ -53,7 +53,7 @@ pub(crate) async fn watch(
         Some(Identity { role: Role::Team, team, .. }) => Watcher::Team(team.clone().unwrap_or_default()),
     };
     upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
-        let (_place, _caller) = (place, caller);
+        let (_permit, _caller) = (permit, caller);
         let _alive = context.lifecycle.alive();
         Viewer::new(socket, context, watcher, binary).serve(identity.as_ref()).await;
     })

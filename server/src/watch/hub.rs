@@ -1,13 +1,13 @@
-//! Where runs publish and viewers find them.
+//! The open runs: runs publish here, viewers follow them.
 
 use super::access::Watcher;
-use super::channel::{Channel, Following, News};
+use super::channel::{Channel, Following, QueuedMessage};
 use super::frame::{self, Frame};
 use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
 use super::request::Target;
-use super::snapshot::{Overlays, Snapshot};
+use super::sample::{Overlays, WatchSample};
 use crate::store::Announcement;
-use crate::world::Witness;
+use crate::world::RunObserver;
 use palmares_tasks::{Fault, Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,49 +15,49 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast, watch};
 
-/// Viewers at once.
+/// Viewers that may be connected at once.
 const MAX_VIEWERS: usize = 256;
-/// Messages that must not be skipped and that a viewer has not taken yet; one that lets more gather is closed.
-const QUEUE: usize = 256;
-/// How often a run that nobody watches shows itself, for whoever comes next while its world stands still.
+/// Longest queue of messages for a viewer; a viewer that falls further behind is closed.
+const QUEUE_LENGTH: usize = 256;
+/// Time between two samples of a run without viewers, for a viewer that comes while its world is not stepped.
 const UNWATCHED_PERIOD: Duration = Duration::from_millis(100);
-/// Over so much time the greatest lateness is told, twice.
-const LATENESS_PERIOD: Duration = Duration::from_millis(500);
-/// A world in which the referee noted something is worth watching for so long, ms.
-const EXCITING_MS: u64 = 10_000;
-/// Sessions that are remembered after their runs ended.
-const REMEMBERED: usize = 4096;
+/// Window of the reported lateness, which is the maximum of this window and the one before.
+const LATENESS_WINDOW: Duration = Duration::from_millis(500);
+/// A run is featured for this long after an event of the referee, ms.
+const FEATURED_MS: u64 = 10_000;
+/// Ended sessions that are remembered.
+const MAX_SESSIONS: usize = 4096;
 
-/// Why there is nothing to follow.
+/// Why a target cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Nothing {
-    /// No such run is open, no such session is known.
+pub(super) enum FindError {
+    /// The run is not open, or the session is unknown.
     Unknown,
-    /// Not for this watcher.
+    /// The watcher may not watch it.
     Forbidden,
-    /// Nothing is played there now.
+    /// No run is open there now.
     Waiting,
 }
 
 #[derive(Debug, Default)]
-struct Open {
-    /// By run.
+struct OpenRuns {
+    /// By run id.
     channels: BTreeMap<String, Arc<Channel>>,
-    /// Sessions that have opened a run, oldest first.
+    /// Ids of the sessions that have opened a run, oldest first.
     sessions: VecDeque<String>,
 }
 
-/// Where runs publish and viewers find them.
+/// The open runs: runs publish here, viewers follow them.
 #[derive(Debug)]
 pub(crate) struct Hub {
-    open: Mutex<Open>,
-    /// Counts openings and endings.
+    open: Mutex<OpenRuns>,
+    /// Counts runs that open or end.
     changed: watch::Sender<u64>,
     /// Counts changes of the ranking.
     ranking: watch::Sender<u64>,
     /// The newest announcement.
     announced: watch::Sender<Option<Announcement>>,
-    places: Arc<Semaphore>,
+    viewer_permits: Arc<Semaphore>,
     since: Instant,
 }
 
@@ -68,32 +68,31 @@ impl Default for Hub {
             changed: watch::Sender::new(0),
             ranking: watch::Sender::new(0),
             announced: watch::Sender::default(),
-            places: Arc::new(Semaphore::new(MAX_VIEWERS)),
+            viewer_permits: Arc::new(Semaphore::new(MAX_VIEWERS)),
             since: Instant::now(),
         }
     }
 }
 
 impl Hub {
-    fn open(&self) -> MutexGuard<'_, Open> {
-        // Nothing panics while it holds the lock; if something did, the maps would still be whole.
+    fn open(&self) -> MutexGuard<'_, OpenRuns> {
+        // FindError panics while it holds the lock; if something did, the maps would still be whole.
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Who announces a run and is to see every tick of it.
-    /// `own_hand`: the team sent the hand in.
+    /// The observer that publishes a run. `own_hand`: the team uploaded the hand.
     pub(crate) fn publisher(self: &Arc<Self>, info: WatchRun, sensing: Sensing, own_hand: bool) -> Publisher {
         let now = Instant::now();
-        let lateness = Lateness { since: now, now: None, before: None };
-        let unopened = Some(Unopened { info, sensing, own_hand });
+        let lateness = Lateness { since: now, current: None, previous: None };
+        let unopened = Some(UnopenedRun { info, sensing, own_hand });
         Publisher { hub: self.clone(), unopened, open: None, due: now, lateness }
     }
 
-    /// Announces a run at tick 0.
-    fn announce(&self, unopened: Unopened, run: &Run) -> Published {
-        let Unopened { info, sensing, own_hand } = unopened;
-        let snapshots = watch::Sender::new(Arc::new(Snapshot::of(run, Overlays::ALL, None)));
-        let first = snapshots.borrow().clone();
+    /// Opens the channel of a run at tick 0.
+    fn announce(&self, unopened: UnopenedRun, run: &Run) -> Published {
+        let UnopenedRun { info, sensing, own_hand } = unopened;
+        let samples = watch::Sender::new(Arc::new(WatchSample::of(run, Overlays::ALL, None)));
+        let first = samples.borrow().clone();
         let telemetry_model = run.telemetry_model().clone();
         let channel = Arc::new(Channel {
             scenes: frame::scene(info.clone(), run),
@@ -101,52 +100,52 @@ impl Hub {
             own_hand,
             frames: watch::Sender::new(Arc::new(Frame::new(&info.run_id, &telemetry_model, first))),
             telemetry_model,
-            snapshots: snapshots.subscribe(),
-            wanted: Default::default(),
+            samples: samples.subscribe(),
+            overlays: Default::default(),
             pumping: AtomicBool::new(false),
-            news: broadcast::Sender::new(QUEUE),
+            queue: broadcast::Sender::new(QUEUE_LENGTH),
             moved: AtomicU64::new(self.now_ms()),
-            noted: AtomicU64::new(0),
+            last_event: AtomicU64::new(0),
             info,
         });
         {
             let mut open = self.open();
             open.channels.insert(channel.info.run_id.clone(), channel.clone());
             if !open.sessions.contains(&channel.info.session_id) {
-                if open.sessions.len() == REMEMBERED {
+                if open.sessions.len() == MAX_SESSIONS {
                     open.sessions.pop_front();
                 }
                 open.sessions.push_back(channel.info.session_id.clone());
             }
         }
         self.changed.send_modify(|count| *count += 1);
-        Published { channel, snapshots }
+        Published { channel, samples }
     }
 
-    /// The ranking may have changed: viewers get it anew.
+    /// Sends the ranking to all viewers, since it may have changed.
     pub(crate) fn ranking_changed(&self) {
         self.ranking.send_modify(|count| *count += 1);
     }
 
-    /// An organizer told everybody something: viewers get it.
-    pub(crate) fn announce_text(&self, told: &Announcement) {
+    /// Sends an organizer's announcement to all viewers.
+    pub(crate) fn announce_text(&self, announcement: &Announcement) {
         self.announced.send_if_modified(|newest| {
-            let newer = newest.as_ref().is_none_or(|newest| newest.id < told.id);
+            let newer = newest.as_ref().is_none_or(|newest| newest.id < announcement.id);
             if newer {
-                *newest = Some(told.clone());
+                *newest = Some(announcement.clone());
             }
             newer
         });
     }
 
-    /// A place for another viewer.
-    pub(super) fn place(&self) -> Option<OwnedSemaphorePermit> {
-        self.places.clone().try_acquire_owned().ok()
+    /// A permit for another viewer; None when the server has too many.
+    pub(super) fn viewer_permit(&self) -> Option<OwnedSemaphorePermit> {
+        self.viewer_permits.clone().try_acquire_owned().ok()
     }
 
-    /// Viewers now.
+    /// Number of connected viewers.
     pub(crate) fn viewers(&self) -> usize {
-        MAX_VIEWERS - self.places.available_permits()
+        MAX_VIEWERS - self.viewer_permits.available_permits()
     }
 
     /// Changes whenever a run opens or ends.
@@ -154,7 +153,7 @@ impl Hub {
         self.changed.subscribe()
     }
 
-    /// Changes whenever the ranking does.
+    /// Changes whenever the ranking may have changed.
     pub(super) fn ranking_changes(&self) -> watch::Receiver<u64> {
         self.ranking.subscribe()
     }
@@ -164,42 +163,42 @@ impl Hub {
         self.announced.subscribe()
     }
 
-    /// The open runs that this watcher may see.
+    /// The open runs that this watcher may watch.
     pub(super) fn list(&self, watcher: &Watcher) -> Vec<WatchRun> {
         let open = self.open();
-        let seen = open.channels.values().filter(|channel| watcher.may_watch(&channel.watched()));
-        seen.map(|channel| channel.info.clone()).collect()
+        let allowed = open.channels.values().filter(|channel| watcher.may_watch(&channel.access()));
+        allowed.map(|channel| channel.info.clone()).collect()
     }
 
-    /// What there is to follow.
-    pub(super) fn find(&self, target: &Target, watcher: &Watcher) -> Result<Following, Nothing> {
+    /// Follows the run that a target names.
+    pub(super) fn find(&self, target: &Target, watcher: &Watcher) -> Result<Following, FindError> {
         let open = self.open();
-        let allowed = |channel: &Arc<Channel>| watcher.may_watch(&channel.watched());
+        let allowed = |channel: &Arc<Channel>| watcher.may_watch(&channel.access());
         let channel = match target {
-            Target::Run(id) => open.channels.get(id).ok_or(Nothing::Unknown)?,
+            Target::Run(id) => open.channels.get(id).ok_or(FindError::Unknown)?,
             Target::Session(id) => {
                 match open.channels.values().find(|channel| channel.info.session_id == *id) {
                     Some(channel) => channel,
-                    None if open.sessions.contains(id) => return Err(Nothing::Waiting),
-                    None => return Err(Nothing::Unknown),
+                    None if open.sessions.contains(id) => return Err(FindError::Waiting),
+                    None => return Err(FindError::Unknown),
                 }
             }
             Target::Featured => {
-                let best = open.channels.values().filter(|channel| allowed(channel));
+                let all = open.channels.values().filter(|channel| allowed(channel));
                 let now_ms = self.now_ms();
-                let worth = |channel: &&Arc<Channel>| {
-                    let [moved, noted] =
-                        [&channel.moved, &channel.noted].map(|ms| ms.load(Ordering::Relaxed));
-                    (channel.info.official, noted > 0 && now_ms < noted + EXCITING_MS, moved)
+                let rank = |channel: &&Arc<Channel>| {
+                    let [moved, last_event] =
+                        [&channel.moved, &channel.last_event].map(|ms| ms.load(Ordering::Relaxed));
+                    (channel.info.official, last_event > 0 && now_ms < last_event + FEATURED_MS, moved)
                 };
-                best.max_by_key(worth).ok_or(Nothing::Waiting)?
+                all.max_by_key(rank).ok_or(FindError::Waiting)?
             }
-            Target::Leaderboard => return Err(Nothing::Waiting),
+            Target::Leaderboard => return Err(FindError::Waiting),
         };
         if !allowed(channel) {
-            return Err(Nothing::Forbidden);
+            return Err(FindError::Forbidden);
         }
-        // Under the lock: a run leaves the map before it says its last word.
+        // Under the lock: a run leaves the map before it sends its last message.
         Ok(Following::new(channel))
     }
 
@@ -208,56 +207,56 @@ impl Hub {
     }
 }
 
-/// A run's way to its viewers. Dropped before the run was counted, it says that the world failed.
+/// The observer that publishes a run. When it is dropped before the run is scored, it reports that the world failed.
 #[derive(Debug)]
 pub(crate) struct Publisher {
     hub: Arc<Hub>,
-    /// What is announced when the run is there.
-    unopened: Option<Unopened>,
-    /// None before the run is there and after its end.
+    /// The run before its world is built.
+    unopened: Option<UnopenedRun>,
+    /// None before the world is built and after the run's end.
     open: Option<Published>,
-    /// When a run that nobody watches shows itself next.
+    /// When a run without viewers publishes its next sample.
     due: Instant,
     lateness: Lateness,
 }
 
-/// A run that is to be announced.
+/// A run before its world is built.
 #[derive(Debug)]
-struct Unopened {
+struct UnopenedRun {
     info: WatchRun,
     sensing: Sensing,
     own_hand: bool,
 }
 
-/// A run's end of its channel.
+/// An open run's channel and the sender of its samples.
 #[derive(Debug)]
 struct Published {
     channel: Arc<Channel>,
-    snapshots: watch::Sender<Arc<Snapshot>>,
+    samples: watch::Sender<Arc<WatchSample>>,
 }
 
-/// How late ticks begin: the greatest of the present half second and of the one before.
+/// The maximum lateness of ticks in the current window and in the one before.
 #[derive(Debug)]
 struct Lateness {
     since: Instant,
-    now: Option<Duration>,
-    before: Option<Duration>,
+    current: Option<Duration>,
+    previous: Option<Duration>,
 }
 
 impl Lateness {
-    fn begins(&mut self, now: Instant, late: Duration) {
-        if now >= self.since + LATENESS_PERIOD {
-            *self = Lateness { since: now, now: None, before: self.now };
+    fn record(&mut self, now: Instant, late: Duration) {
+        if now >= self.since + LATENESS_WINDOW {
+            *self = Lateness { since: now, current: None, previous: self.current };
         }
-        self.now = self.now.max(Some(late));
+        self.current = self.current.max(Some(late));
     }
 
-    fn most_s(&self) -> Option<f64> {
-        self.now.max(self.before).map(|late| late.as_secs_f64())
+    fn max_s(&self) -> Option<f64> {
+        self.current.max(self.previous).map(|late| late.as_secs_f64())
     }
 }
 
-impl Witness for Publisher {
+impl RunObserver for Publisher {
     fn opened(&mut self, run: &Run) {
         if let Some(unopened) = self.unopened.take() {
             self.open = Some(self.hub.announce(unopened, run));
@@ -266,44 +265,44 @@ impl Witness for Publisher {
     }
 
     fn began(&mut self, late: Duration) {
-        self.lateness.begins(Instant::now(), late);
+        self.lateness.record(Instant::now(), late);
     }
 
-    /// Costs a look at the clock when nobody watches.
+    /// Reads only the clock when the run has no viewers.
     fn ticked(&mut self, run: &Run) {
         let Some(Published { channel, .. }) = &self.open else { return };
         let watched = channel.frames.receiver_count() > 0;
         if !run.events().is_empty() {
-            channel.noted.store(self.hub.now_ms(), Ordering::Relaxed);
+            channel.last_event.store(self.hub.now_ms(), Ordering::Relaxed);
         }
         if watched && !run.events().is_empty() {
             let (run_id, events) = (channel.info.run_id.clone(), run.events().to_vec());
             let message = frame::text(&WatchReply::Events(Events { run_id, events }));
-            // Nobody may be left to hear it.
-            let _ = channel.news.send(News::Message(message));
+            // An error means that the last viewer has gone.
+            let _ = channel.queue.send(QueuedMessage::Message(message));
         }
         let now = Instant::now();
         let due = now >= self.due;
         if watched || due {
-            // Whoever comes next finds everything there, also while the world stands still.
-            let overlays = if due { Overlays::ALL } else { channel.wanted.now() };
-            self.show(run, overlays);
+            // A viewer that comes later gets all overlays, even while the world is not stepped.
+            let overlays = if due { Overlays::ALL } else { channel.overlays.any() };
+            self.publish(run, overlays);
         }
         if due {
             self.due = now + UNWATCHED_PERIOD;
         }
     }
 
-    /// Whoever comes next finds the world where it stands.
+    /// Publishes the current state for a viewer that comes while the controller computes.
     fn rested(&mut self, run: &Run) {
-        let Some(Published { channel, snapshots }) = &self.open else { return };
-        if channel.frames.receiver_count() == 0 && snapshots.borrow().tick != run.tick() {
-            self.show(run, Overlays::ALL);
+        let Some(Published { channel, samples }) = &self.open else { return };
+        if channel.frames.receiver_count() == 0 && samples.borrow().tick != run.tick() {
+            self.publish(run, Overlays::ALL);
         }
     }
 
     fn finished(&mut self, run: &Run, outcome: &Outcome) {
-        self.show(run, Overlays::ALL);
+        self.publish(run, Overlays::ALL);
         self.end(Some(Final::of(outcome)), None);
     }
 
@@ -313,10 +312,10 @@ impl Witness for Publisher {
 }
 
 impl Publisher {
-    fn show(&self, run: &Run, overlays: Overlays) {
-        let Some(Published { channel, snapshots }) = &self.open else { return };
-        let snapshot = Snapshot::of(run, overlays, self.lateness.most_s());
-        snapshots.send_replace(Arc::new(snapshot));
+    fn publish(&self, run: &Run, overlays: Overlays) {
+        let Some(Published { channel, samples }) = &self.open else { return };
+        let sample = WatchSample::of(run, overlays, self.lateness.max_s());
+        samples.send_replace(Arc::new(sample));
         channel.moved.store(self.hub.now_ms(), Ordering::Relaxed);
     }
 
@@ -325,7 +324,7 @@ impl Publisher {
         let run_id = channel.info.run_id.clone();
         self.hub.open().channels.remove(&run_id);
         let message = frame::text(&WatchReply::Ended(Ended { run_id, outcome, fault }));
-        let _ = channel.news.send(News::Ended(message));
+        let _ = channel.queue.send(QueuedMessage::Ended(message));
         self.hub.changed.send_modify(|count| *count += 1);
     }
 }
@@ -369,21 +368,21 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_gets_the_newest_frame_and_every_word_until_the_end() {
+    fn a_viewer_gets_the_newest_frame_and_every_message_until_the_end() {
         let (hub, mut run) = (Arc::new(Hub::default()), run());
         let mut publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Run("r".into()), &Watcher::Anybody).expect("there");
-        assert_eq!(following.frames.borrow_and_update().snapshot.tick, 0);
+        assert_eq!(following.frames.borrow_and_update().sample.tick, 0);
         for _ in 0..3 {
             run.step(&Action::default()).expect("steps");
             publisher.ticked(&run);
         }
         following.channel.refresh();
         let frame = following.frames.borrow_and_update().clone();
-        assert_eq!(frame.snapshot.tick, 3);
-        let told: serde_json::Value = serde_json::from_str(&frame.text(Overlays::default())).expect("JSON");
+        assert_eq!(frame.sample.tick, 3);
+        let poses: serde_json::Value = serde_json::from_str(&frame.text(Overlays::default())).expect("JSON");
         assert_eq!(
-            (&told["tick"], told["poses"].as_array().map(Vec::len)),
+            (&poses["tick"], poses["poses"].as_array().map(Vec::len)),
             (&3.into(), Some(run.poses().count()))
         );
         let outcome = run.finish(Reason::Stopped);
@@ -391,9 +390,9 @@ mod tests {
         drop(publisher);
         let mut said = Vec::new();
         loop {
-            match following.news.try_recv() {
-                Ok(News::Message(text)) => said.push(text),
-                Ok(News::Ended(text)) => {
+            match following.queue.try_recv() {
+                Ok(QueuedMessage::Message(text)) => said.push(text),
+                Ok(QueuedMessage::Ended(text)) => {
                     assert!(text.contains(r#""reason":"stopped""#), "{text}");
                     break;
                 }
@@ -401,13 +400,13 @@ mod tests {
             }
         }
         assert!(said.iter().all(|text| text.contains(r#""op":"events""#)), "{said:?}");
-        assert_eq!(hub.find(&Target::Run("r".into()), &Watcher::Anybody).err(), Some(Nothing::Unknown));
-        assert_eq!(hub.find(&Target::Session("s".into()), &Watcher::Anybody).err(), Some(Nothing::Waiting));
-        assert_eq!(hub.find(&Target::Session("t".into()), &Watcher::Anybody).err(), Some(Nothing::Unknown));
+        assert_eq!(hub.find(&Target::Run("r".into()), &Watcher::Anybody).err(), Some(FindError::Unknown));
+        assert_eq!(hub.find(&Target::Session("s".into()), &Watcher::Anybody).err(), Some(FindError::Waiting));
+        assert_eq!(hub.find(&Target::Session("t".into()), &Watcher::Anybody).err(), Some(FindError::Unknown));
     }
 
     #[test]
-    fn who_comes_late_finds_the_world_where_it_stands() {
+    fn a_late_viewer_gets_the_current_state() {
         let (hub, mut run) = (Arc::new(Hub::default()), run());
         let mut publisher = published(&hub, info("r", "s", false), &run);
         publisher.ticked(&run);
@@ -418,8 +417,8 @@ mod tests {
         publisher.rested(&run);
         let following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
         let frame = following.frames.borrow().clone();
-        assert_eq!(frame.snapshot.tick, 3);
-        assert!(frame.snapshot.sample.is_some() && frame.snapshot.evidence.is_some());
+        assert_eq!(frame.sample.tick, 3);
+        assert!(frame.sample.run_sample.is_some() && frame.sample.evidence.is_some());
     }
 
     #[test]
@@ -432,23 +431,29 @@ mod tests {
                 publisher.failed(fault);
             }
             drop(publisher);
-            let last = following.news.try_recv().expect("a word");
-            let News::Ended(text) = &last else { panic!("{last:?}") };
+            let last = following.queue.try_recv().expect("a message");
+            let QueuedMessage::Ended(text) = &last else { panic!("{last:?}") };
             assert!(text.contains(r#""outcome":null"#), "{text}");
             assert_eq!(text.contains(r#""fault":"unsolvable""#), fault.is_some(), "{text}");
-            assert!(following.news.try_recv().is_err(), "it ends once");
+            assert!(following.queue.try_recv().is_err(), "it ends once");
         }
     }
 
     #[test]
-    fn who_falls_behind_is_told_so_and_nobody_waits() {
+    fn a_viewer_that_falls_behind_is_closed_and_the_world_does_not_wait() {
         let (hub, run) = (Arc::new(Hub::default()), run());
         let publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
-        for _ in 0..=QUEUE {
-            let _ = publisher.open.as_ref().expect("open").channel.news.send(News::Message("{}".into()));
+        for _ in 0..=QUEUE_LENGTH {
+            let _ = publisher
+                .open
+                .as_ref()
+                .expect("open")
+                .channel
+                .queue
+                .send(QueuedMessage::Message("{}".into()));
         }
-        assert_eq!(following.news.try_recv().err(), Some(TryRecvError::Lagged(1)));
+        assert_eq!(following.queue.try_recv().err(), Some(TryRecvError::Lagged(1)));
     }
 
     #[test]
@@ -464,11 +469,11 @@ mod tests {
         assert_eq!(featured(&Watcher::Anybody), Ok("p".into()));
         assert_eq!(hub.list(&Watcher::Anybody).len(), 1);
         let strange = Watcher::Team("other".into());
-        assert_eq!(hub.find(&Target::Session("s1".into()), &strange).err(), Some(Nothing::Forbidden));
+        assert_eq!(hub.find(&Target::Session("s1".into()), &strange).err(), Some(FindError::Forbidden));
     }
 
     #[test]
-    fn what_nobody_wants_to_see_is_not_copied() {
+    fn only_overlays_that_viewers_asked_for_are_copied() {
         let (hub, mut run) = (Arc::new(Hub::default()), run());
         let mut publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
@@ -477,13 +482,13 @@ mod tests {
             run.step(&Action::default()).expect("steps");
             publisher.ticked(run);
             let open = publisher.open.as_ref().expect("open");
-            let newest = open.snapshots.borrow().clone();
-            (newest.sample.is_some(), newest.evidence.is_some())
+            let newest = open.samples.borrow().clone();
+            (newest.run_sample.is_some(), newest.evidence.is_some())
         };
         assert_eq!(copied(&mut publisher, &mut run), (false, false));
-        following.want(Overlays { verdicts: true, ..Overlays::default() });
+        following.set_overlays(Overlays { verdicts: true, ..Overlays::default() });
         assert_eq!(copied(&mut publisher, &mut run), (false, true));
-        following.want(Overlays { contacts: true, ..Overlays::default() });
+        following.set_overlays(Overlays { contacts: true, ..Overlays::default() });
         assert_eq!(copied(&mut publisher, &mut run), (true, false));
         let other = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
         drop(following);
@@ -492,14 +497,14 @@ mod tests {
     }
 
     #[test]
-    fn the_greatest_lateness_of_a_second_is_told() {
+    fn the_maximum_lateness_of_two_windows_is_reported() {
         let start = Instant::now();
-        let mut lateness = Lateness { since: start, now: None, before: None };
-        assert_eq!(lateness.most_s(), None);
-        lateness.begins(start, Duration::from_millis(8));
-        lateness.begins(start + LATENESS_PERIOD, Duration::from_millis(2));
-        assert_eq!(lateness.most_s(), Some(0.008));
-        lateness.begins(start + 2 * LATENESS_PERIOD, Duration::from_millis(1));
-        assert_eq!(lateness.most_s(), Some(0.002));
+        let mut lateness = Lateness { since: start, current: None, previous: None };
+        assert_eq!(lateness.max_s(), None);
+        lateness.record(start, Duration::from_millis(8));
+        lateness.record(start + LATENESS_WINDOW, Duration::from_millis(2));
+        assert_eq!(lateness.max_s(), Some(0.008));
+        lateness.record(start + 2 * LATENESS_WINDOW, Duration::from_millis(1));
+        assert_eq!(lateness.max_s(), Some(0.002));
     }
 }

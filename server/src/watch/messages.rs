@@ -1,4 +1,4 @@
-//! What spectators are told. No message carries a seed.
+//! The messages of the watch socket to spectators. None carries a seed.
 
 use crate::store::{Announcement, LeaderboardRow};
 use palmares_models::hand::describe::HandDescription;
@@ -19,55 +19,54 @@ pub(crate) enum WatchReply {
     Subscribed(Subscribed),
     /// Reply to `list`.
     Runs(Runs),
-    /// A run begins to be shown: everything there is to draw.
+    /// Everything to draw of a run that is shown from now on.
     Scene(Box<WatchScene>),
-    /// Where everything that moves is, at most 30 times a second.
+    /// Poses of all moving bodies, at most 30 times a second.
     Poses(Poses),
     /// The score has changed.
     Score(Score),
-    /// The referee noted something.
+    /// Events of the referee.
     Events(Events),
     /// The run has ended.
     Ended(Ended),
-    /// How time goes on, once a second.
+    /// The session's clock, once a second.
     Clock(Clock),
     /// Why objects count or do not, when it has changed.
     Verdicts(Verdicts),
-    /// The ranking: at the beginning and whenever a result is stored.
+    /// The ranking: first, and whenever a result is stored.
     Leaderboard(Ranking),
-    /// An organizer told everybody something: the newest at the beginning, and whenever there is another.
+    /// An organizer's announcement: the newest first, and each new one.
     Announcement(Announcement),
     /// Reply to a request that failed, or why the socket closes.
     Error(ErrorReply),
 }
 
-/// `subscribed`: what is shown from now on.
+/// `subscribed`: the run that is shown from now on.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Subscribed {
-    /// Of the request.
+    /// Id of the request.
     pub(crate) id: u64,
-    /// The run that is shown now; null when the session has none open, or nobody plays. The next one is shown when it
-    /// opens.
+    /// The run that is shown now; null when none is open. The next one is shown when it opens.
     pub(crate) run_id: Option<String>,
 }
 
-/// `runs`: what can be watched now.
+/// `runs`: the runs that can be watched now.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Runs {
-    /// Of the request.
+    /// Id of the request.
     pub(crate) id: u64,
     /// Open runs.
     pub(crate) runs: Vec<WatchRun>,
 }
 
-/// An open run, as spectators may know it.
+/// An open run, without what spectators must not know.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct WatchRun {
     /// Identifies the run.
     pub(crate) run_id: String,
     /// Identifies its session.
     pub(crate) session_id: String,
-    /// Who plays.
+    /// Team that plays.
     pub(crate) team: String,
     /// Name of the task.
     pub(crate) task: String,
@@ -81,7 +80,7 @@ pub(crate) struct WatchRun {
     pub(crate) time_limit_s: f64,
 }
 
-/// `scene`: everything there is to draw.
+/// `scene`: everything to draw.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct WatchScene {
     /// The run that is shown.
@@ -90,10 +89,10 @@ pub(crate) struct WatchScene {
     pub(crate) bodies: Vec<WatchBody>,
     /// Ids of the bodies that move, in the order of `poses.poses`.
     pub(crate) moving: Vec<usize>,
-    /// Named regions the rules speak of.
+    /// Named regions of the task's rules.
     pub(crate) regions: Vec<Region>,
-    /// The hand in full, as `GET /v1/hands/{name}` tells it; left out where the viewer may not know it: a hand that a team
-    /// sent in is told to that team and to organizers.
+    /// The hand's full description, as in `GET /v1/hands/{name}`. Left out for an uploaded hand, unless the viewer is of its
+    /// team or an organizer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) hand: Option<Box<HandDescription>>,
     /// The channels of `telemetry.readings`, one after the other; with `hand` only.
@@ -101,13 +100,13 @@ pub(crate) struct WatchScene {
     pub(crate) readings: Vec<ChannelInfo>,
 }
 
-/// What a body is.
+/// Kind of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum BodyKind {
-    /// To be grasped; it moves.
+    /// An object to grasp; it moves.
     Object,
-    /// It stays where it is.
+    /// A fixed body.
     Furniture,
     /// A link of the hand; it moves.
     Hand,
@@ -118,13 +117,13 @@ pub(crate) enum BodyKind {
 pub(crate) struct WatchBody {
     /// Identifies the body within the run.
     pub(crate) id: usize,
-    /// For people.
+    /// Name for people.
     pub(crate) name: String,
-    /// What it is.
+    /// Its kind.
     pub(crate) kind: BodyKind,
-    /// Pose at tick 0.
+    /// Position at tick 0, m.
     pub(crate) position: [f64; 3],
-    /// x, y, z, w
+    /// Orientation at tick 0: x, y, z, w.
     pub(crate) quat_xyzw: [f64; 4],
     /// Convex parts in the body frame.
     pub(crate) parts: Vec<ScenePart>,
@@ -132,7 +131,7 @@ pub(crate) struct WatchBody {
     pub(crate) color: [f64; 3],
 }
 
-/// `poses`: where everything that moves is.
+/// `poses`: poses of all moving bodies.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Poses {
     /// The run.
@@ -143,28 +142,28 @@ pub(crate) struct Poses {
     pub(crate) sim_time_s: f64,
     /// For every body of `scene.moving`: position x, y, z in m, orientation x, y, z, w. In single precision.
     pub(crate) poses: Vec<[f32; 7]>,
-    /// What goes on in the hand, for those who subscribed with the overlay `telemetry`.
+    /// Internal state of the hand, for viewers with the overlay `telemetry`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) telemetry: Option<Telemetry>,
-    /// Every touching contact, for those who subscribed with the overlay `contacts`.
+    /// Every touching contact, for viewers with the overlay `contacts`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) contacts: Option<Vec<Contact>>,
 }
 
-/// `clock`: how time goes on, once a second.
+/// `clock`: the session's clock, once a second.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Clock {
     /// The run.
     pub(crate) run_id: String,
-    /// What is left of the session, s; null when it has no limit.
+    /// Time left in the session, s; null when it has no limit.
     pub(crate) session_left_s: Option<f64>,
-    /// What the session has spent, s; null when its clock is not known.
+    /// Time that the session has spent, s; null when its clock is not known.
     pub(crate) elapsed_s: Option<f64>,
     /// Whether an organizer has stopped the session's clock.
     pub(crate) paused: Option<bool>,
-    /// Simulated s per s in the last second; null in the first.
+    /// Simulated time per time in the last second; null in the first message.
     pub(crate) real_time_factor: Option<f64>,
-    /// How late a tick began at most in the last second, s; null where the run does not follow the clock.
+    /// Largest delay of a tick in the last second, s; null in a lockstep run.
     pub(crate) late_s: Option<f64>,
 }
 
@@ -179,7 +178,7 @@ pub(crate) struct Verdicts {
     pub(crate) objects: Vec<ObjectStatus>,
 }
 
-/// `score`: what the run would be worth if it ended now.
+/// `score`: the run's score if it ended now.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Score {
     /// The run.
@@ -190,12 +189,12 @@ pub(crate) struct Score {
     pub(crate) score: f64,
 }
 
-/// `events`: what the referee noted.
+/// `events`: events of the referee.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Events {
     /// The run.
     pub(crate) run_id: String,
-    /// In order of time.
+    /// Events in order of time.
     pub(crate) events: Vec<Event>,
 }
 
@@ -204,14 +203,14 @@ pub(crate) struct Events {
 pub(crate) struct Ended {
     /// The run.
     pub(crate) run_id: String,
-    /// What it gave; null when the world failed.
+    /// Its outcome; null when the world failed.
     pub(crate) outcome: Option<Final>,
-    /// What the world failed of; absent when it did not.
+    /// Why the world failed; absent when it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) fault: Option<Fault>,
 }
 
-/// What a run gave.
+/// The outcome of a run.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Final {
     /// Points.
@@ -229,7 +228,7 @@ pub(crate) struct Final {
 }
 
 impl Final {
-    /// What spectators are told of an outcome.
+    /// The part of an outcome that spectators get.
     pub(crate) fn of(outcome: &Outcome) -> Self {
         Final {
             score: outcome.score,

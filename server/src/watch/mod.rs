@@ -1,9 +1,9 @@
-//! Spectators: what happens in the worlds, told to whoever watches.
+//! Spectators: runs as they are played, sent to viewers.
 //!
-//! A run publishes into its [`Channel`](channel::Channel): the newest frame replaces the one before, so that a slow viewer
-//! skips frames; what must not be skipped goes through a bounded queue, and a viewer that falls behind there is
-//! closed. A world never waits for a viewer: it leaves copies of itself, ten a second if nobody watches, and frames are made
-//! of them elsewhere, once for all viewers.
+//! A run publishes into its [`Channel`](channel::Channel). The newest frame replaces the one before, so that a slow viewer skips
+//! frames. Messages that must not be skipped go through a bounded queue, and a viewer that falls behind there is closed. A world
+//! never waits for a viewer: it publishes samples of its state, ten a second without viewers, and other threads make frames of
+//! them, once for all viewers.
 
 mod access;
 mod binary;
@@ -14,7 +14,7 @@ mod handshake;
 mod hub;
 pub(crate) mod messages;
 pub(crate) mod request;
-mod snapshot;
+mod sample;
 mod viewer;
 
 pub(crate) use context::WatchContext;

@@ -1,6 +1,6 @@
-//! What a spectator asks.
+//! The requests of the watch socket.
 
-use super::snapshot::Overlays;
+use super::sample::Overlays;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, MAX_SAFE_INTEGER, Refusal};
 use schemars::JsonSchema;
@@ -11,50 +11,51 @@ use serde_json::{Map, Value};
 /// A request without its envelope (`op`, `id`).
 #[derive(Debug, PartialEq)]
 pub(super) enum Request {
-    /// What to show.
+    /// Selects the runs to show.
     Subscribe(Target, Option<Overlays>),
-    /// What there is.
+    /// Lists the open runs.
     List,
-    /// Goodbye.
+    /// Ends the connection.
     Bye,
 }
 
-/// What to show.
+/// The runs to show.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Target {
-    /// A session: one run after the other.
+    /// The runs of a session, one after the other.
     Session(String),
     /// One run.
     Run(String),
-    /// Whatever is worth watching most: official runs before practice, then one of which the referee has just noted
-    /// something, then the one that moved last.
+    /// The most interesting run: official runs before practice, then runs with an event in the last 10 s, then the one that
+    /// moved last.
     Featured,
-    /// No world: rankings and announcements alone.
+    /// No run: only rankings and announcements.
     Leaderboard,
 }
 
-/// `subscribe`: what to show; exactly one of the fields. A second one replaces the first.
+/// `subscribe`: the runs to show. Exactly one of `session_id`, `run_id`, `featured`, `leaderboard` is set. A second `subscribe`
+/// replaces the first.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Subscribe {
-    /// A session: one run after the other.
+    /// The runs of a session, one after the other.
     session_id: Option<String>,
     /// One run.
     run_id: Option<String>,
-    /// `true`: official runs before practice, then one in which something happened in the last 10 s, then the one that
-    /// moved last; when it ends, the next.
+    /// `true`: the most interesting run: official runs before practice, then runs with an event in the last 10 s, then the one
+    /// that moved last. When it ends, the next one is chosen.
     featured: Option<bool>,
-    /// `true`: no world, but the ranking and announcements.
+    /// `true`: no run, only the ranking and announcements.
     leaderboard: Option<bool>,
-    /// What is to be told beside the poses. With this field, empty or not, `clock` is told once a second.
+    /// Data to send in addition to the poses. With this field, empty or not, `clock` is sent once a second.
     overlays: Option<Vec<Overlay>>,
 }
 
-/// What may be told beside the poses.
+/// Data that can be sent in addition to the poses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Overlay {
-    /// Motors, tendons, joints, and where the hand would rest.
+    /// Motors, tendons, joints, and the predicted equilibrium of the hand.
     Telemetry,
     /// Contacts.
     Contacts,
@@ -62,7 +63,7 @@ enum Overlay {
     Verdicts,
 }
 
-/// `list`: which runs are open.
+/// `list`: lists the open runs.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct List {}
@@ -74,8 +75,8 @@ pub(crate) struct WatchBye {}
 
 impl Subscribe {
     fn overlays(&self) -> Option<Overlays> {
-        let asked = self.overlays.as_ref()?;
-        let wants = |overlay| asked.contains(&overlay);
+        let named = self.overlays.as_ref()?;
+        let wants = |overlay| named.contains(&overlay);
         Some(Overlays {
             telemetry: wants(Overlay::Telemetry),
             contacts: wants(Overlay::Contacts),
@@ -98,7 +99,7 @@ impl Subscribe {
     }
 }
 
-/// Reads one text frame: the request's id, where there is a valid one, and the request or why it is none.
+/// Reads one text frame: the request's id, if valid, and the request or its refusal.
 pub(super) fn parse(text: &str) -> (Option<u64>, Result<Request, Refusal>) {
     let mut fields = match serde_json::from_str::<Value>(text) {
         Ok(Value::Object(fields)) => fields,
@@ -122,9 +123,9 @@ fn parse_op(mut fields: Map<String, Value>) -> Result<Request, Refusal> {
     };
     match op.as_str() {
         "subscribe" => {
-            let asked = typed::<Subscribe>("subscribe", fields)?;
-            let overlays = asked.overlays();
-            Ok(Request::Subscribe(asked.target()?, overlays))
+            let subscribe = typed::<Subscribe>("subscribe", fields)?;
+            let overlays = subscribe.overlays();
+            Ok(Request::Subscribe(subscribe.target()?, overlays))
         }
         "list" => typed::<List>("list", fields).map(|_| Request::List),
         "bye" => typed::<WatchBye>("bye", fields).map(|_| Request::Bye),
@@ -150,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_thing_is_watched() {
+    fn one_target_is_watched() {
         let run = parse(r#"{"op":"subscribe","id":3,"run_id":"run_1"}"#);
         assert_eq!(run, (Some(3), Ok(Request::Subscribe(Target::Run("run_1".into()), None))));
         let featured = parse(r#"{"op":"subscribe","id":4,"featured":true}"#);

@@ -1,18 +1,18 @@
 //! One viewer's connection.
 
 use super::access::Watcher;
-use super::binary::Seven;
-use super::channel::{Following, News};
+use super::binary::WirePose;
+use super::channel::{Following, QueuedMessage};
 use super::context::WatchContext;
 use super::frame::text;
-use super::hub::Nothing;
+use super::hub::FindError;
 use super::messages::{Clock, Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
-use super::snapshot::Overlays;
+use super::sample::Overlays;
 use crate::auth::Identity;
 use crate::metrics::METRICS;
 use crate::store::Announcement;
-use crate::transport::farewell;
+use crate::transport::close_handshake;
 use axum::body::Bytes;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use palmares_protocol::reply::ErrorReply;
@@ -26,22 +26,21 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
-/// Least time between two frames of a viewer. The run shows itself 30 times a second; a viewer that waits as long by itself
-/// would miss a frame now and then.
+/// Shortest time between two frames for a viewer. Less than the run's 33 ms, or a viewer would miss a frame now and then.
 const FRAME_PERIOD: Duration = Duration::from_millis(25);
 /// Time between two frames that show all bodies.
 const KEY_PERIOD: Duration = Duration::from_secs(10);
-/// Time between two clocks.
+/// Time between two messages `clock`.
 const CLOCK_PERIOD: Duration = Duration::from_secs(1);
-/// Least time between two verdicts.
+/// Shortest time between two messages `verdicts`.
 const VERDICTS_PERIOD: Duration = Duration::from_millis(500);
-/// Least time between two rankings.
+/// Shortest time between two rankings.
 const RANKING_PERIOD: Duration = Duration::from_secs(1);
-/// How long a viewer may take to accept a message.
+/// Longest time for a viewer to accept a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Why a connection ends: with a close code and a reason, or because the viewer is gone.
-type End = Option<(u16, &'static str)>;
+/// Why a connection ends: close code and reason, or None when the viewer has disconnected.
+type ViewerEnd = Option<(u16, &'static str)>;
 
 /// One viewer's connection.
 pub(super) struct Viewer {
@@ -50,57 +49,57 @@ pub(super) struct Viewer {
     watcher: Watcher,
     target: Option<Target>,
     following: Option<Following>,
-    /// The run and the score that were told last.
-    told: Option<(String, f64)>,
+    /// The run and the score that were sent last.
+    sent_score: Option<(String, f64)>,
     changes: watch::Receiver<u64>,
     ranking: watch::Receiver<u64>,
     announced: watch::Receiver<Option<Announcement>>,
     /// Whether poses are binary frames.
     binary: bool,
-    /// What it wants to see; none if it never said.
+    /// Its overlays; None if the client did not send the field.
     overlays: Option<Overlays>,
-    /// Where bodies were when they were last sent, and when all are sent again.
-    sent: Vec<Seven>,
+    /// Last sent poses, and when all are sent again.
+    sent: Vec<WirePose>,
     next_key: Instant,
-    /// Tick and time of the last clock.
-    clocked: Option<(u64, Instant)>,
+    /// Tick and time of the last message `clock`.
+    sent_clock: Option<(u64, Instant)>,
     next_clock: Instant,
-    /// The verdicts that were told last, and whether there may be newer ones.
-    judged: Option<Vec<ObjectStatus>>,
-    unjudged: bool,
+    /// The judgements that were sent last, and whether there may be newer ones.
+    sent_verdicts: Option<Vec<ObjectStatus>>,
+    verdicts_due: bool,
     next_verdicts: Instant,
     next_frame: Instant,
     next_ranking: Instant,
     heard: Instant,
 }
 
-/// What a run has for its viewers.
+/// The next item of the run that is followed.
 enum Next {
-    /// A word that must not be skipped.
-    News(Result<News, RecvError>),
+    /// A message that must not be skipped.
+    Queued(Result<QueuedMessage, RecvError>),
     /// A frame newer than the last.
     Frame,
 }
 
-/// The next that the run that is followed has to show; frames not before a certain time.
+/// The next item of the run that is followed; a frame not before `not_before`.
 async fn next(following: &mut Option<Following>, not_before: Instant) -> Next {
-    let Some(Following { frames, news, .. }) = following else { return pending().await };
+    let Some(Following { frames, queue, .. }) = following else { return pending().await };
     let frame = async {
         sleep_until(not_before).await;
-        // An error means that the run is over: its last word comes as news.
+        // An error means that the run is over: its last message comes through the queue.
         if frames.changed().await.is_err() {
             pending::<()>().await;
         }
     };
     tokio::select! {
         biased;
-        news = news.recv() => Next::News(news),
+        message = queue.recv() => Next::Queued(message),
         () = frame => Next::Frame,
     }
 }
 
-/// Returns when there is something new, and not before a certain time.
-async fn fresh<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
+/// Returns when the value has changed, and not before `not_before`.
+async fn changed<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
     sleep_until(not_before).await;
     if changes.changed().await.is_err() {
         pending::<()>().await;
@@ -112,7 +111,7 @@ impl Viewer {
         let now = Instant::now();
         let (changes, mut ranking) = (context.hub.changes(), context.hub.ranking_changes());
         let mut announced = context.hub.announcements();
-        // The first ones are for everybody who comes.
+        // Every new viewer gets the current ones.
         ranking.mark_changed();
         announced.mark_changed();
         Viewer {
@@ -121,7 +120,7 @@ impl Viewer {
             watcher,
             target: None,
             following: None,
-            told: None,
+            sent_score: None,
             changes,
             ranking,
             announced,
@@ -129,10 +128,10 @@ impl Viewer {
             overlays: None,
             sent: Vec::new(),
             next_key: now,
-            clocked: None,
+            sent_clock: None,
             next_clock: now,
-            judged: None,
-            unjudged: false,
+            sent_verdicts: None,
+            verdicts_due: false,
             next_verdicts: now,
             next_frame: now,
             next_ranking: now,
@@ -157,7 +156,7 @@ impl Viewer {
                     let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
                     self.refuse(None, &refusal).await
                 }
-                _ = ping.tick() => self.beat().await,
+                _ = ping.tick() => self.ping().await,
                 message = self.socket.recv() => self.receive(message).await,
                 changed = self.changes.changed(), if self.target.is_some() && self.following.is_none() => {
                     match changed {
@@ -165,13 +164,13 @@ impl Viewer {
                         Err(_) => ControlFlow::Break(None),
                     }
                 }
-                () = fresh(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
-                () = fresh(&mut self.announced, Instant::now()), if self.target.is_some() => self.announce().await,
-                () = sleep_until(self.next_clock), if self.following.is_some() && self.is_told_more() => self.clock().await,
-                () = sleep_until(self.next_verdicts), if self.unjudged => self.judge().await,
+                () = changed(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.send_ranking().await,
+                () = changed(&mut self.announced, Instant::now()), if self.target.is_some() => self.send_announcement().await,
+                () = sleep_until(self.next_clock), if self.following.is_some() && self.has_extensions() => self.send_clock().await,
+                () = sleep_until(self.next_verdicts), if self.verdicts_due => self.send_verdicts().await,
                 next = next(&mut self.following, self.next_frame) => match next {
-                    Next::News(news) => self.tell(news).await,
-                    Next::Frame => self.show().await,
+                    Next::Queued(message) => self.forward(message).await,
+                    Next::Frame => self.send_frame().await,
                 },
             };
             if let ControlFlow::Break(end) = flow {
@@ -179,18 +178,18 @@ impl Viewer {
             }
         };
         if let Some((code, reason)) = end {
-            farewell(self.socket, code, reason).await;
+            close_handshake(self.socket, code, reason).await;
         }
     }
 
-    async fn beat(&mut self) -> ControlFlow<End> {
+    async fn ping(&mut self) -> ControlFlow<ViewerEnd> {
         if self.heard.elapsed() >= self.context.competition.settings.ping_timeout {
             return ControlFlow::Break(None);
         }
         self.send_message(Message::Ping(Bytes::new())).await
     }
 
-    async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<End> {
+    async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<ViewerEnd> {
         self.heard = Instant::now();
         let text = match message {
             None | Some(Ok(Message::Close(_)) | Err(_)) => return ControlFlow::Break(None),
@@ -211,35 +210,40 @@ impl Viewer {
             }
             (_, Ok(Request::Bye)) => ControlFlow::Break(Some((1000, "bye"))),
             (id, Err(refusal)) => self.refuse(id, &refusal).await,
-            // The parser gives no request without an id.
+            // The parser returns no request without an id.
             (None, Ok(_)) => ControlFlow::Continue(()),
         }
     }
 
-    async fn subscribe(&mut self, id: u64, target: Target, overlays: Option<Overlays>) -> ControlFlow<End> {
-        // What opens from here on is looked at again.
+    async fn subscribe(
+        &mut self,
+        id: u64,
+        target: Target,
+        overlays: Option<Overlays>,
+    ) -> ControlFlow<ViewerEnd> {
+        // Runs that open from now on are looked up again.
         self.changes.mark_unchanged();
         let found = match (self.context.hub.find(&target, &self.watcher), &target) {
             (Ok(following), _) => Some(following),
-            (Err(Nothing::Waiting), _) => None,
-            (Err(Nothing::Forbidden), _) => {
-                let message = "this is not for you to watch; `list` tells what is";
+            (Err(FindError::Waiting), _) => None,
+            (Err(FindError::Forbidden), _) => {
+                let message = "you may not watch this; `list` shows the runs that you may watch";
                 let anybody = self.watcher == Watcher::Anybody;
                 let code = if anybody { Code::NotAuthorized } else { Code::Forbidden };
                 return self.refuse(Some(id), &Refusal::new(code, message)).await;
             }
-            (Err(Nothing::Unknown), Target::Run(run)) => {
-                let message = format!("no open run `{}`; `list` tells which there are", shortened(run));
+            (Err(FindError::Unknown), Target::Run(run)) => {
+                let message = format!("no open run `{}`; `list` shows the open runs", shortened(run));
                 return self.refuse(Some(id), &Refusal::new(Code::NotFound, message)).await;
             }
-            (Err(Nothing::Unknown), Target::Session(session)) => {
+            (Err(FindError::Unknown), Target::Session(session)) => {
                 let message = format!(
-                    "no session `{}` has opened a run; `list` tells which there are",
+                    "no session `{}` has opened a run; `list` shows the open runs",
                     shortened(session)
                 );
                 return self.refuse(Some(id), &Refusal::new(Code::NotFound, message)).await;
             }
-            (Err(Nothing::Unknown), Target::Featured | Target::Leaderboard) => None,
+            (Err(FindError::Unknown), Target::Featured | Target::Leaderboard) => None,
         };
         if self.target.is_none() {
             self.ranking.mark_changed();
@@ -251,37 +255,37 @@ impl Viewer {
         self.start(found).await
     }
 
-    /// A run opened or ended somewhere while there was nothing to show.
-    async fn follow(&mut self) -> ControlFlow<End> {
+    /// Looks for a run to show, after a run has opened or ended.
+    async fn follow(&mut self) -> ControlFlow<ViewerEnd> {
         let Some(target) = &self.target else { return ControlFlow::Continue(()) };
         let found = self.context.hub.find(target, &self.watcher).ok();
         self.start(found).await
     }
 
-    async fn start(&mut self, found: Option<Following>) -> ControlFlow<End> {
+    async fn start(&mut self, found: Option<Following>) -> ControlFlow<ViewerEnd> {
         self.following = found;
-        self.told = None;
+        self.sent_score = None;
         self.sent.clear();
-        self.clocked = None;
+        self.sent_clock = None;
         self.next_clock = Instant::now();
-        (self.judged, self.unjudged) = (None, false);
+        (self.sent_verdicts, self.verdicts_due) = (None, false);
         if let Some(following) = &mut self.following {
-            following.want(self.overlays.unwrap_or_default());
+            following.set_overlays(self.overlays.unwrap_or_default());
             following.channel.pump();
             let scene = following.channel.scene(&self.watcher);
             self.send_text(scene).await?;
-            self.show().await?;
+            self.send_frame().await?;
         }
         ControlFlow::Continue(())
     }
 
     /// Sends the newest frame, and the score when it has changed.
-    async fn show(&mut self) -> ControlFlow<End> {
+    async fn send_frame(&mut self) -> ControlFlow<ViewerEnd> {
         let Some(following) = &mut self.following else { return ControlFlow::Continue(()) };
         let frame = following.frames.borrow_and_update().clone();
         let run_id = following.channel.info.run_id.clone();
         let overlays = self.overlays.unwrap_or_default();
-        self.unjudged = overlays.verdicts;
+        self.verdicts_due = overlays.verdicts;
         if self.binary {
             let now = Instant::now();
             let key = self.sent.is_empty() || now >= self.next_key;
@@ -293,28 +297,28 @@ impl Viewer {
         } else {
             self.send_text(frame.text(overlays)).await?;
         }
-        let (tick, score) = (frame.snapshot.tick, frame.snapshot.score);
-        if self.told.as_ref().is_none_or(|told| *told != (run_id.clone(), score)) {
-            self.told = Some((run_id.clone(), score));
+        let (tick, score) = (frame.sample.tick, frame.sample.score);
+        if self.sent_score.as_ref().is_none_or(|sent| *sent != (run_id.clone(), score)) {
+            self.sent_score = Some((run_id.clone(), score));
             self.send(&WatchReply::Score(Score { run_id, tick, score })).await?;
         }
-        // Counted from when the viewer has taken it: a slow one gets fewer.
+        // From the end of sending: a slow viewer gets fewer frames.
         self.next_frame = Instant::now() + FRAME_PERIOD;
         ControlFlow::Continue(())
     }
 
-    /// Whether it is told what early viewers do not know of.
-    fn is_told_more(&self) -> bool {
+    /// Whether the client knows `clock`, which clients without `overlays` and binary frames do not.
+    fn has_extensions(&self) -> bool {
         self.binary || self.overlays.is_some()
     }
 
-    /// Tells how time goes on.
-    async fn clock(&mut self) -> ControlFlow<End> {
+    /// Sends the session's clock.
+    async fn send_clock(&mut self) -> ControlFlow<ViewerEnd> {
         let Some(following) = &self.following else { return ControlFlow::Continue(()) };
         let info = &following.channel.info;
-        let newest = following.channel.snapshots.borrow().clone();
+        let newest = following.channel.samples.borrow().clone();
         let (now, session_now) = (Instant::now(), self.context.lifecycle.now());
-        let before = self.clocked.replace((newest.tick, now));
+        let before = self.sent_clock.replace((newest.tick, now));
         let real_time_factor = before.map(|(tick, then)| {
             newest.tick.saturating_sub(tick) as f64 * info.tick_s / (now - then).as_secs_f64()
         });
@@ -331,38 +335,39 @@ impl Viewer {
         self.send(&WatchReply::Clock(message)).await
     }
 
-    /// Tells why objects count, if it has changed.
-    async fn judge(&mut self) -> ControlFlow<End> {
-        self.unjudged = false;
+    /// Sends why objects count or do not, if it has changed.
+    async fn send_verdicts(&mut self) -> ControlFlow<ViewerEnd> {
+        self.verdicts_due = false;
         let Some(following) = &self.following else { return ControlFlow::Continue(()) };
         let frame = following.frames.borrow().clone();
         let Some(verdicts) = frame.verdicts() else { return ControlFlow::Continue(()) };
-        if self.judged.as_ref() == Some(verdicts) {
+        if self.sent_verdicts.as_ref() == Some(verdicts) {
             return ControlFlow::Continue(());
         }
-        self.judged = Some(verdicts.clone());
+        self.sent_verdicts = Some(verdicts.clone());
         self.next_verdicts = Instant::now() + VERDICTS_PERIOD;
         self.send_text(frame.verdicts_text(verdicts)).await
     }
 
-    async fn tell(&mut self, news: Result<News, RecvError>) -> ControlFlow<End> {
-        match news {
-            Ok(News::Message(text)) => self.send_text(text).await,
-            Ok(News::Ended(text)) => {
-                // The last frame, which may still wait for its time.
+    /// Sends a message of the queue; after the last one of a run it follows the next run.
+    async fn forward(&mut self, message: Result<QueuedMessage, RecvError>) -> ControlFlow<ViewerEnd> {
+        match message {
+            Ok(QueuedMessage::Message(text)) => self.send_text(text).await,
+            Ok(QueuedMessage::Ended(text)) => {
+                // The last frame first, even if the viewer's period has not passed.
                 if let Some(following) = &self.following {
                     following.channel.refresh();
                 }
-                let fresh = |following: &Following| following.frames.has_changed().unwrap_or(true);
-                if self.following.as_ref().is_some_and(fresh) {
-                    self.show().await?;
+                let unsent = |following: &Following| following.frames.has_changed().unwrap_or(true);
+                if self.following.as_ref().is_some_and(unsent) {
+                    self.send_frame().await?;
                 }
-                if self.unjudged {
-                    self.judge().await?;
+                if self.verdicts_due {
+                    self.send_verdicts().await?;
                 }
                 self.send_text(text).await?;
                 self.following = None;
-                self.unjudged = false;
+                self.verdicts_due = false;
                 if matches!(self.target, Some(Target::Run(_))) {
                     self.target = None;
                     return ControlFlow::Continue(());
@@ -371,7 +376,7 @@ impl Viewer {
                 self.follow().await
             }
             Err(RecvError::Lagged(_)) => {
-                let message = "this connection is too slow for what happens; its messages were given up";
+                let message = "this connection is too slow: messages were lost";
                 self.refuse(None, &Refusal::new(Code::TooSlow, message).fatal()).await
             }
             Err(RecvError::Closed) => {
@@ -381,27 +386,27 @@ impl Viewer {
         }
     }
 
-    async fn rank(&mut self) -> ControlFlow<End> {
+    async fn send_ranking(&mut self) -> ControlFlow<ViewerEnd> {
         self.next_ranking = Instant::now() + RANKING_PERIOD;
         match self.context.store.leaderboard(self.context.competition.rules.official()).await {
             Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
             Err(error) => {
-                // The viewer has the last one, and gets the next.
-                tracing::error!(%error, "store failed");
+                // The viewer keeps the last ranking and gets the next one.
+                tracing::error!(%error, "the database failed");
                 ControlFlow::Continue(())
             }
         }
     }
 
-    async fn announce(&mut self) -> ControlFlow<End> {
-        let told = self.announced.borrow_and_update().clone();
-        match told {
-            Some(told) => self.send(&WatchReply::Announcement(told)).await,
+    async fn send_announcement(&mut self) -> ControlFlow<ViewerEnd> {
+        let announcement = self.announced.borrow_and_update().clone();
+        match announcement {
+            Some(announcement) => self.send(&WatchReply::Announcement(announcement)).await,
             None => ControlFlow::Continue(()),
         }
     }
 
-    async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<End> {
+    async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<ViewerEnd> {
         METRICS.refused(refusal.code);
         self.send(&WatchReply::Error(ErrorReply::of(id, refusal))).await?;
         if refusal.fatal {
@@ -410,15 +415,15 @@ impl Viewer {
         ControlFlow::Continue(())
     }
 
-    async fn send(&mut self, message: &WatchReply) -> ControlFlow<End> {
+    async fn send(&mut self, message: &WatchReply) -> ControlFlow<ViewerEnd> {
         self.send_text(text(message)).await
     }
 
-    async fn send_text(&mut self, text: Utf8Bytes) -> ControlFlow<End> {
+    async fn send_text(&mut self, text: Utf8Bytes) -> ControlFlow<ViewerEnd> {
         self.send_message(Message::Text(text)).await
     }
 
-    async fn send_message(&mut self, message: Message) -> ControlFlow<End> {
+    async fn send_message(&mut self, message: Message) -> ControlFlow<ViewerEnd> {
         match timeout(SEND_TIMEOUT, self.socket.send(message)).await {
             Ok(Ok(())) => ControlFlow::Continue(()),
             Ok(Err(_)) | Err(_) => ControlFlow::Break(None),

@@ -1,10 +1,10 @@
-//! Worlds: runs that are being played, in lockstep or by the clock, and whoever looks on.
+//! Worlds: runs that are being played, in lockstep or by the clock, and their observers.
 
-pub(crate) mod live;
-pub(crate) mod pictures;
+pub(crate) mod images;
+pub(crate) mod realtime;
 pub(crate) mod run;
+pub(crate) mod run_observer;
 #[cfg(test)]
 pub(crate) mod stub;
-pub(crate) mod witness;
 
-pub(crate) use witness::Witness;
+pub(crate) use run_observer::RunObserver;

@@ -1,10 +1,10 @@
-//! A world: the one place in the server where a run is stepped. Whoever wants to see every tick, a recorder or
-//! spectators, is a [`Witness`] of it.
+//! A world: the only place in the server where a run is stepped. A recorder and the spectators' hub see every tick as its
+//! [`RunObserver`]s.
 
-use super::pictures::{self, Pictures};
-use super::witness::Witness;
+use super::images::{self, StepImages};
+use super::run_observer::RunObserver;
 use crate::compute::admission::Admitted;
-use crate::compute::background::{Background, JobError, Level, panic_text};
+use crate::compute::background::{Background, JobError, JobPriority, panic_text};
 use crate::compute::scheduler::{Permit, Scheduler, Urgency};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
@@ -18,20 +18,20 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What a world needs of a run. [`Run`] is the real one; tests bring worlds that break.
+/// The part of a run that a world uses. [`Run`] implements it; tests use stubs that break.
 pub(crate) trait Playable: Send {
     fn step(&mut self, action: &Action) -> Result<(), ActionError>;
-    /// Does what the next step does before its action matters.
+    /// Computes the part of the next step that does not depend on its action.
     fn prepare(&mut self) {}
     fn observe(&self, sensing: Sensing) -> Observation;
     fn events(&self) -> &[Event];
     fn over(&self) -> Option<Reason>;
-    /// When the world became unsound and of what, when it is.
+    /// When and why the world failed, if it has.
     fn failure(&self) -> Option<Failure>;
-    /// The failure of a program that fails now.
+    /// The failure for a panic at this tick.
     fn crash(&self) -> Failure;
     fn finish(&mut self, reason: Reason) -> Outcome;
-    /// For witnesses and for what only a real run can do.
+    /// The real run, for observers, pushes and cameras.
     fn run(&mut self) -> Option<&mut Run>;
 }
 
@@ -65,22 +65,22 @@ impl Playable for Run {
     }
 }
 
-/// After a step.
+/// The result of a step.
 #[derive(Debug)]
-pub(crate) struct Stepped {
-    /// The state, with the events of all its ticks.
+pub(crate) struct StepResult {
+    /// The observation, with the events of all its ticks.
     pub(crate) observation: Observation,
-    /// Why the run is over, when it is.
+    /// Why the run is over, if it is.
     pub(crate) over: Option<Reason>,
 }
 
-/// Why a step was not made.
+/// Why a step failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StepError {
     /// The action was refused; nothing changed.
     #[error(transparent)]
     Action(#[from] ActionError),
-    /// The world is unsound, now and from now on.
+    /// The world has failed, for good.
     #[error("{0}")]
     Failed(Failure),
 }
@@ -96,7 +96,7 @@ pub(crate) enum OpenError {
     Job(#[from] JobError),
 }
 
-/// What a world is made from.
+/// The inputs of a world.
 pub(crate) struct WorldSetup {
     /// Task.
     pub(crate) task: Arc<Task>,
@@ -104,116 +104,116 @@ pub(crate) struct WorldSetup {
     pub(crate) hand: Arc<Hand>,
     /// Seed.
     pub(crate) seed: Seed,
-    /// How much the controller sees.
+    /// Sensors only, or also the true state.
     pub(crate) sensing: Sensing,
-    /// How good its sensors are.
+    /// Noise of the sensors.
     pub(crate) noise: Noise,
-    /// Pictures of tick 0.
+    /// Camera images of tick 0.
     pub(crate) shots: Vec<Shot>,
 }
 
-/// A world. Whoever owns it steps it.
+/// A world. Its owner steps it.
 pub(crate) struct World {
-    /// Its failure after one.
-    game: Result<Box<dyn Playable>, Failure>,
+    /// The run, or its failure.
+    run: Result<Box<dyn Playable>, Failure>,
     sensing: Sensing,
-    witnesses: Vec<Box<dyn Witness>>,
-    /// Whether the witnesses have not been told of the last tick.
-    untold: bool,
-    /// What was computed between the last tick and the next took so long.
+    observers: Vec<Box<dyn RunObserver>>,
+    /// Whether the observers have not got the last tick yet.
+    unreported: bool,
+    /// Computing time between the last tick and the next.
     between: Duration,
-    /// Given back when the world is gone.
+    /// The world's place; freed when the world is dropped.
     admitted: Admitted,
 }
 
 impl std::fmt::Debug for World {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let state = if self.game.is_ok() { "sound" } else { "failed" };
-        write!(f, "World ({state}, {} witnesses)", self.witnesses.len())
+        let state = if self.run.is_ok() { "sound" } else { "failed" };
+        write!(f, "World ({state}, {} observers)", self.observers.len())
     }
 }
 
 /// A world at tick 0.
 pub(crate) struct OpenedWorld {
-    /// It.
+    /// The world.
     pub(crate) world: World,
-    /// What stands in it.
+    /// The scene, as the controller may know it.
     pub(crate) scene: Scene,
-    /// What the controller sees.
+    /// The first observation.
     pub(crate) observation: Observation,
 }
 
 impl World {
-    /// Builds a world in the background. `witnesses` look on from tick 0; `admitted` is given back when the world is gone.
+    /// Builds a world in the background. `observers` see it from tick 0; `admitted` is freed when the world is dropped.
     pub(crate) async fn open(
         setup: WorldSetup,
         admitted: Admitted,
         background: &Background,
-        mut witnesses: Vec<Box<dyn Witness>>,
+        mut observers: Vec<Box<dyn RunObserver>>,
     ) -> Result<OpenedWorld, OpenError> {
         let build = move || {
             let WorldSetup { task, hand, seed, sensing, noise, shots } = setup;
             let mut run = Run::new(task, hand, seed)?.with_noise(noise);
             let (scene, mut observation) = (run.scene().clone().redacted_for(sensing), run.observe(sensing));
-            observation.cameras = pictures::drawn(&run.expose(&shots));
-            witnesses.iter_mut().for_each(|witness| witness.opened(&run));
-            let world = World::of(Box::new(run), sensing, witnesses, admitted);
+            observation.cameras = images::render_here(&run.expose(&shots));
+            observers.iter_mut().for_each(|observer| observer.opened(&run));
+            let world = World::of(Box::new(run), sensing, observers, admitted);
             Ok(OpenedWorld { world, scene, observation })
         };
-        background.run(Level::Awaited, build).await?
+        background.run(JobPriority::Awaited, build).await?
     }
 
     pub(crate) fn of(
-        game: Box<dyn Playable>,
+        playable: Box<dyn Playable>,
         sensing: Sensing,
-        witnesses: Vec<Box<dyn Witness>>,
+        observers: Vec<Box<dyn RunObserver>>,
         admitted: Admitted,
     ) -> Self {
-        World { game: Ok(game), sensing, witnesses, untold: false, between: Duration::ZERO, admitted }
+        World { run: Ok(playable), sensing, observers, unreported: false, between: Duration::ZERO, admitted }
     }
 
-    /// Tells the witnesses of the last tick. The controller need not wait for it.
-    pub(crate) fn tell(&mut self) {
-        if std::mem::take(&mut self.untold) {
-            self.meanwhile(|game, witnesses| {
-                if let Some(run) = game.run() {
-                    witnesses.iter_mut().for_each(|witness| witness.ticked(run));
+    /// Reports the last tick to the observers, after the controller has its reply.
+    pub(crate) fn notify_observers(&mut self) {
+        if std::mem::take(&mut self.unreported) {
+            self.between_ticks(|playable, observers| {
+                if let Some(run) = playable.run() {
+                    observers.iter_mut().for_each(|observer| observer.ticked(run));
                 }
             });
         }
     }
 
-    /// Does what the next tick does before its action matters. The witnesses have been told: they see a whole state.
+    /// Computes the part of the next tick that does not depend on its action. Before that, the observers see the complete state.
     pub(crate) fn prepare(&mut self, _permit: &Permit) {
-        self.meanwhile(|game, witnesses| {
-            if let Some(run) = game.run() {
-                witnesses.iter_mut().for_each(|witness| witness.rested(run));
+        self.between_ticks(|playable, observers| {
+            if let Some(run) = playable.run() {
+                observers.iter_mut().for_each(|observer| observer.rested(run));
             }
-            game.prepare();
+            playable.prepare();
         });
     }
 
-    /// What is computed between two ticks counts as part of the second.
-    fn meanwhile(&mut self, work: impl FnOnce(&mut dyn Playable, &mut [Box<dyn Witness>])) {
-        let (Ok(game), witnesses) = (self.game.as_mut(), &mut self.witnesses) else { return };
+    /// Computes between two ticks; the time counts as part of the second.
+    fn between_ticks(&mut self, work: impl FnOnce(&mut dyn Playable, &mut [Box<dyn RunObserver>])) {
+        let (Ok(playable), observers) = (self.run.as_mut(), &mut self.observers) else { return };
         let begun = Instant::now();
         let done = catch_unwind(AssertUnwindSafe(|| {
-            work(game.as_mut(), witnesses);
+            work(playable.as_mut(), observers);
             Ok(())
         }));
         self.between += begun.elapsed();
-        // Of a failure the next tick tells.
-        let _ = self.failure_ends_it(done);
+        // The next tick reports the failure.
+        let _ = self.end_on_failure(done);
     }
 
-    /// Advances the world by up to `repeat` ticks; fewer when the run is over before.
+    /// Advances the world by `repeat` ticks, or fewer when the run is over before.
     pub(crate) async fn step(
         &mut self,
         scheduler: &Scheduler,
         official: bool,
         action: &Action,
         repeat: u32,
-    ) -> Result<Stepped, StepError> {
+    ) -> Result<StepResult, StepError> {
         let mut earlier = Vec::new();
         let mut left = repeat.max(1);
         loop {
@@ -226,58 +226,55 @@ impl World {
                     earlier.append(&mut observation.events);
                     observation.events = earlier;
                 }
-                return Ok(Stepped { observation, over });
+                return Ok(StepResult { observation, over });
             }
             drop(permit);
-            // Another controller may be waiting for this very core to send its request, with other cores free to answer it.
-            if self.admitted.has_company() {
+            // A controller of another world may need this core to send its request.
+            if self.admitted.has_others() {
                 std::thread::yield_now();
             }
-            if let Ok(game) = &self.game {
-                earlier.extend(game.events().iter().map(|event| event.redacted_for(self.sensing)));
+            if let Ok(playable) = &self.run {
+                earlier.extend(playable.events().iter().map(|event| event.redacted_for(self.sensing)));
             }
         }
     }
 
-    /// Advances the world by one tick and says whether the run is over. A refused action changes nothing; a fault
-    /// is the world's end. Whoever calls this tells the witnesses once the controller has been answered.
+    /// Advances the world by one tick; returns why the run is over, if it is. A refused action changes nothing; a failure ends the
+    /// world. The caller notifies the observers after the controller has its reply.
     pub(crate) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
-        self.tell();
+        self.notify_observers();
         let between = std::mem::take(&mut self.between);
-        let game = self.game.as_mut().map_err(|failure| StepError::Failed(*failure))?;
+        let playable = self.run.as_mut().map_err(|failure| StepError::Failed(*failure))?;
         let ticked = catch_unwind(AssertUnwindSafe(|| {
             let begun = Instant::now();
-            game.step(action)?;
-            if let Some(failure) = game.failure() {
+            playable.step(action)?;
+            if let Some(failure) = playable.failure() {
                 return Err(StepError::Failed(failure));
             }
             METRICS.ticked(between + begun.elapsed());
-            Ok(game.over())
+            Ok(playable.over())
         }));
-        self.untold = matches!(ticked, Ok(Ok(_)));
-        self.failure_ends_it(ticked)
+        self.unreported = matches!(ticked, Ok(Ok(_)));
+        self.end_on_failure(ticked)
     }
 
-    /// A tick that follows the clock begins so late.
-    pub(crate) fn begins(&mut self, late: Duration) {
-        self.witnesses.iter_mut().for_each(|witness| witness.began(late));
+    /// Reports the delay of a realtime tick to the observers.
+    pub(crate) fn report_lateness(&mut self, late: Duration) {
+        self.observers.iter_mut().for_each(|observer| observer.began(late));
     }
 
-    /// What the controller sees now.
+    /// The controller's observation.
     pub(crate) fn observe(&mut self) -> Result<Observation, StepError> {
-        let game = self.game.as_ref().map_err(|failure| StepError::Failed(*failure))?;
-        let seen = catch_unwind(AssertUnwindSafe(|| Ok(game.observe(self.sensing))));
-        self.failure_ends_it(seen)
+        let playable = self.run.as_ref().map_err(|failure| StepError::Failed(*failure))?;
+        let observed = catch_unwind(AssertUnwindSafe(|| Ok(playable.observe(self.sensing))));
+        self.end_on_failure(observed)
     }
 
-    /// After a failure there is no world any more.
-    fn failure_ends_it<T>(
-        &mut self,
-        done: std::thread::Result<Result<T, StepError>>,
-    ) -> Result<T, StepError> {
+    /// Ends the world after a failure or a panic.
+    fn end_on_failure<T>(&mut self, done: std::thread::Result<Result<T, StepError>>) -> Result<T, StepError> {
         let done = done.unwrap_or_else(|panic| {
             tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
-            let crash = self.game.as_ref().map_or_else(|failure| *failure, |game| game.crash());
+            let crash = self.run.as_ref().map_or_else(|failure| *failure, |playable| playable.crash());
             Err(StepError::Failed(crash))
         });
         if let Err(StepError::Failed(failure)) = done {
@@ -286,62 +283,62 @@ impl World {
         done
     }
 
-    /// The world is gone, and its witnesses are told.
+    /// Drops the run and reports the failure to the observers.
     fn fail(&mut self, failure: Failure) {
-        if std::mem::replace(&mut self.game, Err(failure)).is_err() {
+        if std::mem::replace(&mut self.run, Err(failure)).is_err() {
             return;
         }
-        let witnesses = &mut self.witnesses;
-        // One of them may be what has panicked.
-        let told = catch_unwind(AssertUnwindSafe(|| {
-            witnesses.iter_mut().for_each(|witness| witness.failed(failure.fault));
+        let observers = &mut self.observers;
+        // An observer may be the cause of the panic.
+        let notified = catch_unwind(AssertUnwindSafe(|| {
+            observers.iter_mut().for_each(|observer| observer.failed(failure.fault));
         }));
-        if let Err(panic) = told {
-            tracing::error!(panic = panic_text(panic.as_ref()), "a witness panicked");
+        if let Err(panic) = notified {
+            tracing::error!(panic = panic_text(panic.as_ref()), "an observer panicked");
         }
     }
 
     /// Pushes the hand from the next tick on.
     pub(crate) fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
-        self.tell();
-        let Some(run) = self.game.as_mut().ok().and_then(|game| game.run()) else { return Ok(()) };
+        self.notify_observers();
+        let Some(run) = self.run.as_mut().ok().and_then(|playable| playable.run()) else { return Ok(()) };
         run.push(link, wrench, duration_s)?;
-        self.witnesses.iter_mut().for_each(|witness| witness.pushed(link, wrench, duration_s));
+        self.observers.iter_mut().for_each(|observer| observer.pushed(link, wrench, duration_s));
         Ok(())
     }
 
     /// The number of the tick that comes next.
     pub(crate) fn next_tick(&mut self) -> u64 {
-        self.game.as_mut().ok().and_then(|game| game.run()).map_or(1, |run| run.tick() + 1)
+        self.run.as_mut().ok().and_then(|playable| playable.run()).map_or(1, |run| run.tick() + 1)
     }
 
-    /// The pictures that a controller asks for by these words.
+    /// The camera images that a controller asks for by name.
     ///
     /// # Errors
-    /// One of them cannot be had.
+    /// A name is unknown, or its image is not available.
     pub(crate) fn shots(&mut self, cameras: &[String]) -> Result<Vec<Shot>, ShotError> {
-        match self.game.as_mut().ok().and_then(|game| game.run()) {
+        match self.run.as_mut().ok().and_then(|playable| playable.run()) {
             Some(run) if !cameras.is_empty() => run.shots(cameras, self.sensing),
             _ => Ok(Vec::new()),
         }
     }
 
-    /// Takes pictures, which are not drawn yet.
-    pub(crate) fn expose(&mut self, shots: &[Shot]) -> Pictures {
-        match self.game.as_mut().ok().and_then(|game| game.run()) {
+    /// Exposes the cameras; the images are rendered later.
+    pub(crate) fn expose(&mut self, shots: &[Shot]) -> StepImages {
+        match self.run.as_mut().ok().and_then(|playable| playable.run()) {
             Some(run) if !shots.is_empty() => {
-                Pictures { wanted: run.expose(shots), upcoming: run.upcoming(shots) }
+                StepImages { requested: run.expose(shots), upcoming: run.upcoming(shots) }
             }
-            _ => Pictures::default(),
+            _ => StepImages::default(),
         }
     }
 
-    /// When the world failed and of what, when it has.
+    /// When and why the world failed, if it has.
     pub(crate) fn failure(&self) -> Option<Failure> {
-        self.game.as_ref().err().copied()
+        self.run.as_ref().err().copied()
     }
 
-    /// Lets the objects settle and counts, in the background.
+    /// Lets the objects settle and scores the run, in the background.
     ///
     /// # Errors
     /// The world failed.
@@ -350,22 +347,22 @@ impl World {
         background: &Background,
         reason: Reason,
     ) -> Result<Outcome, Failure> {
-        let crash = self.game.as_ref().map_or_else(|failure| *failure, |game| game.crash());
+        let crash = self.run.as_ref().map_or_else(|failure| *failure, |playable| playable.crash());
         let settle = move || {
-            self.tell();
-            let game = self.game.as_mut().map_err(|failure| *failure)?;
-            let outcome = game.finish(reason);
-            if let Some(failure) = game.failure() {
+            self.notify_observers();
+            let playable = self.run.as_mut().map_err(|failure| *failure)?;
+            let outcome = playable.finish(reason);
+            if let Some(failure) = playable.failure() {
                 self.fail(failure);
                 return Err(failure);
             }
-            if let Some(run) = game.run() {
-                self.witnesses.iter_mut().for_each(|witness| witness.finished(run, &outcome));
+            if let Some(run) = playable.run() {
+                self.observers.iter_mut().for_each(|observer| observer.finished(run, &outcome));
             }
             Ok(outcome)
         };
-        background.run(Level::Awaited, settle).await.unwrap_or_else(|error| {
-            tracing::error!(%error, "a run could not be counted");
+        background.run(JobPriority::Awaited, settle).await.unwrap_or_else(|error| {
+            tracing::error!(%error, "a run could not be scored");
             Err(crash)
         })
     }

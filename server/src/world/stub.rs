@@ -1,4 +1,4 @@
-//! A world without physics, for tests: it counts, and ends, breaks, panics or computes on and on when told.
+//! A run without physics, for tests: it counts ticks, and ends, breaks, panics or never returns at a given tick.
 
 use super::run::{Playable, World};
 use crate::compute::admission::Admission;
@@ -8,17 +8,17 @@ use palmares_tasks::{
     Action, ActionError, Event, Fault, HandObservation, Observation, Outcome, Reason, Run, Sensing,
 };
 
-/// Counts ticks; ends, breaks, panics or does not come back when told.
+/// Counts ticks; ends, breaks, panics or never returns at a given tick.
 pub(crate) struct Stub {
     pub(crate) tick: u64,
-    pub(crate) told: Action,
-    pub(crate) news: Vec<Event>,
+    pub(crate) last_action: Action,
+    pub(crate) new_events: Vec<Event>,
     pub(crate) over_at: u64,
     pub(crate) unsound_at: u64,
     pub(crate) panic_at: u64,
-    /// What it breaks of.
+    /// Cause of the failure.
     pub(crate) breaks: Fault,
-    /// From the first tick on it computes until the other end is gone.
+    /// Every tick waits until the other end is dropped.
     pub(crate) endless: Option<std::sync::mpsc::Receiver<()>>,
 }
 
@@ -26,8 +26,8 @@ impl Default for Stub {
     fn default() -> Self {
         Stub {
             tick: 0,
-            told: Action::default(),
-            news: vec![],
+            last_action: Action::default(),
+            new_events: vec![],
             over_at: u64::MAX,
             unsound_at: u64::MAX,
             panic_at: u64::MAX,
@@ -43,23 +43,23 @@ impl Playable for Stub {
             return Err(ActionError::ZeroQuaternion);
         }
         self.tick += 1;
-        self.told = action.clone();
+        self.last_action = action.clone();
         if let Some(endless) = &self.endless {
             let _ = endless.recv();
         }
         assert!(self.tick != self.panic_at, "toy panic");
-        self.news = vec![Event { tick: self.tick, kind: "tick".into(), object: None }];
+        self.new_events = vec![Event { tick: self.tick, kind: "tick".into(), object: None }];
         Ok(())
     }
     fn observe(&self, _: Sensing) -> Observation {
         Observation {
             tick: self.tick,
             sim_time_s: 0.0,
-            applied_action: self.told.clone(),
+            applied_action: self.last_action.clone(),
             hand: HandObservation::default(),
             cameras: vec![],
             truth: None,
-            events: self.news.clone(),
+            events: self.new_events.clone(),
             score: 0.0,
             terminated: false,
             truncated: self.tick >= self.over_at,
@@ -74,7 +74,7 @@ impl Playable for Stub {
         Failure { fault: Fault::Crashed, tick: self.tick, step: Some(10 * self.tick) }
     }
     fn events(&self) -> &[Event] {
-        &self.news
+        &self.new_events
     }
     fn over(&self) -> Option<Reason> {
         (self.tick >= self.over_at).then_some(Reason::TimeLimit)
@@ -97,9 +97,9 @@ impl Playable for Stub {
     }
 }
 
-/// A world with a toy in it, and where it is counted.
-pub(crate) fn toy_world(toy: Stub) -> (World, Admission) {
+/// A world with this stub, and the admission that counts it.
+pub(crate) fn stub_world(stub: Stub) -> (World, Admission) {
     let admission = Admission::default();
     let admitted = admission.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
-    (World::of(Box::new(toy), Sensing::Truth, vec![], admitted), admission)
+    (World::of(Box::new(stub), Sensing::Truth, vec![], admitted), admission)
 }

@@ -5,7 +5,7 @@
 
 /** An accelerometer: it reads acceleration minus gravity, in the frame of its link. */
 export interface Accelerometer {
-  /** Link of the URDF on which it sits. */
+  /** Link of the URDF that carries it. */
   link: string;
   /** Largest magnitude along each axis, m/s². */
   range: number;
@@ -53,27 +53,27 @@ export interface ActuatorObservation {
   tension: number;
 }
 
-/** All teams' hands, the oldest first. */
+/** The hands of all teams, oldest first. */
 export interface AllHands {
   hands: HandRow[];
 }
 
-/** Something that an organizer told everybody. */
+/** An announcement of an organizer. */
 export interface Announcement {
   /** Counts up from 1. */
   id: number;
-  /** What; empty when the one before no longer holds. */
+  /** Its text; empty to withdraw the one before. */
   text: string;
-  /** When, ms since 1970 UTC. */
+  /** Time, ms since 1970 UTC. */
   unix_ms: number;
 }
 
-/** The newest first. */
+/** Announcements, newest first. */
 export interface Announcements {
   announcements: Announcement[];
 }
 
-/** Records in the order in which they were made. */
+/** Records of the audit, oldest first. */
 export interface Audit {
   records: AuditEntry[];
 }
@@ -82,15 +82,15 @@ export interface Audit {
 export interface AuditEntry {
   /** Counts up from 1. */
   seq: number;
-  /** When, ms since 1970 UTC. */
+  /** Time, ms since 1970 UTC. */
   unix_ms: number;
-  /** The token it was done with, or `server`. */
+  /** Id of the token that was used, or `server`. */
   actor: string;
-  /** What. */
+  /** The action. */
   action: string;
-  /** To whom or what. */
+  /** Its object. */
   subject: string;
-  /** Why. */
+  /** The reason. */
   reason: string | null;
 }
 
@@ -99,7 +99,7 @@ export type BaseTarget =
   | { position: [number, number, number]; quat_xyzw: [number, number, number, number] }
   | { linear: [number, number, number]; angular: [number, number, number] };
 
-/** What a body is. */
+/** Kind of a body. */
 export type BodyKind = 'object' | 'furniture' | 'hand';
 
 /** Pose and velocity of a body in the world frame. */
@@ -117,7 +117,7 @@ export interface BodyState {
 /** `bye`: ends the session; an open run is stopped and scored first. */
 export type Bye = Record<string, never>;
 
-/** A depth camera with a colour picture of the same view. Its optical frame has x to the right, y down and z forward. */
+/** A depth camera with a colour image of the same view. Its optical frame has x to the right, y down and z forward. */
 export interface Camera {
   /** Unique among the cameras of a run: `wrist`. */
   name: string;
@@ -131,15 +131,15 @@ export interface Camera {
   height: number;
   /** Horizontal field of view, degrees. */
   fov_deg: number;
-  /** Nearest depth that is told, m. */
+  /** Smallest depth in an image, m. */
   near: number;
-  /** Farthest depth that is told, m. */
+  /** Largest depth in an image, m. */
   far: number;
-  /** What a step of the 16-bit depth is, m. */
+  /** Unit of the 16-bit depth, m. */
   depth_unit: number;
-  /** How it differs from an ideal camera. */
+  /** Errors compared with an ideal camera. */
   stereo: Stereo;
-  /** The link of the hand on which it sits; none for a camera of a task, which stands still. */
+  /** Link of the hand that carries it; absent for a fixed camera of a task. */
   link?: string;
 }
 
@@ -214,19 +214,19 @@ export type ClientInfo =
   | string
   | { name: string; version?: string };
 
-/** `clock`: how time goes on, once a second. */
+/** `clock`: the session's clock, once a second. */
 export interface Clock {
   /** The run. */
   run_id: string;
-  /** What is left of the session, s; null when it has no limit. */
+  /** Time left in the session, s; null when it has no limit. */
   session_left_s: number | null;
-  /** What the session has spent, s; null when its clock is not known. */
+  /** Time that the session has spent, s; null when its clock is not known. */
   elapsed_s: number | null;
   /** Whether an organizer has stopped the session's clock. */
   paused: boolean | null;
-  /** Simulated s per s in the last second; null in the first. */
+  /** Simulated time per time in the last second; null in the first message. */
   real_time_factor: number | null;
-  /** How late a tick began at most in the last second, s; null where the run does not follow the clock. */
+  /** Largest delay of a tick in the last second, s; null in a lockstep run. */
   late_s: number | null;
 }
 
@@ -263,8 +263,22 @@ export interface Competition {
   sensors_only: string[];
 }
 
-/** What is being played here. */
-export interface CompetitionAnswer {
+/** The reason for an action on the competition. */
+export interface CompetitionActionRequest {
+  /** The reason, for the audit. */
+  reason?: string;
+}
+
+/** The phase of the competition after the action. */
+export interface CompetitionActionResponse {
+  phase: CompetitionPhase;
+}
+
+/** The phase of an official competition. */
+export type CompetitionPhase = 'closed' | 'open' | 'revealed';
+
+/** The competition of this server. */
+export interface CompetitionResponse {
   /** For people. */
   name: string;
   /** `practice`: no token, own seeds, full state. */
@@ -281,27 +295,16 @@ export interface CompetitionAnswer {
   limits: Limits;
   tasks: string[];
   hands: string[];
-  /** How far it is; official competitions only. */
-  phase?: Phase;
-  /** Public key that replays are signed with. */
+  /** Its phase; official competitions only. */
+  phase?: CompetitionPhase;
+  /** Public key of the signatures on replays. */
   replay_key?: string;
-  /** The secret itself, once it is revealed. */
+  /** The secret, after it was revealed. */
   seed_secret?: string;
-  /** SHA-256 of the secret that the seeds are made from. */
+  /** SHA-256 of the secret from which the seeds are derived. */
   seed_secret_sha256?: string;
-  /** Sessions that a team has. */
+  /** Number of sessions of a team. */
   sessions_per_team?: number;
-}
-
-/** Why. */
-export interface CompetitionDeed {
-  /** Kept in the audit. */
-  reason?: string;
-}
-
-/** How far the competition is. */
-export interface CompetitionPhase {
-  phase: Phase;
 }
 
 /** A touching contact. */
@@ -344,7 +347,7 @@ export type ControlReply =
 export interface CoordinateDescription {
   /** Name. */
   name: string;
-  /** Lower limit, rad or m; none where there is none. */
+  /** Lower limit, rad or m; absent if unlimited. */
   minimum: number | null;
   /** Upper limit. */
   maximum: number | null;
@@ -352,24 +355,8 @@ export interface CoordinateDescription {
   stiffness: number;
   /** D, N·m·s/rad. */
   damping: number;
-  /** Where its spring is at rest. */
+  /** Rest position of its spring. */
   rest: number;
-}
-
-/** The hand as it is now. */
-export interface DecidedHand {
-  hand: HandRow;
-}
-
-/** The run as it is now, and its session, whose time may have been given back. */
-export interface DecidedRun {
-  run: RunRecord;
-  session: Session | null;
-}
-
-/** The session as it is now. */
-export interface DecidedSession {
-  session: Session;
 }
 
 /** A part of a tendon whose moment arm depends on a coordinate. */
@@ -377,7 +364,7 @@ export interface ElementDescription {
   /** Name of the coordinate. */
   coordinate: string;
   kind: 'da_vinci';
-  /** Radius of the pulley on the first joint, which the tendon's length is measured in: s is in rad there. */
+  /** Radius of the pulley on the first joint, the unit of the tendon's length: s is in rad there. */
   r0: number;
   /** Radius of the pulley on the first phalanx. */
   r1: number;
@@ -399,28 +386,10 @@ export interface ElementDescription {
 export interface Ended {
   /** The run. */
   run_id: string;
-  /** What it gave; null when the world failed. */
+  /** Its outcome; null when the world failed. */
   outcome: Final | null;
-  /** What the world failed of; absent when it did not. */
+  /** Why the world failed; absent when it did not. */
   fault?: Fault;
-}
-
-/** The hand at rest. */
-export interface Equilibrium {
-  /** Joint coordinates, rad or m. */
-  q: number[];
-  /** Of every tendon, in its own unit. */
-  tension: number[];
-  /** `closed_form` or `newton`. */
-  law: string;
-  /** What the closed form does not know of: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds. */
-  beyond_closed_form: string[];
-  /** Every link in the world frame. */
-  links: LinkPose[];
-  /** What holds each of `contacts`. */
-  reactions: EquilibriumReaction[];
-  /** What forces, contacts and weight exert on each joint coordinate, N·m or N. */
-  torque: number[];
 }
 
 /** Pose of the base in the world frame. */
@@ -431,13 +400,13 @@ export interface EquilibriumBase {
   quat_xyzw: [number, number, number, number];
 }
 
-/** A point of a link that is held at a place. */
+/** A point of a link that is held in place. */
 export interface EquilibriumContact {
   /** Name of the link. */
   link: string;
   /** The point, in the link frame, m. */
   point: [number, number, number];
-  /** Where it is held, in the world frame, m. */
+  /** Its place in the world frame, m. */
   position: [number, number, number];
 }
 
@@ -445,30 +414,48 @@ export interface EquilibriumContact {
 export interface EquilibriumForce {
   /** Name of the link. */
   link: string;
-  /** Where it acts, in the link frame, m. */
+  /** Point of action in the link frame, m. */
   point: [number, number, number];
-  /** In the world frame, N; at most 200. */
+  /** The force in the world frame, N; at most 200. */
   force: [number, number, number];
 }
 
-/** What holds a point. */
+/** The reaction at a held point. */
 export interface EquilibriumReaction {
-  /** On the link, in the world frame, N; at most 100. */
+  /** Force on the link in the world frame, N; at most 100. */
   force: [number, number, number];
-  /** How far the point is from its place, m: 0.01 mm for each N, and more where it cannot get there. */
+  /** Distance of the point from its place, m: 0.01 mm for each N, and more where it cannot reach its place. */
   gap: number;
 }
 
-/** What acts on the hand. */
+/** The loads on the hand. */
 export interface EquilibriumRequest {
-  /** σ of every motor, 0 to 1. */
+  /** Command σ of every motor, 0 to 1. */
   motors: number[];
-  /** Where the base is held; at the origin if left out. */
+  /** Pose of the base; at the origin if left out. */
   base?: EquilibriumBase;
-  /** Points that are held; at most 32. */
+  /** Points that are held in place; at most 32. */
   contacts?: EquilibriumContact[];
-  /** Forces that keep their direction; at most 32. */
+  /** Forces with constant direction; at most 32. */
   forces?: EquilibriumForce[];
+}
+
+/** The equilibrium. */
+export interface EquilibriumResponse {
+  /** Joint coordinates, rad or m. */
+  q: number[];
+  /** Tension of every tendon, in its own unit. */
+  tension: number[];
+  /** `closed_form` or `newton`. */
+  law: string;
+  /** Why the closed form does not hold: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds. */
+  beyond_closed_form: string[];
+  /** Pose of every link in the world frame. */
+  links: LinkPose[];
+  /** Reaction at each of `contacts`. */
+  reactions: EquilibriumReaction[];
+  /** Torque of forces, contacts and weight on each joint coordinate, N·m or N. */
+  torque: number[];
 }
 
 /** `error`: why a request failed. It changed nothing. */
@@ -497,15 +484,15 @@ export interface Event {
   object?: number;
 }
 
-/** `events`: what the referee noted. */
+/** `events`: events of the referee. */
 export interface Events {
   /** The run. */
   run_id: string;
-  /** In order of time. */
+  /** Events in order of time. */
   events: Event[];
 }
 
-/** Why a world cannot go on. It stands still from then on. Everybody who tells of a fault, on the wire, in a log or in Python, takes its code and its words from here; a new kind goes to the end, where it changes no bytes of snapshots. */
+/** Reason why a world cannot continue. From then on it does not move. The wire, the log and Python take code and wording of a fault from here. A new kind goes to the end, so that the bytes of snapshots do not change. */
 export type Fault = 'not_finite' | 'out_of_bounds' | 'unsolvable' | 'work_exhausted' | 'crashed';
 
 /** One field. */
@@ -546,7 +533,7 @@ export interface FigureRow {
   beyond_others: boolean;
 }
 
-/** What a run gave. */
+/** The outcome of a run. */
 export interface Final {
   /** Points. */
   score: number;
@@ -572,23 +559,28 @@ export interface FingerWrench {
   torque: [number, number, number];
 }
 
-/** What a part looks like. */
+/** The shape of a part. */
 export type Form =
   | Shape
   | VisualMesh;
 
-/** Which hand, and why. */
-export interface HandDeed {
+/** A decision on a hand. */
+export interface HandActionRequest {
   hand_id: string;
-  /** Told to the team and kept in the audit; `reject` needs it. */
+  /** The reason, for the team and the audit; `reject` requires it. */
   reason?: string;
+}
+
+/** The hand after the decision. */
+export interface HandActionResponse {
+  hand: HandRow;
 }
 
 /** A hand without solver details. Units are SI; poses are those at rest. */
 export interface HandDescription {
   /** Identifier. */
   name: string;
-  /** One sentence for people. */
+  /** One sentence for display. */
   description: string;
   /** Mass of all links, kg. */
   mass: number;
@@ -602,9 +594,9 @@ export interface HandDescription {
   tendons: TendonDescription[];
   /** The fingers, by the names of their first links: the order of `telemetry.fingers`. */
   fingers: string[];
-  /** Rectangles that feel touch. */
+  /** Tactile patches. */
   tactile: PatchDescription[];
-  /** What its sensors are like, and what else it has. */
+  /** Properties of its sensors, and its optional sensors. */
   sensors: Sensors;
   /** Whether the hand's own weight is cancelled. */
   gravity_compensation: boolean;
@@ -650,32 +642,32 @@ export interface HandObservation {
 
 /** A hand as stored. */
 export interface HandRow {
-  /** Identifies it. */
+  /** Its id. */
   hand_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
-  /** As `reset` calls it. */
+  /** Its name, as in `reset`. */
   name: string;
-  /** Of the archive. */
+  /** SHA-256 of the archive, hexadecimal. */
   sha256: string;
-  /** Of the archive. */
+  /** Size of the archive, bytes. */
   bytes: number;
   /** `pending`, `approved` or `rejected`. */
   status: string;
-  /** Why it was rejected, or what the organizer wants to say. */
+  /** The organizer's reason for the decision. */
   note: string | null;
-  /** What the check found odd, JSON. */
+  /** Warnings of the check. */
   warnings: string[];
-  /** When it came, ms since 1970 UTC. */
+  /** Time of the upload, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When the organizer decided. */
+  /** Time of the organizer's decision, ms since 1970 UTC. */
   decided_unix_ms: number | null;
 }
 
 export interface Hands {
-  /** Those that can be played, as in `welcome`: with the team's own when the team asks. */
+  /** Hands that can be played, as in `welcome`, including the team's own. */
   hands: HandInfo[];
-  /** All that the team sent in, with their state; only for the team. */
+  /** All hands that the team has uploaded, with their status; only for the team. */
   own?: HandRow[];
 }
 
@@ -721,23 +713,23 @@ export interface ImageInfo {
   description: string;
 }
 
-/** A token, shown this once. */
+/** A new token, shown once. */
 export interface IssuedToken {
-  /** Its public half, by which it is revoked. */
+  /** Its id, by which it is revoked. */
   token_id: string;
-  /** All of it. */
+  /** The whole token. */
   token: string;
-  /** `organizer` or `viewer`, for another. */
+  /** `organizer` or `viewer`, for other tokens. */
   role?: string;
-  /** Whose it is, for a team's. */
+  /** Its team, for a team's token. */
   team?: string;
 }
 
 /** Encoders of joints. */
 export interface JointEncoders {
-  /** The coordinates that have one, in the order in which they are read. */
+  /** Coordinates with an encoder, in the order of the readings. */
   on: string[];
-  /** Least step, rad. */
+  /** Resolution, rad. */
   resolution: number;
   /** Standard deviation of the constant error of each, rad. */
   bias: number;
@@ -760,9 +752,9 @@ export interface Leaderboard {
   unix_ms: number;
 }
 
-/** A team's place. */
+/** A team's row in the ranking. */
 export interface LeaderboardRow {
-  /** 1 for the first. */
+  /** From 1. */
   rank: number;
   /** The team. */
   team: string;
@@ -770,11 +762,11 @@ export interface LeaderboardRow {
   total: number;
   /** Finished runs. */
   runs: number;
-  /** When the total was reached: the end of the run that completed it, ms since 1970 UTC. */
+  /** When the total was reached: the end of the last run in it, ms since 1970 UTC. */
   reached_unix_ms: number;
-  /** Whether every run the team ever opened was without the true state of the world. */
+  /** Whether no run of the team had the true state. */
   sensors_only: boolean;
-  /** Its place among the teams that only use sensors. */
+  /** Its rank among the teams with `sensors_only`. */
   sensors_rank: number | null;
   /** Best run of each task. */
   tasks: Record<string, TaskBest>;
@@ -813,7 +805,7 @@ export interface Limits {
 export interface LinkDescription {
   /** Name. */
   name: string;
-  /** Name of the parent link; none for the base. */
+  /** Name of the parent link; absent for the base. */
   parent: string | null;
   /** Name of the coordinate that moves it. */
   coordinate: string | null;
@@ -823,13 +815,13 @@ export interface LinkDescription {
   mass: number;
   /** Centre of mass in the link frame, m. */
   com: [number, number, number];
-  /** Where it is in the base frame when the hand is at rest. */
+  /** Pose in the base frame when the hand is at rest. */
   base_from_link_at_rest: PoseDescription;
   /** Collision shapes. */
   shapes: PlacedShape[];
 }
 
-/** Where a link is. */
+/** Pose of a link. */
 export interface LinkPose {
   /** Its name. */
   name: string;
@@ -839,7 +831,7 @@ export interface LinkPose {
   quat_xyzw: [number, number, number, number];
 }
 
-/** `list`: which runs are open. */
+/** `list`: lists the open runs. */
 export type List = Record<string, never>;
 
 /** A rule and what was measured. */
@@ -883,9 +875,9 @@ export interface MotorDescription {
   speed_limit: number;
 }
 
-/** The encoder of a motor, and how its tension is known: by the motor's current. */
+/** The encoder of a motor, and its estimate of tension from the motor's current. */
 export interface MotorSensor {
-  /** Least step of the position, in σ. */
+  /** Resolution of the position, in σ. */
   resolution: number;
   /** Standard deviation of its constant error, in σ. */
   bias: number;
@@ -895,21 +887,21 @@ export interface MotorSensor {
   tension_gain: number;
 }
 
-/** What, and why. */
+/** An announcement, and the reason for it. */
 export interface NewAnnouncement {
-  /** At most 500 characters; an empty one takes the one before off the pages. */
+  /** At most 500 characters; an empty text withdraws the one before. */
   text: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
-/** A token that is no team's. */
+/** A new token of an organizer or a viewer. */
 export interface NewToken {
   /** `organizer` or `viewer`. */
   role: string;
-  /** Whose it is, for people. */
+  /** Its holder, for people. */
   label?: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
@@ -986,10 +978,10 @@ export interface Opened {
   time_limit_s: number;
 }
 
-/** What may be told beside the poses. */
+/** Data that can be sent in addition to the poses. */
 export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
 
-/** A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards. */
+/** A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards. */
 export interface PatchDescription {
   /** Name. */
   name: string;
@@ -1015,9 +1007,6 @@ export interface Perturb {
   duration_s: number;
 }
 
-/** How far an official competition is. */
-export type Phase = 'closed' | 'open' | 'revealed';
-
 /** A shape fixed to a link. */
 export interface PlacedShape {
   /** m */
@@ -1038,7 +1027,7 @@ export interface PoseDescription {
   quat_xyzw: [number, number, number, number];
 }
 
-/** `poses`: where everything that moves is. */
+/** `poses`: poses of all moving bodies. */
 export interface Poses {
   /** The run. */
   run_id: string;
@@ -1048,15 +1037,15 @@ export interface Poses {
   sim_time_s: number;
   /** For every body of `scene.moving`: position x, y, z in m, orientation x, y, z, w. In single precision. */
   poses: [number, number, number, number, number, number, number][];
-  /** Every touching contact, for those who subscribed with the overlay `contacts`. */
+  /** Every touching contact, for viewers with the overlay `contacts`. */
   contacts?: Contact[];
-  /** What goes on in the hand, for those who subscribed with the overlay `telemetry`. */
+  /** Internal state of the hand, for viewers with the overlay `telemetry`. */
   telemetry?: Telemetry;
 }
 
 /** An error, RFC 9457. */
 export interface Problem {
-  /** No page describes the codes one by one: the standard's word for that. */
+  /** Always `about:blank`: the codes have no pages of their own. */
   type: string;
   title: string;
   status: number;
@@ -1122,21 +1111,27 @@ export interface Reset {
   sensing?: Sensing;
 }
 
-/** What was taken back. */
+/** The revoked tokens. */
 export interface RevokedTokens {
-  /** How many. */
+  /** Number of revoked tokens. */
   revoked: number;
-  /** Whose tokens, if a team was asked for. */
+  /** The team, if its tokens were revoked. */
   team?: string;
-  /** Which token, if one was asked for. */
+  /** The token, if one was revoked. */
   token_id?: string;
 }
 
-/** Which run, and why. */
-export interface RunDeed {
+/** An action on a run. */
+export interface RunActionRequest {
   run_id: string;
-  /** Kept in the audit; `void` needs it. */
+  /** The reason, for the audit; `void` requires it. */
   reason?: string;
+}
+
+/** The run after the action, and its session, which may have a refund. */
+export interface RunActionResponse {
+  run: RunRecord;
+  session: Session | null;
 }
 
 /** The session's present run. */
@@ -1155,18 +1150,18 @@ export interface RunInfo {
   open: boolean;
 }
 
-/** A run as `GET /v1/runs/{id}` shows it. */
+/** A run, as in `GET /v1/runs/{id}`. */
 export interface RunRecord {
-  /** Identifies it. */
+  /** Its id. */
   run_id: string;
-  /** Name on the leaderboard. */
+  /** Its team. */
   team: string;
   task: string;
   /** Hand. */
   hand: string;
   mode: string;
   sensing: string;
-  /** Where it stands. */
+  /** `open`, `practice`, `provisional`, `verified`, `rejected`, `aborted` or `voided`. */
   status: string;
   reason: string | null;
   note: string | null;
@@ -1177,22 +1172,22 @@ export interface RunRecord {
   sim_time_s: number | null;
   missed_ticks: number;
   state_hash: string | null;
-  /** In practice, what `reset` takes to build the scene again. */
+  /** In practice, the number with which `reset` builds the scene again. */
   seed: number | null;
-  /** The seed itself; null while it is hidden. */
+  /** The seed; null while it is hidden. */
   seed_hex: string | null;
   started_unix_ms: number;
   ended_unix_ms: number | null;
   server_version: string;
   build_hash: string;
-  /** What the referee noted; of an official run only for those who may watch it, until the seeds are revealed. */
+  /** Events of the referee; until the seeds are revealed, those of an official run are only for clients that may watch it. */
   events?: Event[];
-  /** Number of the run among the team's in this task; official runs only. */
+  /** Number of the run among the team's runs of this task; official runs only. */
   k?: number;
   replay_sha256?: string;
-  /** The session it belongs to; only for those who may know. */
+  /** Its session; left out where the client may not know it. */
   session_id?: string;
-  /** Other teams' runs with the same actions over a long stretch; for organizers only, and left out where there are none. */
+  /** Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none. */
   similar?: SimilarRun[];
   verified_unix_ms?: number;
   verify_note?: string;
@@ -1248,9 +1243,9 @@ export interface RunResult {
   replay?: ReplayInfo;
 }
 
-/** `runs`: what can be watched now. */
+/** `runs`: the runs that can be watched now. */
 export interface Runs {
-  /** Of the request. */
+  /** Id of the request. */
   id: number;
   /** Open runs. */
   runs: WatchRun[];
@@ -1302,7 +1297,7 @@ export interface ScenePart {
   shape: Shape;
 }
 
-/** `score`: what the run would be worth if it ended now. */
+/** `score`: the run's score if it ended now. */
 export interface Score {
   /** The run. */
   run_id: string;
@@ -1315,17 +1310,17 @@ export interface Score {
 /** How much a controller may see. */
 export type Sensing = 'sensors' | 'truth';
 
-/** What the sensors of a hand are like, and which it has beside its motors' own. The arm it is mounted on brings the sensors of its wrist. */
+/** Properties of the sensors of a hand, and its sensors besides those of the motors. The arm that carries it has the sensors of its wrist. */
 export interface Sensors {
-  /** Every motor's. */
+  /** Sensor of every motor. */
   motors: MotorSensor;
-  /** What a taxel of its tactile patches is like. */
+  /** Taxels of its tactile patches. */
   touch: Touch;
-  /** Feels accelerations; none when the hand has none. */
+  /** Accelerometer; absent if the hand has none. */
   accelerometer?: Accelerometer;
-  /** Cameras on it. */
+  /** Cameras on the hand. */
   cameras?: Camera[];
-  /** Encoders of joints; none when the hand has none. */
+  /** Encoders of joints; absent if the hand has none. */
   joints?: JointEncoders;
 }
 
@@ -1337,57 +1332,62 @@ export interface ServerInfo {
   build_hash: string;
 }
 
-/** A session, its clock as it stands now. */
+/** A session with its current clock. */
 export interface Session {
-  /** Identifies it. */
+  /** Its id. */
   session_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
   /** `practice` or `official`. */
   mode: string;
   /** `open`, `ended` or `voided`. */
   status: string;
-  /** What the client said of itself. */
+  /** Version of the client, as the client gives it. */
   client_version: string | null;
   /** Its length, s. */
   limit_s: number | null;
-  /** Its clock: wall-clock time without pauses, s. */
+  /** Wall-clock time of its clock, without pauses, s. */
   clock_wall_s: number;
-  /** The same, simulated time, s. */
+  /** Simulated time of its clock, s. */
   clock_simulated_s: number;
   /** Time given back, s. */
   refunded_s: number;
-  /** Since when an organizer holds it, ms since 1970 UTC. */
+  /** Begin of the current pause, ms since 1970 UTC. */
   paused_unix_ms: number | null;
-  /** How often an organizer has held it. */
+  /** Number of pauses. */
   pauses: number;
-  /** When it began. */
+  /** Its begin, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When it ended. */
+  /** Its end, ms since 1970 UTC. */
   ended_unix_ms: number | null;
-  /** Its runs. */
+  /** Number of its runs. */
   runs: number;
-  /** What the clock counts: the greater of its two times, s. */
+  /** Time spent, the greater of both times, s. */
   elapsed_s: number;
   /** Time left, s; null without a limit. */
   left_s: number | null;
 }
 
-/** Which session, why, and for `grant` how much. */
-export interface SessionDeed {
+/** An action on a session. */
+export interface SessionActionRequest {
   session_id: string;
-  /** Kept in the audit; `void` and `grant` need it. */
+  /** The reason, for the audit; `void` and `grant` require it. */
   reason?: string;
-  /** For `grant`: more than 0 and at most a day. */
+  /** For `grant`: additional time, s; more than 0 and at most a day. */
   seconds?: number;
 }
 
-/** The newest first. */
+/** The session after the action. */
+export interface SessionActionResponse {
+  session: Session;
+}
+
+/** Sessions, newest first. */
 export interface Sessions {
   sessions: Session[];
 }
 
-/** A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z. */
+/** A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z. */
 export type Shape =
   | { type: 'sphere'; radius: number }
   | { type: 'capsule'; radius: number; half_length: number }
@@ -1395,14 +1395,14 @@ export type Shape =
   | { type: 'box'; half_extents: [number, number, number]; rounding: number }
   | { type: 'hull'; points: [number, number, number][]; rounding: number };
 
-/** A hand to look at before deciding. */
+/** A hand for the decision. */
 export interface ShownHand {
   hand: HandRow;
-  /** Beside the hands of the program and the competition's limits. */
+  /** Its figures, with those of the built-in hands and the competition's limits. */
   figures: FigureRow[];
-  /** What the hand would touch where it starts, in words. */
+  /** Overlaps of the hand where it starts, as text. */
   in_the_way: string[];
-  /** The hand in full: what an organizer turns and closes before deciding. */
+  /** The full description, for the 3D view. */
   description: HandDescription;
 }
 
@@ -1410,11 +1410,11 @@ export interface ShownHand {
 export interface SimilarRun {
   /** The other run. */
   run_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
   /** Its number among the team's runs of the task. */
   k: number | null;
-  /** At least so many changes of the action, one after another, are the same. */
+  /** Number of consecutive changes of the action that are the same, a lower bound. */
   changes: number;
 }
 
@@ -1426,7 +1426,7 @@ export interface SpecDescription {
   shape: [number];
   /** Unit. */
   unit: string;
-  /** Least value of each entry; none where there is no bound. */
+  /** Smallest value of each entry; absent if unbounded. */
   minimum: (number | null)[];
   /** Largest value of each entry. */
   maximum: (number | null)[];
@@ -1452,72 +1452,72 @@ export interface Step {
   repeat?: number;
 }
 
-/** What a real stereo camera does to depth. */
+/** Errors of a real stereo camera in depth. */
 export interface Stereo {
-  /** Pictures per second. */
+  /** Images per second. */
   rate_hz: number;
-  /** From exposure until the picture can be read, s. */
+  /** Time from the exposure until the image is available, s. */
   latency_s: number;
   /** Distance between the two imagers, m; the second is to the right. */
   baseline: number;
   /** Standard deviation of the disparity, pixels. */
   disparity_noise: number;
-  /** Least step of the disparity, pixels. */
+  /** Resolution of the disparity, pixels. */
   disparity_step: number;
-  /** Beyond this angle between the surface's normal and the view nothing is seen, degrees. */
+  /** Angle between surface normal and view beyond which there is no depth, degrees. */
   grazing_deg: number;
-  /** Part of the pixels that are lost at random. */
+  /** Part of the pixels that drop out at random. */
   dropout: number;
 }
 
 /** `stop`: lets the objects settle, counts, closes the run. */
 export type Stop = Record<string, never>;
 
-/** What a team is told of a hand that it sent in. */
+/** The answer to an upload. */
 export interface SubmittedHand {
-  /** Identifies it. */
+  /** Its id. */
   hand_id: string;
-  /** Whose it is. */
+  /** Its team. */
   team: string;
-  /** As `reset` calls it. */
+  /** Its name, as in `reset`. */
   name: string;
-  /** Of the archive. */
+  /** SHA-256 of the archive, hexadecimal. */
   sha256: string;
-  /** Of the archive. */
+  /** Size of the archive, bytes. */
   bytes: number;
   /** `pending`, `approved` or `rejected`. */
   status: string;
-  /** Why it was rejected, or what the organizer wants to say. */
+  /** The organizer's reason for the decision. */
   note: string | null;
-  /** What the check found odd, JSON. */
+  /** Warnings of the check. */
   warnings: string[];
-  /** When it came, ms since 1970 UTC. */
+  /** Time of the upload, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When the organizer decided. */
+  /** Time of the organizer's decision, ms since 1970 UTC. */
   decided_unix_ms: number | null;
-  /** Beside the hands of the program and the limits. */
+  /** Its figures, with those of the built-in hands and the limits. */
   figures: FigureRow[];
 }
 
-/** `subscribe`: what to show; exactly one of the fields. A second one replaces the first. */
+/** `subscribe`: the runs to show. Exactly one of `session_id`, `run_id`, `featured`, `leaderboard` is set. A second `subscribe` replaces the first. */
 export interface Subscribe {
-  /** `true`: official runs before practice, then one in which something happened in the last 10 s, then the one that moved last; when it ends, the next. */
+  /** `true`: the most interesting run: official runs before practice, then runs with an event in the last 10 s, then the one that moved last. When it ends, the next one is chosen. */
   featured?: boolean;
-  /** `true`: no world, but the ranking and announcements. */
+  /** `true`: no run, only the ranking and announcements. */
   leaderboard?: boolean;
-  /** What is to be told beside the poses. With this field, empty or not, `clock` is told once a second. */
+  /** Data to send in addition to the poses. With this field, empty or not, `clock` is sent once a second. */
   overlays?: Overlay[];
   /** One run. */
   run_id?: string;
-  /** A session: one run after the other. */
+  /** The runs of a session, one after the other. */
   session_id?: string;
 }
 
-/** `subscribed`: what is shown from now on. */
+/** `subscribed`: the run that is shown from now on. */
 export interface Subscribed {
-  /** Of the request. */
+  /** Id of the request. */
   id: number;
-  /** The run that is shown now; null when the session has none open, or nobody plays. The next one is shown when it opens. */
+  /** The run that is shown now; null when none is open. The next one is shown when it opens. */
   run_id: string | null;
 }
 
@@ -1529,7 +1529,7 @@ export interface TaskBest {
   run_id: string;
   /** `practice`, `provisional` or `verified`. */
   status: string;
-  /** Its end, ms since 1970 UTC. */
+  /** End of the run, ms since 1970 UTC. */
   ended_unix_ms: number;
 }
 
@@ -1556,10 +1556,10 @@ export interface Tasks {
   tasks: TaskInfo[];
 }
 
-/** Which team, and why. */
-export interface TeamDeed {
+/** An action on a team. */
+export interface TeamActionRequest {
   team: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
@@ -1567,15 +1567,15 @@ export interface TeamDeed {
 export interface TeamRow {
   /** Its name. */
   team: string;
-  /** When it was added, ms since 1970 UTC. */
+  /** Time of its creation, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** Its tokens that are not revoked. */
+  /** Number of its tokens that are not revoked. */
   live_tokens: number;
-  /** Its sessions that are not voided. */
+  /** Number of its official sessions that are not voided. */
   sessions: number;
 }
 
-/** The teams by name. */
+/** The teams, by name. */
 export interface Teams {
   teams: TeamRow[];
 }
@@ -1606,9 +1606,9 @@ export interface TendonDescription {
   motor: string;
   /** Its row of R at rest, one entry per coordinate. */
   moment_arms: number[];
-  /** What makes R depend on the configuration. */
+  /** Elements whose moment arm depends on the configuration. */
   elements: ElementDescription[];
-  /** Whether it pushes as well as it pulls. */
+  /** Whether it is a drive that pushes as well as pulls. */
   both_ways: boolean;
   /** K */
   stiffness: number;
@@ -1645,26 +1645,26 @@ export interface TimeReport {
   server_unix_ms: number;
 }
 
-/** Which token, and why. */
-export interface TokenDeed {
+/** An action on a token. */
+export interface TokenActionRequest {
   token_id: string;
-  /** Kept in the audit. */
+  /** The reason, for the audit. */
   reason?: string;
 }
 
 /** A token as stored. */
 export interface TokenRow {
-  /** Its public half. */
+  /** Its public id. */
   token_id: string;
-  /** What it is for. */
+  /** `team`, `organizer` or `viewer`. */
   role: string;
-  /** Whose it is. */
+  /** Its team, for the role `team`. */
   team: string | null;
-  /** For people. */
+  /** Its holder, for people. */
   label: string;
-  /** When it was made, ms since 1970 UTC. */
+  /** Time of its creation, ms since 1970 UTC. */
   created_unix_ms: number;
-  /** When it was revoked. */
+  /** Time of its revocation, ms since 1970 UTC. */
   revoked_unix_ms: number | null;
 }
 
@@ -1673,17 +1673,17 @@ export interface Tokens {
   tokens: TokenRow[];
 }
 
-/** What a taxel is like. */
+/** Properties of a taxel. */
 export interface Touch {
-  /** The pressure below a point of contact spreads so far to each side, m. */
+  /** Distance by which the pressure below a contact point spreads to each side, m. */
   footprint: number;
-  /** How far beside the patch's plane a touched point may lie, m: the bulge of a curved surface. */
+  /** Largest distance of a touched point from the patch's plane, m: the bulge of a curved surface. */
   depth: number;
-  /** Whether forces along the surface are felt. */
+  /** Whether it measures forces along the surface. */
   shear: boolean;
-  /** Least step, N. */
+  /** Resolution, N. */
   resolution: number;
-  /** Largest force that is told of one taxel, N. */
+  /** Largest force on a taxel, N. */
   saturation: number;
   /** Standard deviation of the noise, N. */
   noise: number;
@@ -1733,18 +1733,18 @@ export interface VisualMesh {
   triangles: string;
 }
 
-/** A part of a link as it looks. */
+/** A visual part of a link. */
 export interface VisualPart {
   /** Name of the link. */
   link: string;
-  /** Where it is in the link's frame, m. */
+  /** Position in the link's frame, m. */
   position: [number, number, number];
   /** Unit quaternion. */
   quat_xyzw: [number, number, number, number];
   shape: Form;
 }
 
-/** All parts; none for a hand that looks as it touches. */
+/** All visual parts; empty for a hand whose visual shapes are its collision shapes. */
 export interface Visuals {
   parts: VisualPart[];
 }
@@ -1761,13 +1761,13 @@ export interface Warning {
 export interface WatchBody {
   /** Identifies the body within the run. */
   id: number;
-  /** For people. */
+  /** Name for people. */
   name: string;
-  /** What it is. */
+  /** Its kind. */
   kind: BodyKind;
-  /** Pose at tick 0. */
+  /** Position at tick 0, m. */
   position: [number, number, number];
-  /** x, y, z, w */
+  /** Orientation at tick 0: x, y, z, w. */
   quat_xyzw: [number, number, number, number];
   /** Convex parts in the body frame. */
   parts: ScenePart[];
@@ -1793,13 +1793,13 @@ export type WatchReply =
   | ({ op: 'announcement' } & Announcement)
   | ({ op: 'error' } & ErrorReply);
 
-/** An open run, as spectators may know it. */
+/** An open run, without what spectators must not know. */
 export interface WatchRun {
   /** Identifies the run. */
   run_id: string;
   /** Identifies its session. */
   session_id: string;
-  /** Who plays. */
+  /** Team that plays. */
   team: string;
   /** Name of the task. */
   task: string;
@@ -1813,7 +1813,7 @@ export interface WatchRun {
   time_limit_s: number;
 }
 
-/** `scene`: everything there is to draw. */
+/** `scene`: everything to draw. */
 export interface WatchScene {
   /** The run that is shown. */
   run: WatchRun;
@@ -1821,9 +1821,9 @@ export interface WatchScene {
   bodies: WatchBody[];
   /** Ids of the bodies that move, in the order of `poses.poses`. */
   moving: number[];
-  /** Named regions the rules speak of. */
+  /** Named regions of the task's rules. */
   regions: Region[];
-  /** The hand in full, as `GET /v1/hands/{name}` tells it; left out where the viewer may not know it: a hand that a team sent in is told to that team and to organizers. */
+  /** The hand's full description, as in `GET /v1/hands/{name}`. Left out for an uploaded hand, unless the viewer is of its team or an organizer. */
   hand?: HandDescription;
   /** The channels of `telemetry.readings`, one after the other; with `hand` only. */
   readings?: ChannelInfo[];

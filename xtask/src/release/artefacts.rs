@@ -1,7 +1,7 @@
 //! The files of a release: built, then checked as a user would.
 
+use super::command::{git, output};
 use super::version::Version;
-use super::{GLIBC, TARGET, git, output};
 use crate::python::{Environment, project};
 use crate::{viewer, wheel, workspace};
 use anyhow::{Context, Result, ensure};
@@ -10,6 +10,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
+
+/// The system that wheel and program are built for.
+const TARGET: &str = "x86_64-unknown-linux-gnu";
+/// The oldest glibc that both run with: that of RHEL 8 and Debian 10; RHEL 9 has 2.34.
+const GLIBC: (u32, u32) = (2, 28);
 
 /// Links against an older glibc than this machine's; reads what a wheel needs.
 const TOOLS: [&str; 2] = ["ziglang==0.17.1", "auditwheel==6.8.2"];

@@ -2,20 +2,16 @@
 
 mod artefacts;
 mod changelog;
+mod command;
 mod version;
 
 use crate::workspace;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
-use std::path::Path;
+use command::git;
 use std::process::Command;
 use std::time::Instant;
 use version::Version;
-
-/// The system that wheel and program are built for.
-const TARGET: &str = "x86_64-unknown-linux-gnu";
-/// The oldest glibc that both run with: that of RHEL 8 and Debian 10; RHEL 9 has 2.34.
-const GLIBC: (u32, u32) = (2, 28);
 
 /// Changed files in an error.
 const SHOWN: usize = 10;
@@ -108,18 +104,4 @@ fn commit(version: Version) -> Result<()> {
     git(&["commit", "--quiet", "--all", "--message", &format!("Version {version}")])?;
     println!("committed as {}", git(&["rev-parse", "--short=12", "HEAD"])?);
     Ok(())
-}
-
-/// What git prints.
-fn git(arguments: &[&str]) -> Result<String> {
-    output(Command::new("git").args(arguments), &workspace::root())
-}
-
-/// What a command prints, run in `folder`; its error output if it fails.
-fn output(command: &mut Command, folder: &Path) -> Result<String> {
-    let output = command.current_dir(folder).output().with_context(|| format!("cannot start {command:?}"))?;
-    if !output.status.success() {
-        bail!("{command:?} failed:\n{}", String::from_utf8_lossy(&output.stderr).trim());
-    }
-    Ok(String::from_utf8_lossy(&output.stdout).trim_end().to_owned())
 }

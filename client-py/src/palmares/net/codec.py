@@ -31,8 +31,8 @@ class Codec:
     """One of the two encodings.
 
     Args:
-        encoding: Which.
-        channels: Fields of `Observation.hand` besides those of `HandState`.
+        encoding: Name of the encoding.
+        channels: Further fields of `Observation.hand` that `HandState` does not have.
 
     """
 

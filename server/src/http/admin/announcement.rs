@@ -1,6 +1,6 @@
-//! Telling everybody something.
+//! Announcements to all clients.
 
-use super::request::{Asked, entry};
+use super::request::{AdminRequest, entry};
 use crate::problem::Problem;
 use crate::store::{Announcement, Store};
 use crate::watch::Hub;
@@ -12,28 +12,28 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;
 
-/// Characters of the longest text.
-const LONGEST: usize = 500;
+/// Longest text, characters.
+const MAX_CHARS: usize = 500;
 
-/// What, and why.
+/// An announcement, and the reason for it.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "NewAnnouncement")]
-pub(in crate::http) struct Body {
-    /// At most 500 characters; an empty one takes the one before off the pages.
+pub(in crate::http) struct NewAnnouncement {
+    /// At most 500 characters; an empty text withdraws the one before.
     text: String,
-    /// Kept in the audit.
+    /// The reason, for the audit.
     #[serde(default)]
     reason: Option<String>,
 }
 
-/// The text as it is kept: visible characters and line breaks.
+/// Checks the text: visible characters and line breaks.
 fn checked(text: &str) -> Result<&str, Problem> {
     let text = text.trim();
     let bad = |why: String| Problem::new(Code::BadRequest, format!("text: {why}"));
     let length = text.chars().count();
-    if length > LONGEST {
-        return Err(bad(format!("it has {length} characters, expected at most {LONGEST}")));
+    if length > MAX_CHARS {
+        return Err(bad(format!("it has {length} characters, expected at most {MAX_CHARS}")));
     }
     for (i, c) in text.chars().enumerate().filter(|(_, c)| *c != '\n') {
         if let Some(what) = hidden(c) {
@@ -43,17 +43,17 @@ fn checked(text: &str) -> Result<&str, Problem> {
     Ok(text)
 }
 
-/// Keeps it, and tells whoever watches.
+/// Stores an announcement and sends it to all viewers.
 pub(super) async fn announce(
     State(store): State<Store>,
     State(hub): State<Arc<Hub>>,
-    asked: Asked<Body>,
+    request: AdminRequest<NewAnnouncement>,
 ) -> Result<Json<Announcement>, Problem> {
-    let text = checked(&asked.body.text)?;
-    let entry = entry(&asked.identity, "announcement", text, &asked.body.reason);
-    let told = store.announce(text, &entry).await?;
-    hub.announce_text(&told);
-    Ok(Json(told))
+    let text = checked(&request.body.text)?;
+    let entry = entry(&request.identity, "announcement", text, &request.body.reason);
+    let announcement = store.announce(text, &entry).await?;
+    hub.announce_text(&announcement);
+    Ok(Json(announcement))
 }
 
 #[cfg(test)]
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_text_has_lines_and_nothing_that_cannot_be_seen() {
+    fn a_text_has_lines_and_no_invisible_characters() {
         assert_eq!(
             checked(" Lunch at noon.\nThe shelf is closed. 蟹 ").ok(),
             Some("Lunch at noon.\nThe shelf is closed. 蟹")

@@ -1,10 +1,10 @@
-//! Opening, closing, revealing.
+//! Opens, closes and ends the competition.
 
-use super::request::{Asked, entry, no_verb};
+use super::request::{AdminRequest, entry, no_verb};
 use crate::competition::Competition;
-use crate::http::extract::Segment;
+use crate::http::extract::Path;
 use crate::problem::Problem;
-use crate::rules::Phase;
+use crate::rules::CompetitionPhase;
 use crate::store::Store;
 use axum::Json;
 use axum::extract::State;
@@ -13,44 +13,42 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Why.
+/// The reason for an action on the competition.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "CompetitionDeed")]
-pub(in crate::http) struct Body {
-    /// Kept in the audit.
+pub(in crate::http) struct CompetitionActionRequest {
+    /// The reason, for the audit.
     #[serde(default)]
     reason: Option<String>,
 }
 
-/// How far the competition is.
+/// The phase of the competition after the action.
 #[derive(Serialize, JsonSchema)]
-#[schemars(rename = "CompetitionPhase")]
-pub(in crate::http) struct Answer {
-    phase: Phase,
+pub(in crate::http) struct CompetitionActionResponse {
+    phase: CompetitionPhase,
 }
 
 /// `open`, `close`, `reveal`.
 pub(super) async fn enter(
     State(competition): State<Arc<Competition>>,
     State(store): State<Store>,
-    Segment(verb): Segment,
-    asked: Asked<Body>,
-) -> Result<Json<Answer>, Problem> {
+    Path(verb): Path,
+    request: AdminRequest<CompetitionActionRequest>,
+) -> Result<Json<CompetitionActionResponse>, Problem> {
     let (to, action) = match verb.as_str() {
-        "open" => (Phase::Open, "competition.open"),
-        "close" => (Phase::Closed, "competition.close"),
-        "reveal" => (Phase::Revealed, "competition.reveal"),
+        "open" => (CompetitionPhase::Open, "competition.open"),
+        "close" => (CompetitionPhase::Closed, "competition.close"),
+        "reveal" => (CompetitionPhase::Revealed, "competition.reveal"),
         _ => return Err(no_verb(&verb, "open, close, reveal")),
     };
-    if to == Phase::Revealed {
+    if to == CompetitionPhase::Revealed {
         let open = store.open_sessions().await?;
         if open > 0 {
             let message = format!("{open} sessions are open; end or void them first");
             return Err(Problem::new(Code::WrongState, message));
         }
     }
-    let entry = entry(&asked.identity, action, &competition.rules.name, &asked.body.reason);
+    let entry = entry(&request.identity, action, &competition.rules.name, &request.body.reason);
     competition.rules.enter(&store, to, &entry).await?;
-    Ok(Json(Answer { phase: competition.rules.phase() }))
+    Ok(Json(CompetitionActionResponse { phase: competition.rules.phase() }))
 }

@@ -1,10 +1,10 @@
-//! Tables to take home: leaderboard, sessions, runs, audit; and everything at once as a backup.
+//! Exports: leaderboard, sessions, runs, audit as tables, and a backup of everything.
 
 use super::request::not_found;
 use crate::auth::Identity;
 use crate::backup;
 use crate::http::csv::{self, Table};
-use crate::http::extract::{Asking, Segment};
+use crate::http::extract::{Path, Query};
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
 use crate::state::AppState;
@@ -28,15 +28,15 @@ use tokio::sync::mpsc;
 pub(super) struct Page {
     #[serde(default)]
     after: u64,
-    #[serde(default = "most")]
+    #[serde(default = "max_records")]
     limit: u32,
 }
 
-fn most() -> u32 {
+fn max_records() -> u32 {
     1000
 }
 
-/// Records in the order in which they were made.
+/// Records of the audit, oldest first.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Audit")]
 pub(in crate::http) struct Records {
@@ -50,20 +50,20 @@ pub(super) struct Format {
     format: Option<String>,
 }
 
-/// The records after a number.
+/// The records of the audit after a number.
 pub(super) async fn audit(
     State(store): State<Store>,
-    Asking(page): Asking<Page>,
+    Query(page): Query<Page>,
 ) -> Result<Json<Records>, Problem> {
-    let records = store.audit(page.after, page.limit.min(most())).await;
+    let records = store.audit(page.after, page.limit.min(max_records())).await;
     Ok(Json(Records { records: records? }))
 }
 
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.
 pub(super) async fn export(
     State(app): State<AppState>,
-    Segment(what): Segment,
-    Asking(format): Asking<Format>,
+    Path(what): Path,
+    Query(format): Query<Format>,
 ) -> Result<Response, Problem> {
     let bad = |error: serde_json::Error| {
         tracing::error!(%error, "export");
@@ -96,7 +96,7 @@ pub(super) async fn export(
     }
 }
 
-/// Everything, as one archive. It holds secrets: whoever has it can run the competition.
+/// A backup of everything. It contains secrets that give control of the competition.
 pub(super) async fn backup(
     State(backup): State<Arc<backup::Files>>,
     State(store): State<Store>,
@@ -108,17 +108,17 @@ pub(super) async fn backup(
     let tables = store.dump().await?;
     let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);
     let files = backup.clone();
-    // A thread of its own: it writes as fast as the organizer reads, which may take long.
+    // On a thread of its own: it writes as fast as the organizer reads, which may take long.
     let writer = std::thread::Builder::new().name("backup".into()).spawn(move || {
         let failed = sender.clone();
         if let Err(error) = backup::write(Pipe(sender), &tables, &files) {
             tracing::error!(%error, "backup failed");
-            // The archive breaks off: without its directory nobody takes it for whole.
+            // The archive ends without its directory, so that it is not valid.
             let _ = failed.blocking_send(Err(io::Error::other("the backup failed")));
         }
     });
     writer.map_err(|error| {
-        tracing::error!(%error, "no thread for a backup");
+        tracing::error!(%error, "cannot start a thread for a backup");
         Problem(Refusal::new(Code::Internal, "the backup could not be started").retry_after(5.0))
     })?;
     let stream =
@@ -131,7 +131,7 @@ pub(super) async fn backup(
     Ok((headers, Body::from_stream(stream)).into_response())
 }
 
-/// Hands what is written to the connection.
+/// Passes written data to the connection.
 struct Pipe(mpsc::Sender<io::Result<Bytes>>);
 
 impl io::Write for Pipe {

@@ -1,8 +1,8 @@
-//! Looking at teams' own hands, and deciding on them.
+//! Uploaded hands, and the decisions on them.
 
-use super::request::{Asked, entry, needs_reason, no_verb, not_found};
+use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
 use crate::hands::Inspection;
-use crate::http::extract::Segment;
+use crate::http::extract::Path;
 use crate::problem::Problem;
 use crate::state::AppState;
 use crate::store::HandRow;
@@ -18,47 +18,45 @@ use palmares_tasks::inspect::FigureRow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which hand, and why.
+/// A decision on a hand.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "HandDeed")]
-pub(in crate::http) struct Body {
+pub(in crate::http) struct HandActionRequest {
     hand_id: String,
-    /// Told to the team and kept in the audit; `reject` needs it.
+    /// The reason, for the team and the audit; `reject` requires it.
     #[serde(default)]
     reason: Option<String>,
 }
 
-/// All teams' hands, the oldest first.
+/// The hands of all teams, oldest first.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "AllHands")]
 pub(in crate::http) struct List {
     hands: Vec<HandRow>,
 }
 
-/// The hand as it is now.
+/// The hand after the decision.
 #[derive(Serialize, JsonSchema)]
-#[schemars(rename = "DecidedHand")]
-pub(in crate::http) struct Decided {
+pub(in crate::http) struct HandActionResponse {
     hand: HandRow,
 }
 
-/// All teams' hands.
+/// The hands of all teams.
 pub(super) async fn list(State(store): State<Store>) -> Result<Json<List>, Problem> {
     let hands = store.hands(None).await?;
     Ok(Json(List { hands }))
 }
 
-/// A hand to look at before deciding.
+/// A hand for the decision.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "ShownHand")]
 pub(in crate::http) struct Shown {
     hand: HandRow,
-    /// Beside the hands of the program and the competition's limits.
+    /// Its figures, with those of the built-in hands and the competition's limits.
     figures: Vec<FigureRow>,
-    /// What the hand would touch where it starts, in words.
+    /// Overlaps of the hand where it starts, as text.
     in_the_way: Vec<String>,
-    /// The hand in full: what an organizer turns and closes before deciding.
+    /// The full description, for the 3D view.
     description: HandDescription,
 }
 
@@ -68,22 +66,20 @@ async fn stored(app: &AppState, id: &str) -> Result<HandRow, Problem> {
 }
 
 /// A hand with its figures.
-pub(super) async fn show(State(app): State<AppState>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
+pub(super) async fn show(State(app): State<AppState>, Path(id): Path) -> Result<Json<Shown>, Problem> {
     let hand = stored(&app, &id).await?;
     let Inspection { figures, in_the_way, description } =
         app.competition.own_hands.inspect(&app.compute.background, &hand).await?;
     Ok(Json(Shown { hand, figures, in_the_way, description }))
 }
 
-/// A hand's archive, as it was sent in.
+/// A hand's archive, as uploaded.
 pub(super) async fn archive(
     State(app): State<AppState>,
-    Segment(id): Segment,
+    Path(id): Path,
 ) -> Result<impl IntoResponse, Problem> {
     let hand = stored(&app, &id).await?;
-    let sha256 = hand.sha256.clone();
-    let read = tokio::task::spawn_blocking(move || app.competition.own_hands.archive(&sha256)).await;
-    let bytes = read.map_err(std::io::Error::other).and_then(|bytes| bytes).map_err(|error| {
+    let bytes = app.competition.own_hands.archive(&hand.sha256).await.map_err(|error| {
         tracing::error!(%error, hand = hand.hand_id, "an archive cannot be read");
         Problem::new(Code::Internal, "the archive cannot be read")
     })?;
@@ -98,10 +94,10 @@ pub(super) async fn archive(
 /// `approve`, `reject`.
 pub(super) async fn decide(
     State(store): State<Store>,
-    Segment(verb): Segment,
-    asked: Asked<Body>,
-) -> Result<Json<Decided>, Problem> {
-    let Body { hand_id, reason } = &asked.body;
+    Path(verb): Path,
+    request: AdminRequest<HandActionRequest>,
+) -> Result<Json<HandActionResponse>, Problem> {
+    let HandActionRequest { hand_id, reason } = &request.body;
     let (approved, action) = match verb.as_str() {
         "approve" => (true, "hand.approve"),
         "reject" => (false, "hand.reject"),
@@ -110,12 +106,12 @@ pub(super) async fn decide(
     if !approved {
         needs_reason(reason)?;
     }
-    let entry = entry(&asked.identity, action, hand_id, reason);
+    let entry = entry(&request.identity, action, hand_id, reason);
     let decided = store.decide_hand(hand_id, approved, &entry).await;
     let none = || not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(hand_id)));
     if !decided? {
         return Err(none());
     }
     let hand = store.hand(hand_id).await?;
-    Ok(Json(Decided { hand: hand.ok_or_else(none)? }))
+    Ok(Json(HandActionResponse { hand: hand.ok_or_else(none)? }))
 }

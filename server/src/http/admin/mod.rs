@@ -1,7 +1,7 @@
-//! What organizers do: teams and tokens, the competition's phases, sessions, runs, hands, exports.
+//! Addresses for organizers: teams and tokens, the competition's phases, sessions, runs, hands, exports.
 //!
-//! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. The ids
-//! of what is acted on stand in bodies, not in paths. Every action leaves an audit entry with its reason.
+//! An action is `POST /v1/admin/<noun>/<verb>` with a JSON body that has the id of its object; reading is a GET. Every action writes an
+//! audit entry with its reason.
 
 mod announcement;
 mod competition;
@@ -23,64 +23,63 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value};
 use std::sync::Arc;
-use teams::{Issued, Revoked, TeamBody, Teams, TokenBody, TokenId, Tokens};
+use teams::{IssuedToken, NewToken, RevokedTokens, TeamActionRequest, Teams, TokenActionRequest, Tokens};
 
 /// The organizers' addresses.
 pub(super) fn routes() -> Routes<AppState> {
     Routes::of(Token::Organizer)
         .add(
-            post_json::<competition::Body, competition::Answer>(
+            post_json::<competition::CompetitionActionRequest, competition::CompetitionActionResponse>(
                 "/v1/admin/competition/{verb}",
-                "Let sessions begin, let no further one begin, end it for good and \
-                 publish the secret of the seeds",
+                "Open the competition for sessions, close it for new ones, or end it for good and publish the secret of the seeds",
             )
             .words(&["open", "close", "reveal"]),
             competition::enter,
         )
         .add(
-            post_json::<announcement::Body, Announcement>(
+            post_json::<announcement::NewAnnouncement, Announcement>(
                 "/v1/admin/announcement",
-                "Tell everybody something, on the pages and on the watch socket",
+                "Send an announcement to the pages and the watch socket",
             ),
             announcement::announce,
         )
-        .add(post_json::<TeamBody, Issued>("/v1/admin/team/add", "Add a team; answers its token"), teams::add)
+        .add(post_json::<TeamActionRequest, IssuedToken>("/v1/admin/team/add", "Add a team; returns its token"), teams::add)
         .add(
-            post_json::<TeamBody, Issued>(
+            post_json::<TeamActionRequest, IssuedToken>(
                 "/v1/admin/team/rotate",
-                "Give a team a new token instead of the old",
+                "Replace a team's token",
             ),
             teams::rotate,
         )
         .add(
-            post_json::<TeamBody, Revoked>("/v1/admin/team/revoke", "Take a team's tokens back"),
+            post_json::<TeamActionRequest, RevokedTokens>("/v1/admin/team/revoke", "Revoke a team's tokens"),
             teams::revoke,
         )
         .add(get_json::<Teams>("/v1/admin/teams", "The teams"), teams::list)
         .add(
-            post_json::<TokenBody, Issued>(
+            post_json::<NewToken, IssuedToken>(
                 "/v1/admin/token/add",
-                "Make a token for an organizer or a viewer",
+                "Create a token for an organizer or a viewer",
             ),
             teams::add_token,
         )
         .add(
-            post_json::<TokenId, Revoked>("/v1/admin/token/revoke", "Take a token back"),
+            post_json::<TokenActionRequest, RevokedTokens>("/v1/admin/token/revoke", "Revoke a token"),
             teams::revoke_token,
         )
         .add(get_json::<Tokens>("/v1/admin/tokens", "The tokens without their secrets"), teams::tokens)
         .add(
-            post_json::<sessions::Body, sessions::Answer>(
+            post_json::<sessions::SessionActionRequest, sessions::SessionActionResponse>(
                 "/v1/admin/session/{verb}",
-                "Hold a session, let it go on, end it, void it, give it time",
+                "Pause, resume, end or void a session, or grant it time",
             )
             .words(&["pause", "resume", "end", "void", "grant"]),
             sessions::act,
         )
         .add(
-            post_json::<runs::Body, runs::Answer>(
+            post_json::<runs::RunActionRequest, runs::RunActionResponse>(
                 "/v1/admin/run/{verb}",
-                "Void a run and give its time back, or have its replay played again",
+                "Void a run and refund its time, or verify its replay again",
             )
             .words(&["void", "reverify"]),
             runs::act,
@@ -89,35 +88,35 @@ pub(super) fn routes() -> Routes<AppState> {
         .add(
             get_json::<hands::Shown>(
                 "/v1/admin/hands/{id}",
-                "A hand's figures beside those of the program's hands and the limits",
+                "A hand's figures, with those of the built-in hands and the limits",
             ),
             hands::show,
         )
-        .add(get("/v1/admin/hands/{id}/archive", "A hand's archive, as it was sent in", ZIP), hands::archive)
+        .add(get("/v1/admin/hands/{id}/archive", "A hand's archive, as uploaded", ZIP), hands::archive)
         .add(
-            post_json::<hands::Body, hands::Decided>(
+            post_json::<hands::HandActionRequest, hands::HandActionResponse>(
                 "/v1/admin/hand/{verb}",
-                "Let a team play a hand of its own officially, or do not",
+                "Approve or reject a team's hand for official sessions",
             )
             .words(&["approve", "reject"]),
             hands::decide,
         )
         .add(
-            get_json::<export::Records>("/v1/admin/audit", "Who decided what, when and why")
+            get_json::<export::Records>("/v1/admin/audit", "The audit: actions with time and reason")
                 .query("after", "Only records after this number")
-                .query("limit", "At most so many, 1000 if left out, and never more"),
+                .query("limit", "Max records; 1000 if left out, and at most"),
             export::audit,
         )
         .add(
-            get_json::<Vec<Map<String, Value>>>("/v1/admin/export/{what}", "A table, whole: a list of rows")
+            get_json::<Vec<Map<String, Value>>>("/v1/admin/export/{what}", "A whole table, as a list of rows")
                 .words(&["leaderboard", "sessions", "runs", "audit"])
                 .query("format", "json or csv"),
             export::export,
         )
-        .add(get("/v1/admin/backup", "Everything as one archive, secrets included", ZIP), export::backup)
+        .add(get("/v1/admin/backup", "A backup of everything, secrets included", ZIP), export::backup)
 }
 
-/// Lets organizers through, and tells the addresses who they are. Runs before the body is read.
+/// Accepts organizers only, and adds their identity to the request. Runs before the body is read.
 pub(super) async fn only_organizers(
     State(auth): State<Arc<Auth>>,
     State(store): State<Store>,

@@ -1,4 +1,4 @@
-//! What an organizer sends: a body, whose it is, and the entry that it leaves in the audit.
+//! Requests of organizers: the body, the identity, and the audit entry.
 
 use crate::auth::Identity;
 use crate::problem::Problem;
@@ -12,15 +12,15 @@ use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
 use serde::de::DeserializeOwned;
 
-/// A JSON body whose errors are problems; and whose it is.
-pub(super) struct Asked<T> {
-    /// Who asks.
+/// A JSON body, whose errors are problems, with the organizer's identity.
+pub(super) struct AdminRequest<T> {
+    /// The organizer.
     pub(super) identity: Identity,
-    /// What.
+    /// The body.
     pub(super) body: T,
 }
 
-impl<T: DeserializeOwned> FromRequest<AppState> for Asked<T> {
+impl<T: DeserializeOwned> FromRequest<AppState> for AdminRequest<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, app: &AppState) -> Result<Self, Problem> {
@@ -31,12 +31,12 @@ impl<T: DeserializeOwned> FromRequest<AppState> for Asked<T> {
         let mut json = serde_json::Deserializer::from_slice(text);
         let body =
             serde_path_to_error::deserialize(&mut json).map_err(|error| bad(format!("body: {error}")))?;
-        Ok(Asked { identity, body })
+        Ok(AdminRequest { identity, body })
     }
 }
 
 fn identity_of(extensions: &Extensions) -> Result<Identity, Problem> {
-    // The middleware has put it there.
+    // The middleware has added it.
     let missing = || Problem::new(Code::Internal, "the request has no identity");
     extensions.get().cloned().ok_or_else(missing)
 }
@@ -59,7 +59,7 @@ pub(super) fn entry<'a>(
     NewAuditEntry { actor: &identity.token_id, action, subject, reason: reason.as_deref() }
 }
 
-/// Something that needs a reason has none.
+/// Refuses a request without a reason.
 pub(super) fn needs_reason(reason: &Option<String>) -> Result<(), Problem> {
     match reason.as_deref().map(str::trim) {
         Some(text) if !text.is_empty() => Ok(()),

@@ -1,10 +1,10 @@
-//! Voiding a run and asking for its verification again.
+//! Voids runs and verifies them again.
 
-use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::http::extract::Segment;
+use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
+use crate::http::extract::Path;
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
-use crate::session::Command as Order;
+use crate::session::Command;
 use crate::state::AppState;
 use crate::store::RunRecord;
 use axum::Json;
@@ -14,21 +14,19 @@ use palmares_protocol::text::shortened;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which run, and why.
+/// An action on a run.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "RunDeed")]
-pub(in crate::http) struct Body {
+pub(in crate::http) struct RunActionRequest {
     run_id: String,
-    /// Kept in the audit; `void` needs it.
+    /// The reason, for the audit; `void` requires it.
     #[serde(default)]
     reason: Option<String>,
 }
 
-/// The run as it is now, and its session, whose time may have been given back.
+/// The run after the action, and its session, which may have a refund.
 #[derive(Serialize, JsonSchema)]
-#[schemars(rename = "DecidedRun")]
-pub(in crate::http) struct Answer {
+pub(in crate::http) struct RunActionResponse {
     run: RunRecord,
     session: Option<SessionNow>,
 }
@@ -36,10 +34,10 @@ pub(in crate::http) struct Answer {
 /// `void`, `reverify`.
 pub(super) async fn act(
     State(app): State<AppState>,
-    Segment(verb): Segment,
-    asked: Asked<Body>,
-) -> Result<Json<Answer>, Problem> {
-    let Body { run_id, reason } = &asked.body;
+    Path(verb): Path,
+    request: AdminRequest<RunActionRequest>,
+) -> Result<Json<RunActionResponse>, Problem> {
+    let RunActionRequest { run_id, reason } = &request.body;
     let run = app.store.run(run_id).await?;
     let none = || not_found(format!("no run `{}`", shortened(run_id)));
     let run = run.ok_or_else(none)?;
@@ -50,22 +48,23 @@ pub(super) async fn act(
     match verb.as_str() {
         "void" => {
             needs_reason(reason)?;
-            let entry = entry(&asked.identity, "run.void", run_id, reason);
+            let entry = entry(&request.identity, "run.void", run_id, reason);
             let voided = app.store.void_run(run_id, &entry).await?;
-            // An open run is closed by its session; a finished one's time is given back by it, or without it.
-            let order = Order::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
+            // The session closes an open run, or refunds a finished one; without a session the database refunds it.
+            let command =
+                Command::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
             let session_id = run.session_id.clone().unwrap_or_default();
-            let obeyed = match app.sessions.registry.command(&session_id, order).await {
+            let executed = match app.sessions.registry.command(&session_id, command).await {
                 Err(refusal) if refusal.code == Code::NotFound => false,
                 Err(refusal) => return Err(Problem(refusal)),
                 Ok(()) => true,
             };
-            if !obeyed {
-                app.sessions.give_back(&session_id).await?;
+            if !executed {
+                app.sessions.refund(&session_id).await?;
                 app.sessions.revive(&session_id).await?;
             }
             if !voided {
-                if !(obeyed && run.status == "open") {
+                if !(executed && run.status == "open") {
                     return Err(wrong("nothing to void"));
                 }
                 app.store.record(&entry).await?;
@@ -73,9 +72,9 @@ pub(super) async fn act(
             app.hub.ranking_changed();
         }
         "reverify" => {
-            let entry = entry(&asked.identity, "run.reverify", run_id, reason);
+            let entry = entry(&request.identity, "run.reverify", run_id, reason);
             if !app.store.reverify(run_id, &entry).await? {
-                return Err(wrong("it has no replay that could be played again"));
+                return Err(wrong("it has no replay to verify"));
             }
             if let Some(archive) = &app.archive {
                 archive.wake();
@@ -86,5 +85,5 @@ pub(super) async fn act(
     let session = app.store.session(run.session_id.as_deref().unwrap_or_default()).await;
     let session = session?.map(|row| SessionNow::of(row, &app));
     let run = app.store.run(run_id).await?;
-    Ok(Json(Answer { run: run.ok_or_else(none)?, session }))
+    Ok(Json(RunActionResponse { run: run.ok_or_else(none)?, session }))
 }

@@ -1,11 +1,11 @@
-//! Holding, ending, voiding a session, and giving it time.
+//! Pauses, ends and voids sessions, and grants them time.
 
-use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::http::extract::Segment;
+use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
+use crate::http::extract::Path;
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
-use crate::rules::Phase;
-use crate::session::Command as Order;
+use crate::rules::CompetitionPhase;
+use crate::session::Command;
 use crate::state::AppState;
 use axum::Json;
 use axum::extract::State;
@@ -14,86 +14,82 @@ use palmares_protocol::text::shortened;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which session, why, and for `grant` how much.
+/// An action on a session.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "SessionDeed")]
-pub(in crate::http) struct Body {
+pub(in crate::http) struct SessionActionRequest {
     session_id: String,
-    /// Kept in the audit; `void` and `grant` need it.
+    /// The reason, for the audit; `void` and `grant` require it.
     #[serde(default)]
     reason: Option<String>,
-    /// For `grant`: more than 0 and at most a day.
+    /// For `grant`: additional time, s; more than 0 and at most a day.
     #[serde(default)]
     seconds: Option<f64>,
 }
 
-/// The session as it is now.
+/// The session after the action.
 #[derive(Serialize, JsonSchema)]
-#[schemars(rename = "DecidedSession")]
-pub(in crate::http) struct Answer {
+pub(in crate::http) struct SessionActionResponse {
     session: SessionNow,
 }
 
-/// Most time that is given at once, s.
-const MOST_S: f64 = 86_400.0;
+/// Largest single grant, s.
+const MAX_GRANT_S: f64 = 86_400.0;
 
-/// `pause`, `resume`, `end`, `void`, `grant`. The database first: what is written there holds also when the server
-/// dies before the session hears of it.
+/// `pause`, `resume`, `end`, `void`, `grant`. The database comes first, so that the action holds even if the server crashes before the
+/// session gets the command.
 pub(super) async fn act(
     State(app): State<AppState>,
-    Segment(verb): Segment,
-    asked: Asked<Body>,
-) -> Result<Json<Answer>, Problem> {
-    let Body { session_id, reason, seconds } = &asked.body;
+    Path(verb): Path,
+    request: AdminRequest<SessionActionRequest>,
+) -> Result<Json<SessionActionResponse>, Problem> {
+    let SessionActionRequest { session_id, reason, seconds } = &request.body;
     let none = || not_found(format!("no session `{}`; GET /v1/sessions lists them", shortened(session_id)));
-    if app.store.session(session_id).await?.is_none() {
-        return Err(none());
-    }
+    let status = app.store.session(session_id).await?.ok_or_else(none)?.status;
     let note = reason.clone().unwrap_or_default();
-    let entry = |action| entry(&asked.identity, action, session_id, reason);
-    let (done, order) = match verb.as_str() {
+    let entry = |action| entry(&request.identity, action, session_id, reason);
+    let (done, command) = match verb.as_str() {
         "pause" => {
             let done = app.store.pause_session(session_id, true, &entry("session.pause")).await;
-            (done?, Order::Pause)
+            (done?, Command::Pause)
         }
         "resume" => {
             let done = app.store.pause_session(session_id, false, &entry("session.resume")).await;
-            (done?, Order::Resume)
+            (done?, Command::Resume)
         }
         "end" => {
             let done = app.store.order_end(session_id, &entry("session.end")).await;
-            (done?, Order::End { void: false, note })
+            (done?, Command::End { void: false, note })
         }
         "void" => {
             needs_reason(reason)?;
             let done = app.store.void_session(session_id, &entry("session.void")).await;
-            (done?, Order::End { void: true, note })
+            (done?, Command::End { void: true, note })
         }
         "grant" => {
             needs_reason(reason)?;
-            if app.competition.rules.phase() == Phase::Revealed {
+            if app.competition.rules.phase() == CompetitionPhase::Revealed {
                 let message = "the secret behind the seeds is public: the competition is over";
                 return Err(Problem::new(Code::WrongState, message));
             }
-            let seconds = seconds.filter(|s| *s > 0.0 && *s <= MOST_S).ok_or_else(|| {
-                let message = format!("seconds: expected more than 0 and at most {MOST_S}");
+            let seconds = seconds.filter(|s| *s > 0.0 && *s <= MAX_GRANT_S).ok_or_else(|| {
+                let message = format!("seconds: expected more than 0 and at most {MAX_GRANT_S}");
                 Problem::new(Code::BadRequest, message)
             })?;
             let done = app.store.grant_time(session_id, seconds, &entry("session.grant")).await;
-            (done?, Order::Grant { seconds })
+            (done?, Command::Grant { seconds })
         }
         _ => return Err(no_verb(&verb, "pause, resume, end, void, grant")),
     };
     if !done {
-        let message = format!("session {} is not in a state for {verb}", shortened(session_id));
+        let message = format!("cannot {verb}: session {} is {status}", shortened(session_id));
         return Err(Problem::new(Code::WrongState, message));
     }
-    // A session that nobody holds any more has nothing to obey; the database has it all.
-    match app.sessions.registry.command(session_id, order).await {
+    // Without an open session the database alone is enough.
+    match app.sessions.registry.command(session_id, command).await {
         Ok(()) => {}
         Err(refusal) if refusal.code == Code::NotFound && verb == "grant" => {
-            // Its time was spent and it is gone; now it waits for its team again.
+            // The session had ended; now it waits for its team again.
             app.sessions.revive(session_id).await?;
         }
         Err(refusal) if refusal.code == Code::NotFound => {}
@@ -104,5 +100,5 @@ pub(super) async fn act(
     }
     let session = app.store.session(session_id).await?;
     let session = SessionNow::of(session.ok_or_else(none)?, &app);
-    Ok(Json(Answer { session }))
+    Ok(Json(SessionActionResponse { session }))
 }

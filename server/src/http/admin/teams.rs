@@ -1,6 +1,6 @@
-//! Teams and tokens. A token is shown once, in the answer to the request that made it.
+//! Teams and tokens. A token is shown once, in the response to the request that creates it.
 
-use super::request::{Asked, entry, not_found};
+use super::request::{AdminRequest, entry, not_found};
 use crate::auth::Auth;
 use crate::auth::{self, Role};
 use crate::names::{self, printable};
@@ -16,74 +16,69 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Which team, and why.
+/// An action on a team.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "TeamDeed")]
-pub(in crate::http) struct TeamBody {
+pub(in crate::http) struct TeamActionRequest {
     team: String,
-    /// Kept in the audit.
+    /// The reason, for the audit.
     #[serde(default)]
     reason: Option<String>,
 }
 
-/// A token that is no team's.
+/// A new token of an organizer or a viewer.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "NewToken")]
-pub(in crate::http) struct TokenBody {
+pub(in crate::http) struct NewToken {
     /// `organizer` or `viewer`.
     role: String,
-    /// Whose it is, for people.
+    /// Its holder, for people.
     #[serde(default)]
     label: String,
-    /// Kept in the audit.
+    /// The reason, for the audit.
     #[serde(default)]
     reason: Option<String>,
 }
 
-/// Which token, and why.
+/// An action on a token.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "TokenDeed")]
-pub(in crate::http) struct TokenId {
+pub(in crate::http) struct TokenActionRequest {
     token_id: String,
-    /// Kept in the audit.
+    /// The reason, for the audit.
     #[serde(default)]
     reason: Option<String>,
 }
 
-/// A token, shown this once.
+/// A new token, shown once.
 #[derive(Serialize, JsonSchema)]
-#[schemars(rename = "IssuedToken")]
-pub(in crate::http) struct Issued {
-    /// Whose it is, for a team's.
+pub(in crate::http) struct IssuedToken {
+    /// Its team, for a team's token.
     #[serde(skip_serializing_if = "Option::is_none")]
     team: Option<String>,
-    /// `organizer` or `viewer`, for another.
+    /// `organizer` or `viewer`, for other tokens.
     #[serde(skip_serializing_if = "Option::is_none")]
     role: Option<&'static str>,
-    /// Its public half, by which it is revoked.
+    /// Its id, by which it is revoked.
     token_id: String,
-    /// All of it.
+    /// The whole token.
     token: String,
 }
 
-/// What was taken back.
+/// The revoked tokens.
 #[derive(Serialize, JsonSchema)]
-#[schemars(rename = "RevokedTokens")]
-pub(in crate::http) struct Revoked {
-    /// Whose tokens, if a team was asked for.
+pub(in crate::http) struct RevokedTokens {
+    /// The team, if its tokens were revoked.
     #[serde(skip_serializing_if = "Option::is_none")]
     team: Option<String>,
-    /// Which token, if one was asked for.
+    /// The token, if one was revoked.
     #[serde(skip_serializing_if = "Option::is_none")]
     token_id: Option<String>,
-    /// How many.
+    /// Number of revoked tokens.
     revoked: usize,
 }
 
-/// The teams by name.
+/// The teams, by name.
 #[derive(Serialize, JsonSchema)]
 pub(in crate::http) struct Teams {
     teams: Vec<TeamRow>,
@@ -96,21 +91,21 @@ pub(in crate::http) struct Tokens {
 }
 
 fn issue_failed(error: &anyhow::Error) -> Problem {
-    tracing::error!(error = format!("{error:#}"), "no token");
-    Problem(Refusal::new(Code::Internal, "the token could not be made; try again").retry_after(5.0))
+    tracing::error!(error = format!("{error:#}"), "cannot create a token");
+    Problem(Refusal::new(Code::Internal, "the token could not be created; try again").retry_after(5.0))
 }
 
 fn no_team(team: &str) -> Problem {
     not_found(format!("no team `{}`", shortened(team)))
 }
 
-/// Adds a team and makes its first token.
+/// Adds a team and creates its first token.
 pub(super) async fn add(
     State(app): State<AppState>,
-    asked: Asked<TeamBody>,
-) -> Result<Json<Issued>, Problem> {
-    let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
-    let add = entry(&asked.identity, "team.add", &team, &asked.body.reason);
+    request: AdminRequest<TeamActionRequest>,
+) -> Result<Json<IssuedToken>, Problem> {
+    let team = names::team(&request.body.team).map_err(|error| Problem(error.of("team")))?;
+    let add = entry(&request.identity, "team.add", &team, &request.body.reason);
     if let Some(other) = app.store.add_team(&team, &add).await? {
         let message = if other == team {
             format!("there is a team `{team}` already; rotate gives it a new token")
@@ -119,7 +114,7 @@ pub(super) async fn add(
         };
         return Err(Problem::new(Code::WrongState, message));
     }
-    new_token(&app, &asked.identity, "token.issue", &team, &asked.body.reason).await
+    new_token(&app, &request.identity, "token.issue", &team, &request.body.reason).await
 }
 
 async fn new_token(
@@ -128,42 +123,42 @@ async fn new_token(
     action: &str,
     team: &str,
     reason: &Option<String>,
-) -> Result<Json<Issued>, Problem> {
+) -> Result<Json<IssuedToken>, Problem> {
     let entry = entry(identity, action, team, reason);
     let issued = auth::issue(&app.store, Role::Team, Some(team), "", true, &entry).await;
     let (token, revoked) = issued.map_err(|error| issue_failed(&error))?;
     app.auth.revoke(revoked);
     let (team, text) = (Some(team.to_owned()), token.reveal());
-    Ok(Json(Issued { team, role: None, token_id: token.id, token: text }))
+    Ok(Json(IssuedToken { team, role: None, token_id: token.id, token: text }))
 }
 
-/// A new token instead of the old: connections with the old one close.
+/// Replaces a team's token; connections with the old one close.
 pub(super) async fn rotate(
     State(app): State<AppState>,
-    asked: Asked<TeamBody>,
-) -> Result<Json<Issued>, Problem> {
-    let team = &asked.body.team;
+    request: AdminRequest<TeamActionRequest>,
+) -> Result<Json<IssuedToken>, Problem> {
+    let team = &request.body.team;
     if !app.store.has_team(team).await? {
         return Err(no_team(team));
     }
-    new_token(&app, &asked.identity, "token.rotate", team, &asked.body.reason).await
+    new_token(&app, &request.identity, "token.rotate", team, &request.body.reason).await
 }
 
-/// Takes a team's tokens back: its connections close.
+/// Revokes a team's tokens; its connections close.
 pub(super) async fn revoke(
     State(auth): State<Arc<Auth>>,
     State(store): State<Store>,
-    asked: Asked<TeamBody>,
-) -> Result<Json<Revoked>, Problem> {
-    let team = &asked.body.team;
+    request: AdminRequest<TeamActionRequest>,
+) -> Result<Json<RevokedTokens>, Problem> {
+    let team = &request.body.team;
     if !store.has_team(team).await? {
         return Err(no_team(team));
     }
-    let entry = entry(&asked.identity, "token.revoke", team, &asked.body.reason);
+    let entry = entry(&request.identity, "token.revoke", team, &request.body.reason);
     let revoked = store.revoke_team(team, &entry).await?;
     let count = revoked.len();
     auth.revoke(revoked);
-    Ok(Json(Revoked { team: Some(team.clone()), token_id: None, revoked: count }))
+    Ok(Json(RevokedTokens { team: Some(team.clone()), token_id: None, revoked: count }))
 }
 
 /// The teams.
@@ -172,42 +167,42 @@ pub(super) async fn list(State(store): State<Store>) -> Result<Json<Teams>, Prob
     Ok(Json(Teams { teams }))
 }
 
-/// Makes a token for an organizer or a viewer.
+/// Creates a token for an organizer or a viewer.
 pub(super) async fn add_token(
     State(store): State<Store>,
-    asked: Asked<TokenBody>,
-) -> Result<Json<Issued>, Problem> {
-    let TokenBody { role, label, reason } = &asked.body;
+    request: AdminRequest<NewToken>,
+) -> Result<Json<IssuedToken>, Problem> {
+    let NewToken { role, label, reason } = &request.body;
     let role = match role.as_str() {
         "organizer" => Role::Organizer,
         "viewer" => Role::Viewer,
         _ => {
-            let message = "role: expected `organizer` or `viewer`; a team gets its token by team/add";
+            let message = "role: expected `organizer` or `viewer`; a team gets its token from team/add";
             return Err(Problem::new(Code::BadRequest, message));
         }
     };
     let label = names::label(label).map_err(|error| Problem(error.of("label")))?;
-    let entry = entry(&asked.identity, "token.issue", role.word(), reason);
+    let entry = entry(&request.identity, "token.issue", role.word(), reason);
     let issued = auth::issue(&store, role, None, &label, false, &entry).await;
     let (token, _) = issued.map_err(|error| issue_failed(&error))?;
     let (role, text) = (Some(role.word()), token.reveal());
-    Ok(Json(Issued { team: None, role, token_id: token.id, token: text }))
+    Ok(Json(IssuedToken { team: None, role, token_id: token.id, token: text }))
 }
 
-/// Takes one token back.
+/// Revokes one token.
 pub(super) async fn revoke_token(
     State(auth): State<Arc<Auth>>,
     State(store): State<Store>,
-    asked: Asked<TokenId>,
-) -> Result<Json<Revoked>, Problem> {
-    let TokenId { token_id, reason } = &asked.body;
-    let entry = entry(&asked.identity, "token.revoke", token_id, reason);
+    request: AdminRequest<TokenActionRequest>,
+) -> Result<Json<RevokedTokens>, Problem> {
+    let TokenActionRequest { token_id, reason } = &request.body;
+    let entry = entry(&request.identity, "token.revoke", token_id, reason);
     if !store.revoke_token(token_id, &entry).await? {
-        let message = format!("no live token `{}`, or the last organizer's", shortened(token_id));
+        let message = format!("token `{}` is unknown, revoked, or the last organizer's", shortened(token_id));
         return Err(not_found(message));
     }
     auth.revoke([token_id.clone()]);
-    Ok(Json(Revoked { team: None, token_id: Some(token_id.clone()), revoked: 1 }))
+    Ok(Json(RevokedTokens { team: None, token_id: Some(token_id.clone()), revoked: 1 }))
 }
 
 /// The tokens, without their secrets.

@@ -1,6 +1,6 @@
-//! The addresses as an OpenAPI 3.1 document, with the schemas of the types that are sent.
+//! The addresses as an OpenAPI 3.1 document, with the schemas of requests and responses.
 //!
-//! A new address is one line of [`routes`](super::routes): what serves it and what is told of it.
+//! A new address is one entry of [`routes`](super::routes): its description and its handler.
 
 pub(super) mod operation;
 pub(super) mod routes;
@@ -33,8 +33,8 @@ pub(super) fn document(operations: &[Operation]) -> Value {
         "info": {
             "title": "Palmares",
             "version": env!("CARGO_PKG_VERSION"),
-            "description": "A competition server for compliant underactuated robot hands. What is a stream goes over \
-                            the two WebSockets; this is the rest.",
+            "description": "A competition server for compliant underactuated robot hands. Control and watching \
+                            use two WebSockets; this document describes the rest.",
             "license": {"name": "MIT OR Apache-2.0", "identifier": "MIT OR Apache-2.0"},
         },
         "paths": paths,

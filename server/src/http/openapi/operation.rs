@@ -1,6 +1,6 @@
-//! What is told of an address and a method.
+//! The description of an address and a method.
 
-use crate::problem::Body;
+use crate::problem::ProblemBody;
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema};
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ pub(in crate::http) const TEXT: Content = Content::Other("text/plain");
 pub(in crate::http) const CSV: Content = Content::Other("text/csv");
 pub(in crate::http) const ZIP: Content = Content::Other("application/zip");
 
-/// What is sent or answered.
+/// The content of a body.
 #[derive(Clone, Copy)]
 pub(in crate::http) enum Content {
     /// JSON of a type.
@@ -20,14 +20,14 @@ pub(in crate::http) enum Content {
     Socket,
 }
 
-/// Who may ask.
+/// The token that an address requires.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(in crate::http) enum Token {
-    /// Anybody.
+    /// None.
     None,
-    /// Anybody; a token shows more, or is needed in a competition.
+    /// Optional; a token shows more, or is required in a competition.
     Optional,
-    /// Organizers.
+    /// An organizer's.
     Organizer,
 }
 
@@ -36,9 +36,9 @@ pub(in crate::http) struct Operation {
     pub(super) method: &'static str,
     pub(super) path: &'static str,
     summary: &'static str,
-    /// What the last part of the path may be, where the program knows it.
+    /// Values of the variable part of the path, if they are fixed.
     pub(super) words: &'static [&'static str],
-    /// Name and meaning of what may stand in the query, all optional.
+    /// Name and meaning of the query's fields, all optional.
     query: Vec<(&'static str, &'static str)>,
     pub(super) token: Token,
     body: Option<Content>,
@@ -66,12 +66,12 @@ pub(in crate::http) fn post(
     Operation { method: "post", body: Some(body), ..get(path, summary, answer) }
 }
 
-/// A GET that answers JSON of a type.
+/// A GET whose response is JSON of a type.
 pub(in crate::http) fn get_json<A: JsonSchema>(path: &'static str, summary: &'static str) -> Operation {
     get(path, summary, of::<A>())
 }
 
-/// A POST of JSON that answers JSON.
+/// A POST of JSON whose response is JSON.
 pub(in crate::http) fn post_json<B: JsonSchema, A: JsonSchema>(
     path: &'static str,
     summary: &'static str,
@@ -118,14 +118,14 @@ impl Operation {
             |(name, meaning)| json!({"name": name, "in": "query", "description": meaning, "schema": text}),
         );
         let parameters: Vec<Value> = in_path.chain(in_query).collect();
-        let problem = answered.subschema_for::<Body<'static>>();
+        let problem = answered.subschema_for::<ProblemBody<'static>>();
         let mut operation = json!({
             "operationId": self.id(),
             "summary": self.summary,
             "responses": {
                 self.status: response(self.answer, answered),
                 "default": {
-                    "description": "What is wrong and what would be right.",
+                    "description": "The problem, and what would be valid.",
                     "content": {"application/problem+json": {"schema": problem}},
                 },
             },

@@ -1,20 +1,20 @@
-//! Addresses, each registered once: what serves it, and what the document tells of it.
+//! Addresses, each registered once with its handler and its description.
 
 use super::operation::{Operation, Token};
 use axum::Router;
 use axum::handler::Handler;
 use axum::routing;
 
-/// A router and what is told of it.
+/// A router and the descriptions of its addresses.
 pub(in crate::http) struct Routes<S> {
     pub(in crate::http) router: Router<S>,
     pub(in crate::http) operations: Vec<Operation>,
-    /// Who may ask, where an operation does not say.
+    /// Token for operations that do not set one.
     token: Token,
 }
 
 impl<S: Clone + Send + Sync + 'static> Routes<S> {
-    /// No address yet; those without a word on tokens are for these.
+    /// No addresses yet; `token` is the default.
     pub(in crate::http) fn of(token: Token) -> Self {
         Routes { router: Router::new(), operations: Vec::new(), token }
     }

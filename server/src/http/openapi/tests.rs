@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// How often the program's text calls `.route(`, per file below a folder.
+/// Number of calls of `.route(` in each file below a folder.
 fn routes(folder: &Path, found: &mut Vec<(PathBuf, usize)>) {
     for entry in std::fs::read_dir(folder).expect("the sources") {
         let path = entry.expect("an entry").path();
@@ -69,7 +69,7 @@ fn every_operation_has_a_name_of_its_own() {
     assert_eq!(distinct.len(), ids.len(), "{ids:?}");
 }
 
-/// A schema with what it refers to in its place, one step.
+/// A schema, or the schema to which it refers.
 fn resolved<'a>(document: &'a Value, schema: &'a Value) -> &'a Value {
     match schema["$ref"].as_str().and_then(|reference| reference.strip_prefix('#')) {
         Some(pointer) => document.pointer(pointer).expect("within the document"),
@@ -100,7 +100,7 @@ fn every_object_that_organizers_send_or_get_has_its_fields() {
 
 #[test]
 fn the_verbs_in_the_document_are_those_that_are_known() {
-    // Every handler tells its verbs when it is asked for another: its text has them all.
+    // Every handler lists its verbs when it refuses another one: its source has them all.
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/http/admin");
     for operation in operations().iter().filter(|operation| !operation.words.is_empty()) {
         let noun = operation.path.split('/').nth(3).expect("a noun");
@@ -110,6 +110,6 @@ fn the_verbs_in_the_document_are_those_that_are_known() {
         };
         let text = std::fs::read_to_string(folder.join(&file)).expect("a source file");
         let list = operation.words.join(", ");
-        assert!(text.contains(&list), "{file} does not speak of {list}");
+        assert!(text.contains(&list), "{file} does not list {list}");
     }
 }

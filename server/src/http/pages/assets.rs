@@ -1,4 +1,4 @@
-//! The viewer's scripts and style sheets, as `cargo xtask viewer` has left them in `viewer/dist` when the server was compiled.
+//! The viewer's scripts and style sheets, embedded from `viewer/dist`, which `cargo xtask viewer` builds.
 
 use crate::problem::Problem;
 use axum::extract::Path;
@@ -14,11 +14,11 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// Names carry a hash of what is in the file: it never changes.
-const FOR_EVER: &str = "public, max-age=31536000, immutable";
+/// The names contain a hash of the content: a file never changes.
+const IMMUTABLE: &str = "public, max-age=31536000, immutable";
 
-/// How a file may be compressed, the smallest first, and how the compressed one is called.
-const PACKED: [(&str, &str); 2] = [("br", "br"), ("gzip", "gz")];
+/// Content codings, the smallest first, and the suffix of the compressed file.
+const CODINGS: [(&str, &str); 2] = [("br", "br"), ("gzip", "gz")];
 
 #[derive(RustEmbed)]
 #[folder = "../viewer/dist"]
@@ -35,12 +35,12 @@ struct Chunk {
     imports: Vec<String>,
 }
 
-/// What a page loads, as addresses.
+/// The files that a page loads, as addresses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct PageFiles {
     /// The page's own script.
     pub(super) script: String,
-    /// Scripts it needs at once.
+    /// Scripts to preload.
     pub(super) preload: Vec<String>,
     /// Style sheets, the most general first.
     pub(super) styles: Vec<String>,
@@ -51,7 +51,7 @@ static MANIFEST: LazyLock<BTreeMap<String, Chunk>> = LazyLock::new(|| {
     file.and_then(|file| serde_json::from_slice(&file.data).ok()).unwrap_or_default()
 });
 
-/// The files of a page; none where the server was compiled without its viewer.
+/// The files of a page; None if the server was built without its viewer.
 pub(super) fn files_of(page: &str) -> Option<PageFiles> {
     let entry = MANIFEST.get(&format!("src/pages/{page}.ts"))?;
     let mut files = PageFiles { script: format!("/{}", entry.file), ..PageFiles::default() };
@@ -59,12 +59,12 @@ pub(super) fn files_of(page: &str) -> Option<PageFiles> {
     Some(files)
 }
 
-/// Whether the server was compiled with this page's script.
+/// Whether the server was built with this page's script.
 pub(super) fn is_built(page: &str) -> bool {
     MANIFEST.contains_key(&format!("src/pages/{page}.ts"))
 }
 
-/// What a chunk imports comes before what it brings itself.
+/// Adds the files of a chunk, after those of its imports.
 fn collect(chunk: &Chunk, files: &mut PageFiles) {
     for import in &chunk.imports {
         let Some(other) = MANIFEST.get(import) else { continue };
@@ -87,12 +87,12 @@ pub(in crate::http) async fn asset(Path(name): Path<String>, headers: HeaderMap)
     let path = format!("bundle/assets/{name}");
     let Some(file) = Bundle::get(&path) else {
         let message = format!(
-            "no file {}: the page is of another version of this server; load it again",
+            "no file {}: the page is from another version of this server; reload it",
             shortened(&name)
         );
         return Problem::new(Code::NotFound, message).into_response();
     };
-    let packed = PACKED
+    let packed = CODINGS
         .iter()
         .filter(|(coding, _)| takes(&headers, coding))
         .find_map(|(coding, ending)| Some((*coding, Bundle::get(&format!("{path}.{ending}"))?)));
@@ -103,7 +103,7 @@ pub(in crate::http) async fn asset(Path(name): Path<String>, headers: HeaderMap)
     };
     let headers = response.headers_mut();
     headers.insert(CONTENT_TYPE, kind.unwrap_or(HeaderValue::from_static("application/octet-stream")));
-    headers.insert(CACHE_CONTROL, HeaderValue::from_static(FOR_EVER));
+    headers.insert(CACHE_CONTROL, HeaderValue::from_static(IMMUTABLE));
     headers.insert(VARY, HeaderValue::from_static("accept-encoding"));
     headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     response
@@ -127,10 +127,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_compressed_is_for_those_who_take_it() {
+    fn compressed_files_are_for_clients_that_accept_them() {
         let taken = |value: &'static str| {
             let headers = [(ACCEPT_ENCODING, HeaderValue::from_static(value))].into_iter().collect();
-            PACKED.map(|(coding, _)| takes(&headers, coding))
+            CODINGS.map(|(coding, _)| takes(&headers, coding))
         };
         assert_eq!(taken("gzip, deflate, br"), [true, true]);
         assert_eq!(taken("br;q=0.000, GZIP;q=0.8"), [false, true]);
@@ -139,9 +139,9 @@ mod tests {
     }
 
     #[test]
-    fn what_a_page_needs_is_there() {
+    fn the_files_of_every_page_are_there() {
         if MANIFEST.is_empty() {
-            println!("skipped: compiled without the viewer");
+            println!("skipped: built without the viewer");
             return;
         }
         for page in ["leaderboard", "live", "replay", "wall", "admin"] {

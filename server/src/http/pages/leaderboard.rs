@@ -1,14 +1,14 @@
-//! The leaderboard as plain HTML, which a script keeps up to date where there is one.
+//! The leaderboard as plain HTML, which the page's script updates.
 
 use super::assets::is_built;
 use super::rules_in_words::{connect, in_words, legend, rules_of};
-use super::shell::{Page, answer};
+use super::shell::{Page, respond};
 use crate::archive::Archive;
 use crate::auth::sha256_hex;
 use crate::competition::Competition;
 use crate::names::printable;
 use crate::problem::Problem;
-use crate::rules::Phase;
+use crate::rules::CompetitionPhase;
 use crate::store::{LeaderboardRow, Store, TaskBest};
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST, IF_NONE_MATCH, X_CONTENT_TYPE_OPTIONS};
@@ -19,21 +19,21 @@ use palmares_protocol::reply::TaskInfo;
 use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
 
-/// Address of the style sheet of a server without its viewer.
+/// Address of the style sheet for a server without its viewer.
 pub(super) const PLAIN: &str = "/assets/plain.css";
 
 const STYLE: &str = include_str!("plain.css");
 
-/// What the page shows.
+/// The data of the page.
 struct Shown<'a> {
     rows: &'a [LeaderboardRow],
     tasks: &'a [TaskInfo],
-    /// Name and port under which the reader found the server.
+    /// Name and port of the server in the reader's address.
     here: &'a str,
     title: &'a str,
-    /// Of an official competition.
-    phase: Option<Phase>,
-    /// Whether the reader may see replays, and the server has a page for them.
+    /// CompetitionPhase of an official competition.
+    phase: Option<CompetitionPhase>,
+    /// Whether the reader may see replays and the server has the page for them.
     replays: bool,
 }
 
@@ -53,7 +53,9 @@ pub(in crate::http) async fn leaderboard(
         here: headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080"),
         title: if phase.is_some() { rules.name.as_str() } else { "Practice leaderboard" },
         phase,
-        replays: matches!(phase, None | Some(Phase::Revealed)) && archive.is_some() && is_built("replay"),
+        replays: matches!(phase, None | Some(CompetitionPhase::Revealed))
+            && archive.is_some()
+            && is_built("replay"),
     });
     let page = Page {
         name: "leaderboard",
@@ -63,7 +65,7 @@ pub(in crate::http) async fn leaderboard(
         plain_style: Some(PLAIN),
         refresh_s: Some(10),
     };
-    Ok(answer(&page, &competition))
+    Ok(respond(&page, &competition))
 }
 
 /// `GET /assets/plain.css`.
@@ -79,7 +81,7 @@ pub(in crate::http) async fn plain_style(headers: HeaderMap) -> Response {
     if known { (StatusCode::NOT_MODIFIED, head).into_response() } else { (head, STYLE).into_response() }
 }
 
-/// The viewer's script replaces what is in `board` and `tasks`, and the footer.
+/// The viewer's script replaces the content of `board` and `tasks`, and the footer.
 fn render(shown: &Shown<'_>) -> Markup {
     html! {
         div.title { h1 { "Leaderboard" } p.lead { (name(shown.title)) } }
@@ -88,7 +90,7 @@ fn render(shown: &Shown<'_>) -> Markup {
             @if shown.rows.is_empty() {
                 section.empty {
                     h2 { "No finished run yet" }
-                    p { "Start a client and close a run, and its team appears here. How to connect stands on this page." }
+                    p { "Start a client and close a run, and its team appears here. See below how to connect." }
                 }
             } @else {
                 (table(shown))
@@ -107,7 +109,7 @@ fn render(shown: &Shown<'_>) -> Markup {
 }
 
 fn table(shown: &Shown<'_>) -> Markup {
-    // Tasks of today first, then those that only old runs know.
+    // Current tasks first, then tasks of old runs.
     let today: Vec<&str> = shown.tasks.iter().map(|task| task.name.as_str()).collect();
     let old: BTreeSet<&str> =
         shown.rows.iter().flat_map(|row| row.tasks.keys().map(String::as_str)).collect();
@@ -145,7 +147,7 @@ fn table(shown: &Shown<'_>) -> Markup {
     }
 }
 
-/// A team's best score of a task, which leads to its replay or to what is stored of the run.
+/// A team's best score of a task, with a link to its replay or its run.
 fn cell(task: &str, best: Option<&TaskBest>, replays: bool) -> Markup {
     html! {
         @if let Some(best) = best {
@@ -160,7 +162,7 @@ fn cell(task: &str, best: Option<&TaskBest>, replays: bool) -> Markup {
     }
 }
 
-/// Whether a score is verified.
+/// The mark of a score's status.
 fn mark(status: &str) -> &'static str {
     match status {
         "verified" => " ✓",
@@ -169,13 +171,13 @@ fn mark(status: &str) -> &'static str {
     }
 }
 
-/// Points with one decimal and a true minus sign.
+/// Points with one decimal and a minus sign (U+2212).
 fn points(score: f64) -> String {
     // Adding zero turns −0 into 0.
     format!("{:.1}", score + 0.0).replace('-', "−")
 }
 
-/// A name: its direction of writing is its own, and what cannot be seen in it is spelt.
+/// A name with an isolated direction of writing, and with invisible characters escaped.
 fn name(text: &str) -> Markup {
     html! { bdi { (printable(text)) } }
 }
@@ -218,28 +220,28 @@ mod tests {
         tasks: &[&str],
         here: &str,
         title: &str,
-        phase: Option<Phase>,
+        phase: Option<CompetitionPhase>,
     ) -> String {
         let tasks: Vec<TaskInfo> = tasks.iter().map(|name| task(name)).collect();
         render(&Shown { rows, tasks: &tasks, here, title, phase, replays: false }).into_string()
     }
 
     #[test]
-    fn what_a_team_calls_itself_is_text() {
+    fn the_name_of_a_team_is_text() {
         let page = shown(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t", None);
         assert!(page.contains("&lt;script&gt;alert('x')&lt;/script&gt;&quot;&amp;"));
         assert!(!page.contains("<script"));
     }
 
     #[test]
-    fn every_task_has_a_column_also_when_only_old_runs_know_it() {
+    fn every_task_of_a_run_has_a_column() {
         let page = shown(&[row("a")], &["shelf"], "h", "t", None);
         assert!(page.contains(">shelf</th>") && page.contains(">balls</th>"));
         assert!(page.contains("class=\"n none\" data-label=\"shelf\">–<") && page.contains("−0.5"));
     }
 
     #[test]
-    fn a_score_says_whether_it_is_verified_and_who_needs_sensors_only() {
+    fn a_row_shows_verification_and_sensors_rank() {
         let mut early = row("a");
         early.sensors_rank = Some(7);
         early.tasks.insert(
@@ -251,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_score_opens_its_replay_where_the_rules_allow() {
+    fn a_score_links_to_its_replay_where_the_rules_allow() {
         let (rows, tasks) = ([row("a")], [task("balls")]);
         let mut shown =
             Shown { rows: &rows, tasks: &tasks, here: "h", title: "t", phase: None, replays: false };
@@ -266,8 +268,8 @@ mod tests {
     }
 
     #[test]
-    fn the_rules_stand_beside_it_in_words() {
-        let page = shown(&[row("a")], &["balls", "shelf"], "h", "t", Some(Phase::Open));
+    fn the_rules_of_the_tasks_are_on_the_page() {
+        let page = shown(&[row("a")], &["balls", "shelf"], "h", "t", Some(CompetitionPhase::Open));
         for part in
             ["Do balls.", "Do shelf.", "at most 10:00 of simulated time", "✓ verified", "… provisional"]
         {
@@ -276,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_leaderboard_tells_how_to_fill_it() {
+    fn an_empty_leaderboard_shows_how_to_connect() {
         let page = shown(&[], &["balls"], "app:1\"><script>", "<i>", None);
         assert!(page.contains("ws://app:1&quot;&gt;&lt;script&gt;/v1/control"));
         assert!(page.contains("<p class=\"lead\"><bdi>&lt;i&gt;</bdi></p>"));
@@ -284,8 +286,12 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_official_one_says_that_a_token_is_needed_and_whether_it_is_open() {
-        let said = [(Phase::Closed, "is not open"), (Phase::Open, "is open."), (Phase::Revealed, "is over")];
+    fn an_empty_official_leaderboard_shows_the_phase_and_asks_for_a_token() {
+        let said = [
+            (CompetitionPhase::Closed, "is not open"),
+            (CompetitionPhase::Open, "is open."),
+            (CompetitionPhase::Revealed, "is over"),
+        ];
         for (phase, words) in said {
             let page = shown(&[], &["balls"], "app:1", "Cup", Some(phase));
             for part in [words, "PALMARES_TOKEN=", "Authorization: Bearer"] {
@@ -295,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_keeps_its_direction_to_itself_and_hides_nothing() {
+    fn a_name_is_isolated_and_shows_invisible_characters() {
         let page = shown(&[row("\u{202e}sbarc"), row("\u{200b}")], &["balls"], "h", "t", None);
         assert!(
             page.contains("<bdi>\\u{202E}sbarc</bdi>") && page.contains("<bdi>\\u{200B}</bdi>"),

@@ -1,4 +1,4 @@
-//! The pages for people. What happens in them is in `viewer/`; here are their frames, and the leaderboard as plain HTML.
+//! The pages: their HTML frames, and the leaderboard as plain HTML. The scripts are in `viewer/`.
 
 mod assets;
 pub(super) mod leaderboard;
@@ -10,13 +10,13 @@ pub(super) use assets::asset;
 use crate::competition::Competition;
 use axum::extract::{Path, State};
 use axum::response::IntoResponse;
-use shell::{Page, answer, without_script};
+use shell::{Page, respond, without_script};
 use std::sync::Arc;
 
-/// Answers with the frame of a page whose script does the rest.
+/// The frame of a page that its script fills.
 fn page(name: &str, title: &str, argument: &str, competition: &Competition) -> impl IntoResponse + use<> {
     let body = without_script(name);
-    answer(
+    respond(
         &Page { name, argument, title, body, plain_style: Some(leaderboard::PLAIN), refresh_s: None },
         competition,
     )

@@ -1,15 +1,17 @@
 //! Panels next to the ranking: each task's rules, how to connect, and the legend. The viewer's script shows the same texts.
 
-use crate::rules::Phase;
+use crate::rules::CompetitionPhase;
 use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 
 /// The phase of a competition as a sentence.
-pub(super) fn in_words(phase: Phase) -> &'static str {
+pub(super) fn in_words(phase: CompetitionPhase) -> &'static str {
     match phase {
-        Phase::Closed => "The competition is not open: sessions can begin when the organizer opens it.",
-        Phase::Open => "The competition is open.",
-        Phase::Revealed => "The competition is over.",
+        CompetitionPhase::Closed => {
+            "The competition is not open: sessions can begin when the organizer opens it."
+        }
+        CompetitionPhase::Open => "The competition is open.",
+        CompetitionPhase::Revealed => "The competition is over.",
     }
 }
 
@@ -29,7 +31,7 @@ pub(super) fn rules_of(task: &TaskInfo) -> Markup {
 }
 
 /// How a program connects.
-pub(super) fn connect(here: &str, phase: Option<Phase>) -> Markup {
+pub(super) fn connect(here: &str, phase: Option<CompetitionPhase>) -> Markup {
     html! {
         section.panel {
             h3 { "Connect" }
@@ -59,7 +61,7 @@ pub(super) fn connect(here: &str, phase: Option<Phase>) -> Markup {
 }
 
 /// The meaning of the columns and status marks.
-pub(super) fn legend(phase: Option<Phase>, replays: bool) -> Markup {
+pub(super) fn legend(phase: Option<CompetitionPhase>, replays: bool) -> Markup {
     html! {
         p {
             "Each task counts with the best score. With equal totals the earlier team is first. Sensors: rank among the \
@@ -70,7 +72,7 @@ pub(super) fn legend(phase: Option<Phase>, replays: bool) -> Markup {
             }
             @if replays {
                 "Click a score to see its replay."
-            } @else if matches!(phase, Some(Phase::Closed | Phase::Open)) {
+            } @else if matches!(phase, Some(CompetitionPhase::Closed | CompetitionPhase::Open)) {
                 "Replays become public when the competition is over."
             }
         }

@@ -1,4 +1,4 @@
-//! The frame of every page: head, navigation, and a place that the page's script fills.
+//! The frame of every page: head, navigation, and an element that the page's script fills.
 
 use super::assets::{PageFiles, files_of};
 use crate::competition::Competition;
@@ -8,30 +8,30 @@ use axum::http::header::{
 use axum::response::IntoResponse;
 use maud::{DOCTYPE, Markup, html};
 
-/// Everything comes from this server, nothing is written into a page as script or style, no other page frames it.
+/// All resources come from this server; inline scripts and styles, and framing by other pages, are forbidden.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; \
                       font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 const OPENER: HeaderName = HeaderName::from_static("cross-origin-opener-policy");
 
-/// A page and what is said of it.
+/// A page.
 pub(super) struct Page<'a> {
     /// Its script in `viewer/src/pages`.
     pub(super) name: &'a str,
-    /// What its address names: a session, a run, a hand.
+    /// The session, run or hand in its address.
     pub(super) argument: &'a str,
-    /// For the window's title.
+    /// The window's title.
     pub(super) title: &'a str,
-    /// What stands there before a script runs, or without one.
+    /// The content before the script runs, or without it.
     pub(super) body: Markup,
     /// Style sheet for a server without its viewer.
     pub(super) plain_style: Option<&'a str>,
-    /// Seconds after which a browser without scripts asks again.
+    /// Seconds after which a browser without scripts reloads.
     pub(super) refresh_s: Option<u32>,
 }
 
-/// A page as an answer.
-pub(super) fn answer(page: &Page<'_>, competition: &Competition) -> impl IntoResponse + use<> {
+/// The response with a page.
+pub(super) fn respond(page: &Page<'_>, competition: &Competition) -> impl IntoResponse + use<> {
     let headers = [
         (CACHE_CONTROL, "no-store"),
         (CONTENT_SECURITY_POLICY, POLICY),
@@ -53,7 +53,7 @@ pub(super) fn render(page: &Page<'_>, official: bool) -> Markup {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (page.title) " – Palmares" }
-                // None: a browser asks for none, then.
+                // An empty icon: the browser requests none.
                 link rel="icon" href="data:,";
                 (links(files.as_ref(), page.plain_style))
                 @if let Some(seconds) = page.refresh_s {
@@ -102,14 +102,14 @@ fn navigation(page: &str, official: bool) -> Markup {
     }
 }
 
-/// What a page says that can do nothing without its script.
+/// The message of a page that needs its script.
 pub(super) fn without_script(name: &str) -> Markup {
     html! {
         @if files_of(name).is_some() {
             noscript { p.notice { "This page needs JavaScript. The " a href="/" { "leaderboard" } " does not." } }
         } @else {
             p.notice {
-                "This server was compiled without its viewer: " code { "cargo xtask viewer" }
+                "This server was built without its viewer: " code { "cargo xtask viewer" }
                 " builds it, and the next " code { "cargo build" } " takes it in."
             }
         }
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_in_a_page_is_script_or_style_and_what_is_given_is_text() {
+    fn a_page_has_no_inline_script_or_style_and_escapes_text() {
         let body = without_script("live");
         let page = Page {
             name: "live",
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn organizers_have_a_page_where_there_are_organizers() {
+    fn organizers_have_a_page_on_official_servers() {
         assert!(!navigation("live", false).into_string().contains("/admin"));
         let official = navigation("admin", true).into_string();
         assert!(official.contains("href=\"/admin\" aria-current=\"page\""), "{official}");

@@ -1,4 +1,4 @@
-//! The machine, case by case and under random orders of events.
+//! The machine, case by case and under random sequences of events.
 
 use super::*;
 use palmares_tasks::{Outcome, Reason};
@@ -54,7 +54,7 @@ fn the_order_is_kept() {
     assert_eq!(code(machine.may_step(START, 3, 11, 10)), Code::BadRequest);
     assert_eq!(machine.may_step(START, 3, 10, 10), Ok(10));
     assert!(matches!(machine.stop(), Ok(Stopping::Open)));
-    assert!(machine.playing().is_some(), "a stop that fails later must find the run again");
+    assert!(machine.playing().is_some(), "a stop that fails later finds the run again");
     machine.ended(START, false);
     machine.may_reset(START).expect("idle again");
 }
@@ -99,7 +99,7 @@ fn each_mode_has_its_own_request() {
 }
 
 #[test]
-fn in_a_pause_the_world_stands_still() {
+fn in_a_pause_the_world_does_not_step() {
     let mut machine = Machine::new(Some(10.0));
     machine.opened(run(), START);
     machine.pause(START);
@@ -112,19 +112,19 @@ fn in_a_pause_the_world_stands_still() {
 }
 
 #[test]
-fn time_in_which_the_server_could_not_do_its_part_costs_nobody() {
+fn time_in_which_the_server_fails_costs_nothing() {
     let mut machine = Machine::new(Some(10.0));
     machine.opened(run(), START);
     machine.stepped(300, START);
     let end = START + Duration::from_secs(4);
     let ended = machine.clock().spent(end);
-    // The result cannot be stored until the session's time would be spent, and a while longer.
+    // The result cannot be stored until after the session's end.
     let later = START + Duration::from_secs(60);
     assert!(machine.clock().is_over(later));
-    machine.forgive(ended, later);
+    machine.refund_since(ended, later);
     assert_eq!((machine.clock().left_s(later), machine.clock().refunded_s()), (Some(6.0), 6.0));
-    // It is not the run's either.
-    assert_eq!(machine.taken(later), Spent { wall_s: 4.0, simulated_s: 3.0 });
+    // The run does not pay for it either.
+    assert_eq!(machine.run_cost(later), Spent { wall_s: 4.0, simulated_s: 3.0 });
     machine.ended(later, false);
     machine.may_reset(later).expect("in time");
 }
@@ -140,14 +140,14 @@ fn a_reset_costs_time_that_a_void_run_gets_back() {
     assert_eq!(machine.clock().left_s(START), Some(15.0));
     machine.may_reset(START).expect("15 s are left");
     machine.opened(run(), START);
-    let taken = machine.taken(START);
+    let taken = machine.run_cost(START);
     assert_eq!(
         (taken, machine.clock().left_s(START)),
         (Spent { wall_s: 10.0, simulated_s: 10.0 }, Some(5.0))
     );
     machine.ended(START, false);
     assert_eq!(code(machine.may_reset(START)), Code::SessionOver, "5 s are left");
-    machine.give_back(taken, START);
+    machine.refund_run(taken, START);
     machine.may_reset(START).expect("15 s are left again");
     machine.opened(run(), START);
     machine.ended(START, true);
@@ -168,7 +168,7 @@ mod random {
         VoidEarlier(usize),
         Pause,
         Resume,
-        /// The server dies and comes back after a while.
+        /// The server crashes and starts again after a while.
         Crash(f64),
     }
 
@@ -189,24 +189,24 @@ mod random {
     const LIMIT_S: f64 = 100.0;
     const CLOSE_S: f64 = 1e-5;
 
-    /// What a bystander with a watch counts, who strikes void runs out.
+    /// A second, simple clock, as the reference: void runs are subtracted.
     #[derive(Default)]
-    struct Watch {
+    struct ReferenceClock {
         started: bool,
         paused: bool,
         spent: Spent,
-        /// The same at the opening of the open run.
+        /// The same when the open run began.
         opened: Option<Spent>,
-        /// What ended runs took: by this watch, and as stored with them.
+        /// Cost of ended runs: by this clock, and as stored.
         ended: Vec<(Spent, Spent)>,
     }
 
-    impl Watch {
+    impl ReferenceClock {
         fn end(&mut self) -> Spent {
             self.spent.since(self.opened.take().expect("a run"))
         }
 
-        fn strike_out(&mut self, run: Spent) {
+        fn subtract(&mut self, run: Spent) {
             self.spent = self.spent.since(run);
             self.opened = self.opened.map(|opened| opened.since(run));
         }
@@ -220,95 +220,95 @@ mod random {
         ) {
             let mut machine = Machine::new(Some(LIMIT_S)).with_reset_cost(cost_s);
             let (mut now, mut number) = (START, 0u32);
-            let mut watch = Watch::default();
+            let mut reference = ReferenceClock::default();
             for event in events {
                 let over = machine.clock().is_over(now);
                 match event {
                     Event::Wait(seconds) => {
                         now += Duration::from_secs_f64(seconds);
-                        if watch.started && !watch.paused && !over {
-                            watch.spent.wall_s = (watch.spent.wall_s + seconds).min(LIMIT_S);
+                        if reference.started && !reference.paused && !over {
+                            reference.spent.wall_s = (reference.spent.wall_s + seconds).min(LIMIT_S);
                         }
                     }
                     Event::Reset => {
                         let may = machine.may_reset(now);
                         let affordable = !over && machine.clock().left_s(now) > Some(cost_s);
-                        prop_assert_eq!(may.is_ok(), watch.opened.is_none() && affordable && !watch.paused);
+                        prop_assert_eq!(may.is_ok(), reference.opened.is_none() && affordable && !reference.paused);
                         if may.is_ok() {
                             number += 1;
                             machine.opened(Playing { run_id: number.to_string(), ..run() }, now);
-                            watch.started = true;
-                            watch.opened = Some(watch.spent);
-                            watch.spent.wall_s += cost_s;
-                            watch.spent.simulated_s += cost_s;
+                            reference.started = true;
+                            reference.opened = Some(reference.spent);
+                            reference.spent.wall_s += cost_s;
+                            reference.spent.simulated_s += cost_s;
                         }
                     }
                     Event::Steps(repeat) => {
                         let tick = machine.playing().map_or(0, |run| run.tick);
                         if let Ok(ticks) = machine.may_step(now, tick, repeat, 2000) {
-                            prop_assert!(!watch.paused && watch.opened.is_some());
+                            prop_assert!(!reference.paused && reference.opened.is_some());
                             prop_assert!((1..=repeat).contains(&ticks));
                             machine.stepped(tick + u64::from(ticks), now);
-                            watch.spent.simulated_s += f64::from(ticks) * 0.01;
-                            // Not one tick beyond the end, up to the tick that was begun in time.
+                            reference.spent.simulated_s += f64::from(ticks) * 0.01;
+                            // At most the tick that began in time goes beyond the end.
                             let spent = machine.clock().spent(now);
                             prop_assert!(spent.simulated_s <= LIMIT_S + 0.01 + CLOSE_S);
                         }
                     }
                     Event::Stop => {
-                        if watch.opened.is_some() {
-                            let taken = machine.taken(now);
+                        if reference.opened.is_some() {
+                            let taken = machine.run_cost(now);
                             let after = machine.after(now, false);
                             machine.ended(now, false);
                             prop_assert_eq!(machine.saved(now), after);
-                            let seen = watch.end();
-                            watch.ended.push((seen, taken));
+                            let cost = reference.end();
+                            reference.ended.push((cost, taken));
                         }
                     }
                     Event::Fault => {
-                        if watch.opened.is_some() {
+                        if reference.opened.is_some() {
                             let after = machine.after(now, true);
                             machine.ended(now, true);
                             prop_assert_eq!(machine.saved(now), after);
-                            let run = watch.end();
-                            watch.strike_out(run);
+                            let run = reference.end();
+                            reference.subtract(run);
                         }
                     }
                     Event::VoidEarlier(index) => {
-                        if index < watch.ended.len() {
-                            let (seen, taken) = watch.ended.swap_remove(index);
-                            machine.give_back(taken, now);
-                            watch.strike_out(seen);
+                        if index < reference.ended.len() {
+                            let (cost, taken) = reference.ended.swap_remove(index);
+                            machine.refund_run(taken, now);
+                            reference.subtract(cost);
                         }
                     }
                     Event::Pause => {
                         machine.pause(now);
-                        watch.paused = true;
+                        reference.paused = true;
                     }
                     Event::Resume => {
                         machine.resume(now);
-                        watch.paused = false;
+                        reference.paused = false;
                     }
                     Event::Crash(down_s) => {
                         let saved = machine.saved(now);
                         now += Duration::from_secs_f64(down_s);
-                        machine = Machine::restored(Some(LIMIT_S), &saved, watch.paused, now)
+                        machine = Machine::restored(Some(LIMIT_S), &saved, reference.paused, now)
                             .with_reset_cost(cost_s);
-                        if watch.opened.is_some() {
-                            let run = watch.end();
-                            watch.strike_out(run);
+                        if reference.opened.is_some() {
+                            let run = reference.end();
+                            reference.subtract(run);
                         }
                     }
                 }
                 let clock = machine.clock();
                 let elapsed_s = clock.elapsed_s(now);
                 prop_assert!((0.0..=LIMIT_S).contains(&elapsed_s));
-                // Nothing is gained but by what was given back, and nothing is lost.
-                let truth_s = watch.spent.counts_s().min(LIMIT_S);
+                // Refunds change the time, nothing else does.
+                let truth_s = reference.spent.counts_s().min(LIMIT_S);
                 prop_assert!((elapsed_s - truth_s).abs() < CLOSE_S, "{elapsed_s} {truth_s}");
                 prop_assert_eq!(clock.is_over(now), clock.left_s(now) == Some(0.0));
                 if clock.is_over(now) {
-                    prop_assert_eq!(code(machine.may_reset(now)) == Code::SessionOver, watch.opened.is_none());
+                    prop_assert_eq!(code(machine.may_reset(now)) == Code::SessionOver, reference.opened.is_none());
                     let tick = machine.playing().map_or(0, |run| run.tick);
                     prop_assert!(machine.may_step(now, tick, 1, 10).is_err());
                 }
@@ -318,12 +318,12 @@ mod random {
 }
 
 #[test]
-fn a_run_that_the_end_has_overtaken_is_due_at_once() {
+fn an_open_run_after_the_end_is_due_at_once() {
     let mut machine = Machine::new(Some(10.0));
     machine.opened(run(), START);
     let after = START + Duration::from_secs(11);
     assert_eq!(machine.next_change(START + Duration::from_secs(4)), Some(Duration::from_secs(6)));
-    assert_eq!(machine.next_change(after), Some(Duration::ZERO), "looked at too late, not missed");
+    assert_eq!(machine.next_change(after), Some(Duration::ZERO), "late, but not missed");
     machine.closed(result());
     assert_eq!(machine.next_change(after), None);
 }

@@ -1,4 +1,4 @@
-//! Teams, tokens, seeds by count, clocks, verdicts, the ranking of an official competition.
+//! Teams, tokens, run numbers, clocks, verification and ranking of an official competition.
 
 use super::*;
 
@@ -23,7 +23,7 @@ fn session<'a>(session_id: &'a str, team: &'a str) -> NewSession {
 }
 
 #[tokio::test]
-async fn teams_are_added_once_and_every_deed_is_recorded() {
+async fn teams_are_added_once_and_every_action_is_recorded() {
     for place in places().await {
         let store = place.open().await;
         assert_eq!(store.add_team("crabs", &entry("team.add", "crabs")).await.expect("adds"), None);
@@ -57,7 +57,7 @@ async fn teams_are_added_once_and_every_deed_is_recorded() {
 }
 
 #[tokio::test]
-async fn the_last_organizer_keeps_the_key() {
+async fn the_last_organizers_token_stays() {
     for place in places().await {
         let store = place.open().await;
         let issue = entry("token.issue", "organizer");
@@ -68,7 +68,11 @@ async fn the_last_organizer_keeps_the_key() {
         assert!(store.revoke_token("one", &entry("token.revoke", "one")).await.expect("revokes"));
         assert!(!store.revoke_token("one", &entry("token.revoke", "one")).await.expect("was"));
         assert!(!store.revoke_token("two", &entry("token.revoke", "two")).await.expect("keeps"));
-        assert_eq!(store.audit(0, 100).await.expect("query").len(), 3, "what was not done is not recorded");
+        assert_eq!(
+            store.audit(0, 100).await.expect("query").len(),
+            3,
+            "a refused revocation is not recorded"
+        );
         store.close().await;
     }
 }
@@ -95,7 +99,7 @@ async fn no_run_number_is_given_twice() {
 }
 
 #[tokio::test]
-async fn a_team_has_so_many_sessions_and_a_voided_one_does_not_count() {
+async fn a_team_has_a_number_of_sessions_and_voided_ones_do_not_count() {
     for place in places().await {
         let store = place.open().await;
         store.add_team("crabs", &entry("team.add", "crabs")).await.expect("adds");
@@ -127,9 +131,8 @@ async fn a_clock_outlives_the_process() {
         store.begin_session(&session("s", "crabs"), None).await.expect("session");
         let unlimited = NewSession { limit_s: None, ..session("p", "crabs") };
         store.begin_session(&NewSession { mode: "practice", ..unlimited }, None).await.expect("session");
-        let mut clock =
-            ClockState { started: true, wall_s: 12.25, simulated_s: 3.5, ..ClockState::default() };
-        // Missing and there in turn: both go through the same prepared statement.
+        let mut clock = ClockRow { started: true, wall_s: 12.25, simulated_s: 3.5, ..ClockRow::default() };
+        // None and Some in turn: both go through the same prepared statement.
         store.save_clock("s", &clock, &[]).await.expect("saves");
         clock.run_from_s = Some(10.5);
         clock.refunded_s = 1.125;
@@ -152,14 +155,14 @@ async fn a_clock_outlives_the_process() {
     }
 }
 
-/// Adds what is owed to what was given back.
-fn pay(clock: ClockState, owed: &[Taken], revived: bool) -> Paid {
-    let more: f64 = owed.iter().map(|taken| taken.simulated_s).sum();
-    Paid { clock: ClockState { refunded_s: clock.refunded_s + more, ..clock }, revived }
+/// Adds the pending refunds to the clock's refunds.
+fn refund(clock: ClockRow, pending: &[RunCost], revived: bool) -> RefundedClock {
+    let more: f64 = pending.iter().map(|cost| cost.simulated_s).sum();
+    RefundedClock { clock: ClockRow { refunded_s: clock.refunded_s + more, ..clock }, revived }
 }
 
 #[tokio::test]
-async fn what_a_void_run_has_taken_is_owed_until_it_is_paid_and_then_no_more() {
+async fn a_void_run_is_refunded_once() {
     for place in places().await {
         let store = place.open().await;
         for (k, run) in ["one", "two", "three"].into_iter().enumerate() {
@@ -168,7 +171,10 @@ async fn what_a_void_run_has_taken_is_owed_until_it_is_paid_and_then_no_more() {
         finish(&store, "one", 1.0, "provisional").await;
         finish(&store, "two", 1.0, "voided").await;
         finish(&store, "three", 1.0, "provisional").await;
-        assert!(store.creditors().await.expect("query").is_empty(), "nobody owes for runs that count");
+        assert!(
+            store.sessions_with_pending_refunds().await.expect("query").is_empty(),
+            "no refunds for runs that count"
+        );
         for run in ["one", "three"] {
             assert!(store.void_run(run, &entry("run.void", run)).await.expect("voids"));
         }
@@ -176,28 +182,29 @@ async fn what_a_void_run_has_taken_is_owed_until_it_is_paid_and_then_no_more() {
         store.end_session("s-three").await.expect("ends");
         store.close().await;
 
-        // It is owed by whoever comes next.
+        // The refund is still pending in the next process.
         let store = place.open().await;
-        assert_eq!(store.creditors().await.expect("query"), ["s-one", "s-three"]);
-        let owed = store.owed("s-one").await.expect("query");
-        assert_eq!(owed, [Taken { run_id: "one".into(), wall_s: 1.5, simulated_s: 3.25 }]);
-        // By whoever holds the session, with its clock.
-        store.save_clock("s-one", &ClockState::default(), &["one".into()]).await.expect("saves");
-        assert!(store.owed("s-one").await.expect("query").is_empty());
-        // By nobody but the database; not a second time, not opened again unless asked, nor beside another session.
+        assert_eq!(store.sessions_with_pending_refunds().await.expect("query"), ["s-one", "s-three"]);
+        let pending = store.pending_refunds("s-one").await.expect("query");
+        assert_eq!(pending, [RunCost { run_id: "one".into(), wall_s: 1.5, simulated_s: 3.25 }]);
+        // Refunded by an open session, with its clock.
+        store.save_clock("s-one", &ClockRow::default(), &["one".into()]).await.expect("saves");
+        assert!(store.pending_refunds("s-one").await.expect("query").is_empty());
+        // Refunded in the database alone: once, and reopened only with `reopen` and without another session.
         for (reopen, revived) in [(false, true), (true, true), (true, true)] {
-            let done = store.give_back("s-three", reopen, |_, clock, owed| pay(clock, owed, revived)).await;
-            done.expect("gives back");
+            let done =
+                store.refund("s-three", reopen, |_, clock, pending| refund(clock, pending, revived)).await;
+            done.expect("refunds");
         }
         let row = store.session("s-three").await.expect("query").expect("there");
         assert_eq!((row.refunded_s, row.status.as_str()), (3.25, "ended"));
-        assert!(store.creditors().await.expect("query").is_empty());
+        assert!(store.sessions_with_pending_refunds().await.expect("query").is_empty());
         store.close().await;
     }
 }
 
 #[tokio::test]
-async fn a_session_that_is_paid_is_open_again_unless_its_team_has_another() {
+async fn a_refunded_session_opens_again_unless_its_team_has_another() {
     for place in places().await {
         let store = place.open().await;
         for (k, run) in ["one", "two"].into_iter().enumerate() {
@@ -208,9 +215,9 @@ async fn a_session_that_is_paid_is_open_again_unless_its_team_has_another() {
         }
         for (session, becomes) in [("s-one", "open"), ("s-two", "ended")] {
             store
-                .give_back(session, true, |_, clock, owed| pay(clock, owed, true))
+                .refund(session, true, |_, clock, pending| refund(clock, pending, true))
                 .await
-                .expect("gives back");
+                .expect("refunds");
             let row = store.session(session).await.expect("query").expect("there");
             assert_eq!((row.refunded_s, row.status.as_str()), (3.25, becomes));
             assert_eq!(row.ended_unix_ms.is_none(), becomes == "open");
@@ -225,14 +232,14 @@ async fn a_result_and_the_clock_after_it_are_stored_together() {
     for place in places().await {
         let store = place.open().await;
         begin_in(&store, "official", "crabs", "balls", "r", Some(1), Sensing::Truth).await;
-        let clock = ClockState { started: true, wall_s: 9.5, simulated_s: 4.25, ..ClockState::default() };
-        let run = FinishedRun {
+        let clock = ClockRow { started: true, wall_s: 9.5, simulated_s: 4.25, ..ClockRow::default() };
+        let run = FinishedRunRow {
             run_id: "r",
             status: "provisional",
             outcome: &outcome(1.0),
             note: None,
             missed_ticks: 0,
-            taken_s: (2.0, 4.25),
+            cost_s: (2.0, 4.25),
             clock: Some(("s-r", clock)),
         };
         store.finish_run(&run).await.expect("finish");
@@ -243,7 +250,7 @@ async fn a_result_and_the_clock_after_it_are_stored_together() {
 }
 
 #[tokio::test]
-async fn verdicts_decide_what_counts() {
+async fn verification_decides_what_counts() {
     for place in places().await {
         let store = place.open().await;
         for (k, (run_id, score)) in [("good", 2.0), ("false", 5.0), ("void", 7.0)].into_iter().enumerate() {
@@ -257,13 +264,13 @@ async fn verdicts_decide_what_counts() {
         let waiting = store.runs_to_verify().await.expect("query");
         assert_eq!(waiting.len(), 3, "{waiting:?}");
         assert_eq!(waiting[0].replay_path, "replays/good.mcap");
-        store.set_verdict("good", Verdict::Verified, None).await.expect("notes");
+        store.set_verification("good", VerificationStatus::Verified, None).await.expect("notes");
         store
-            .set_verdict("false", Verdict::Rejected, Some("state differs at tick 300"))
+            .set_verification("false", VerificationStatus::Rejected, Some("state differs at tick 300"))
             .await
             .expect("notes");
         assert!(store.void_run("void", &entry("run.void", "void")).await.expect("voids"));
-        store.set_verdict("void", Verdict::Verified, None).await.expect("notes");
+        store.set_verification("void", VerificationStatus::Verified, None).await.expect("notes");
 
         let rows = store.leaderboard(true).await.expect("query");
         let short: Vec<_> = rows.iter().map(|r| (r.team.as_str(), r.total, r.sensors_rank)).collect();

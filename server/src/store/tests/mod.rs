@@ -1,4 +1,4 @@
-//! The store against real databases: every test runs on each kind.
+//! The store with real databases: every test runs on each kind.
 
 mod competition;
 mod places;
@@ -70,14 +70,21 @@ fn outcome(score: f64) -> Outcome {
 
 async fn finish(store: &Store, run_id: &str, score: f64, status: &str) -> String {
     let outcome = outcome(score);
-    let taken_s = (1.5, 3.25);
-    let run =
-        FinishedRun { run_id, status, outcome: &outcome, note: None, missed_ticks: 0, taken_s, clock: None };
+    let cost_s = (1.5, 3.25);
+    let run = FinishedRunRow {
+        run_id,
+        status,
+        outcome: &outcome,
+        note: None,
+        missed_ticks: 0,
+        cost_s,
+        clock: None,
+    };
     store.finish_run(&run).await.expect("finish")
 }
 
 #[tokio::test]
-async fn what_was_written_is_there_after_reopening() {
+async fn rows_are_there_after_reopening() {
     for place in places().await {
         let store = place.open().await;
         begin(&store, "a", "balls", "done").await;
@@ -113,7 +120,7 @@ async fn a_finished_run_is_not_rewritten() {
 }
 
 #[tokio::test]
-async fn the_best_of_each_task_counts_and_ties_go_to_the_earlier() {
+async fn the_best_of_each_task_counts_and_of_ties_the_earlier_is_first() {
     for place in places().await {
         let store = place.open().await;
         let runs = [
@@ -173,7 +180,7 @@ async fn a_database_of_a_newer_version_is_refused() {
 }
 
 #[tokio::test]
-async fn a_successor_waits_until_the_database_is_given_back() {
+async fn a_successor_waits_until_the_lock_is_released() {
     for place in places().await {
         let store = place.open().await;
         let (successor, ()) = tokio::join!(place.open(), async {
@@ -185,9 +192,9 @@ async fn a_successor_waits_until_the_database_is_given_back() {
 }
 
 #[tokio::test]
-async fn a_database_that_is_not_there_is_refused_without_telling_the_password() {
+async fn a_missing_database_is_refused_without_showing_the_password() {
     for (url, why) in [
-        ("mysql://me:secret@host/db", "no database this program knows"),
+        ("mysql://me:secret@host/db", "this kind of database is not supported"),
         ("sqlite::memory:", "in memory"),
         ("postgres://me:secret@127.0.0.1:1/db", "cannot open the database postgres:…"),
     ] {

@@ -17,13 +17,13 @@ impl Place {
         Store::open(&self.location).await.expect("opens")
     }
 
-    /// Where it is.
+    /// Its location.
     pub(crate) fn location(&self) -> &Location {
         &self.location
     }
 }
 
-/// An empty database of every kind there is on this machine.
+/// An empty database of every kind on this machine.
 pub(crate) async fn places() -> Vec<Place> {
     let folder = tempfile::tempdir().expect("a folder");
     let location = Location::DataDir(folder.path().join("data"));

@@ -1,13 +1,13 @@
-//! Fingerprints of runs on both kinds of database.
+//! Fingerprints of runs in both kinds of database.
 
 use super::*;
-use crate::fingerprint::{Mark, Marks};
+use crate::fingerprint::{Fingerprint, Mark};
 use serde_json::json;
 
-/// Marks of `changes` changes from a number on, one in ten.
-fn marks(first: i64, changes: u64) -> Marks {
+/// A fingerprint of `changes` changes, with a mark at every tenth, hashes from `first` on.
+fn marks(first: i64, changes: u64) -> Fingerprint {
     let places = (0..changes.cast_signed()).step_by(10);
-    Marks { changes, marks: places.map(|place| Mark { hash: first + place, place }).collect() }
+    Fingerprint { changes, marks: places.map(|place| Mark { hash: first + place, place }).collect() }
 }
 
 #[tokio::test]
@@ -26,7 +26,7 @@ async fn long_stretches_of_other_teams_in_the_task_are_found() {
         {
             begin_in(&store, "official", team, task, run_id, Some(k as u64 + 1), Sensing::Truth).await;
         }
-        // More marks than fit into one statement.
+        // More marks than one statement takes.
         for (run_id, marks) in [
             ("first", marks(1, 3000)),
             ("own", marks(1, 3000)),
@@ -52,9 +52,9 @@ async fn long_stretches_of_other_teams_in_the_task_are_found() {
         let all = store.runs().await.expect("query");
         assert_eq!(all.iter().filter(|run| run.similar.is_some()).count(), 3);
         let audit = store.audit(0, 100).await.expect("query");
-        let told: Vec<_> =
+        let reported: Vec<_> =
             audit.iter().filter(|e| e.action == "run.similar").map(|e| e.subject.as_str()).collect();
-        assert_eq!(told, ["copy", "copy"]);
+        assert_eq!(reported, ["copy", "copy"]);
         store.close().await;
     }
 }

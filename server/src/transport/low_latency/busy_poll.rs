@@ -1,8 +1,8 @@
-//! Waiting awake. A controller in lockstep sends its next request a fraction of a millisecond after the last reply;
-//! putting a thread to sleep and waking it up again takes about as long as a tick computes. So the connection looks for
-//! the request a little longer before it sleeps, if that has paid lately and nobody else wants the core.
+//! Busy polling. A controller in lockstep sends its next request a fraction of a millisecond after the last reply, and to put
+//! a thread to sleep and wake it takes about as long as to compute a tick. So the connection polls its socket for a while
+//! before it sleeps, if recent requests came soon enough and no other world needs the core.
 
-use super::stream::Attention;
+use super::stream::PollMode;
 use axum::extract::ws::{Message, WebSocket};
 use std::future::poll_fn;
 use std::pin::pin;
@@ -11,30 +11,30 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::task::Poll;
 use std::time::{Duration, Instant};
 
-/// Longest time to stay awake.
-const LONGEST: Duration = Duration::from_micros(500);
-/// How much of the mean a new gap is.
+/// Longest time to poll.
+const MAX_SPIN: Duration = Duration::from_micros(500);
+/// Weight of a new gap in the mean.
 const WEIGHT: f64 = 0.2;
-/// After so many requests in a row that were waited for awake everything else has its turn.
+/// Number of requests in a row that are polled for before other events are handled.
 const IN_A_ROW: u32 = 16;
 
-/// What came through a socket; none at its end.
+/// A message of a socket; None at its end.
 pub(crate) type Incoming = Option<Result<Message, axum::Error>>;
 
 /// How one connection waits for requests.
 #[derive(Debug)]
 pub(crate) struct BusyPoll {
-    attention: Attention,
-    /// None where nobody stays awake.
-    awake: Option<Arc<Awake>>,
+    poll_mode: PollMode,
+    /// None without busy polling.
+    spinning: Option<Arc<SpinLimit>>,
     cores: usize,
     gaps: GapEstimate,
     in_a_row: u32,
 }
 
 impl BusyPoll {
-    pub(super) fn new(attention: Attention, awake: Option<Arc<Awake>>, cores: usize) -> Self {
-        BusyPoll { attention, awake, cores, gaps: GapEstimate::new(), in_a_row: 0 }
+    pub(super) fn new(poll_mode: PollMode, spinning: Option<Arc<SpinLimit>>, cores: usize) -> Self {
+        BusyPoll { poll_mode, spinning, cores, gaps: GapEstimate::new(), in_a_row: 0 }
     }
 
     /// A reply was sent.
@@ -43,53 +43,53 @@ impl BusyPoll {
     }
 
     /// A request came.
-    pub(crate) fn asked(&mut self) {
-        self.gaps.asked(Instant::now());
+    pub(crate) fn received(&mut self) {
+        self.gaps.received(Instant::now());
     }
 
-    /// Looks for the next request without going to sleep, where that pays, and as long as `idle` says that nobody else wants
-    /// the core; then, if it `may_doze` and the request is expected soon, asleep on the socket itself.
+    /// Polls for the next request while `idle` reports that no other world needs the core. Then, if `may_block` and the request
+    /// is expected soon, waits for it in a blocking read.
     pub(crate) async fn next(
         &mut self,
         socket: &mut WebSocket,
         idle: impl Fn() -> bool,
-        may_doze: bool,
+        may_block: bool,
     ) -> Option<Incoming> {
-        if let Some(message) = self.awake(socket, idle).await {
+        if let Some(message) = self.spin(socket, idle).await {
             return Some(message);
         }
-        if !(may_doze && self.gaps.is_soon()) {
+        if !(may_block && self.gaps.is_soon()) {
             return None;
         }
-        let _dozing = self.attention.dozing();
-        look(socket).await
+        let _blocking = self.poll_mode.block();
+        poll_once(socket).await
     }
 
-    async fn awake(&mut self, socket: &mut WebSocket, idle: impl Fn() -> bool) -> Option<Incoming> {
-        let span = self.gaps.worth()?;
-        let _leave = self.awake.as_ref()?.leave(self.cores)?;
-        let _attentive = self.attention.awake();
+    async fn spin(&mut self, socket: &mut WebSocket, idle: impl Fn() -> bool) -> Option<Incoming> {
+        let span = self.gaps.spin_time()?;
+        let _permit = self.spinning.as_ref()?.permit(self.cores)?;
+        let _spinning = self.poll_mode.spin();
         let end = Instant::now() + span;
         while idle() && Instant::now() < end {
-            if let Some(message) = look(socket).await {
+            if let Some(message) = poll_once(socket).await {
                 return Some(message);
             }
-            // The client may be waiting for this very core.
+            // The client may need this core.
             std::thread::yield_now();
         }
         None
     }
 
-    /// Whether the connection may look for another request at once. Not for ever: a client that never pauses must not keep
-    /// organizers, pings and the clock waiting.
-    pub(crate) fn goes_on(&mut self, found: bool) -> bool {
+    /// Whether to poll again before other events are handled. Bounded: a client that never pauses must not delay organizers,
+    /// pings and the clock.
+    pub(crate) fn continues(&mut self, found: bool) -> bool {
         self.in_a_row = if found { (self.in_a_row + 1) % IN_A_ROW } else { 0 };
         self.in_a_row > 0
     }
 }
 
-/// What has come, or comes while the connection dozes.
-async fn look(socket: &mut WebSocket) -> Option<Incoming> {
+/// Polls the socket once; in the mode `block` it returns after a message or a few milliseconds.
+async fn poll_once(socket: &mut WebSocket) -> Option<Incoming> {
     let mut next = pin!(socket.recv());
     match poll_fn(|context| Poll::Ready(next.as_mut().poll(context))).await {
         Poll::Ready(message) => Some(message),
@@ -97,18 +97,18 @@ async fn look(socket: &mut WebSocket) -> Option<Incoming> {
     }
 }
 
-/// How soon requests follow the replies of one connection.
+/// Estimates the time from a reply to the next request.
 #[derive(Clone, Debug)]
 struct GapEstimate {
     replied: Option<Instant>,
-    /// Mean time from a reply to the next request, s; longer ones count as twice the longest worth waiting for.
+    /// Mean time from a reply to the next request, s; each gap is clamped to twice [`MAX_SPIN`].
     mean_s: f64,
 }
 
 impl GapEstimate {
-    /// Nothing known: not worth waiting for.
+    /// Without data: the gap is taken as too long to poll.
     fn new() -> Self {
-        GapEstimate { replied: None, mean_s: 2.0 * LONGEST.as_secs_f64() }
+        GapEstimate { replied: None, mean_s: 2.0 * MAX_SPIN.as_secs_f64() }
     }
 
     /// A reply was sent.
@@ -117,42 +117,42 @@ impl GapEstimate {
     }
 
     /// A request came.
-    fn asked(&mut self, now: Instant) {
+    fn received(&mut self, now: Instant) {
         if let Some(replied) = self.replied.take() {
-            let gap_s = (now - replied).as_secs_f64().min(2.0 * LONGEST.as_secs_f64());
+            let gap_s = (now - replied).as_secs_f64().min(2.0 * MAX_SPIN.as_secs_f64());
             self.mean_s += WEIGHT * (gap_s - self.mean_s);
         }
     }
 
-    /// How long it pays to stay awake for the next request; none when it does not.
-    fn worth(&self) -> Option<Duration> {
+    /// How long to poll for the next request; None when it is expected too late.
+    fn spin_time(&self) -> Option<Duration> {
         let span = Duration::from_secs_f64(1.5 * self.mean_s);
-        (self.replied.is_some() && span <= LONGEST).then_some(span)
+        (self.replied.is_some() && span <= MAX_SPIN).then_some(span)
     }
 
-    /// Whether most requests come sooner than what counts as long.
+    /// Whether most gaps are below the clamp.
     fn is_soon(&self) -> bool {
-        self.replied.is_some() && self.mean_s < 1.8 * LONGEST.as_secs_f64()
+        self.replied.is_some() && self.mean_s < 1.8 * MAX_SPIN.as_secs_f64()
     }
 }
 
-/// Counts who stays awake: most of the cores are for those who compute.
+/// Limits the connections that poll at once: most cores are for worlds.
 #[derive(Debug, Default)]
-pub(super) struct Awake(AtomicUsize);
+pub(super) struct SpinLimit(AtomicUsize);
 
-/// Leave to stay awake.
-struct Leave<'a>(&'a AtomicUsize);
+/// Guard for one busy-poll slot.
+struct SpinPermit<'a>(&'a AtomicUsize);
 
-impl Awake {
-    /// Leave to stay awake, for one connection in two cores.
-    fn leave(&self, cores: usize) -> Option<Leave<'_>> {
-        let leave = Leave(&self.0);
-        // Counted in any case: a refused leave is given back as it is dropped.
-        (self.0.fetch_add(1, Ordering::AcqRel) < cores / 2).then_some(leave)
+impl SpinLimit {
+    /// A slot, one for two cores; None when all are taken.
+    fn permit(&self, cores: usize) -> Option<SpinPermit<'_>> {
+        let permit = SpinPermit(&self.0);
+        // Counted in any case: dropping a refused permit gives its slot back.
+        (self.0.fetch_add(1, Ordering::AcqRel) < cores / 2).then_some(permit)
     }
 }
 
-impl Drop for Leave<'_> {
+impl Drop for SpinPermit<'_> {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }
@@ -163,39 +163,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn waiting_pays_only_for_those_who_have_been_quick() {
+    fn only_quick_clients_are_polled() {
         let mut gaps = GapEstimate::new();
         let mut now = Instant::now();
         let mut go = |gaps: &mut GapEstimate, micros: u64, times: u32| {
             for _ in 0..times {
                 gaps.replied(now);
                 now += Duration::from_micros(micros);
-                gaps.asked(now);
+                gaps.received(now);
             }
             gaps.replied(now);
         };
         go(&mut gaps, 100, 1);
-        assert_eq!(gaps.worth(), None, "once is not a habit");
+        assert_eq!(gaps.spin_time(), None, "once is not a habit");
         go(&mut gaps, 600, 30);
-        assert!(gaps.worth().is_none() && gaps.is_soon(), "not worth staying awake, but soon");
+        assert!(gaps.spin_time().is_none() && gaps.is_soon(), "too late to poll, but soon");
         go(&mut gaps, 100, 30);
-        let span = gaps.worth().expect("it pays");
+        let span = gaps.spin_time().expect("polled");
         assert!((140..170).contains(&span.as_micros()), "{span:?}");
         go(&mut gaps, 20_000, 3);
-        assert_eq!(gaps.worth(), None, "the controller thinks now");
+        assert_eq!(gaps.spin_time(), None, "the controller thinks now");
         go(&mut gaps, 20_000, 30);
         assert!(!gaps.is_soon());
     }
 
     #[test]
-    fn one_in_two_cores_may_stay_awake() {
-        let awake = Awake::default();
-        assert!(awake.leave(1).is_none());
-        let first = awake.leave(4).expect("free");
-        let second = awake.leave(4).expect("free");
-        assert!(awake.leave(4).is_none());
+    fn there_is_one_slot_for_two_cores() {
+        let limit = SpinLimit::default();
+        assert!(limit.permit(1).is_none());
+        let first = limit.permit(4).expect("free");
+        let second = limit.permit(4).expect("free");
+        assert!(limit.permit(4).is_none());
         drop(first);
-        assert!(awake.leave(4).is_some());
+        assert!(limit.permit(4).is_some());
         drop(second);
     }
 }

@@ -1,25 +1,24 @@
-//! Accepts connections, and gives each its end of the low-latency path.
+//! Accepts connections and sets up the low-latency path of each.
 
-use super::busy_poll::{Awake, BusyPoll};
-use super::stream::{Attention, Stream};
+use super::busy_poll::{BusyPoll, SpinLimit};
+use super::stream::{PollMode, Stream};
 use axum::serve::Listener as Accepts;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::net::TcpListener;
 
-/// What a connection has of it; by default nothing.
+/// The low-latency path of a connection; the default is none.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Link {
-    attention: Attention,
-    /// Counts who stays awake.
-    awake: Option<Arc<Awake>>,
+    poll_mode: PollMode,
+    spinning: Option<Arc<SpinLimit>>,
 }
 
 impl Link {
-    /// How the connection waits for requests, on a machine with so many cores.
+    /// How the connection waits for requests, on a machine with this number of cores.
     pub(crate) fn busy_poll(self, cores: usize) -> BusyPoll {
-        BusyPoll::new(self.attention, self.awake, cores)
+        BusyPoll::new(self.poll_mode, self.spinning, cores)
     }
 }
 
@@ -27,13 +26,13 @@ impl Link {
 #[derive(Debug)]
 pub(crate) struct Listener {
     tcp: TcpListener,
-    awake: Arc<Awake>,
+    spinning: Arc<SpinLimit>,
 }
 
 impl Listener {
-    /// Accepts what comes to `tcp`.
+    /// Accepts the connections of `tcp`.
     pub(crate) fn new(tcp: TcpListener) -> Self {
-        Listener { tcp, awake: Arc::default() }
+        Listener { tcp, spinning: Arc::default() }
     }
 }
 
@@ -45,16 +44,16 @@ impl Accepts for Listener {
     async fn accept(&mut self) -> (Stream, Self::Addr) {
         loop {
             let (stream, address) = Accepts::accept(&mut self.tcp).await;
-            // Small messages, each waited for: Nagle's algorithm would only hold them back.
+            // The messages are small and awaited: Nagle's algorithm would delay them.
             if let Err(error) = stream.set_nodelay(true) {
                 tracing::debug!(%error, "no TCP_NODELAY");
             }
             match stream.into_std() {
                 Ok(stream) => {
-                    let link = Link { attention: Attention::default(), awake: Some(self.awake.clone()) };
-                    return (Stream::new(stream, link.attention.clone()), (address, link));
+                    let link = Link { poll_mode: PollMode::default(), spinning: Some(self.spinning.clone()) };
+                    return (Stream::new(stream, link.poll_mode.clone()), (address, link));
                 }
-                Err(error) => tracing::warn!(%error, "a connection could not be taken"),
+                Err(error) => tracing::warn!(%error, "a connection cannot be accepted"),
             }
         }
     }

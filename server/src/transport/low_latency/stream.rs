@@ -1,6 +1,6 @@
-//! The server's end of a connection. Tokio's own tells of new bytes only after one of its threads has been woken by
-//! the system, which costs a lockstep controller more than a tick computes. This one asks the system directly, and is
-//! registered for waking only while somebody sleeps on it.
+//! The server's end of a connection. Tokio's TcpStream reports new bytes only after the system has woken a thread of its
+//! reactor, which costs a lockstep controller more than a tick. This stream reads the socket directly, and registers it with
+//! the reactor only while its reader sleeps.
 
 use std::io::{self, ErrorKind, IoSlice, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -12,65 +12,65 @@ use std::time::Duration;
 use tokio::io::unix::AsyncFd;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-/// Most that is read at once, bytes.
-const AT_ONCE: usize = 16 << 10;
-/// What is thrown away at most of what a caller goes on sending after it was answered, bytes: a socket that is closed with
-/// unread bytes takes the answer with it.
-const UNREAD: usize = 1 << 20;
-/// Longest doze: everything else that the reader waits for has its turn after it.
-const DOZE: Duration = Duration::from_millis(4);
+/// Largest single read, bytes.
+const READ_BYTES: usize = 16 << 10;
+/// Most unread bytes that are discarded before a socket is closed: the close of a socket with unread bytes would discard the
+/// answer too.
+const MAX_DRAINED: usize = 1 << 20;
+/// Longest blocking read: afterwards the reader handles other events.
+const BLOCK_TIME: Duration = Duration::from_millis(4);
 
-/// What whoever reads from a connection does itself, so that it need not be woken.
+/// How a connection is read.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Attention(Arc<AtomicU8>);
+pub(super) struct PollMode(Arc<AtomicU8>);
 
-/// Nothing: it has to be woken.
-const AWAY: u8 = 0;
-/// It looks again and again.
-const AWAKE: u8 = 1;
-/// It sleeps on the socket itself: its thread has nothing else to do.
-const DOZING: u8 = 2;
+/// The reactor wakes the reader.
+const REACTOR: u8 = 0;
+/// The reader polls.
+const SPIN: u8 = 1;
+/// The reader blocks its thread in a read.
+const BLOCK: u8 = 2;
 
-/// Whoever holds it is attentive until it drops it.
-pub(super) struct Attentive<'a>(&'a AtomicU8);
+/// Keeps the mode until it is dropped.
+pub(super) struct PollModeGuard<'a>(&'a AtomicU8);
 
-impl Attention {
-    /// From now on the reader looks again and again.
-    pub(super) fn awake(&self) -> Attentive<'_> {
-        self.held(AWAKE)
+impl PollMode {
+    /// A read returns at once, and no waker is registered.
+    pub(super) fn spin(&self) -> PollModeGuard<'_> {
+        self.set(SPIN)
     }
 
-    /// From now on a read blocks its thread until bytes come, or for a few milliseconds.
-    pub(super) fn dozing(&self) -> Attentive<'_> {
-        self.held(DOZING)
+    /// A read blocks its thread until bytes come, at most [`BLOCK_TIME`].
+    pub(super) fn block(&self) -> PollModeGuard<'_> {
+        self.set(BLOCK)
     }
 
-    fn held(&self, kind: u8) -> Attentive<'_> {
-        self.0.store(kind, Ordering::Release);
-        Attentive(&self.0)
+    fn set(&self, mode: u8) -> PollModeGuard<'_> {
+        self.0.store(mode, Ordering::Release);
+        PollModeGuard(&self.0)
     }
 }
 
-impl Drop for Attentive<'_> {
+impl Drop for PollModeGuard<'_> {
     fn drop(&mut self) {
-        self.0.store(AWAY, Ordering::Release);
+        self.0.store(REACTOR, Ordering::Release);
     }
 }
 
 /// A connection; its socket does not block.
 #[derive(Debug)]
 pub(crate) struct Stream {
-    /// The connection while nobody has to be woken; ...
+    /// The socket while it is not registered with the reactor.
     stream: Option<TcpStream>,
-    /// ... the same, registered for waking, otherwise. One descriptor in either place.
+    /// The socket while it is registered. It is in one of the two fields.
     registered: Option<AsyncFd<TcpStream>>,
-    attention: Attention,
+    poll_mode: PollMode,
 }
 
 impl Stream {
-    /// Looked at by its reader itself as long as it holds `attention`.
-    pub(super) fn new(stream: TcpStream, attention: Attention) -> Self {
-        Stream { stream: Some(stream), registered: None, attention }
+    /// A stream that is read as `poll_mode` says.
+    pub(super) fn new(stream: TcpStream, poll_mode: PollMode) -> Self {
+        Stream { stream: Some(stream), registered: None, poll_mode }
     }
 
     fn stream(&self) -> io::Result<&TcpStream> {
@@ -78,10 +78,10 @@ impl Stream {
         registered.or(self.stream.as_ref()).ok_or_else(|| ErrorKind::NotConnected.into())
     }
 
-    /// The connection, registered for waking.
+    /// The socket, registered with the reactor.
     fn registered(&mut self) -> io::Result<&AsyncFd<TcpStream>> {
         if let Some(stream) = self.stream.take() {
-            // What it is replaced by is unsafe; of a type that owns its descriptor until it is gone it asks for nothing more.
+            // `register` is unsafe; `TcpStream` owns its descriptor, so its contract holds.
             #[expect(
                 deprecated,
                 reason = "a socket of the standard library upholds what `register` is unsafe for"
@@ -92,28 +92,28 @@ impl Stream {
         self.registered.as_ref().ok_or_else(|| ErrorKind::NotConnected.into())
     }
 
-    /// From now on nobody has to be woken.
-    fn silence(&mut self) {
+    /// Takes the socket out of the reactor.
+    fn deregister(&mut self) {
         if let Some(registered) = self.registered.take() {
             self.stream = Some(registered.into_inner());
         }
     }
 
-    /// Waits for bytes in the system's own sleep: of all ways to be woken the shortest.
-    fn doze(&self, room: &mut [u8]) -> io::Result<usize> {
+    /// Waits for bytes in a blocking read: the shortest way to wake a thread.
+    fn read_blocking(&self, room: &mut [u8]) -> io::Result<usize> {
         let mut stream = self.stream()?;
-        stream.set_read_timeout(Some(DOZE))?;
+        stream.set_read_timeout(Some(BLOCK_TIME))?;
         stream.set_nonblocking(false)?;
         let read = stream.read(room);
         stream.set_nonblocking(true)?;
         read
     }
 
-    /// Throws away what has come and nobody will read.
+    /// Discards bytes that will not be read.
     fn drain(&self) {
         let Ok(mut stream) = self.stream() else { return };
         let mut scratch = [0; 4096];
-        let mut left = UNREAD;
+        let mut left = MAX_DRAINED;
         while let Ok(count @ 1..) = stream.read(&mut scratch) {
             left = left.saturating_sub(count);
             if left == 0 {
@@ -129,15 +129,15 @@ impl AsyncRead for Stream {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        let attention = self.attention.0.load(Ordering::Acquire);
-        if attention == AWAY {
+        let mode = self.poll_mode.0.load(Ordering::Acquire);
+        if mode == REACTOR {
             return self.poll_wake_and_read(context, buffer);
         }
-        let room = buffer.remaining().min(AT_ONCE);
+        let room = buffer.remaining().min(READ_BYTES);
         let room = buffer.initialize_unfilled_to(room);
-        let read = if attention == DOZING {
-            self.silence();
-            self.doze(room)
+        let read = if mode == BLOCK {
+            self.deregister();
+            self.read_blocking(room)
         } else {
             self.stream()?.read(room)
         };
@@ -147,7 +147,7 @@ impl AsyncRead for Stream {
                 Poll::Ready(Ok(()))
             }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
-                self.silence();
+                self.deregister();
                 Poll::Pending
             }
             Err(error) => Poll::Ready(Err(error)),
@@ -156,14 +156,14 @@ impl AsyncRead for Stream {
 }
 
 impl Stream {
-    /// Reads as soon as there is something.
+    /// Reads as soon as there are bytes.
     fn poll_wake_and_read(
         &mut self,
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
         let registered = self.registered()?;
-        let room = buffer.remaining().min(AT_ONCE);
+        let room = buffer.remaining().min(READ_BYTES);
         loop {
             let mut guard = ready!(registered.poll_read_ready(context))?;
             let read = guard.try_io(|registered| {
@@ -172,7 +172,7 @@ impl Stream {
             });
             match read {
                 Ok(Ok(count)) => {
-                    // Where the system tells of what is new only, less than there was room for is all there is.
+                    // Edge-triggered readiness: a short read means that the socket is empty.
                     if cfg!(target_os = "linux") && (1..room).contains(&count) {
                         guard.clear_ready();
                     }
@@ -186,7 +186,7 @@ impl Stream {
         }
     }
 
-    /// Writes as soon as there is room.
+    /// Writes as soon as the socket has room.
     fn poll_room(
         &mut self,
         context: &mut Context<'_>,
@@ -204,7 +204,7 @@ impl Stream {
     }
 }
 
-/// What was sent, or None when there is no room now.
+/// The result of a write; None when the socket has no room.
 fn sent(done: io::Result<usize>) -> Option<io::Result<usize>> {
     match done {
         Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => None,
@@ -267,7 +267,7 @@ mod tests {
         let other = TcpStream::connect(listener.local_addr().expect("bound")).expect("it listens");
         let (stream, _) = listener.accept().expect("it waits");
         stream.set_nonblocking(true).expect("possible");
-        (Stream::new(stream, Attention::default()), other)
+        (Stream::new(stream, PollMode::default()), other)
     }
 
     #[tokio::test]
@@ -292,14 +292,14 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_reader_that_looks_itself_is_not_woken_and_finds_the_bytes() {
+    async fn a_polling_reader_is_not_registered_and_finds_the_bytes() {
         let (mut stream, mut other) = pair();
-        let attention = stream.attention.clone();
+        let poll_mode = stream.poll_mode.clone();
         let mut byte = [0; 1];
-        // Asleep once, so that there is a registration to be taken away.
+        // Sleeps once, so that there is a registration to remove.
         let slept = tokio::time::timeout(Duration::from_millis(1), stream.read_exact(&mut byte)).await;
         assert!(slept.is_err() && stream.registered.is_some());
-        let attentive = attention.awake();
+        let spinning = poll_mode.spin();
         let mut looks = 0;
         let found = poll_fn(|context| {
             let mut buffer = ReadBuf::new(&mut byte);
@@ -318,7 +318,7 @@ mod tests {
         });
         assert_eq!(found.await.expect("open"), [7]);
         assert!(stream.registered.is_none());
-        drop(attentive);
+        drop(spinning);
         let later = std::thread::spawn(move || {
             std::thread::sleep(Duration::from_millis(5));
             other.write_all(&[8]).expect("open");
@@ -329,10 +329,10 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_reader_that_dozes_is_woken_by_the_bytes_themselves_or_after_a_while() {
+    async fn a_blocking_reader_returns_with_the_bytes_or_after_a_while() {
         let (mut stream, mut other) = pair();
-        let attention = stream.attention.clone();
-        let dozing = attention.dozing();
+        let poll_mode = stream.poll_mode.clone();
+        let blocking = poll_mode.block();
         let mut byte = [0; 1];
         let mut look = async || {
             poll_fn(|context| {
@@ -354,7 +354,7 @@ mod tests {
             }
         };
         assert_eq!(found, [9]);
-        drop(dozing);
+        drop(blocking);
         let mut other = later.join().expect("sent");
         other.write_all(&[10]).expect("open");
         stream.read_exact(&mut byte).await.expect("woken as ever");

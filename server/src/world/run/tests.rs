@@ -1,8 +1,8 @@
-//! What a world does when its run ends, refuses or breaks.
+//! A world whose run ends, refuses or breaks.
 
 use super::*;
 use crate::compute::admission::Admission;
-use crate::world::stub::{Stub, toy_world};
+use crate::world::stub::{Stub, stub_world};
 
 struct Fixture {
     world: World,
@@ -12,8 +12,8 @@ struct Fixture {
 }
 
 impl Fixture {
-    async fn open(toy: Stub) -> Self {
-        let (world, admission) = toy_world(toy);
+    async fn open(stub: Stub) -> Self {
+        let (world, admission) = stub_world(stub);
         Fixture { world, admission, scheduler: Scheduler::new(1), background: Background::new(1) }
     }
 
@@ -45,33 +45,33 @@ async fn a_refused_action_changes_nothing() {
     assert_eq!(fixture.step(Action::default(), 1).await.expect("steps").tick, 1);
 }
 
-/// Writes down what it is told.
-struct Diary(std::sync::mpsc::Sender<String>);
+/// Notes every call.
+struct CallLog(std::sync::mpsc::Sender<String>);
 
-impl Witness for Diary {
+impl RunObserver for CallLog {
     fn opened(&mut self, run: &Run) {
-        self.0.send(format!("open {}", run.tick())).expect("somebody reads");
+        self.0.send(format!("open {}", run.tick())).expect("the test reads");
     }
     fn ticked(&mut self, run: &Run) {
-        self.0.send(format!("tick {}", run.tick())).expect("somebody reads");
+        self.0.send(format!("tick {}", run.tick())).expect("the test reads");
     }
     fn pushed(&mut self, link: &str, _: Wrench, _: f64) {
-        self.0.send(format!("push {link}")).expect("somebody reads");
+        self.0.send(format!("push {link}")).expect("the test reads");
     }
     fn finished(&mut self, _: &Run, outcome: &Outcome) {
-        self.0.send(format!("end {}", outcome.ticks)).expect("somebody reads");
+        self.0.send(format!("end {}", outcome.ticks)).expect("the test reads");
     }
 }
 
 #[tokio::test]
-async fn witnesses_see_every_tick_once_and_before_what_follows() {
+async fn observers_see_every_tick_once_and_in_order() {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
     let hand = Hand::builtin("pinch").expect("built in");
     let link = hand.links[0].name.clone();
     let admission = Admission::default();
     let admitted = admission.take(palmares_protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
-    let (diary, told) = std::sync::mpsc::channel();
-    let witnesses: Vec<Box<dyn Witness>> = vec![Box::new(Diary(diary))];
+    let (log, calls) = std::sync::mpsc::channel();
+    let observers: Vec<Box<dyn RunObserver>> = vec![Box::new(CallLog(log))];
     let (scheduler, background) = (Scheduler::new(1), Background::new(1));
     let setup = WorldSetup {
         task,
@@ -81,15 +81,15 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
         noise: Noise::Real,
         shots: vec![],
     };
-    let opened = World::open(setup, admitted, &background, witnesses).await.expect("the scene builds");
+    let opened = World::open(setup, admitted, &background, observers).await.expect("the scene builds");
     let mut fixture = Fixture { world: opened.world, admission, scheduler, background };
-    let news = || told.try_iter().collect::<Vec<_>>();
+    let news = || calls.try_iter().collect::<Vec<_>>();
     assert_eq!(news(), ["open 0"]);
     fixture.step(Action::default(), 2).await.expect("steps");
     assert_eq!(news(), ["tick 1"], "the controller does not wait for the last");
-    fixture.world.tell();
+    fixture.world.notify_observers();
     fixture.world.prepare(&fixture.scheduler.spare().expect("idle"));
-    fixture.world.tell();
+    fixture.world.notify_observers();
     assert_eq!(news(), ["tick 2"]);
     fixture.step(Action::default(), 1).await.expect("steps");
     fixture
@@ -102,16 +102,17 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
 }
 
 #[test]
-fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
+fn endless_ticks_do_not_stop_other_worlds() {
     use crate::compute::scheduler::OVERRUN;
     let scheduler = Scheduler::new(2);
     let runtime = tokio::runtime::Runtime::new().expect("starts");
-    let step = |toy: Stub| {
-        let (mut world, scheduler, runtime) = (toy_world(toy).0, scheduler.clone(), runtime.handle().clone());
+    let step = |stub: Stub| {
+        let (mut world, scheduler, runtime) =
+            (stub_world(stub).0, scheduler.clone(), runtime.handle().clone());
         let (done, result) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
             let stepped = runtime.block_on(world.step(&scheduler, false, &Action::default(), 1));
-            // Of the endless ones nobody wants to know.
+            // The receivers of the endless ones are dropped.
             let _ = done.send(stepped.map(|stepped| stepped.observation.tick).ok());
         });
         (thread, result)
@@ -129,10 +130,10 @@ fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
     let patience = Instant::now() + Duration::from_secs(60);
     let mut seen = None;
     while seen.is_none() && Instant::now() < patience {
-        scheduler.count_out(Instant::now() + OVERRUN);
+        scheduler.replace_overrun(Instant::now() + OVERRUN);
         seen = stepped.recv_timeout(Duration::from_millis(5)).ok();
     }
-    // Before anything is asserted: a thread that never ends would hang the tests.
+    // Before the assertions: a thread that never ends would hang the tests.
     drop(ends);
     for thread in endless.into_iter().chain([innocent]) {
         thread.join().expect("no panic");
@@ -143,13 +144,13 @@ fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
 #[tokio::test]
 async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
     let exhausted = Stub { unsound_at: 2, breaks: Fault::WorkExhausted, ..Stub::default() };
-    for (toy, fault) in [
+    for (stub, fault) in [
         (Stub { unsound_at: 2, ..Stub::default() }, Fault::Unsolvable),
         (Stub { panic_at: 2, ..Stub::default() }, Fault::Crashed),
         (exhausted, Fault::WorkExhausted),
     ] {
         let failure = Failure { fault, tick: 2, step: Some(20) };
-        let mut fixture = Fixture::open(toy).await;
+        let mut fixture = Fixture::open(stub).await;
         assert!(fixture.step(Action::default(), 1).await.is_ok());
         for _ in 0..2 {
             let failed = fixture.step(Action::default(), 1).await;

@@ -1,53 +1,53 @@
-//! How much of something each of many has: never more than a limit.
+//! Quotas: an amount for each key, never above a limit.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What everybody has, by who they are.
+/// The amount in use, by key.
 #[derive(Debug)]
-pub(crate) struct Counts<K>(Arc<Mutex<HashMap<K, usize>>>);
+pub(crate) struct Quotas<K>(Arc<Mutex<HashMap<K, usize>>>);
 
-impl<K> Clone for Counts<K> {
+impl<K> Clone for Quotas<K> {
     fn clone(&self) -> Self {
-        Counts(self.0.clone())
+        Quotas(self.0.clone())
     }
 }
 
-impl<K> Default for Counts<K> {
+impl<K> Default for Quotas<K> {
     fn default() -> Self {
-        Counts(Arc::default())
+        Quotas(Arc::default())
     }
 }
 
-/// What one of them has. Dropping it gives it back.
+/// An amount of one key. Dropping it gives the amount back.
 #[derive(Debug)]
-pub(crate) struct Share<K: Eq + Hash> {
-    counts: Counts<K>,
+pub(crate) struct Quota<K: Eq + Hash> {
+    counts: Quotas<K>,
     key: K,
     amount: usize,
 }
 
-impl<K: Eq + Hash + Clone> Counts<K> {
-    /// A share of nothing.
-    pub(crate) fn share(&self, key: K) -> Share<K> {
-        Share { counts: self.clone(), key, amount: 0 }
+impl<K: Eq + Hash + Clone> Quotas<K> {
+    /// An empty quota of this key.
+    pub(crate) fn of(&self, key: K) -> Quota<K> {
+        Quota { counts: self.clone(), key, amount: 0 }
     }
 }
 
-impl<K> Counts<K> {
+impl<K> Quotas<K> {
     fn lock(&self) -> MutexGuard<'_, HashMap<K, usize>> {
         // Nothing panics while it holds the lock; if something did, the map would still be whole.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl<K: Eq + Hash + Clone> Share<K> {
-    /// Takes more, if all its shares together then have at most `most`.
-    pub(crate) fn grow(&mut self, amount: usize, most: usize) -> bool {
+impl<K: Eq + Hash + Clone> Quota<K> {
+    /// Takes more, if all quotas of the key together stay at or below `max`.
+    pub(crate) fn grow(&mut self, amount: usize, max: usize) -> bool {
         let mut counts = self.counts.lock();
         let all = counts.get(&self.key).copied().unwrap_or(0).saturating_add(amount);
-        if all > most {
+        if all > max {
             return false;
         }
         counts.insert(self.key.clone(), all);
@@ -56,7 +56,7 @@ impl<K: Eq + Hash + Clone> Share<K> {
     }
 }
 
-impl<K: Eq + Hash> Drop for Share<K> {
+impl<K: Eq + Hash> Drop for Quota<K> {
     fn drop(&mut self) {
         let mut counts = self.counts.lock();
         if let Some(all) = counts.get_mut(&self.key) {
@@ -73,12 +73,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_one_has_is_bounded_and_given_back() {
-        let counts = Counts::default();
-        let (mut first, mut second, mut other) = (counts.share("a"), counts.share("a"), counts.share("b"));
+    fn an_amount_is_bounded_and_given_back() {
+        let counts = Quotas::default();
+        let (mut first, mut second, mut other) = (counts.of("a"), counts.of("a"), counts.of("b"));
         assert!(first.grow(2, 3) && second.grow(1, 3));
         assert!(!second.grow(1, 3));
-        assert!(other.grow(3, 3), "nobody pays for another");
+        assert!(other.grow(3, 3), "another key has a limit of its own");
         drop(first);
         assert!(second.grow(2, 3));
         drop((second, other));

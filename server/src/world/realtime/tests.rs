@@ -1,16 +1,16 @@
-//! A realtime world, ticked by hand.
+//! A realtime world, ticked by the test.
 
 use super::*;
 use crate::compute::tick_phase::TickPhases;
-use crate::world::stub::{Stub, toy_world};
+use crate::world::stub::{Stub, stub_world};
 use palmares_models::builtin::builtin_hands;
 use palmares_tasks::BaseTarget;
 
-fn live(toy: Stub) -> Arc<Live> {
+fn live(stub: Stub) -> Arc<RealtimeWorld> {
     let hand = builtin_hands()[0].clone();
     let now = Instant::now();
     let (pace, tick_phase) = (Pace::new(now, 0.01), TickPhases::new(now).next());
-    Arc::new(Live::new(toy_world(toy).0, hand, pace, tick_phase, false, Scheduler::new(1)))
+    Arc::new(RealtimeWorld::new(stub_world(stub).0, hand, pace, tick_phase, false, Scheduler::new(1)))
 }
 
 fn moving(speed: f64) -> Action {
@@ -27,10 +27,10 @@ fn actions_take_effect_at_the_tick_they_were_promised() {
     live.tick(0);
     assert_eq!(live.act(moving(0.3), vec![]), Ok(3));
     live.tick(0);
-    let seen: Vec<(u64, Action)> = std::iter::from_fn(|| live.pop())
+    let streamed: Vec<(u64, Action)> = std::iter::from_fn(|| live.pop())
         .map(|s| (s.observation.tick, s.observation.applied_action))
         .collect();
-    assert_eq!(seen, [(1, moving(0.2)), (2, Action::default()), (3, moving(0.3))]);
+    assert_eq!(streamed, [(1, moving(0.2)), (2, Action::default()), (3, moving(0.3))]);
     assert_eq!(live.stats().tempo.missed, 1);
 }
 
@@ -46,32 +46,32 @@ fn what_a_controller_leaves_out_keeps_what_came_before_in_the_same_tick() {
 }
 
 #[test]
-fn nobody_who_listens_slows_the_world() {
+fn a_client_that_does_not_read_does_not_slow_the_world() {
     let live = live(Stub::default());
-    let ticks = STREAMED as u64 + 10;
+    let ticks = STREAM_LENGTH as u64 + 10;
     for _ in 0..ticks {
         assert!(live.tick(0).is_some());
     }
     assert_eq!((live.tick_now(), live.stats().dropped), (ticks, 10));
     let first = live.pop().expect("waits");
     assert_eq!(first.observation.tick, 11);
-    live.skip();
+    live.keep_last();
     assert_eq!(live.pop().map(|last| last.observation.tick), Some(ticks));
     assert!(live.pop().is_none());
 }
 
 #[test]
-fn a_silent_controllers_hand_is_told_to_hold_still() {
+fn the_hand_of_a_silent_controller_holds_its_place() {
     let live = live(Stub::default());
     live.act(moving(0.1), vec![]).expect("fits");
-    let mut told = Vec::new();
+    let mut applied = Vec::new();
     for _ in 0..crate::compute::pace::HOLD_TICKS + 3 {
         live.tick(0);
-        told.push(live.pop().expect("a tick").observation.applied_action);
+        applied.push(live.pop().expect("a tick").observation.applied_action);
     }
-    let still: Vec<usize> = (0..told.len()).filter(|&k| told[k].base.is_some()).collect();
+    let still: Vec<usize> = (0..applied.len()).filter(|&k| applied[k].base.is_some()).collect();
     assert_eq!(still, [0, crate::compute::pace::HOLD_TICKS as usize + 1]);
-    assert_eq!(told[still[1]].base, moving(0.0).base);
+    assert_eq!(applied[still[1]].base, moving(0.0).base);
 }
 
 #[test]
@@ -85,16 +85,16 @@ fn the_end_of_the_run_is_the_last_tick() {
 
 #[test]
 fn a_world_that_breaks_says_so_and_ticks_no_more() {
-    for toy in [Stub { unsound_at: 2, ..Stub::default() }, Stub { panic_at: 2, ..Stub::default() }] {
-        let live = live(toy);
+    for stub in [Stub { unsound_at: 2, ..Stub::default() }, Stub { panic_at: 2, ..Stub::default() }] {
+        let live = live(stub);
         assert!(live.tick(0).is_some());
         assert!(live.tick(0).is_none());
         assert_eq!(live.over(), Some(Reason::WorldFault));
-        let seen: Vec<Observation> = std::iter::from_fn(|| live.pop()).map(|s| s.observation).collect();
-        let [first, last] = seen.as_slice() else { panic!("{seen:?}") };
+        let streamed: Vec<Observation> = std::iter::from_fn(|| live.pop()).map(|s| s.observation).collect();
+        let [first, last] = streamed.as_slice() else { panic!("{streamed:?}") };
         assert_eq!((first.tick, first.truncated), (1, false));
         assert_eq!((last.tick, last.truncated, last.reason.as_deref()), (1, true, Some("world_fault")));
-        assert!(last.events.is_empty(), "they were told before");
+        assert!(last.events.is_empty(), "they were streamed before");
     }
     let live = live(Stub { unsound_at: 1, ..Stub::default() });
     assert!(live.tick(0).is_none());
@@ -108,7 +108,7 @@ fn in_a_pause_nothing_ticks_and_afterwards_it_goes_on_once() {
     let live = live(Stub::default());
     assert!(live.tick(0).is_some());
     live.pause();
-    assert!(live.tick(0).is_none(), "the old turn is called off");
+    assert!(live.tick(0).is_none(), "the old entry is ignored");
     live.resume(&pacer);
     live.resume(&pacer);
     assert!(live.tick(0).is_none(), "and stays so");
@@ -125,7 +125,7 @@ fn a_run_that_is_cut_short_says_why_in_its_last_observation() {
     assert!(live.take(Some(Reason::SessionOver)).is_some());
     assert!(live.tick(0).is_none());
     assert!(live.take(Some(Reason::SessionOver)).is_none());
-    let seen: Vec<(u64, bool)> =
+    let streamed: Vec<(u64, bool)> =
         std::iter::from_fn(|| live.pop()).map(|s| (s.observation.tick, s.observation.truncated)).collect();
-    assert_eq!(seen, [(1, false), (1, true)]);
+    assert_eq!(streamed, [(1, false), (1, true)]);
 }

@@ -1,14 +1,14 @@
-//! A copy of a run at a moment, taken where the world is stepped. Whatever has to be computed is computed elsewhere.
+//! A copy of a run's state at one tick, taken on the thread that steps the world. Other threads derive frames from it.
 
 use palmares_models::Pose;
 use palmares_tasks::Run;
 use palmares_tasks::run::{Evidence, RunSample};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What a viewer wants to see beside the poses.
+/// The data that a viewer gets in addition to the poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Overlays {
-    /// Motors, tendons, joints, and where the hand would rest.
+    /// Motors, tendons, joints, and the predicted equilibrium of the hand.
     pub(super) telemetry: bool,
     /// Contacts.
     pub(super) contacts: bool,
@@ -17,19 +17,19 @@ pub(super) struct Overlays {
 }
 
 impl Overlays {
-    /// Everything there is.
+    /// All overlays.
     pub(super) const ALL: Overlays = Overlays { telemetry: true, contacts: true, verdicts: true };
 }
 
-/// How many viewers of a run want what.
+/// The number of viewers of a run for each overlay.
 #[derive(Debug, Default)]
-pub(super) struct Wanted {
+pub(super) struct OverlayCounts {
     telemetry: AtomicUsize,
     contacts: AtomicUsize,
     verdicts: AtomicUsize,
 }
 
-impl Wanted {
+impl OverlayCounts {
     fn each(&self, overlays: Overlays, change: impl Fn(&AtomicUsize)) {
         let Overlays { telemetry, contacts, verdicts } = overlays;
         for (wanted, count) in
@@ -51,8 +51,8 @@ impl Wanted {
         self.each(overlays, |count| _ = count.fetch_sub(1, Ordering::Relaxed));
     }
 
-    /// What somebody wants.
-    pub(super) fn now(&self) -> Overlays {
+    /// The overlays that at least one viewer has.
+    pub(super) fn any(&self) -> Overlays {
         let some = |count: &AtomicUsize| count.load(Ordering::Relaxed) > 0;
         Overlays {
             telemetry: some(&self.telemetry),
@@ -62,14 +62,14 @@ impl Wanted {
     }
 }
 
-/// A run at a moment.
+/// The state of a run at one tick.
 #[derive(Debug)]
-pub(super) struct Snapshot {
+pub(super) struct WatchSample {
     /// Ticks since reset.
     pub(super) tick: u64,
     /// s since reset.
     pub(super) sim_time_s: f64,
-    /// What the run would be worth if it ended now.
+    /// The run's score if it ended now.
     pub(super) score: f64,
     /// Pose of the hand's base.
     pub(super) base: Pose,
@@ -77,26 +77,26 @@ pub(super) struct Snapshot {
     pub(super) q: Vec<f64>,
     /// Poses of the free objects.
     pub(super) objects: Vec<Pose>,
-    /// Motors, tendons and contacts, if somebody wants them.
-    pub(super) sample: Option<RunSample>,
-    /// What the referee knows, if somebody wants to know why.
+    /// Motors, tendons and contacts, for overlays that need them.
+    pub(super) run_sample: Option<RunSample>,
+    /// The referee's data, for the overlay that explains it.
     pub(super) evidence: Option<Evidence>,
-    /// How late a tick of a realtime run began, at most in the last second, s.
+    /// Largest delay of a tick of a realtime run in the last second, s.
     pub(super) late_s: Option<f64>,
 }
 
-impl Snapshot {
-    /// Of a run as it stands.
+impl WatchSample {
+    /// Copies the state of a run.
     pub(super) fn of(run: &Run, overlays: Overlays, late_s: Option<f64>) -> Self {
         let (model, state) = (run.world().model(), run.world().state());
-        Snapshot {
+        WatchSample {
             tick: run.tick(),
             sim_time_s: run.sim_time_s(),
             score: run.score(),
             base: state.base,
             q: state.q.clone(),
             objects: (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect(),
-            sample: (overlays.telemetry || overlays.contacts).then(|| run.sample()),
+            run_sample: (overlays.telemetry || overlays.contacts).then(|| run.sample()),
             evidence: overlays.verdicts.then(|| run.evidence()),
             late_s,
         }

@@ -1,10 +1,10 @@
-//! Looks at finished runs when nobody needs the machine: plays official ones again, and deletes old practice replays.
+//! Verifies finished official runs by playing them again, and deletes old practice replays, at the lowest priority.
 
 use super::folder::Archive;
 use super::retention::apply_retention;
-use crate::compute::{Background, Level};
-use crate::fingerprint::Marks;
-use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
+use crate::compute::{Background, JobPriority};
+use crate::fingerprint::Fingerprint;
+use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, VerificationStatus};
 use crate::watch::Hub;
 use palmares_replay::{Replay, VerifyError, read, verify, word};
 use palmares_tasks::Task;
@@ -15,26 +15,27 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Looks at the runs at least so often, for what went wrong the last time.
-const AGAIN_AFTER: Duration = Duration::from_secs(60);
+/// Longest time between two rounds: a failed verification is tried again.
+const ROUND_PERIOD: Duration = Duration::from_secs(60);
 
-/// Verifies runs of these tasks and of the program's, and tidies up, until `stopping`. A verification that is cut off is made again at the next start.
-pub(crate) async fn audit(
+/// Verifies runs of these tasks and of the built-in ones, and applies the retention, until `stopping`. An interrupted verification is
+/// repeated after the next start.
+pub(crate) async fn verify_runs(
     store: Store,
     archive: Arc<Archive>,
     hub: Arc<Hub>,
     tasks: Arc<[Arc<Task>]>,
     stopping: impl Future<Output = ()>,
 ) {
-    // Its own places: what nobody waits for must not keep those out for whom somebody waits.
+    // Permits of its own: verification must not delay the jobs that clients wait for.
     let background = Background::new(1);
     tokio::pin!(stopping);
     loop {
         let round = async {
             if let Err(error) = round(&store, &archive, &hub, &tasks, &background).await {
-                tracing::error!(%error, "store failed; verification goes on later");
+                tracing::error!(%error, "the database failed; verification continues later");
             }
-            let _ = tokio::time::timeout(AGAIN_AFTER, archive.news.notified()).await;
+            let _ = tokio::time::timeout(ROUND_PERIOD, archive.wakeup.notified()).await;
         };
         tokio::select! {
             () = round => {}
@@ -54,9 +55,9 @@ async fn round(
         let Some(record) = store.run(&run.run_id).await? else { continue };
         let (path, run_id) = (archive.locate(&run.replay_path), run.run_id.clone());
         let (key, tasks) = (archive.clone(), tasks.clone());
-        let job = move || judge(&path, &run, &record, &key, &tasks);
-        let Judged { verdict, note, marks } = match background.run(Level::Idle, job).await {
-            Ok(Ok(judged)) => judged,
+        let job = move || check(&path, &run, &record, &key, &tasks);
+        let Checked { status, note, fingerprint } = match background.run(JobPriority::Idle, job).await {
+            Ok(Ok(checked)) => checked,
             Ok(Err(error)) => {
                 tracing::error!(%error, run = run_id, "the replay cannot be read; tried again later");
                 continue;
@@ -66,35 +67,41 @@ async fn round(
                 continue;
             }
         };
-        match verdict {
-            Verdict::Rejected => tracing::error!(run = run_id, note, "rejected: the run does not replay"),
+        match status {
+            VerificationStatus::Rejected => {
+                tracing::error!(run = run_id, note, "rejected: the run does not replay")
+            }
             _ => tracing::info!(run = run_id, note, "verified"),
         }
-        // First: a run that is no longer provisional is not looked at again.
-        store.compare_actions(&run_id, &marks).await?;
-        store.set_verdict(&run_id, verdict, Some(&note)).await?;
+        // Before the status: a run that is no longer provisional is not checked again.
+        store.compare_actions(&run_id, &fingerprint).await?;
+        store.set_verification(&run_id, status, Some(&note)).await?;
         hub.ranking_changed();
     }
     apply_retention(store, archive).await
 }
 
-/// What playing a run again has shown.
-struct Judged {
-    verdict: Verdict,
+/// The result of playing a run again.
+struct Checked {
+    status: VerificationStatus,
     note: String,
-    /// Of its actions; none when it was rejected.
-    marks: Marks,
+    /// Fingerprint of its actions; empty when it is rejected.
+    fingerprint: Fingerprint,
 }
 
-/// Plays a run again. An error is one of reading, which says nothing about the run.
-fn judge(
+/// Plays a run again. An error means that the file could not be read, and does not reject the run.
+fn check(
     path: &PathBuf,
     run: &UnverifiedRun,
     record: &RunRecord,
     archive: &Archive,
     tasks: &[Arc<Task>],
-) -> std::io::Result<Judged> {
-    let rejected = |note: String| Judged { verdict: Verdict::Rejected, note, marks: Marks::default() };
+) -> std::io::Result<Checked> {
+    let rejected = |note: String| Checked {
+        status: VerificationStatus::Rejected,
+        note,
+        fingerprint: Fingerprint::default(),
+    };
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -102,7 +109,7 @@ fn judge(
         }
         Err(error) => return Err(error),
     };
-    let verdict = (|| -> Result<_, VerifyError> {
+    let result = (|| -> Result<_, VerifyError> {
         let replay = read(&bytes)?;
         replay.signed_by(Some(&archive.key()))?;
         if replay.sha256 != run.replay_sha256 {
@@ -111,29 +118,30 @@ fn judge(
             ));
         }
         same_run(record, &replay)?;
-        Ok((verify(&replay, tasks)?, Marks::of(replay.actions.iter().map(|tick| &tick.action))))
+        Ok((verify(&replay, tasks)?, Fingerprint::of(replay.actions.iter().map(|tick| &tick.action))))
     })();
-    Ok(match verdict {
-        Ok((verified, marks)) => {
+    Ok(match result {
+        Ok((verified, fingerprint)) => {
             let note = format!("{} ticks, {} states equal", verified.ticks, verified.states);
-            Judged { verdict: Verdict::Verified, note, marks }
+            Checked { status: VerificationStatus::Verified, note, fingerprint }
         }
         Err(refused) => rejected(format!("{}: {refused}", refused.name())),
     })
 }
 
-/// Whether a replay tells what the database tells.
+/// Compares a replay's header and outcome with the database.
 fn same_run(record: &RunRecord, replay: &Replay) -> Result<(), VerifyError> {
-    // Strings, numbers and lists only: cannot fail.
+    // Strings, numbers and lists: encoding cannot fail.
     let record = serde_json::to_value(record).unwrap_or_default();
     let (header, outcome) = (&replay.header, &replay.outcome);
-    let told = json!({
+    let replayed = json!({
         "run_id": header.run_id, "team": header.team, "task": header.task, "hand": header.hand,
         "sensing": word(&header.sensing), "seed_hex": header.seed.to_hex(), "score": outcome.score,
         "ticks": outcome.ticks, "state_hash": outcome.state_hash, "reason": word(&outcome.reason),
     });
-    let differs =
-        told.as_object().and_then(|told| told.iter().find(|(field, value)| record.get(field) != Some(value)));
+    let differs = replayed
+        .as_object()
+        .and_then(|fields| fields.iter().find(|(field, value)| record.get(field) != Some(value)));
     match differs {
         Some((field, value)) => {
             let stored = record.get(field).unwrap_or(&Value::Null);

@@ -1,4 +1,4 @@
-//! Replays of runs and what playing them again has shown.
+//! Replays of runs, and their verification.
 
 use super::audit::NewAuditEntry;
 use super::database::Store;
@@ -6,31 +6,31 @@ use super::error::StoreError;
 use super::number::unix_ms;
 use std::collections::BTreeSet;
 
-/// What playing a replay again has shown.
+/// The result of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
-pub(crate) enum Verdict {
-    /// It reached the same states and the same score.
+pub(crate) enum VerificationStatus {
+    /// The replay reached the same states and the same score.
     Verified,
     /// It did not.
     Rejected,
 }
 
-/// A run whose replay is to be played again.
+/// A run that waits for its verification.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct UnverifiedRun {
-    /// Which.
+    /// The run.
     pub(crate) run_id: String,
-    /// Inside the data directory.
+    /// Path of the replay, relative to the data directory.
     pub(crate) replay_path: String,
-    /// Of the file, hexadecimal.
+    /// SHA-256 of the file, hexadecimal.
     pub(crate) replay_sha256: String,
 }
 
 from_row!(UnverifiedRun { run_id, replay_path, replay_sha256 });
 
 impl Store {
-    /// Notes where a run's replay lies.
+    /// Stores path and SHA-256 of a run's replay.
     pub(crate) async fn set_replay(&self, run_id: &str, path: &str, sha256: &str) -> Result<(), StoreError> {
         sqlx::query("UPDATE runs SET replay_path = $1, replay_sha256 = $2 WHERE run_id = $3")
             .bind(path)
@@ -60,18 +60,18 @@ impl Store {
         Ok(query.fetch_all(&self.pool).await?)
     }
 
-    /// Writes what playing a run's replay again has shown. A run that is void stays void.
-    pub(crate) async fn set_verdict(
+    /// Stores the result of a run's verification. A void run stays void.
+    pub(crate) async fn set_verification(
         &self,
         run_id: &str,
-        verdict: Verdict,
+        status: VerificationStatus,
         note: Option<&str>,
     ) -> Result<(), StoreError> {
         sqlx::query(
             "UPDATE runs SET status = $1, verify_note = $2, verified_at = $3 \
              WHERE run_id = $4 AND status IN ('provisional', 'verified', 'rejected')",
         )
-        .bind(<&str>::from(verdict))
+        .bind(<&str>::from(status))
         .bind(note)
         .bind(unix_ms())
         .bind(run_id)
@@ -80,7 +80,7 @@ impl Store {
         Ok(())
     }
 
-    /// The runs whose replays are not deleted to make room: those being written, and official ones.
+    /// The runs whose replays must not be deleted: open and official ones.
     pub(crate) async fn replays_to_keep(&self) -> Result<BTreeSet<String>, StoreError> {
         let query = sqlx::query_scalar(
             "SELECT run_id FROM runs WHERE status = 'open' \
@@ -90,7 +90,7 @@ impl Store {
         Ok(runs.into_iter().collect())
     }
 
-    /// Notes that a run's replay was deleted.
+    /// Deletes path and SHA-256 of a run's deleted replay.
     pub(crate) async fn forget_replay(&self, run_id: &str) -> Result<(), StoreError> {
         sqlx::query(
             "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL WHERE run_id = $1 AND status <> 'open'",
@@ -101,7 +101,7 @@ impl Store {
         Ok(())
     }
 
-    /// Asks for a run to be verified again; false when it has no replay or was never to be verified.
+    /// Makes a run wait for its verification again; false if it has no replay or is not verifiable.
     pub(crate) async fn reverify(&self, run_id: &str, entry: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
         let change = sqlx::query(
             "UPDATE runs SET status = 'provisional', verify_note = NULL, verified_at = NULL \
@@ -111,7 +111,7 @@ impl Store {
         self.recorded(entry).await?.change_one(change).await
     }
 
-    /// Voids a finished run: it counts for nothing. False when there is none.
+    /// Voids a finished run: it counts for nothing. False if there is none.
     pub(crate) async fn void_run(&self, run_id: &str, entry: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
         let change = sqlx::query(
             "UPDATE runs SET status = 'voided', note = $1 WHERE run_id = $2 AND status NOT IN ('open', 'voided')",

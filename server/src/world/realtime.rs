@@ -1,12 +1,12 @@
-//! A realtime world: it ticks by the clock, whether its client acts, listens, is away or not.
+//! A realtime world: it ticks by the clock, whether or not its client acts, reads or is connected.
 //!
-//! The pacer steps it; the session's connection leaves actions in its inbox and takes what it streams. Neither
-//! waits for the other: of what is not taken in time the oldest is dropped.
+//! The pacer steps it; the session's connection puts actions into its inbox and takes observations from its stream. Neither waits
+//! for the other: when the stream is full, the oldest observation is dropped.
 
-use super::pictures::Pictures;
+use super::images::StepImages;
 use super::run::{StepError, World};
 use crate::compute::Compute;
-use crate::compute::pace::{Pace, Part, Tempo};
+use crate::compute::pace::{ActionSource, Pace, Tempo};
 use crate::compute::pacer::{Paced, Pacer};
 use crate::compute::scheduler::{Scheduler, Urgency};
 use crate::compute::tick_phase::TickPhase;
@@ -19,58 +19,58 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use tokio::sync::Notify;
 
-/// Observations that wait for a slow client at most.
-pub(crate) const STREAMED: usize = 32;
+/// Longest queue of observations for a slow client.
+pub(crate) const STREAM_LENGTH: usize = 32;
 
 /// An observation on its way to the client.
 #[derive(Debug)]
-pub(crate) struct Streamed {
-    /// The state.
+pub(crate) struct StreamedObservation {
+    /// The observation, without images.
     pub(crate) observation: Observation,
-    /// Pictures of it that were asked for.
-    pub(crate) pictures: Pictures,
+    /// Its images.
+    pub(crate) images: StepImages,
     /// When its tick was due.
     pub(crate) due: Instant,
 }
 
-/// How a realtime run went.
+/// Timing of a realtime run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RealtimeStats {
-    /// How well it kept its tempo.
+    /// Missed and late ticks.
     pub(crate) tempo: Tempo,
-    /// Observations that the client did not take in time.
+    /// Observations that were dropped for a slow client.
     pub(crate) dropped: u64,
 }
 
-/// What the controller wants, and who may tick.
+/// The controller's next action, and which pacer entry may tick.
 struct Inbox {
     action: Option<Action>,
-    /// Pictures for the next observation.
+    /// Camera images for the next observation.
     shots: Vec<Shot>,
-    /// Ticks that took their action.
+    /// The tick that has taken its action last.
     tick: u64,
-    /// Whoever ticks with another number has been called off.
-    turn: u64,
+    /// Generation of the pacer entry; entries of older generations are ignored.
+    generation: u64,
     paused: bool,
 }
 
 struct Ticking {
-    /// None when the run has been closed.
+    /// None after the run was closed.
     world: Option<World>,
     pace: Pace,
 }
 
 #[derive(Default)]
 struct Stream {
-    waiting: VecDeque<Streamed>,
-    /// The last one that was streamed, or that of tick 0: a failed world has no other to end with.
+    waiting: VecDeque<StreamedObservation>,
+    /// The last observation, at first that of tick 0; a failed world ends with it.
     last: Option<Observation>,
     dropped: u64,
     over: Option<Reason>,
 }
 
 /// A realtime world.
-pub(crate) struct Live {
+pub(crate) struct RealtimeWorld {
     hand: Arc<Hand>,
     tick_phase: TickPhase,
     official: bool,
@@ -78,22 +78,22 @@ pub(crate) struct Live {
     inbox: Mutex<Inbox>,
     ticking: Mutex<Ticking>,
     stream: Mutex<Stream>,
-    news: Notify,
+    notify: Notify,
 }
 
-impl std::fmt::Debug for Live {
+impl std::fmt::Debug for RealtimeWorld {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Live at tick {}", self.tick_now())
+        write!(f, "RealtimeWorld at tick {}", self.tick_now())
     }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A panic of a world is caught before it gets here; what is locked stays whole.
+    // Panics of a world are caught before; the locked data stays whole.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Live {
-    /// Sets a world at tick 0 going.
+impl RealtimeWorld {
+    /// Starts a world at tick 0.
     pub(crate) fn start(
         world: World,
         hand: Arc<Hand>,
@@ -101,7 +101,7 @@ impl Live {
         official: bool,
         compute: &Compute,
     ) -> Arc<Self> {
-        let tick_phase = compute.pacer.tick_phase();
+        let tick_phase = compute.pacer.next_phase();
         let pace = Pace::new(tick_phase.not_before(Instant::now(), tick_s), tick_s);
         let due = pace.due();
         let live = Arc::new(Self::new(world, hand, pace, tick_phase, official, compute.scheduler.clone()));
@@ -118,22 +118,22 @@ impl Live {
         scheduler: Scheduler,
     ) -> Self {
         let last = world.observe().ok();
-        Live {
+        RealtimeWorld {
             hand,
             tick_phase,
             official,
             scheduler,
-            inbox: Mutex::new(Inbox { action: None, shots: vec![], tick: 0, turn: 0, paused: false }),
+            inbox: Mutex::new(Inbox { action: None, shots: vec![], tick: 0, generation: 0, paused: false }),
             ticking: Mutex::new(Ticking { world: Some(world), pace }),
             stream: Mutex::new(Stream { last, ..Stream::default() }),
-            news: Notify::new(),
+            notify: Notify::new(),
         }
     }
 
-    /// The pictures that a controller asks for by these words.
+    /// The camera images that a controller asks for by name.
     ///
     /// # Errors
-    /// One of them cannot be had.
+    /// A name is unknown, or its image is not available.
     pub(crate) fn shots(&self, cameras: &[String]) -> Result<Vec<Shot>, ShotError> {
         match cameras.is_empty() {
             true => Ok(Vec::new()),
@@ -141,8 +141,8 @@ impl Live {
         }
     }
 
-    /// Takes an action, and which pictures the next observation shall have; what it leaves out keeps what came before.
-    /// Returns the tick at which it takes effect.
+    /// Takes an action and the images for the next observation; parts that it leaves out keep their values. Returns the tick at
+    /// which it takes effect.
     pub(crate) fn act(&self, action: Action, shots: Vec<Shot>) -> Result<u64, ActionError> {
         action.check(&self.hand)?;
         let mut inbox = lock(&self.inbox);
@@ -159,7 +159,7 @@ impl Live {
         Ok(inbox.tick + 1)
     }
 
-    /// Does something with the world between two ticks. None when the run has been closed.
+    /// Calls `work` with the world, between two ticks. None after the run was closed.
     pub(crate) fn with_world<T>(&self, work: impl FnOnce(&mut World) -> T) -> Option<T> {
         lock(&self.ticking).world.as_mut().map(work)
     }
@@ -169,40 +169,40 @@ impl Live {
         lock(&self.inbox).tick
     }
 
-    /// Returns when there is something to take, or the run is over.
-    pub(crate) async fn news(&self) {
-        self.news.notified().await;
+    /// Returns when an observation is in the stream, or the run is over.
+    pub(crate) async fn changed(&self) {
+        self.notify.notified().await;
     }
 
-    /// The oldest observation that waits.
-    pub(crate) fn pop(&self) -> Option<Streamed> {
+    /// Takes the oldest observation from the stream.
+    pub(crate) fn pop(&self) -> Option<StreamedObservation> {
         lock(&self.stream).waiting.pop_front()
     }
 
-    /// Tells the news again if some were left.
-    pub(crate) fn remind(&self) {
+    /// Makes [`RealtimeWorld::changed`] return again if the stream is not empty.
+    pub(crate) fn renotify(&self) {
         if !lock(&self.stream).waiting.is_empty() {
-            self.news.notify_one();
+            self.notify.notify_one();
         }
     }
 
-    /// Forgets all observations that wait but the last one: for a client that comes back.
-    pub(crate) fn skip(&self) {
+    /// Drops all observations in the stream but the last, for a client that reconnects.
+    pub(crate) fn keep_last(&self) {
         let mut stream = lock(&self.stream);
         let old = stream.waiting.len().saturating_sub(1);
         stream.waiting.drain(..old);
         drop(stream);
-        self.news.notify_one();
+        self.notify.notify_one();
     }
 
-    /// Why the run is over, when it is; then it does not tick any more.
+    /// Why the run is over, if it is; then it ticks no more.
     pub(crate) fn over(&self) -> Option<Reason> {
         lock(&self.stream).over
     }
 
-    fn push(&self, streamed: Streamed, over: Option<Reason>) {
+    fn push(&self, streamed: StreamedObservation, over: Option<Reason>) {
         let mut stream = lock(&self.stream);
-        if stream.waiting.len() >= STREAMED {
+        if stream.waiting.len() >= STREAM_LENGTH {
             stream.waiting.pop_front();
             stream.dropped += 1;
         }
@@ -210,17 +210,17 @@ impl Live {
         stream.waiting.push_back(streamed);
         stream.over = over;
         drop(stream);
-        self.news.notify_one();
+        self.notify.notify_one();
     }
 
-    /// The world stands still until [`Live::resume`].
+    /// Stops the world until [`RealtimeWorld::resume`].
     pub(crate) fn pause(&self) {
         let mut inbox = lock(&self.inbox);
         inbox.paused = true;
-        inbox.turn += 1;
+        inbox.generation += 1;
     }
 
-    /// The world goes on; the time it stood still does not count. Waits for a tick that is being made.
+    /// Continues the world; the pause does not count. Blocks until a tick in progress has ended.
     pub(crate) fn resume(self: &Arc<Self>, pacer: &Pacer) {
         let mut ticking = lock(&self.ticking);
         let mut inbox = lock(&self.inbox);
@@ -230,15 +230,15 @@ impl Live {
         inbox.paused = false;
         let origin = self.tick_phase.not_before(Instant::now(), ticking.pace.tick_s());
         ticking.pace.restart(origin);
-        let (due, turn) = (ticking.pace.due(), inbox.turn);
+        let (due, generation) = (ticking.pace.due(), inbox.generation);
         drop((ticking, inbox));
-        pacer.enlist(due, turn, self.clone());
+        pacer.enlist(due, generation, self.clone());
     }
 
-    /// Takes the world away: it ticks no more. A run that is cut short streams a last observation that says why. Waits
-    /// for a tick that is being made.
+    /// Takes the world: it ticks no more. A run that is cut short streams a last observation with the reason. Blocks until a tick
+    /// in progress has ended.
     pub(crate) fn take(&self, cut_short: Option<Reason>) -> Option<World> {
-        lock(&self.inbox).turn += 1;
+        lock(&self.inbox).generation += 1;
         let mut ticking = lock(&self.ticking);
         let mut world = ticking.world.take()?;
         if let Some(reason) = cut_short
@@ -246,20 +246,23 @@ impl Live {
         {
             observation.truncated = true;
             observation.reason = Some(reason.as_str().into());
-            // What the referee noted in this tick was told with it.
+            // The events of this tick were streamed with it.
             observation.events.clear();
             let over = self.over();
-            self.push(Streamed { observation, pictures: Pictures::default(), due: Instant::now() }, over);
+            self.push(
+                StreamedObservation { observation, images: StepImages::default(), due: Instant::now() },
+                over,
+            );
         }
         Some(world)
     }
 
-    /// How the run went.
+    /// The run's timing.
     pub(crate) fn stats(&self) -> RealtimeStats {
         RealtimeStats { tempo: lock(&self.ticking).pace.tempo(), dropped: lock(&self.stream).dropped }
     }
 
-    /// The world failed: the last observation is streamed once more and says so, or who follows the stream would wait for ever.
+    /// The world failed: streams the last observation again with the reason, or readers of the stream would wait forever.
     fn fail(&self) {
         let over = Some(Reason::WorldFault);
         let last = lock(&self.stream).last.take();
@@ -267,28 +270,29 @@ impl Live {
             let reason = over.map(|reason| reason.as_str().into());
             let observation =
                 Observation { truncated: true, reason, events: vec![], cameras: vec![], ..last };
-            let streamed = Streamed { observation, pictures: Pictures::default(), due: Instant::now() };
+            let streamed =
+                StreamedObservation { observation, images: StepImages::default(), due: Instant::now() };
             self.push(streamed, over);
         }
         lock(&self.stream).over = over;
-        self.news.notify_one();
+        self.notify.notify_one();
     }
 
-    /// The action that makes the hand stay as it is.
-    fn still(world: &mut World) -> Result<Action, StepError> {
-        let seen = world.observe()?;
-        let sigma = seen.hand.column("motors", "position");
+    /// The action that holds the hand where it is.
+    fn hold(world: &mut World) -> Result<Action, StepError> {
+        let observation = world.observe()?;
+        let sigma = observation.hand.column("motors", "position");
         let base = palmares_tasks::BaseTarget::Twist { linear: [0.0; 3], angular: [0.0; 3] };
         Ok(Action { base: Some(base), hand: Some(sigma) })
     }
 }
 
-impl Paced for Live {
+impl Paced for RealtimeWorld {
     fn official(&self) -> bool {
         self.official
     }
 
-    fn tick(&self, turn: u64) -> Option<Instant> {
+    fn tick(&self, generation: u64) -> Option<Instant> {
         let due = {
             let ticking = lock(&self.ticking);
             ticking.world.as_ref()?;
@@ -299,38 +303,38 @@ impl Paced for Live {
         let Ticking { world: Some(world), pace } = &mut *ticking else { return None };
         let (fresh, shots) = {
             let mut inbox = lock(&self.inbox);
-            if inbox.turn != turn {
+            if inbox.generation != generation {
                 return None;
             }
             inbox.tick += 1;
             (inbox.action.take(), std::mem::take(&mut inbox.shots))
         };
         let now = Instant::now();
-        let (late, part) = pace.begin(now, fresh.is_some());
+        let (late, source) = pace.begin(now, fresh.is_some());
         self.scheduler.load().was_late(now, late);
-        METRICS.began(late, part == Part::Fresh);
-        world.begins(late);
-        let action = match part {
-            Part::Still => Self::still(world),
-            Part::Fresh | Part::Repeat => Ok(fresh.unwrap_or_default()),
+        METRICS.began(late, source == ActionSource::Fresh);
+        world.report_lateness(late);
+        let action = match source {
+            ActionSource::Hold => Self::hold(world),
+            ActionSource::Fresh | ActionSource::Repeat => Ok(fresh.unwrap_or_default()),
         };
         let ticked = action.and_then(|action| match world.tick(&action, &permit) {
-            // It was looked at when it came; if it does not fit after all, the tick is made without it.
+            // The action was checked when it came. If it does not fit after all, the tick is made without it.
             Err(StepError::Action(error)) => {
-                tracing::error!(%error, "an action that was taken does not fit");
+                tracing::error!(%error, "an accepted action does not fit");
                 world.tick(&Action::default(), &permit)
             }
             done => done,
         });
-        let seen = ticked.and_then(|over| Ok((over, world.observe()?, world.expose(&shots))));
+        let observed = ticked.and_then(|over| Ok((over, world.observe()?, world.expose(&shots))));
         drop(permit);
-        match seen {
-            Ok((over, observation, pictures)) => {
-                self.push(Streamed { observation, pictures, due }, over);
-                world.tell();
+        match observed {
+            Ok((over, observation, images)) => {
+                self.push(StreamedObservation { observation, images, due }, over);
+                world.notify_observers();
                 over.is_none().then(|| pace.due())
             }
-            // The world knows what it failed of.
+            // The world keeps its failure.
             Err(_) => {
                 self.fail();
                 None

@@ -1,4 +1,4 @@
-//! What a run is played with: its scene, by an official or an own seed, and its hand.
+//! The inputs of a run: its seed, official or the client's own, and its hand.
 
 use super::failure::{random_hex, store_failed};
 use super::session::Sessions;
@@ -8,44 +8,44 @@ use palmares_protocol::{Code, Refusal};
 use palmares_tasks::{Seed, Task};
 use std::sync::Arc;
 
-/// Where a run's scene comes from.
-pub(super) struct Origin {
+/// The seed of a run, and the number by which it is known.
+pub(super) struct RunKey {
     pub(super) seed: Seed,
-    /// What the client is told, in practice.
+    /// The number behind the seed, in practice.
     pub(super) number: Option<u64>,
-    /// The number of the run, officially.
+    /// Number of the run among the team's runs of the task, officially.
     pub(super) k: Option<u64>,
 }
 
-/// A practice seed that a person can type.
+/// A random practice seed, short enough to type.
 fn random_seed() -> Result<u64, Refusal> {
     let hex = random_hex(4)?;
     Ok(u64::from_str_radix(&hex, 16).unwrap_or_default())
 }
 
-/// Where the next run's scene comes from.
-pub(super) async fn origin(
+/// The seed of the next run.
+pub(super) async fn run_key(
     sessions: &Sessions,
     team: &str,
     task: &Task,
-    asked: Option<u64>,
-) -> Result<Origin, Refusal> {
+    requested: Option<u64>,
+) -> Result<RunKey, Refusal> {
     if !sessions.competition.rules.official() {
-        let number = match asked {
+        let number = match requested {
             Some(number) => number,
             None => random_seed()?,
         };
-        return Ok(Origin { seed: Seed::from_u64(number), number: Some(number), k: None });
+        return Ok(RunKey { seed: Seed::from_u64(number), number: Some(number), k: None });
     }
     let k = sessions.store.next_k(team, &task.name).await.map_err(store_failed("the run"))?;
     let seed = sessions.competition.rules.seed(&task.name, k).ok_or_else(|| {
         tracing::error!("an official session without a seed secret");
-        Refusal::new(Code::Internal, "the server has no seeds")
+        Refusal::new(Code::Internal, "server fault: the seed secret is missing")
     })?;
-    Ok(Origin { seed, number: None, k: Some(k) })
+    Ok(RunKey { seed, number: None, k: Some(k) })
 }
 
-/// The number of a run that could not be opened is the next run's.
+/// Returns the number of a run that could not be opened: the next run gets it.
 pub(super) async fn give_back_number(
     sessions: &Sessions,
     team: &str,
@@ -56,7 +56,7 @@ pub(super) async fn give_back_number(
     sessions.store.give_back_k(team, &task.name, k).await.map_err(store_failed("the run's number"))
 }
 
-/// The hand of that name: one of the server's, or one the team sent in, and then the SHA-256 of its archive.
+/// The hand of that name: a hand of the server, or an uploaded hand of the team with the SHA-256 of its archive.
 pub(super) async fn hand(
     sessions: &Sessions,
     team: &str,
@@ -80,11 +80,11 @@ pub(super) async fn hand(
     Err(Refusal::new(Code::UnknownHand, message))
 }
 
-/// Makes a team's own hand known to the archive: a replay must stand on its own.
-pub(super) fn provide(sessions: &Sessions, hand: &Hand, sha256: Option<&str>) -> Result<(), Refusal> {
+/// Makes the files of an uploaded hand known to the archive, which stores them in the replay.
+pub(super) async fn provide(sessions: &Sessions, hand: &Hand, sha256: Option<&str>) -> Result<(), Refusal> {
     let (Some(archive), Some(sha256)) = (&sessions.archive, sha256) else { return Ok(()) };
-    let files = sessions.competition.own_hands.archive(sha256).map_err(|error| {
-        tracing::error!(%error, hand = hand.name, "no archive");
+    let files = sessions.competition.own_hands.archive(sha256).await.map_err(|error| {
+        tracing::error!(%error, hand = hand.name, "the archive of a hand cannot be read");
         Refusal::new(Code::Internal, "the hand could not be loaded; try again").retry_after(5.0)
     })?;
     archive.add_hand(hand, Arc::new(files));

@@ -1,5 +1,4 @@
-//! What a session does when an organizer commands it. Whoever holds it obeys: a connection, or the task that keeps it
-//! waiting.
+//! Executes the commands of organizers, for a session with a connection and for one that waits.
 
 use super::command::{Command, PendingCommand};
 use super::session::{OpenRun, Session};
@@ -8,19 +7,19 @@ use palmares_tasks::Reason;
 use tokio::task::spawn_blocking;
 
 impl Session {
-    /// Does what an organizer asks. Returns whether the session is over, and what its client is told.
-    pub(crate) async fn obey(&mut self, pending: PendingCommand) -> (bool, Option<Reply>) {
+    /// Executes a command. Returns whether the session is over, and the message for its client.
+    pub(crate) async fn execute(&mut self, pending: PendingCommand) -> (bool, Option<Reply>) {
         self.catch_up();
         let PendingCommand { command, done } = pending;
         tracing::info!(session = self.session_id, ?command, "an organizer's command");
-        let (over, mut told) = (matches!(command, Command::End { .. }), None);
+        let (over, mut reply) = (matches!(command, Command::End { .. }), None);
         let result = match command {
             Command::Pause => {
                 self.pause();
                 Ok(())
             }
             Command::Resume => {
-                self.go_on().await;
+                self.unpause().await;
                 Ok(())
             }
             Command::Grant { seconds } => {
@@ -30,13 +29,13 @@ impl Session {
             Command::VoidRun { run_id, note } => self.void_run(&run_id, &note).await,
             Command::End { void, note } => {
                 let reason = if void { Reason::Voided } else { Reason::Stopped };
-                self.end_run(reason, &note).await.map(|result| told = result)
+                self.end_run(reason, &note).await.map(|result| reply = result)
             }
         };
         self.save(true).await;
-        // The organizer may have gone; what was asked is done.
+        // An error means that the organizer's request was dropped; the command is done.
         let _ = done.send(result);
-        (over, told)
+        (over, reply)
     }
 
     fn pause(&mut self) {
@@ -46,21 +45,21 @@ impl Session {
         }
     }
 
-    async fn go_on(&mut self) {
+    async fn unpause(&mut self) {
         self.machine.resume(self.now());
         if let OpenRun::Realtime(live) = &self.open_run {
             let (live, compute) = (live.clone(), self.shared.compute.clone());
-            // A tick that is being made may take long: not on a thread that others need.
+            // Blocks while a tick is in progress.
             let resumed = spawn_blocking(move || live.resume(&compute.pacer)).await;
             if let Err(error) = resumed {
-                tracing::error!(%error, "a realtime world does not go on");
+                tracing::error!(%error, "a realtime world does not continue");
             }
         }
     }
 
     async fn void_run(&mut self, run_id: &str, note: &str) -> Result<(), Refusal> {
         if self.machine.playing().is_none_or(|run| run.run_id != run_id) {
-            return self.give_back().await;
+            return self.refund_void_runs().await;
         }
         self.close_run(Reason::Voided, Some(note)).await;
         Ok(())

@@ -1,20 +1,20 @@
-//! Whoever wants to see every tick of a world: a recorder, spectators.
+//! Observers of a world's ticks: the recorder, the spectators' hub.
 
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Fault, Outcome, Run};
 use std::time::Duration;
 
-/// Sees every tick of a world. It must not wait for anything: the world waits for it.
-pub(crate) trait Witness: Send {
-    /// The run is there, at tick 0.
+/// Sees every tick of a world. It must not block: the world waits for it.
+pub(crate) trait RunObserver: Send {
+    /// The run is at tick 0.
     fn opened(&mut self, run: &Run);
-    /// Before a tick of a realtime run, which begins so late.
+    /// Before a tick of a realtime run, with its delay.
     fn began(&mut self, late: Duration) {
         let _ = late;
     }
     /// After each tick.
     fn ticked(&mut self, run: &Run);
-    /// The controller has been answered: the world may stand still from here on.
+    /// After the reply to a lockstep controller; the next step may come much later.
     fn rested(&mut self, run: &Run) {
         let _ = run;
     }
@@ -22,10 +22,10 @@ pub(crate) trait Witness: Send {
     fn pushed(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
         let _ = (link, wrench, duration_s);
     }
-    /// When the world has failed.
+    /// After the world has failed.
     fn failed(&mut self, fault: Fault) {
         let _ = fault;
     }
-    /// When the run has been counted. Not called when the world failed.
+    /// After the run was scored. Not called when the world has failed.
     fn finished(&mut self, run: &Run, outcome: &Outcome);
 }
