@@ -68,7 +68,7 @@ fn images(replay: &Replay, options: &ReplayOptions) -> anyhow::Result<ExitCode> 
     let Some(out) = &options.output else { bail!("--output FILE is missing") };
     let tasks = own_tasks(&options.tasks)?;
     let file = File::create(out).with_context(|| format!("cannot write {}", out.display()))?;
-    let written = replay::film(replay, &tasks, &options.cameras, options.rate_hz, file);
+    let written = replay::export_images(replay, &tasks, &options.cameras, options.rate_hz, file);
     let count = match written {
         Ok(count) => count,
         Err(error) => {
@@ -87,7 +87,7 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     let outcome = &replay.outcome;
     let mut out = BufWriter::new(std::io::stdout().lock());
     let mut line = |name: &str, value: String| writeln!(out, "{name:<10} {value}");
-    line("run", format!("{} ({}, {})", header.run_id, word(&header.kind), word(&header.pacing)))?;
+    line("run", format!("{} ({}, {})", header.run_id, word(&header.mode), word(&header.pacing)))?;
     line("team", printable(&header.team).into_owned())?;
     line("started", utc(i64::try_from(header.started_unix_ms).unwrap_or(i64::MAX)))?;
     line("task", format!("{} {}", header.task, header.task_hash))?;
@@ -106,7 +106,7 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
             outcome.ticks,
             outcome.sim_time_s,
             replay.states(),
-            replay.pictures,
+            replay.pose_messages,
             replay.telemetry
         ),
     )?;
@@ -136,10 +136,10 @@ fn csv(replay: &Replay, bytes: &[u8]) -> anyhow::Result<()> {
     writeln!(out, "time_s,body,x,y,z,qx,qy,qz,qw")?;
     let start = replay.header.started_unix_ms.saturating_mul(1_000_000);
     let (mut trajectory, mut wrong) = (Trajectory::default(), None);
-    replay::each_picture(bytes, &mut |time_ns, picture| {
+    replay::each_pose_message(bytes, &mut |time_ns, message| {
         let mut print = || -> anyhow::Result<()> {
             let time_s = time_ns.saturating_sub(start) as f64 * 1e-9;
-            for (name, pose) in trajectory.next(picture)? {
+            for (name, pose) in trajectory.next(message)? {
                 // Names come from files: a comma or a quote must not make another column.
                 let body = name.replace(['"', ',', '\n', '\r'], "_");
                 let ([x, y, z], [qx, qy, qz, qw]) = (pose.translation.to_array(), pose.rotation.to_array());

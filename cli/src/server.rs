@@ -11,6 +11,8 @@ pub(crate) enum Description {
     Watch,
     /// The HTTP addresses, as OpenAPI 3.1
     Openapi,
+    /// The messages of a replay: JSON Schema, and the fields of the protobuf messages
+    Replay,
 }
 
 #[cfg(feature = "server")]
@@ -31,6 +33,7 @@ mod linked {
             Description::Control => schema::control(),
             Description::Watch => schema::watch(),
             Description::Openapi => schema::openapi(),
+            Description::Replay => palmares_replay::schema::document(),
         })
     }
 }

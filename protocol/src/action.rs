@@ -1,4 +1,4 @@
-//! How the action of a step is read: what stands in it instead of what was expected is named in words.
+//! Reads the action of a step; an error names the wrong value and the expected one.
 
 use crate::text::shortened;
 use palmares_tasks::{Action, BaseTarget};
@@ -6,7 +6,7 @@ use serde::de::{Deserialize, Deserializer, Error, Expected, IgnoredAny, MapAcces
 use std::fmt;
 use std::marker::PhantomData;
 
-/// An action. Whether the length of `hand` fits the hand is for the run to say.
+/// An action. The run checks whether the length of `hand` fits the hand.
 pub(crate) struct ActionFields(pub(crate) Action);
 
 impl<'de> Deserialize<'de> for ActionFields {
@@ -15,7 +15,7 @@ impl<'de> Deserialize<'de> for ActionFields {
     }
 }
 
-/// What may stand in an action: a number, a list or a map.
+/// A value of an action: a number, a list or a map.
 trait Shape<'de>: Sized {
     fn expected(f: &mut fmt::Formatter<'_>) -> fmt::Result;
 
@@ -23,18 +23,18 @@ trait Shape<'de>: Sized {
         None
     }
 
-    /// None when it is no list.
+    /// `None` if the value is not a list.
     fn list<A: SeqAccess<'de>>(_: A) -> Result<Option<Self>, A::Error> {
         Ok(None)
     }
 
-    /// None when it is no map.
+    /// `None` if the value is not a map.
     fn map<A: MapAccess<'de>>(_: A) -> Result<Option<Self>, A::Error> {
         Ok(None)
     }
 }
 
-/// An entry of an action.
+/// Reads a value of an action.
 struct Entry<S>(S);
 
 impl<'de, S: Shape<'de>> Deserialize<'de> for Entry<S> {
@@ -98,7 +98,7 @@ impl<'de> Shape<'de> for f64 {
         f.write_str("a finite number")
     }
 
-    /// MessagePack can say NaN.
+    /// MessagePack has NaN.
     fn number(x: f64) -> Option<Self> {
         x.is_finite().then_some(x)
     }
@@ -139,8 +139,8 @@ impl<'de, const N: usize> Shape<'de> for [f64; N] {
     }
 }
 
-/// Refuses a map with a field that is none of `known`: `unknown` is the first of them.
-fn no_more<E: Error>(unknown: Option<String>, known: &str) -> Result<(), E> {
+/// Refuses a map with an unknown field; `unknown`: the first one.
+fn refuse_unknown<E: Error>(unknown: Option<String>, known: &str) -> Result<(), E> {
     match unknown {
         Some(name) => {
             Err(E::custom(format_args!("unknown field `{}`; there are: {known}", shortened(&name))))
@@ -166,7 +166,7 @@ impl<'de> Shape<'de> for Action {
                 }
             }
         }
-        no_more(unknown, "base, hand")?;
+        refuse_unknown(unknown, "base, hand")?;
         Ok(Some(Action { base, hand }))
     }
 }
@@ -191,7 +191,7 @@ impl<'de> Shape<'de> for BaseTarget {
                 }
             }
         }
-        no_more(unknown, "position and quat_xyzw, or linear and angular")?;
+        refuse_unknown(unknown, "position and quat_xyzw, or linear and angular")?;
         match (position, quat_xyzw, linear, angular) {
             (Some(position), Some(quat_xyzw), None, None) => {
                 Ok(Some(BaseTarget::Pose { position, quat_xyzw }))

@@ -4,7 +4,7 @@ use palmares_tasks::Fault;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What went wrong.
+/// The kind of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
@@ -13,41 +13,41 @@ pub enum Code {
     BadJson,
     /// No such `op`.
     UnknownOp,
-    /// The request's shape is wrong: a field is missing, unknown, of the wrong type or out of range.
+    /// A field of the request is missing, unknown, of the wrong type or out of range.
     BadRequest,
-    /// The action's content is wrong: not numbers, not finite, wrong length.
+    /// The action has a value that is not a finite number, or a list of the wrong length.
     BadAction,
     /// `tick` is not the current tick of the run.
     StaleTick,
-    /// The request does not fit the present state: greet first, open a run first, stop the open one first.
+    /// The request does not fit the state of the session: say hello first, open a run first, stop the open run first.
     WrongState,
     /// No such task.
     UnknownTask,
     /// No such hand.
     UnknownHand,
-    /// No such camera, or not with this sensing.
+    /// No such camera, or its channel needs sensing `truth`.
     UnknownCamera,
-    /// The hand touches something, or reaches into a region of the rules, where it starts.
+    /// At its start pose, the hand touches something or reaches into a region of the rules.
     HandInTheWay,
     /// The token is missing or wrong.
     NotAuthorized,
-    /// The token is valid, but not for this.
+    /// The token does not permit this.
     Forbidden,
-    /// Another socket holds this session.
+    /// Another connection uses this session.
     SessionTaken,
-    /// The session's time is spent, or the session has ended.
+    /// The session has ended, or its time is used up.
     SessionOver,
-    /// The host has no room for another world, or another connection.
+    /// The server has no capacity for another world or connection.
     Capacity,
     /// Too many requests per second.
     RateLimited,
     /// The message is larger than the limit. Fatal.
     TooLarge,
-    /// A viewer does not take what it is sent, a controller does not say hello, a body does not come.
+    /// A viewer does not read its messages, a controller does not say hello, or a body does not arrive.
     TooSlow,
-    /// A fault of the server.
+    /// An error of the server.
     Internal,
-    /// No such page or run. REST only.
+    /// No such page or run; only over HTTP.
     NotFound,
 }
 
@@ -57,8 +57,8 @@ impl Code {
         self.into()
     }
 
-    /// The WebSocket close code of a fatal error: 4400–4499 the client's fault, 4500–4599 the server's.
-    /// Where HTTP has a status that means the same, its last two digits are used.
+    /// The WebSocket close code of a fatal error: 4400 to 4499 for errors of the client, 4500 to 4599 for those of
+    /// the server. If an HTTP status means the same, the code has its last two digits.
     pub fn close_code(self) -> u16 {
         match self {
             Code::BadRequest => 4400,
@@ -85,41 +85,41 @@ impl Code {
     }
 }
 
-/// Why a request was refused, in words for the client.
+/// Why a request is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}: {message}", code.name())]
 pub struct Refusal {
     /// The code.
     pub code: Code,
-    /// What is wrong and what would be right.
+    /// What is wrong, and what would be right.
     pub message: String,
     /// The connection closes after this error.
     pub fatal: bool,
-    /// When asking again makes sense, s.
+    /// Time after which to try again, s.
     pub retry_after_s: Option<f64>,
-    /// What the world of the run failed of, when that is why.
+    /// The fault of the run's world, if it is the reason.
     pub fault: Option<Fault>,
 }
 
 impl Refusal {
-    /// A refusal after which the connection goes on.
+    /// A refusal after which the connection stays open.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Refusal { code, message: message.into(), fatal: false, retry_after_s: None, fault: None }
     }
 
-    /// The same, and the connection closes.
+    /// The same refusal, after which the connection closes.
     pub fn fatal(mut self) -> Self {
         self.fatal = true;
         self
     }
 
-    /// The same, because the world of the run failed.
+    /// The same refusal, because of a fault of the run's world.
     pub fn by(mut self, fault: Fault) -> Self {
         self.fault = Some(fault);
         self
     }
 
-    /// The same, and asking again makes sense after `seconds`.
+    /// The same refusal, with the time after which to try again.
     pub fn retry_after(mut self, seconds: f64) -> Self {
         self.retry_after_s = Some(seconds);
         self
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_told_by_its_code_and_only_when_there_is_one() {
+    fn an_error_has_the_code_of_its_fault() {
         for fault in Fault::ALL {
             assert_eq!(serde_json::to_value(fault).ok(), Some(fault.code().into()));
         }
@@ -175,10 +175,10 @@ mod tests {
         for fault in Fault::ALL {
             assert!(documented.contains(&format!("\n| `{}` | ", fault.code())), "{fault:?}");
         }
-        let told = |refusal: &Refusal| serde_json::to_value(Reply::refused(Some(1), refusal)).expect("JSON");
+        let sent = |refusal: &Refusal| serde_json::to_value(Reply::refused(Some(1), refusal)).expect("JSON");
         let refusal = Refusal::new(Code::Internal, "why");
-        assert!(told(&refusal).get("fault").is_none());
-        assert_eq!(told(&refusal.by(Fault::WorkExhausted))["fault"], "work_exhausted");
+        assert!(sent(&refusal).get("fault").is_none());
+        assert_eq!(sent(&refusal.by(Fault::WorkExhausted))["fault"], "work_exhausted");
     }
 
     #[test]

@@ -1,10 +1,10 @@
-//! Messages as frames: JSON as text, MessagePack as binary, with the same fields. How they are written; [`crate::parse`]
-//! reads them.
+//! Writes messages as frames: JSON in text frames, MessagePack in binary frames, with the same fields.
+//! [`crate::parse`] reads them.
 
 use crate::reply::Reply;
 use serde::Serialize;
 
-/// How messages are written.
+/// The encoding of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// Text frames.
@@ -13,7 +13,7 @@ pub enum Encoding {
     MsgPack,
 }
 
-/// What a frame carries.
+/// The payload of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Payload {
     /// In a text frame.
@@ -22,13 +22,13 @@ pub enum Payload {
     Binary(Vec<u8>),
 }
 
-/// Why a message could not be written.
+/// Why a message cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// As JSON.
     #[error("as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// As JSON, with what is no text.
+    /// As JSON: it is not UTF-8.
     #[error("as JSON: not UTF-8")]
     Utf8(#[from] std::string::FromUtf8Error),
     /// As MessagePack.
@@ -37,7 +37,7 @@ pub enum WriteError {
 }
 
 impl Encoding {
-    /// All of them; of those that a client offers the first one here is taken.
+    /// All encodings; the server takes the first one that a client offers.
     pub const ALL: [Encoding; 2] = [Encoding::Json, Encoding::MsgPack];
 
     /// The WebSocket subprotocol.
@@ -53,12 +53,12 @@ impl Encoding {
         Self::ALL.into_iter().find(|encoding| encoding.subprotocol() == subprotocol)
     }
 
-    /// A message. `room`: as long as it will probably be, bytes.
+    /// Writes a message. `capacity`: its probable size, bytes.
     ///
     /// # Errors
-    /// It holds what the encoding has no word for.
-    pub fn write(self, reply: &Reply, room: usize) -> Result<Payload, WriteError> {
-        let mut bytes = Vec::with_capacity(room);
+    /// The message has a value that the encoding lacks.
+    pub fn write(self, reply: &Reply, capacity: usize) -> Result<Payload, WriteError> {
+        let mut bytes = Vec::with_capacity(capacity);
         Ok(match self {
             Encoding::Json => {
                 serde_json::to_writer(&mut bytes, reply)?;

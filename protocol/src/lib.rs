@@ -1,10 +1,11 @@
 //! The messages of protocol v1, over WebSocket frames: JSON as text or MessagePack as binary.
 //!
-//! A client sends requests, each with an `op` and an `id`; the server answers each with exactly one reply,
-//! in order, that carries the same `id` and an `op` of its own: `welcome`, `obs`, `ack`, `result`, `time`, `error`.
-//! The reply to `bye` is the close frame with code 1000. A request that fails changes nothing.
-//! Some messages come unasked, without `id`: `obs` in a realtime run, `warning`, and, when the server closes a run
-//! because it shuts down, that run's `result`.
+//! A client sends requests, each with an `op` and an `id`. The server sends exactly one reply to each, in order, with
+//! the same `id` and an `op` of its own: `welcome`, `obs`, `ack`, `result`, `time`, `error`. The reply to `bye` is
+//! the close frame with code 1000. A request that fails changes nothing. Some messages answer no request and have no
+//! `id`: `obs` in a realtime run, `warning`, and the `result` of a run that the server closes because it shuts down.
+//!
+//! Python, TypeScript and docs/schema have their types from these: `cargo xtask generate` writes them.
 
 mod action;
 pub mod code;

@@ -1,8 +1,8 @@
-//! How a request is read.
+//! Reads requests.
 //!
-//! `step` and `act`, which come hundreds of times a second, are read straight from the bytes. If that fails, and for
-//! all other requests, the bytes become a tree of values, and the same types are read out of that: there the path to
-//! what is wrong is known, so that the error names it.
+//! `step` and `act`, which come hundreds of times a second, are read directly from the bytes. If that fails, and for
+//! all other requests, the bytes become a tree of values, and the same types are read from the tree: it knows the
+//! path of a wrong value, so that the error can name it.
 
 use crate::action::ActionFields;
 use crate::code::{Code, Refusal};
@@ -20,11 +20,11 @@ use std::io::ErrorKind;
 /// Largest whole number that every JSON reader holds exactly: 2⁵³ − 1.
 pub const MAX_SAFE_INTEGER: u64 = (1 << 53) - 1;
 
-/// A message with as much of its envelope as could be read.
+/// The result of reading a message.
 pub struct Parsed {
-    /// The request's id, where there is a valid one.
+    /// The id of the request, if it is valid.
     pub id: Option<u64>,
-    /// The request, or why it is none.
+    /// The request, or why it is refused.
     pub request: Result<Request, Refusal>,
 }
 
@@ -50,23 +50,23 @@ struct ActFields {
 }
 
 impl Encoding {
-    /// What came in a text frame.
+    /// Reads a text frame.
     pub fn read_text(self, text: &str) -> Parsed {
         match self {
             Encoding::Json => parse_json(text),
-            Encoding::MsgPack => self.has_only("binary"),
+            Encoding::MsgPack => self.refuse_frame("binary"),
         }
     }
 
-    /// What came in a binary frame.
+    /// Reads a binary frame.
     pub fn read_binary(self, bytes: &[u8]) -> Parsed {
         match self {
-            Encoding::Json => self.has_only("text"),
+            Encoding::Json => self.refuse_frame("text"),
             Encoding::MsgPack => parse_msgpack(bytes),
         }
     }
 
-    fn has_only(self, kind: &str) -> Parsed {
+    fn refuse_frame(self, kind: &str) -> Parsed {
         let message = format!("{} has {kind} frames only", self.subprotocol());
         Parsed { id: None, request: Err(Refusal::new(Code::BadJson, message)) }
     }
@@ -94,14 +94,14 @@ fn parse_msgpack(bytes: &[u8]) -> Parsed {
     }
 }
 
-/// What every request has.
+/// The fields that every request has.
 #[derive(Deserialize)]
 struct Envelope<'a> {
     op: &'a str,
     id: u64,
 }
 
-/// A `step` or `act` straight from JSON, and its id.
+/// Reads a `step` or `act` directly from JSON, with its id.
 fn json(text: &str) -> Option<(u64, Request)> {
     let envelope: Envelope<'_> = serde_json::from_str(text).ok()?;
     let mut reader = serde_json::Deserializer::from_str(text);
@@ -110,13 +110,13 @@ fn json(text: &str) -> Option<(u64, Request)> {
     Some(request)
 }
 
-/// A `step` or `act` straight from MessagePack, and its id.
+/// Reads a `step` or `act` directly from MessagePack, with its id.
 fn msgpack(bytes: &[u8]) -> Option<(u64, Request)> {
     let envelope: Envelope<'_> = rmp_serde::from_slice(bytes).ok()?;
     let mut reader = rmp_serde::Deserializer::from_read_ref(bytes);
     let request = envelope.deserialize(&mut reader).ok()?;
     match IgnoredAny::deserialize(&mut reader) {
-        // Nothing after the message.
+        // The message ends here.
         Err(rmp_serde::decode::Error::InvalidMarkerRead(end)) if end.kind() == ErrorKind::UnexpectedEof => {
             Some(request)
         }
@@ -124,7 +124,7 @@ fn msgpack(bytes: &[u8]) -> Option<(u64, Request)> {
     }
 }
 
-/// Reads the whole message once more, now that its `op` is known.
+/// Reads the message a second time, when its `op` is known.
 impl<'de> DeserializeSeed<'de> for Envelope<'_> {
     type Value = (u64, Request);
 
@@ -161,7 +161,7 @@ impl<'de> Visitor<'de> for Envelope<'_> {
     }
 }
 
-/// The fields of a message but `op` and `id`.
+/// The fields of a message without `op` and `id`.
 struct WithoutEnvelope<A>(A);
 
 impl<'de, A: MapAccess<'de>> MapAccess<'de> for WithoutEnvelope<A> {
@@ -186,19 +186,19 @@ fn unreadable(message: String) -> Parsed {
     Parsed { id: None, request: Err(Refusal::new(Code::BadJson, message)) }
 }
 
-/// MessagePack as a JSON value; what JSON has no number for becomes null, and is refused as such.
+/// MessagePack as a JSON value. Numbers that JSON lacks become null, which is refused.
 fn value_of_msgpack(bytes: &[u8]) -> Result<Value, String> {
     let mut reader = rmp_serde::Deserializer::new(std::io::Cursor::new(bytes));
-    // As deep as the JSON reader goes.
+    // The depth limit of the JSON reader.
     reader.set_max_depth(128);
     let value = Value::deserialize(&mut reader).map_err(|error| error.to_string())?;
     if reader.position() != bytes.len() as u64 {
-        return Err("there is more after the message".into());
+        return Err("there are bytes after the message".into());
     }
     Ok(value)
 }
 
-/// Reads a request out of a tree of values, or says what is wrong with it.
+/// Reads a request from a tree of values.
 fn of_tree(value: Value) -> Parsed {
     let mut fields = match value {
         Value::Object(fields) => fields,
@@ -271,8 +271,8 @@ fn parse_act(mut fields: Map<String, Value>) -> Result<Act, Refusal> {
     Ok(Act { action: parse_action(action)?, cameras })
 }
 
-/// The action, with an empty one left in its stead: it is looked into after the fields beside it, and its errors have
-/// a code of their own.
+/// Takes the action and leaves an empty one: it is read after the other fields, and its errors have a code of their
+/// own.
 fn take_action(fields: &mut Map<String, Value>) -> Option<Value> {
     fields.insert("action".into(), Map::new().into()).filter(|action| !action.is_null())
 }
@@ -295,7 +295,7 @@ fn typed<T: DeserializeOwned>(op: &str, fields: Map<String, Value>) -> Result<T,
     })
 }
 
-/// Reads a tree; an error is what is wrong, and where unless at the top.
+/// Reads a tree; an error has a path, unless the root is wrong, and a message.
 fn located<T: DeserializeOwned>(tree: Value) -> Result<T, (Option<String>, String)> {
     serde_path_to_error::deserialize(tree).map_err(|error| {
         let path = Some(error.path().to_string()).filter(|path| path != ".");
@@ -303,7 +303,7 @@ fn located<T: DeserializeOwned>(tree: Value) -> Result<T, (Option<String>, Strin
     })
 }
 
-/// What a JSON value is, for messages.
+/// The kind of a JSON value, for error messages.
 fn kind_of(value: &Value) -> &'static str {
     match value {
         Value::Null => "null",

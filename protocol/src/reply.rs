@@ -1,7 +1,7 @@
 //! The server's messages.
 //!
-//! A field that a later version of v1 added has `#[schemars(default)]`: clients read its default where an earlier server does
-//! not send it.
+//! A field that a later version of v1 added has `#[schemars(default)]`: clients read its default where an earlier
+//! server does not send it.
 
 use crate::code::{Code, Refusal};
 use crate::obs::Obs;
@@ -21,7 +21,7 @@ use serde::Serialize;
 pub enum Reply {
     /// Reply to `hello`.
     Welcome(Box<Welcome>),
-    /// Reply to `reset` and `step`; unasked after every tick of a realtime run.
+    /// Reply to `reset` and `step`; in a realtime run, sent after every tick.
     Obs(Box<Obs>),
     /// Reply to `act` and `perturb`.
     Ack(Ack),
@@ -31,7 +31,7 @@ pub enum Reply {
     Time(TimeReport),
     /// Reply to a request that failed.
     Error(ErrorReply),
-    /// Unasked: the session's time is running out.
+    /// Answers no request: the session's time is running out.
     Warning(Warning),
 }
 
@@ -42,96 +42,96 @@ impl Reply {
     }
 }
 
-/// `welcome`: what this server offers.
+/// `welcome`: everything that holds for the whole session.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Welcome {
-    /// Of the request.
+    /// The id of the request.
     pub id: u64,
     /// Identifies the session.
     pub session_id: String,
-    /// Secret that takes the session up again on a new connection.
+    /// Secret with which a new connection resumes the session.
     pub resume_token: String,
     /// Name of the team on the leaderboard.
     pub team: String,
-    /// s; null for a session without a limit.
+    /// Remaining time, s; null for a session without a limit.
     pub session_left_s: Option<f64>,
     /// The competition.
     pub competition: Competition,
     /// The program.
     pub server: ServerInfo,
-    /// What a client must keep to.
+    /// Limits of requests and connections.
     pub limits: Limits,
-    /// Tasks that can be played.
+    /// Tasks of the server.
     pub tasks: Vec<TaskInfo>,
-    /// Hands that can be played with.
+    /// Hands of the server.
     pub hands: Vec<HandInfo>,
     /// Fields of actions and observations.
     pub specs: Specs,
-    /// The run that goes on, when a session is taken up again; else null.
+    /// The open run of a session that is resumed; otherwise null.
     pub run: Option<RunInfo>,
-    /// For people: what is odd about the team's name. Absent when nothing is.
+    /// A remark on the team's name, for people; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
 
-/// The competition.
+/// The competition, or the practice, that the server runs.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Competition {
-    /// For people.
+    /// Name, for people.
     pub name: String,
-    /// `practice`: no token, own seeds, full state.
+    /// `practice` (no token, own seeds, full state) or `official`.
     pub mode: String,
     /// Length of a session, s; null for none.
     pub session_s: Option<f64>,
-    /// What each `reset` that opens a run takes from the session, s.
+    /// Time that each `reset` takes from the session, s.
     #[schemars(default)]
     pub reset_cost_s: f64,
-    /// How good the sensors of a run are that does not ask for others; in a competition, of every run.
+    /// Sensor errors of runs that request none; in a competition, of every run.
     #[schemars(default)]
     pub noise: Noise,
-    /// Tasks that are played with `sensors` only.
+    /// Tasks whose runs must have sensing `sensors`.
     #[schemars(default)]
     pub sensors_only: Vec<String>,
 }
 
-/// The program.
+/// The program of the server.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ServerInfo {
-    /// Version of the program.
+    /// Version.
     pub version: String,
     /// Commit it was built from.
     pub build_hash: String,
 }
 
-/// What a client must keep to.
+/// Limits of requests and connections; those of actions are in `specs`.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Limits {
-    /// Largest inbound message.
+    /// Largest message of a client, bytes.
     pub message_bytes: usize,
     /// Largest `repeat` of a `step`.
     pub repeat: u32,
-    /// Requests per second that a connection may keep up.
+    /// Largest rate of requests of a connection, 1/s.
     pub requests_per_s: f64,
-    /// Requests it may send at once beyond that rate.
+    /// Requests that a connection may send at once above that rate.
     pub requests_burst: f64,
-    /// How long a session waits for its client to come back, s.
+    /// How long a session without a connection waits for its client, s.
     pub resume_grace_s: f64,
     /// Period of the server's pings, s.
     pub ping_interval_s: f64,
-    /// A connection silent for this long, or that does not take a message for this long, is dropped, s.
+    /// A connection that is silent, or does not read a message, for this long is closed, s.
     pub ping_timeout_s: f64,
-    /// A connection that has not said hello for this long is closed, s.
+    /// How long a connection may be open before `hello`, s.
     pub hello_timeout_s: f64,
-    /// In real time: for so many ticks a silent controller's last action goes on; then the hand holds still.
+    /// Realtime: after this number of ticks without an action, the hand holds still.
     pub hold_ticks: u32,
-    /// In real time: observations that wait for a slow client; of more the oldest is dropped.
+    /// Realtime: largest number of unread observations; the server drops the oldest of more.
     pub outbox_obs: usize,
 }
 
-/// A camera in short.
+/// A camera of a task or a hand.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CameraInfo {
-    /// For `step.cameras`; a hand's is called `hand_…` in a task that has one of the same name.
+    /// Its name in `step.cameras`. A hand's camera has the prefix `hand_` in a task that has a camera of its name.
     pub name: String,
     /// Pixels in a row.
     pub width: u32,
@@ -139,9 +139,9 @@ pub struct CameraInfo {
     pub height: u32,
     /// Horizontal field of view, degrees.
     pub fov_deg: f64,
-    /// What is nearer gives no reading, m.
+    /// Shortest distance with a reading, m.
     pub near: f64,
-    /// What is farther gives no reading, m.
+    /// Longest distance with a reading, m.
     pub far: f64,
     /// The images that it takes.
     #[schemars(default)]
@@ -149,7 +149,7 @@ pub struct CameraInfo {
 }
 
 impl CameraInfo {
-    /// A camera in short.
+    /// A camera of a task or a hand.
     pub fn of(camera: &Camera) -> Self {
         let Camera { name, width, height, fov_deg, near, far, .. } = camera;
         CameraInfo {
@@ -164,29 +164,29 @@ impl CameraInfo {
     }
 }
 
-/// A task in short.
+/// Constants of a task.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct TaskInfo {
-    /// For `reset`.
+    /// Its name in `reset`.
     pub name: String,
-    /// For people.
+    /// Text for people.
     pub description: String,
     /// Length of a tick, s.
     pub tick_s: f64,
-    /// Length of a physics step, s.
+    /// Time step of the integrator, s.
     pub step_s: f64,
     /// Longest run, s of simulated time.
     pub time_limit_s: f64,
     /// Its cameras.
     #[schemars(default)]
     pub cameras: Vec<CameraInfo>,
-    /// SHA-256 of everything that it is, 64 hexadecimal digits.
+    /// SHA-256 of the whole task, 64 hexadecimal digits.
     #[schemars(default)]
     pub hash: String,
 }
 
 impl TaskInfo {
-    /// A task in short.
+    /// Constants of a task.
     pub fn of(task: &Task) -> Self {
         TaskInfo {
             name: task.name.clone(),
@@ -200,12 +200,12 @@ impl TaskInfo {
     }
 }
 
-/// A hand in short; `GET /v1/hands/{name}` has the rest.
+/// Names of a hand's parts; `GET /v1/hands/{name}` returns its geometry.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct HandInfo {
-    /// For `reset`.
+    /// Its name in `reset`.
     pub name: String,
-    /// For people.
+    /// Text for people.
     pub description: String,
     /// Names of the motors, in the order of `action.hand`.
     pub motors: Vec<String>,
@@ -226,7 +226,7 @@ pub struct HandInfo {
 }
 
 impl HandInfo {
-    /// A hand in short.
+    /// The names of a hand's parts.
     pub fn of(hand: &Hand) -> Self {
         HandInfo {
             name: hand.name.clone(),
@@ -241,7 +241,7 @@ impl HandInfo {
     }
 }
 
-/// The session's present run.
+/// The session's open run.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RunInfo {
     /// Identifies the run.
@@ -250,43 +250,44 @@ pub struct RunInfo {
     pub task: String,
     /// Its hand.
     pub hand: String,
-    /// How time passes in it.
+    /// How its world is clocked.
     #[schemars(default)]
     pub mode: Mode,
     /// The current tick, which the next `step` must name.
     pub tick: u64,
-    /// False when the server closed it (time limit, end of the session): `stop` fetches the result.
+    /// False if the server closed it (time limit, end of the session): `stop` returns the result.
     pub open: bool,
 }
 
-/// `ack`: the action or push was taken.
+/// `ack`: the action or push is accepted.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Ack {
-    /// Of the request.
+    /// The id of the request.
     pub id: u64,
-    /// The tick at which it takes effect: the `obs` of this tick is the first to show it.
+    /// The tick at which it takes effect: the observation of this tick is the first with its effect.
     pub tick: u64,
 }
 
-/// `result`: what a finished run is worth. It stands in the server's database when this is sent.
+/// `result`: the outcome of a finished run. The server has stored it before it sends it.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RunResult {
-    /// Of the request; absent when the server closed the run and tells it unasked.
+    /// The id of the request; absent if the server closed the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
     /// Identifies the run.
     pub run_id: String,
     /// Its task.
     pub task: String,
-    /// SHA-256 of everything that the task is, 64 hexadecimal digits.
+    /// SHA-256 of the whole task, 64 hexadecimal digits.
     #[schemars(default)]
     pub task_hash: String,
     /// Its hand.
     pub hand: String,
-    /// How time passed in it.
+    /// How its world was clocked.
     #[schemars(default)]
     pub mode: Mode,
-    /// `practice`, or `voided` after a fault of the server.
+    /// `practice`; `training` for a run with training options; in a competition `provisional`; `aborted` if it ended
+    /// at tick 0; `voided` after a fault of the server or by a decision of the organizer.
     pub status: String,
     /// Points.
     pub score: f64,
@@ -296,37 +297,37 @@ pub struct RunResult {
     pub outside: u32,
     /// Why the run ended.
     pub reason: Reason,
-    /// What the world failed of; absent when it did not.
+    /// The fault of its world; absent if there was none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
-    /// For people: what that means and what to try; absent when the world did not fail.
+    /// What the fault means and what to try, for people; absent without a fault.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
-    /// Ticks played.
+    /// Number of ticks.
     pub ticks: u64,
-    /// s of simulated time played.
+    /// Simulated time, s.
     pub sim_time_s: f64,
-    /// In real time: ticks for which no new action had come.
+    /// Realtime: ticks without a new action.
     #[schemars(default)]
     pub missed_ticks: u64,
-    /// In real time: ticks that the server began more than half a tick after they were due.
+    /// Realtime: ticks that the server began more than half a tick after they were due.
     #[schemars(default)]
     pub late_ticks: u64,
-    /// In real time: the latest beginning of a tick, s.
+    /// Realtime: longest such delay, s.
     #[schemars(default)]
     pub late_max_s: f64,
-    /// In real time: observations that the client did not take in time.
+    /// Realtime: observations that the server dropped because the client did not read them in time.
     #[schemars(default)]
     pub dropped_obs: u64,
     /// Hash of the final state, 16 hexadecimal digits.
     pub state_hash: String,
-    /// Everything the referee noted.
+    /// All events of the referee.
     #[schemars(default)]
     pub events: Vec<Event>,
-    /// Its replay; absent when the run was not recorded.
+    /// Its replay; absent if the run was not recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub replay: Option<ReplayInfo>,
-    /// s; null for a session without a limit.
+    /// Remaining time, s; null for a session without a limit.
     pub session_left_s: Option<f64>,
 }
 
@@ -335,12 +336,12 @@ pub struct RunResult {
 pub struct ReplayInfo {
     /// SHA-256 of the file, 64 hexadecimal digits.
     pub sha256: String,
-    /// Its size.
+    /// Size of the file.
     pub bytes: u64,
 }
 
 impl RunResult {
-    /// A result from what the run gave.
+    /// The result of a run.
     pub fn new(run: RunInfo, task_hash: &str, status: &str, outcome: Outcome) -> Self {
         RunResult {
             id: None,
@@ -370,50 +371,50 @@ impl RunResult {
     }
 }
 
-/// `time`: how the session's clock stands.
+/// `time`: the session's clock.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct TimeReport {
-    /// Of the request.
+    /// The id of the request.
     pub id: u64,
-    /// What is left, s; null for a session without a limit.
+    /// Remaining time, s; null for a session without a limit.
     pub session_left_s: Option<f64>,
     /// Length of the session, s; null for none.
     pub session_s: Option<f64>,
-    /// The greater of the next two, s.
+    /// The greater of `wall_s` and `simulated_s`, s.
     pub elapsed_s: f64,
-    /// Wall-clock time since the first reset, pauses left out, s.
+    /// Wall-clock time since the first reset, without pauses, s.
     pub wall_s: f64,
     /// Simulated time of all runs, s.
     pub simulated_s: f64,
-    /// Time given back for faults of the server, s; the other times are without it.
+    /// Time that was refunded for faults of the server, s; it is not part of the other times.
     #[schemars(default)]
     pub refunded_s: f64,
-    /// Whether an organizer has stopped the clock.
+    /// Whether an organizer pauses the session.
     #[schemars(default)]
     pub paused: bool,
-    /// The session's run, if any.
+    /// The session's open run, if any.
     pub run: Option<RunInfo>,
     /// The server's clock, ms since 1970 UTC.
     #[schemars(default)]
     pub server_unix_ms: u64,
 }
 
-/// `error`: why a request failed. It changed nothing.
+/// `error`: why a request failed. A request that fails changes nothing.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ErrorReply {
-    /// Of the request; absent when it could not be read.
+    /// The id of the request; absent if it could not be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
-    /// For programs.
+    /// The kind of the error, for programs.
     pub code: Code,
-    /// For people.
+    /// What is wrong, and what would be right.
     pub message: String,
-    /// The connection closes after this.
+    /// Whether the connection closes after this error.
     pub fatal: bool,
-    /// When asking again makes sense, s.
+    /// Time after which to try again, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retry_after_s: Option<f64>,
-    /// What the world of the run failed of, when that is why; absent otherwise.
+    /// The fault of the run's world, if it is the reason; otherwise absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
 }
@@ -432,11 +433,11 @@ impl ErrorReply {
     }
 }
 
-/// `warning`: the session's time is running out. Sent unasked at 300, 60 and 10 s.
+/// `warning`: the session's time is running out. It comes when 300, 60 and 10 s are left.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Warning {
-    /// Which of the marks was passed, s.
+    /// The mark that was passed: 300, 60 or 10 s.
     pub mark_s: u32,
-    /// What is left, s.
+    /// Remaining time, s.
     pub session_left_s: f64,
 }

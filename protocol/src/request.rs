@@ -1,4 +1,4 @@
-//! What a client asks.
+//! The messages of a client.
 
 use palmares_tasks::{Action, Noise, Sensing};
 use schemars::JsonSchema;
@@ -9,19 +9,19 @@ use serde_json::{Map, Value};
 #[derive(Debug, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum Request {
-    /// Greets the server: opens a session or takes one up again.
+    /// Opens or resumes a session.
     Hello(Hello),
     /// Opens a run.
     Reset(Reset),
     /// Advances the world.
     Step(Step),
-    /// Tells a realtime world what to do next.
+    /// Sets the targets of a realtime run.
     Act(Act),
-    /// Pushes the hand.
+    /// Applies a wrench to the hand.
     Perturb(Perturb),
-    /// Closes the run and asks for its result.
+    /// Closes the run and requests its result.
     Stop(Stop),
-    /// Asks for the session's clock.
+    /// Requests the session's clock.
     Time(Time),
     /// Ends the session.
     Bye(Bye),
@@ -38,26 +38,26 @@ impl Request {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hello {
-    /// Who is asking. In practice its name is the team's name on the leaderboard.
+    /// The client program. In practice its name is the team's name on the leaderboard.
     pub client: ClientInfo,
-    /// From an earlier `welcome`: takes that session up again, within 30 s of losing the connection.
+    /// From an earlier `welcome`: resumes that session, within 30 s of the loss of its connection.
     #[serde(default)]
     pub resume_token: Option<String>,
-    /// Practice only: length of the session in s. Without it a practice session has no limit.
+    /// Practice only: length of the session, s; without it, a practice session has no limit.
     #[serde(default)]
     pub session_s: Option<f64>,
 }
 
-/// Who is asking: `"name/version"`, or an object.
+/// The client program: `"name/version"`, or an object.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a string \"name\" or an object {\"name\": …, \"version\"?: …}")]
 pub enum ClientInfo {
     /// `"name"` or `"name/version"`.
     Short(String),
-    /// In full.
+    /// As an object.
     #[serde(rename_all = "snake_case")]
     Full {
-        /// 1 to 64 characters that can be seen: see the section Names of the protocol.
+        /// 1 to 64 visible characters; see the section Names of the protocol.
         name: String,
         /// Version of the client program.
         #[serde(default)]
@@ -66,10 +66,10 @@ pub enum ClientInfo {
 }
 
 impl ClientInfo {
-    /// Name and version as they were sent.
+    /// Name and version.
     pub fn parts(&self) -> (&str, Option<&str>) {
         match self {
-            // A slash may also stand in a name; a version begins with a digit.
+            // A name may have a slash, too; a version begins with a digit.
             ClientInfo::Short(text) => match text.rsplit_once('/') {
                 Some((name, version)) if version.starts_with(|c: char| c.is_ascii_digit()) => {
                     (name, Some(version))
@@ -89,27 +89,27 @@ pub struct Reset {
     pub task: String,
     /// Name of a hand, see `welcome.hands`.
     pub hand: String,
-    /// How time passes.
+    /// How the world is clocked.
     #[serde(default)]
     pub mode: Mode,
-    /// How much `obs` shows.
+    /// How much of the state the observations have.
     #[serde(default)]
     pub sensing: Sensing,
-    /// How good the sensors are; in a competition the organizer says. Left out: as the competition has it.
+    /// The errors of the sensors; without it, those of `welcome.competition`, which a competition prescribes.
     #[serde(default)]
     pub noise: Option<Noise>,
-    /// Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one.
+    /// Practice only: number of the scene, 0 to 2⁵³ − 1; without it, the server draws one.
     #[serde(default)]
     pub seed: Option<u64>,
-    /// Cameras to look through at tick 0; see `step`.
+    /// Cameras whose images the observation of tick 0 has; see `step`.
     #[serde(default)]
     pub cameras: Vec<String>,
-    /// None are defined yet; must be left out or empty.
+    /// No options are defined; empty.
     #[serde(default)]
     pub options: Map<String, Value>,
 }
 
-/// How time passes in a run.
+/// How the world of a run is clocked.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, strum::IntoStaticStr,
 )]
@@ -133,37 +133,37 @@ impl Mode {
 /// `step`: advances the world by `repeat` ticks under one action.
 #[derive(Clone, Debug, JsonSchema)]
 pub struct Step {
-    /// The current tick: that of the last `obs`.
+    /// The current tick: that of the last observation.
     pub tick: u64,
-    /// Targets; what is left out keeps its last target.
+    /// Targets; an omitted field keeps its last target.
     pub action: Action,
-    /// Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over.
+    /// Ticks to advance, 1 to `welcome.limits.repeat`. The step is shorter if the run ends.
     #[schemars(default = "one")]
     pub repeat: u32,
-    /// Cameras whose pictures the observation shall have: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`.
+    /// Cameras whose images the observation has: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`.
     #[schemars(default)]
     pub cameras: Vec<String>,
 }
 
-/// `act`: from its next tick on a realtime world follows this action.
+/// `act`: sets the action of a realtime run, from the next tick on.
 #[derive(Clone, Debug, JsonSchema)]
 pub struct Act {
-    /// Targets; what is left out keeps its last target.
+    /// Targets; an omitted field keeps its last target.
     pub action: Action,
-    /// Cameras whose pictures the next observation shall have; see `step`.
+    /// Cameras whose images the next observation has; see `step`.
     #[schemars(default)]
     pub cameras: Vec<String>,
 }
 
-/// `perturb`: practice only. A wrench acts on a link of the hand from the next tick on.
+/// `perturb`: applies a wrench to a link of the hand, from the next tick on. Practice only.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Perturb {
     /// Name of a link of the hand.
     pub link: String,
-    /// World frame; the torque is about the link's origin, where the force acts.
+    /// World frame. The force acts at the origin of the link, and the torque is about it.
     pub wrench: PushWrench,
-    /// For how long, s of simulated time.
+    /// Duration, s of simulated time.
     pub duration_s: f64,
 }
 
@@ -173,7 +173,7 @@ pub struct Perturb {
 pub struct PushWrench {
     /// N
     pub force: [f64; 3],
-    /// N·m; none when left out.
+    /// N·m
     #[serde(default)]
     pub torque: [f64; 3],
 }
@@ -182,12 +182,12 @@ pub(crate) fn one() -> u32 {
     1
 }
 
-/// `stop`: lets the objects settle, counts, closes the run.
+/// `stop`: lets the objects settle, counts them and closes the run.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stop {}
 
-/// `time`: how the session's clock stands.
+/// `time`: requests the session's clock.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {}

@@ -1,4 +1,4 @@
-//! Words of strangers, made safe to show: on a terminal, on a page, in a message.
+//! Makes untrusted text safe to show on a terminal, on a page or in a message.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -6,10 +6,10 @@ use unicode_properties::{GeneralCategory, UnicodeGeneralCategory};
 use unicode_security::GeneralSecurityProfile;
 use unicode_security::general_security_profile::IdentifierType;
 
-/// BRAILLE PATTERN BLANK counts as a symbol, but shows nothing.
+/// BRAILLE PATTERN BLANK is a symbol by its category, but shows nothing.
 const BRAILLE_BLANK: char = '\u{2800}';
 
-/// What makes a character unfit to be shown: it cannot be seen, or it steers what stands beside it.
+/// Why a character must not be shown: it is invisible, or it changes the direction of the text around it.
 pub fn hidden(c: char) -> Option<&'static str> {
     use GeneralCategory as Is;
     match c.general_category() {
@@ -31,8 +31,7 @@ fn steers(c: char) -> bool {
     matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Text for a terminal, a page or a message: what cannot be seen, or would steer what stands beside it, is spelt
-/// `\u{202E}`.
+/// The text with every hidden character written as `\u{202E}`; see [`hidden`].
 pub fn printable(text: &str) -> Cow<'_, str> {
     if text.chars().all(|c| hidden(c).is_none()) {
         return text.into();
@@ -48,10 +47,10 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     out.into()
 }
 
-/// The client's own words, short enough to be quoted, and nothing in them that cannot be seen.
+/// The beginning of a text, for quotation, with every hidden character written as `\u{202E}`.
 pub fn shortened(text: &str) -> String {
-    const LONGEST: usize = 64;
-    match text.char_indices().nth(LONGEST) {
+    const MAX_CHARACTERS: usize = 64;
+    match text.char_indices().nth(MAX_CHARACTERS) {
         Some((end, _)) => format!("{}…", printable(&text[..end])),
         None => printable(text).into_owned(),
     }
@@ -63,14 +62,14 @@ mod tests {
     use proptest::{prop_assert, proptest};
 
     #[test]
-    fn what_is_printed_shows_what_is_hidden() {
+    fn hidden_characters_are_written_as_escapes() {
         assert_eq!(printable("R&D 🦀"), "R&D 🦀");
         assert_eq!(printable("a\u{202e}b\u{1b}[2J\u{9b}"), "a\\u{202E}b\\u{001B}[2J\\u{009B}");
     }
 
     proptest! {
         #[test]
-        fn nothing_that_is_printed_steers_a_terminal(text in "(?s).{0,20}") {
+        fn printable_text_has_no_control_characters(text in "(?s).{0,20}") {
             let shown = printable(&text).into_owned();
             prop_assert!(!shown.chars().any(|c| c.is_control() || steers(c)), "{:?}", shown);
         }

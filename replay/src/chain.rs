@@ -1,4 +1,4 @@
-//! The hash chain over everything that decides a score.
+//! The hash chain over all messages that decide a score.
 
 use sha2::{Digest, Sha256};
 
@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 pub(crate) struct Chain([u8; 32]);
 
 impl Chain {
-    /// The chain of a file with this header.
+    /// The start of the chain of a file with this header.
     pub(crate) fn start<'a>(header: impl Iterator<Item = (&'a String, &'a String)>) -> Self {
         let mut hash = Sha256::new();
         hash.update(b"palmares replay 1");

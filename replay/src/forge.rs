@@ -1,4 +1,4 @@
-//! Writes replays anew, as somebody would who wants to be believed. For tests.
+//! Writes replays again with changes, as a forger does. For tests.
 
 use crate::chain::Chain;
 use crate::format::{ACTION, EVENT, HASH, POSES, RESULT_RECORD, RUN_RECORD, SIGNATURE_RECORD, TELEMETRY};
@@ -8,15 +8,15 @@ use mcap::records::{MessageHeader, Metadata, Record, op};
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-/// What is written instead of a message or of a metadata record's `outcome`.
+/// Returns what replaces a message or a metadata record's `outcome`, given its topic or the record's name and its text.
 pub type Change = dyn Fn(&str, &str) -> String;
 
-/// Writes a replay anew with other messages and signs it; `honest` also makes the chain fit again.
+/// Writes a replay again with changed messages and signs it; `honest` also computes the chain again.
 pub fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -> Vec<u8> {
     written(bytes, change, honest, true, signer)
 }
 
-/// Writes a replay as programs did before there was telemetry.
+/// Writes a replay in the form of programs that had no telemetry.
 pub fn earlier(bytes: &[u8], signer: &Signer) -> Vec<u8> {
     written(bytes, &|_: &str, text: &str| text.to_owned(), true, false, signer)
 }
@@ -103,7 +103,7 @@ fn written(bytes: &[u8], change: &Change, honest: bool, telemetry: bool, signer:
     signed(out.into_inner().into_inner(), signer)
 }
 
-/// Fills another signature in.
+/// Replaces the signature.
 fn signed(mut bytes: Vec<u8>, signer: &Signer) -> Vec<u8> {
     let place = reader::find_signature(&bytes).expect("a place");
     bytes[place.clone()].fill(b'0');

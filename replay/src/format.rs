@@ -1,8 +1,8 @@
-//! Names of what stands in a file.
+//! Names of topics and records in a file.
 
 /// Topic of [`crate::messages::ActionMessage`].
 pub(crate) const ACTION: &str = "/action";
-/// Topic of the referee's notes.
+/// Topic of the referee's events.
 pub(crate) const EVENT: &str = "/event";
 /// Topic of [`crate::messages::HashMessage`].
 pub(crate) const HASH: &str = "/hash";
@@ -11,7 +11,7 @@ pub(crate) const SCENE: &str = "/scene";
 /// Topic of the bodies' poses.
 pub(crate) const POSES: &str = "/tf";
 
-/// Topic of what goes on in the hand.
+/// Topic of the telemetry of the hand.
 pub(crate) const TELEMETRY: &str = "/telemetry";
 
 /// Name of the metadata record with the header.

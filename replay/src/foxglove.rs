@@ -1,18 +1,22 @@
-//! The shapes of a run as Foxglove shows them, in JSON.
+//! The shapes of a run as `foxglove.SceneUpdate`, in JSON. Names and types are those of the published definitions
+//! (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/jsonschema>); the fields that no file has are left out.
 
-use crate::frames::{WORLD, Xyz, Xyzw, link_frame};
+use crate::frames::{Quaternion, Vector3, WORLD, link_frame};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::Run;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// sRGB of the hand.
 const HAND_COLOR: [f64; 3] = [0.72, 0.74, 0.78];
 
-/// A time or a length of time.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+/// A time, or a duration.
+#[derive(Clone, Copy, Debug, Default, Serialize, JsonSchema)]
+#[schemars(rename = "FoxgloveTime")]
 pub(crate) struct Time {
     sec: u64,
+    #[schemars(range(max = 999_999_999))]
     nsec: u32,
 }
 
@@ -23,13 +27,17 @@ impl Time {
     }
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Place {
-    position: Xyz,
-    orientation: Xyzw,
+/// The pose of a shape in the frame of its entity.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+struct FoxglovePose {
+    /// Position, m.
+    position: Vector3,
+    /// Orientation.
+    orientation: Quaternion,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
+/// A colour with its opacity; each component is 0 to 1.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 struct Color {
     r: f64,
     g: f64,
@@ -37,72 +45,102 @@ struct Color {
     a: f64,
 }
 
-/// To a hundredth of a millimetre: finer is not seen, and packs worse.
+/// Steps of a hundredth of a millimetre: finer ones are invisible, and compress worse.
 const STEPS: f64 = 1e5;
 
-fn xyz(v: Vec3) -> Xyz {
-    Xyz::rounded(v, STEPS)
+fn xyz(v: Vec3) -> Vector3 {
+    Vector3::rounded(v, STEPS)
 }
 
-fn place(pose: Pose) -> Place {
-    Place { position: xyz(pose.translation), orientation: Xyzw::rounded(pose.rotation, STEPS) }
+fn place(pose: Pose) -> FoxglovePose {
+    FoxglovePose { position: xyz(pose.translation), orientation: Quaternion::rounded(pose.rotation, STEPS) }
 }
 
-#[derive(Debug, Serialize)]
-struct Sized {
-    pose: Place,
-    size: Xyz,
+/// A box, or an ellipsoid.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Primitive {
+    pose: FoxglovePose,
+    /// Extents of the box, or diameters of the ellipsoid, m.
+    size: Vector3,
     color: Color,
 }
 
-#[derive(Debug, Serialize)]
-struct Cylinder {
-    pose: Place,
-    size: Xyz,
+/// A cylinder along z.
+#[derive(Debug, Serialize, JsonSchema)]
+struct CylinderPrimitive {
+    pose: FoxglovePose,
+    /// Diameters along x and y, and length along z, m.
+    size: Vector3,
+    /// Diameter of the lower end, relative to `size`.
     bottom_scale: f64,
+    /// Diameter of the upper end, relative to `size`.
     top_scale: f64,
     color: Color,
 }
 
-#[derive(Debug, Serialize)]
-struct Triangles {
-    pose: Place,
-    points: Vec<Xyz>,
+/// Triangles.
+#[derive(Debug, Serialize, JsonSchema)]
+struct TriangleListPrimitive {
+    pose: FoxglovePose,
+    /// Corners, m.
+    points: Vec<Vector3>,
     color: Color,
-    colors: [Color; 0],
+    /// The colour of each corner; empty: `color` for all.
+    colors: Vec<Color>,
+    /// Three indices into `points` for each triangle.
     indices: Vec<u32>,
 }
 
-#[derive(Debug, Serialize)]
-struct Entity {
+/// A remark on an entity; none is written.
+#[derive(Debug, Serialize, JsonSchema)]
+struct KeyValuePair {
+    key: String,
+    value: String,
+}
+
+/// A body: a link of the hand, an object or furniture.
+#[derive(Debug, Serialize, JsonSchema)]
+struct SceneEntity {
     timestamp: Time,
+    /// The frame that the entity is fixed in.
     frame_id: String,
+    /// Identifies the entity.
     id: String,
+    /// Zero: as long as the file.
     lifetime: Time,
+    /// Whether the entity follows its frame.
     frame_locked: bool,
-    metadata: [(); 0],
-    cubes: Vec<Sized>,
-    spheres: Vec<Sized>,
-    cylinders: Vec<Cylinder>,
-    triangles: Vec<Triangles>,
+    metadata: Vec<KeyValuePair>,
+    cubes: Vec<Primitive>,
+    spheres: Vec<Primitive>,
+    cylinders: Vec<CylinderPrimitive>,
+    triangles: Vec<TriangleListPrimitive>,
 }
 
-/// `foxglove.SceneUpdate`
-#[derive(Debug, Serialize)]
+/// The removal of an entity; none is written.
+#[derive(Debug, Serialize, JsonSchema)]
+struct SceneEntityDeletion {
+    timestamp: Time,
+    r#type: u32,
+    id: String,
+}
+
+/// The shapes of all bodies.
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct SceneUpdate {
-    deletions: [(); 0],
-    entities: Vec<Entity>,
+    deletions: Vec<SceneEntityDeletion>,
+    entities: Vec<SceneEntity>,
 }
 
-impl Entity {
+impl SceneEntity {
     fn new(timestamp: Time, frame_id: &str, id: &str) -> Self {
-        Entity {
+        SceneEntity {
             timestamp,
             frame_id: frame_id.into(),
             id: id.into(),
             lifetime: Time::default(),
             frame_locked: true,
-            metadata: [],
+            metadata: Vec::new(),
             cubes: Vec::new(),
             spheres: Vec::new(),
             cylinders: Vec::new(),
@@ -112,9 +150,12 @@ impl Entity {
 
     fn add(&mut self, at: Pose, shape: &Shape, [r, g, b]: [f64; 3]) {
         let color = Color { r, g, b, a: 1.0 };
-        let ball =
-            |at: Pose, radius: f64| Sized { pose: place(at), size: xyz(Vec3::splat(2.0 * radius)), color };
-        let cylinder = |radius: f64, half_length: f64| Cylinder {
+        let ball = |at: Pose, radius: f64| Primitive {
+            pose: place(at),
+            size: xyz(Vec3::splat(2.0 * radius)),
+            color,
+        };
+        let cylinder = |radius: f64, half_length: f64| CylinderPrimitive {
             pose: place(at),
             size: xyz(Vec3::new(2.0 * radius, 2.0 * radius, 2.0 * half_length)),
             bottom_scale: 1.0,
@@ -131,7 +172,7 @@ impl Entity {
                     self.spheres.push(ball(end, *radius));
                 }
             }
-            Shape::Box { half_extents, .. } => self.cubes.push(Sized {
+            Shape::Box { half_extents, .. } => self.cubes.push(Primitive {
                 pose: place(at),
                 size: xyz(Vec3::from_array(half_extents.map(|x| 2.0 * x))),
                 color,
@@ -143,11 +184,11 @@ impl Entity {
                 let Some((points, faces)) = polyhedron.map(|polyhedron| polyhedron.to_trimesh()) else {
                     return;
                 };
-                self.triangles.push(Triangles {
+                self.triangles.push(TriangleListPrimitive {
                     pose: place(at * upright),
                     points: points.into_iter().map(xyz).collect(),
                     color,
-                    colors: [],
+                    colors: Vec::new(),
                     indices: faces.into_iter().flatten().collect(),
                 });
             }
@@ -155,12 +196,12 @@ impl Entity {
     }
 }
 
-/// What stands in the scene.
+/// The bodies of a run.
 pub(crate) fn scene(run: &Run, timestamp: Time) -> SceneUpdate {
     let mut entities = Vec::new();
     for link in &run.hand().links {
         let frame = link_frame(link);
-        let mut entity = Entity::new(timestamp, &frame, &frame);
+        let mut entity = SceneEntity::new(timestamp, &frame, &frame);
         for geom in &link.geoms {
             entity.add(geom.link_from_geom, &geom.shape, HAND_COLOR);
         }
@@ -168,7 +209,7 @@ pub(crate) fn scene(run: &Run, timestamp: Time) -> SceneUpdate {
     }
     for body in &run.scene().bodies {
         let frame = if body.free { body.name.as_str() } else { WORLD };
-        let mut entity = Entity::new(timestamp, frame, &body.name);
+        let mut entity = SceneEntity::new(timestamp, frame, &body.name);
         let pose = |position: [f64; 3], [x, y, z, w]: [f64; 4]| {
             Pose::from_parts(Vec3::from_array(position), Rotation::from_xyzw(x, y, z, w))
         };
@@ -181,5 +222,5 @@ pub(crate) fn scene(run: &Run, timestamp: Time) -> SceneUpdate {
         }
         entities.push(entity);
     }
-    SceneUpdate { deletions: [], entities }
+    SceneUpdate { deletions: Vec::new(), entities }
 }

@@ -1,16 +1,17 @@
-//! Poses as Foxglove shows them: `foxglove.FrameTransforms`, written as protobuf. They are nine tenths of a replay, and
-//! JSON takes several times as long to write and to pack.
+//! Poses as `foxglove.FrameTransforms`, in protobuf. They are nine tenths of a replay, and JSON takes several times
+//! as long to write and to compress. The fields are those of the published definitions
+//! (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
 
-use crate::descriptors::{self, TIME, TIMESTAMP, field, file, list, message};
+use crate::descriptors::{described, timestamp};
 use palmares_models::hand::Link;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::Run;
 use prost::{EncodeError, Message};
-use prost_types::field_descriptor_proto::Type;
-use prost_types::{FileDescriptorSet, Timestamp};
+use prost_types::Timestamp;
+use schemars::JsonSchema;
 use serde::Serialize;
 
-/// The frame everything else stands in.
+/// The root of all frames.
 pub(crate) const WORLD: &str = "world";
 
 /// The frame of a link of the hand.
@@ -18,82 +19,95 @@ pub(crate) fn link_frame(link: &Link) -> String {
     format!("hand/{}", link.name)
 }
 
-/// To 2⁻¹⁷, less than a hundredth of a millimetre: finer is not seen, and most bytes of such a number are zero.
+/// Steps of 2⁻¹⁷, less than 0.01 mm: finer ones are invisible, and most bytes of a rounded number are zero.
 const STEPS: f64 = (1 << 17) as f64;
 
-/// The nearest of so many steps to one.
+/// The nearest multiple of `1 / steps`.
 fn rounded(x: f64, steps: f64) -> f64 {
-    // Adding zero makes -0 a 0.
+    // Adding zero turns -0 into 0.
     (x * steps).round() / steps + 0.0
 }
 
-/// `foxglove.Vector3`
-#[derive(Clone, Copy, PartialEq, Message, Serialize)]
-pub(crate) struct Xyz {
-    #[prost(double, tag = "1")]
-    x: f64,
-    #[prost(double, tag = "2")]
-    y: f64,
-    #[prost(double, tag = "3")]
-    z: f64,
+described! {
+    "foxglove", "Vector3":
+    /// A vector, m.
+    #[derive(Clone, Copy, PartialEq, Message, Serialize, JsonSchema)]
+    pub(crate) struct Vector3 {
+        #[prost(double, tag = "1")]
+        x: f64,
+        #[prost(double, tag = "2")]
+        y: f64,
+        #[prost(double, tag = "3")]
+        z: f64,
+    }
 }
 
-/// `foxglove.Quaternion`
-#[derive(Clone, Copy, PartialEq, Message, Serialize)]
-pub(crate) struct Xyzw {
-    #[prost(double, tag = "1")]
-    x: f64,
-    #[prost(double, tag = "2")]
-    y: f64,
-    #[prost(double, tag = "3")]
-    z: f64,
-    #[prost(double, tag = "4")]
-    w: f64,
+described! {
+    "foxglove", "Quaternion":
+    /// A unit quaternion.
+    #[derive(Clone, Copy, PartialEq, Message, Serialize, JsonSchema)]
+    pub(crate) struct Quaternion {
+        #[prost(double, tag = "1")]
+        x: f64,
+        #[prost(double, tag = "2")]
+        y: f64,
+        #[prost(double, tag = "3")]
+        z: f64,
+        #[prost(double, tag = "4")]
+        w: f64,
+    }
 }
 
-impl Xyz {
-    /// A vector in such steps.
+impl Vector3 {
+    /// A vector, rounded to multiples of `1 / steps`.
     pub(crate) fn rounded(v: Vec3, steps: f64) -> Self {
         let [x, y, z] = v.to_array().map(|x| rounded(x, steps));
-        Xyz { x, y, z }
+        Vector3 { x, y, z }
     }
 }
 
-impl Xyzw {
-    /// An orientation in such steps.
+impl Quaternion {
+    /// An orientation, rounded to multiples of `1 / steps`.
     pub(crate) fn rounded(q: Rotation, steps: f64) -> Self {
         let [x, y, z, w] = q.to_array().map(|x| rounded(x, steps));
-        Xyzw { x, y, z, w }
+        Quaternion { x, y, z, w }
     }
 }
 
-#[derive(Clone, PartialEq, Message)]
-struct FrameTransform {
-    #[prost(message, required, tag = "1")]
-    timestamp: Timestamp,
-    #[prost(string, tag = "2")]
-    parent_frame_id: String,
-    #[prost(string, tag = "3")]
-    child_frame_id: String,
-    #[prost(message, required, tag = "4")]
-    translation: Xyz,
-    #[prost(message, required, tag = "5")]
-    rotation: Xyzw,
+described! {
+    "foxglove", "FrameTransform":
+    #[derive(Clone, PartialEq, Message)]
+    struct FrameTransform {
+        #[prost(message, required, tag = "1")]
+        timestamp: Timestamp,
+        #[prost(string, tag = "2")]
+        parent_frame_id: String,
+        #[prost(string, tag = "3")]
+        child_frame_id: String,
+        #[prost(message, required, tag = "4")]
+        translation: Vector3,
+        #[prost(message, required, tag = "5")]
+        rotation: Quaternion,
+    }
 }
 
-/// `foxglove.FrameTransforms`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct FrameTransforms {
-    #[prost(message, repeated, tag = "1")]
-    transforms: Vec<FrameTransform>,
+described! {
+    "foxglove", "FrameTransforms":
+    /// `foxglove.FrameTransforms`
+    #[derive(Clone, PartialEq, Message)]
+    pub(crate) struct FrameTransforms {
+        #[prost(message, repeated, tag = "1")]
+        transforms: Vec<FrameTransform>,
+    }
 }
 
-/// The bodies that can move, by their places: links first, then free objects.
+/// Frames of the bodies that can move: links first, then free objects.
 #[derive(Debug)]
 pub(crate) struct Frames(Vec<FrameTransform>);
 
 impl Frames {
-    /// Those of a run: a link in the link before, the base and the objects in the world.
+    /// The frames of a run. The parent of a link's frame is that of its parent link; the base and objects are in the
+    /// world.
     pub(crate) fn of(run: &Run) -> Self {
         let frame = |child: String, parent: String| FrameTransform {
             parent_frame_id: parent,
@@ -107,19 +121,20 @@ impl Frames {
         Frames(links.chain(objects.map(|body| frame(body.name.clone(), WORLD.into()))).collect())
     }
 
-    /// Writes where the bodies of these places are at a time, ns since 1970 UTC: a `foxglove.FrameTransforms`.
+    /// Writes a `foxglove.FrameTransforms` with these poses, each with the index of its frame; the time is ns since
+    /// 1970 UTC.
     pub(crate) fn write(
         &mut self,
         time_ns: u64,
         poses: &[(usize, Pose)],
         buffer: &mut Vec<u8>,
     ) -> Result<(), EncodeError> {
-        let timestamp = descriptors::timestamp(time_ns);
-        // Names are lent to the message: there are thousands of them a second.
+        let timestamp = timestamp(time_ns);
+        // The message borrows the names: there are thousands of them per second.
         let lent = poses.iter().map(|(k, pose)| FrameTransform {
             timestamp,
-            translation: Xyz::rounded(pose.translation, STEPS),
-            rotation: Xyzw::rounded(pose.rotation, STEPS),
+            translation: Vector3::rounded(pose.translation, STEPS),
+            rotation: Quaternion::rounded(pose.rotation, STEPS),
             ..std::mem::take(&mut self.0[*k])
         });
         let message = FrameTransforms { transforms: lent.collect() };
@@ -132,14 +147,14 @@ impl Frames {
 }
 
 impl FrameTransforms {
-    /// Where one frame is in the world, at a time in ns since 1970 UTC.
+    /// The pose of one frame in the world, at a time in ns since 1970 UTC.
     pub(crate) fn of(time_ns: u64, name: &str, pose: Pose) -> Self {
         let frame = FrameTransform {
-            timestamp: descriptors::timestamp(time_ns),
+            timestamp: timestamp(time_ns),
             parent_frame_id: WORLD.into(),
             child_frame_id: name.into(),
-            translation: Xyz::rounded(pose.translation, STEPS),
-            rotation: Xyzw::rounded(pose.rotation, STEPS),
+            translation: Vector3::rounded(pose.translation, STEPS),
+            rotation: Quaternion::rounded(pose.rotation, STEPS),
         };
         FrameTransforms { transforms: vec![frame] }
     }
@@ -153,36 +168,4 @@ impl FrameTransforms {
             (frame.parent_frame_id.as_str(), frame.child_frame_id.as_str(), pose)
         })
     }
-}
-
-/// The `FileDescriptorSet` that readers of `foxglove.FrameTransforms` need. Its fields are those of the published
-/// definition (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
-pub(crate) fn schema() -> Vec<u8> {
-    let coordinates = |name: &str, axes: &[&str]| {
-        message(name, axes.iter().map(|axis| field(axis, Type::Double, None)).collect())
-    };
-    let transform = vec![
-        field("timestamp", Type::Message, Some(TIMESTAMP)),
-        field("parent_frame_id", Type::String, None),
-        field("child_frame_id", Type::String, None),
-        field("translation", Type::Message, Some(".foxglove.Vector3")),
-        field("rotation", Type::Message, Some(".foxglove.Quaternion")),
-    ];
-    let transforms = list("transforms", Type::Message, Some(".foxglove.FrameTransform"));
-    const VECTOR: &str = "foxglove/Vector3.proto";
-    const QUATERNION: &str = "foxglove/Quaternion.proto";
-    const TRANSFORM: &str = "foxglove/FrameTransform.proto";
-    let files = vec![
-        descriptors::time(),
-        file(VECTOR, "foxglove", &[], coordinates("Vector3", &["x", "y", "z"])),
-        file(QUATERNION, "foxglove", &[], coordinates("Quaternion", &["x", "y", "z", "w"])),
-        file(TRANSFORM, "foxglove", &[TIME, VECTOR, QUATERNION], message("FrameTransform", transform)),
-        file(
-            "foxglove/FrameTransforms.proto",
-            "foxglove",
-            &[TRANSFORM],
-            message("FrameTransforms", vec![transforms]),
-        ),
-    ];
-    FileDescriptorSet { file: files }.encode_to_vec()
 }

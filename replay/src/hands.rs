@@ -1,4 +1,4 @@
-//! The hand of a replay: one that comes with the program, or the attached one.
+//! The hand of a replay: a built-in one, or the attached one.
 
 use crate::format::HAND_FILES;
 use crate::header::Header;
@@ -8,7 +8,7 @@ use palmares_models::read::{self, Files, LoadOptions};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The hand the run was played with.
+/// The hand of the run.
 pub(crate) fn hand(header: &Header, files: Option<&[u8]>) -> Result<Arc<Hand>, VerifyError> {
     let hand = match (header.hand_attached, files) {
         (true, Some(files)) => Arc::new(unpacked(files)?),

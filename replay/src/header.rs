@@ -1,4 +1,4 @@
-//! What stands at the beginning of a replay: which run this is and what its bits depend on.
+//! The header of a replay: identity of the run, and everything that its bits depend on.
 
 use crate::format::RUN_RECORD;
 use crate::lower_hex::from_hex;
@@ -14,40 +14,40 @@ use std::collections::BTreeMap;
 /// Version of the format.
 const FORMAT: u32 = 1;
 
-/// Whether a run counts.
+/// The mode of the competition that a run belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum CompetitionMode {
     /// A run of a practice session.
     Practice,
     /// A run of an official session.
     Official,
 }
 
-/// Who waits for whom.
+/// How the world is clocked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pacing {
     /// The world waits for every step.
     Lockstep,
-    /// The world goes on by the clock.
+    /// The world ticks at wall-clock rate.
     Realtime,
 }
 
-/// Which run this is and what its bits depend on.
+/// Identity of a run, and everything that its bits depend on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
     /// Identifies the run.
     pub run_id: String,
     /// Name on the leaderboard.
     pub team: String,
-    /// Whether it counts.
-    pub kind: Kind,
-    /// Who waited for whom.
+    /// Practice or official.
+    pub mode: CompetitionMode,
+    /// How the world was clocked.
     pub pacing: Pacing,
-    /// What the controller saw.
+    /// How much of the state the observations had.
     pub sensing: Sensing,
-    /// How good the sensors were.
+    /// The errors of the sensors.
     pub noise: Noise,
     /// Name of the task.
     pub task: String,
@@ -59,7 +59,7 @@ pub struct Header {
     pub hand: String,
     /// [`Hand::content_hash`]
     pub hand_hash: String,
-    /// Whether the hand's files are attached; else it comes with the program.
+    /// Whether the hand's files are attached; otherwise the hand is built in.
     pub hand_attached: bool,
     /// [`identity::physics_hash`]
     pub physics_hash: String,
@@ -71,21 +71,22 @@ pub struct Header {
     pub build_hash: String,
     /// Determines the scene.
     pub seed: Seed,
-    /// The number behind the seed, in practice.
+    /// The number of the seed, in practice.
     pub seed_number: Option<u64>,
-    /// Which run of this task and team it was, in official sessions.
+    /// Number of the run among the team's runs of the task, in official sessions.
     pub k: Option<u64>,
-    /// When it began, ms since 1970 UTC.
+    /// Start, ms since 1970 UTC.
     pub started_unix_ms: u64,
 }
 
 impl Header {
-    /// A practice run in lockstep that begins at `started_unix_ms`; the caller changes what is different.
+    /// The header of a practice run in lockstep that starts at `started_unix_ms`; the caller changes the fields that
+    /// differ.
     pub fn new(run_id: &str, team: &str, task: &Task, hand: &Hand, seed: Seed, started_unix_ms: u64) -> Self {
         Header {
             run_id: run_id.into(),
             team: team.into(),
-            kind: Kind::Practice,
+            mode: CompetitionMode::Practice,
             pacing: Pacing::Lockstep,
             sensing: Sensing::Truth,
             noise: Noise::None,
@@ -106,14 +107,14 @@ impl Header {
         }
     }
 
-    /// As the metadata record shows it: plain words, numbers in decimal.
+    /// The fields of the metadata record: words, and decimal numbers.
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         let mut map = BTreeMap::new();
         let mut put = |key: &str, value: String| map.insert(key.to_owned(), value);
         put("format", FORMAT.to_string());
         put("run_id", self.run_id.clone());
         put("team", self.team.clone());
-        put("kind", word(&self.kind));
+        put("kind", word(&self.mode));
         put("pacing", word(&self.pacing));
         put("sensing", word(&self.sensing));
         put("noise", word(&self.noise));
@@ -155,7 +156,7 @@ impl Header {
         Ok(Header {
             run_id: fields.text("run_id")?.into(),
             team: fields.text("team")?.into(),
-            kind: fields.word("kind")?,
+            mode: fields.word("kind")?,
             pacing: fields.word("pacing")?,
             sensing: fields.word("sensing")?,
             noise: fields.word("noise")?,
@@ -181,7 +182,7 @@ fn wrong(field: &str) -> VerifyError {
     VerifyError::NotAReplay(format!("{RUN_RECORD}: `{field}` is missing or unreadable"))
 }
 
-/// The word serde writes for a value without fields.
+/// The word that serde writes for a variant without fields.
 pub fn word<T: Serialize>(value: &T) -> String {
     let value = serde_json::to_value(value).unwrap_or_default();
     value.as_str().unwrap_or_default().to_owned()

@@ -1,20 +1,20 @@
-//! What is written into a replay, one after the other.
+//! Items that the recorder sends to the writer of a replay.
 
 use crate::messages::{ActionMessage, StateHash};
-use crate::poses::Picture;
+use crate::poses::PoseFrame;
 use palmares_tasks::{Event, Outcome};
 
-/// Something to be written.
+/// An item of a replay.
 #[derive(Debug)]
 pub(crate) enum Item {
-    /// What led from a tick to the next.
+    /// A tick's action.
     Action(ActionMessage),
-    /// The referee's note.
+    /// An event of the referee.
     Event(Event),
     /// Digest of the state at a tick.
     Hash(u64, StateHash),
-    /// Where everything is.
-    Picture(Picture),
-    /// How the run ended.
+    /// The poses of all bodies, with a sample of the hand.
+    Poses(PoseFrame),
+    /// The outcome of the run.
     Outcome(Box<Outcome>),
 }

@@ -1,11 +1,11 @@
-//! Replays: everything needed to play a run again, bit for bit, and to show that nobody touched the record.
+//! Replays: files from which a run can be simulated again, bit for bit, and which prove that nobody changed the
+//! recording.
 //!
-//! A [`Recorder`] writes while the run goes on; [`read`] takes a file apart without trusting a byte of it;
-//! [`verify()`] simulates it again. The format is described in `docs/replays.md`.
+//! A [`Recorder`] writes during the run; [`read`] reads a file without trusting a byte of it; [`verify()`] simulates it
+//! again. `docs/replays.md` describes the format.
 
 mod chain;
 mod descriptors;
-mod film;
 #[cfg(any(test, feature = "forge"))]
 pub mod forge;
 mod format;
@@ -13,6 +13,7 @@ mod foxglove;
 mod frames;
 mod hands;
 mod header;
+mod image_export;
 mod item;
 mod lower_hex;
 mod messages;
@@ -21,7 +22,7 @@ mod poses;
 mod reader;
 mod recorder;
 mod records;
-mod schema;
+pub mod schema;
 mod signature;
 mod signed_file;
 mod telemetry;
@@ -33,11 +34,11 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub use film::{FilmError, film};
-pub use header::{Header, Kind, Pacing, word};
+pub use header::{CompetitionMode, Header, Pacing, word};
+pub use image_export::{ExportError, export_images};
 pub use messages::{PushMessage, StateHash};
 pub use pack::pack;
-pub use reader::{RecordedTick, Replay, each_picture, read};
+pub use reader::{RecordedTick, Replay, each_pose_message, read};
 pub use recorder::{RecordError, Recorder, ReplayFile};
 pub use records::FILE_BYTES;
 pub use signature::{KeyError, PublicKey, Signer};

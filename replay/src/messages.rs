@@ -1,34 +1,36 @@
-//! What is written on the channels that decide a score. JSON; a number is written with as many digits as bring
-//! back its bits.
+//! Messages of the channels that decide a score, in JSON. A number has as many digits as restore its bits.
 
 use crate::lower_hex::from_hex;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Action, Run};
+use schemars::JsonSchema;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The action that led from `tick` to `tick + 1`, as applied.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The action of the step from `tick` to `tick + 1`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ActionMessage {
-    /// The tick the world was at.
+    /// The tick before the step.
     pub(crate) tick: u64,
-    /// Clipped, with everything filled in.
+    /// As applied: clipped and complete.
     pub(crate) action: Action,
-    /// Where it led: digest of every bit of the state at `tick + 1`. Early files have it every hundred ticks only.
+    /// Digest of every bit of the state at `tick + 1`, 16 hexadecimal digits. Early files have it only every hundred
+    /// ticks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) state: Option<StateHash>,
-    /// Wrenches from outside that began here.
+    /// External wrenches that begin with this step.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) pushes: Vec<PushMessage>,
 }
 
 /// A digest of every bit of a state, written as 16 hexadecimal digits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StateHash(pub u64);
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema)]
+#[schemars(transparent, inline)]
+pub struct StateHash(#[schemars(with = "String")] pub u64);
 
 impl StateHash {
-    /// Of the state that a run is in.
+    /// The digest of a run's present state.
     pub(crate) fn of(run: &Run) -> Self {
         StateHash(run.digest())
     }
@@ -49,32 +51,32 @@ impl Serialize for StateHash {
 impl<'de> Deserialize<'de> for StateHash {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        // One spelling each: what was read writes the same bytes again.
+        // Each digest has one spelling: reading and writing it gives the same bytes.
         let digest = from_hex(&text).map(|bytes| StateHash(u64::from_be_bytes(bytes)));
         digest.ok_or_else(|| D::Error::custom("expected 16 hexadecimal digits"))
     }
 }
 
-/// A wrench on a link from outside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// An external wrench on a link.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PushMessage {
     /// Name of the link.
     pub link: String,
-    /// In the world frame.
+    /// World frame.
     pub wrench: Wrench,
-    /// For how long, s.
+    /// Duration, s.
     pub duration_s: f64,
 }
 
 /// The state at a tick.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HashMessage {
     /// Ticks since reset.
     pub(crate) tick: u64,
-    /// Digest of every bit of the state.
+    /// Digest of every bit of the state, 16 hexadecimal digits.
     pub(crate) state: StateHash,
-    /// The chain before this message, 64 hexadecimal digits.
+    /// Hash chain before this message, 64 hexadecimal digits.
     pub(crate) chain: String,
 }

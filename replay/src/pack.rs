@@ -1,4 +1,4 @@
-//! The files of a hand as one archive, for its replays.
+//! Packs the files of a hand into an archive for replays.
 
 use palmares_models::hand::Hand;
 use palmares_models::read::Limits;
@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-/// Packs what the hand at `path` was loaded from: a URDF file, a folder or an archive.
+/// Packs the files that the hand at `path` was loaded from: a URDF file, a folder or an archive.
 ///
 /// # Errors
-/// The files cannot be read, are too many or too large, or do not make the same hand when they are unpacked.
+/// The files cannot be read, are too many or too large, or give another hand when they are unpacked.
 pub fn pack(path: &Path, hand: &Hand) -> Result<Vec<u8>> {
     let limits = Limits::default();
     let bytes = if has_extension(path, "zip") {
@@ -26,13 +26,13 @@ pub fn pack(path: &Path, hand: &Hand) -> Result<Vec<u8>> {
         };
         let mut files = Vec::new();
         collect(folder, PathBuf::new(), urdf, &limits, &mut files)?;
-        // The same order everywhere: the same hand is the same archive.
+        // The order is the same on every machine, so that the same hand gives the same archive.
         files.sort();
         packed(folder, &files, &limits)?
     };
     match crate::hands::unpacked(&bytes) {
         Ok(unpacked) if unpacked.content_hash() == hand.content_hash() => Ok(bytes),
-        Ok(_) => Err(Error::other("its packed files make another hand")),
+        Ok(_) => Err(Error::other("the packed files give another hand")),
         Err(refused) => Err(Error::other(refused.to_string())),
     }
 }
@@ -41,7 +41,7 @@ fn has_extension(path: &Path, kind: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(kind))
 }
 
-/// The files a hand may need, relative to its folder: of several URDFs the one that was named.
+/// The files that a hand may need, relative to its folder. If the folder has several URDF files, only the named one.
 fn collect(
     folder: &Path,
     inside: PathBuf,

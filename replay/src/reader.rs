@@ -1,7 +1,7 @@
-//! Takes a replay apart without trusting a byte of it.
+//! Reads a replay without trusting a byte of it.
 //!
-//! The file may come from anybody: sizes are looked at before anything is allocated, numbers are counted, and the
-//! signature is checked over every byte before anything is simulated.
+//! The file may come from anybody: sizes are checked before memory is allocated, counts are bounded, and the
+//! signature is checked over every byte before a tick is simulated.
 
 use crate::chain::Chain;
 use crate::format::{
@@ -21,58 +21,58 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::panic::catch_unwind;
 
-/// Ticks of the longest run anybody may record; a task's time limit is looked at before simulating.
-const MOST_TICKS: usize = 1 << 20;
-/// Events of the longest run.
-const MOST_EVENTS: usize = 1 << 20;
+/// Largest number of ticks; the task's time limit is checked before the simulation.
+const MAX_TICKS: usize = 1 << 20;
+/// Largest number of events.
+const MAX_EVENTS: usize = 1 << 20;
 
-/// What was done between two ticks.
+/// A tick of a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedTick {
-    /// As applied.
+    /// The action as applied.
     pub action: Action,
-    /// Where it led.
+    /// Digest of the state after the tick, if it was recorded.
     pub state: Option<StateHash>,
-    /// Wrenches from outside that began.
+    /// External wrenches that begin with this tick.
     pub pushes: Vec<PushMessage>,
 }
 
-/// A replay whose chain and signature are sound. Whether it is true, [`crate::verify`] tells.
+/// A replay whose chain and signature are valid; [`crate::verify`] checks it by simulation.
 #[derive(Debug)]
 pub struct Replay {
-    /// Which run this is and what its bits depend on.
+    /// Identity of the run, and everything that its bits depend on.
     pub header: Header,
-    /// What was done in every tick.
+    /// Every tick.
     pub actions: Vec<RecordedTick>,
-    /// What the referee noted during the run.
+    /// Events of the referee.
     pub events: Vec<Event>,
     /// Hashes of the state, by tick.
     pub hashes: Vec<(u64, StateHash)>,
-    /// How the run ended.
+    /// Outcome of the run.
     pub outcome: Outcome,
-    /// The hand's archive, when it does not come with the program.
+    /// The hand's archive, if the hand is not built in.
     pub hand_files: Option<Vec<u8>>,
-    /// Who signed.
+    /// Key of the signature.
     pub key: PublicKey,
     /// SHA-256 of the file.
     pub sha256: String,
     /// Size of the file.
     pub bytes: usize,
     /// Messages with poses.
-    pub pictures: u64,
-    /// Messages with what went on in the hand; early files have none.
+    pub pose_messages: u64,
+    /// Messages with telemetry; early files have none.
     pub telemetry: u64,
 }
 
 impl Replay {
-    /// Ticks whose state was recorded.
+    /// Number of ticks whose state was recorded.
     pub fn states(&self) -> usize {
-        let told =
+        let recorded =
             self.actions.iter().zip(1..).filter(|(tick, _)| tick.state.is_some()).map(|(_, tick)| tick);
-        self.hashes.iter().map(|(tick, _)| *tick).chain(told).collect::<BTreeSet<u64>>().len()
+        self.hashes.iter().map(|(tick, _)| *tick).chain(recorded).collect::<BTreeSet<u64>>().len()
     }
 
-    /// Whether the expected key signed it; without one, any key will do.
+    /// Checks that the expected key signed it; without one, any key is accepted.
     pub fn signed_by(&self, expected: Option<&PublicKey>) -> Result<(), VerifyError> {
         match expected {
             Some(expected) if *expected != self.key => {
@@ -83,7 +83,7 @@ impl Replay {
     }
 }
 
-/// Where the digits of the signature are in a file.
+/// The range of the signature's digits in a file.
 pub(crate) fn find_signature(bytes: &[u8]) -> Result<Range<usize>, VerifyError> {
     let mut found = None;
     for frame in records::frames(bytes)? {
@@ -106,12 +106,12 @@ pub(crate) fn find_signature(bytes: &[u8]) -> Result<Range<usize>, VerifyError> 
 
 /// Reads a replay and checks its chain and its signature.
 pub fn read(bytes: &[u8]) -> Result<Replay, VerifyError> {
-    // The bounds should suffice; should a library give up all the same, that is no reason to go down with it.
+    // The bounds should prevent a panic of a library; if one happens all the same, only this file is refused.
     catch_unwind(|| read_all(bytes))
-        .unwrap_or_else(|_| Err(VerifyError::ChainBroken("a damaged record brings the reader down".into())))
+        .unwrap_or_else(|_| Err(VerifyError::ChainBroken("a damaged record made the reader fail".into())))
 }
 
-/// The same without a net.
+/// As [`read`], but panics are not caught.
 pub(crate) fn read_all(bytes: &[u8]) -> Result<Replay, VerifyError> {
     let mut reading = Reading::default();
     let mut unpacked = 0;
@@ -123,7 +123,7 @@ pub(crate) fn read_all(bytes: &[u8]) -> Result<Replay, VerifyError> {
                 unpacked +=
                     records::each_of_chunk(&frame, &mut |record| reading.record(frame.start, record))?;
                 if unpacked > records::UNPACKED_BYTES {
-                    return Err(damaged(frame.start, "the chunks are too large together"));
+                    return Err(damaged(frame.start, "the chunks together are too large"));
                 }
             }
             op::MESSAGE | op::CHANNEL if reading.header.is_some() && !reading.summary => {
@@ -131,15 +131,15 @@ pub(crate) fn read_all(bytes: &[u8]) -> Result<Replay, VerifyError> {
                 reading.record(frame.start, record.map_err(|error| damaged(frame.start, error))?)?;
             }
             op::DATA_END => reading.summary = true,
-            // The summary repeats what stood before; the signature covers it.
+            // The summary repeats earlier records; the signature covers it.
             _ => {}
         }
     }
     reading.end(bytes)
 }
 
-/// Calls `see` with every pose message: the bytes of a `foxglove.FrameTransforms`.
-pub fn each_picture(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Result<(), VerifyError> {
+/// Calls `see` with the time and the bytes of every `foxglove.FrameTransforms`.
+pub fn each_pose_message(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Result<(), VerifyError> {
     each_message(bytes, POSES, see)
 }
 
@@ -184,7 +184,7 @@ fn metadata(frame: &Frame<'_>) -> Result<Option<Metadata>, VerifyError> {
     }
 }
 
-/// What has been read so far.
+/// The part of a file that has been read.
 #[derive(Default)]
 struct Reading {
     header: Option<Header>,
@@ -196,7 +196,7 @@ struct Reading {
     outcome: Option<Outcome>,
     hand_files: Option<Vec<u8>>,
     signature: Option<BTreeMap<String, String>>,
-    pictures: u64,
+    pose_messages: u64,
     telemetry: u64,
     summary: bool,
 }
@@ -204,7 +204,7 @@ struct Reading {
 impl Reading {
     fn metadata(&mut self, frame: &Frame<'_>) -> Result<(), VerifyError> {
         let Some(Metadata { name, metadata }) = metadata(frame)? else { return Ok(()) };
-        let twice = || Err(damaged(frame.start, format!("{name} is there twice or in the wrong place")));
+        let twice = || Err(damaged(frame.start, format!("{name} appears twice or in the wrong place")));
         match name.as_str() {
             RUN_RECORD => {
                 if self.header.is_some() {
@@ -233,7 +233,7 @@ impl Reading {
     fn attachment(&mut self, frame: &Frame<'_>) -> Result<(), VerifyError> {
         let (name, data) = records::attachment(frame)?;
         if name == HAND_FILES && self.hand_files.replace(data.to_vec()).is_some() {
-            return Err(damaged(frame.start, format!("{HAND_FILES} is there twice")));
+            return Err(damaged(frame.start, format!("{HAND_FILES} appears twice")));
         }
         Ok(())
     }
@@ -257,7 +257,7 @@ impl Reading {
                     EVENT => self.event(at, &data),
                     HASH => self.hash(at, &data),
                     POSES => {
-                        self.pictures += 1;
+                        self.pose_messages += 1;
                         Ok(())
                     }
                     TELEMETRY => {
@@ -272,7 +272,7 @@ impl Reading {
         }
     }
 
-    /// The chain, once the header is there.
+    /// The chain, which starts with the header.
     fn chain(&mut self) -> Result<&mut Chain, VerifyError> {
         if self.outcome.is_some() {
             return Err(VerifyError::ChainBroken("there are messages after the result".into()));
@@ -284,10 +284,10 @@ impl Reading {
     fn action(&mut self, at: usize, data: &[u8]) -> Result<(), VerifyError> {
         self.chain()?.extend(ACTION, data);
         let ActionMessage { tick, action, state, pushes } = parse(at, data)?;
-        if tick != self.actions.len() as u64 || self.actions.len() == MOST_TICKS {
+        if tick != self.actions.len() as u64 || self.actions.len() == MAX_TICKS {
             let expected = self.actions.len();
             return Err(VerifyError::ChainBroken(format!(
-                "there is an action for tick {tick} where {expected} is due"
+                "expected the action of tick {expected}, found that of tick {tick}"
             )));
         }
         self.actions.push(RecordedTick { action, state, pushes });
@@ -296,7 +296,7 @@ impl Reading {
 
     fn event(&mut self, at: usize, data: &[u8]) -> Result<(), VerifyError> {
         self.chain()?.extend(EVENT, data);
-        if self.events.len() == MOST_EVENTS {
+        if self.events.len() == MAX_EVENTS {
             return Err(damaged(at, "too many events"));
         }
         self.events.push(parse(at, data)?);
@@ -308,10 +308,10 @@ impl Reading {
         let HashMessage { tick, state, chain } = parse(at, data)?;
         if chain != before {
             return Err(VerifyError::ChainBroken(format!(
-                "what stands before the hash of tick {tick} was changed"
+                "the data before the hash of tick {tick} was changed"
             )));
         }
-        if tick != self.actions.len() as u64 || self.hashes.len() > MOST_TICKS {
+        if tick != self.actions.len() as u64 || self.hashes.len() > MAX_TICKS {
             return Err(VerifyError::ChainBroken(format!("the hash of tick {tick} is in the wrong place")));
         }
         self.chain()?.extend(HASH, data);
@@ -323,14 +323,14 @@ impl Reading {
         let (Some(header), Some(chain)) = (self.header, self.chain) else {
             return Err(VerifyError::NotAReplay(format!("an MCAP file, but without a {RUN_RECORD} record")));
         };
-        // Here, so that what was changed is told more exactly than by the signature.
+        // After the chain, whose errors say more exactly what was changed.
         let place = find_signature(bytes)?;
         let (Some(outcome), Some(signature)) = (self.outcome, self.signature) else {
             return Err(VerifyError::Truncated("it has no result".into()));
         };
         let field = |name: &str| signature.get(name).map_or("", String::as_str);
         if field("chain") != chain.to_hex() {
-            return Err(VerifyError::ChainBroken("what stands before the signature was changed".into()));
+            return Err(VerifyError::ChainBroken("the data before the signature was changed".into()));
         }
         if field("algorithm") != "ed25519" {
             return Err(VerifyError::BadSignature("its algorithm is not ed25519".into()));
@@ -355,7 +355,7 @@ impl Reading {
             key,
             sha256: hex::encode(Sha256::digest(bytes)),
             bytes: bytes.len(),
-            pictures: self.pictures,
+            pose_messages: self.pose_messages,
             telemetry: self.telemetry,
         })
     }

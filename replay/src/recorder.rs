@@ -1,10 +1,11 @@
-//! The part of a recording that runs where the world is stepped: it copies, and hands on to a thread that writes.
+//! The part of a recording that runs on the thread of the world: it copies, and sends the copies to a thread that
+//! writes.
 
 use crate::format::HASH_EVERY;
 use crate::header::Header;
 use crate::item::Item;
 use crate::messages::{ActionMessage, PushMessage, StateHash};
-use crate::poses::{Picture, RATE};
+use crate::poses::{PoseFrame, RATE};
 use crate::signature::Signer;
 use crate::signed_file::Written;
 use crate::writer::{Plan, write};
@@ -16,10 +17,10 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use thread_priority::{ThreadPriority, ThreadPriorityValue};
 
-/// Batches that may wait to be written.
-const WAITING: usize = 8;
-/// Pictures are left out while more items than this wait; actions never are.
-const CROWDED: usize = 4_000;
+/// Largest number of queued batches.
+const MAX_BATCHES: usize = 8;
+/// While more items than this are queued, poses are left out; actions never are.
+const MAX_ITEMS_FOR_POSES: usize = 4_000;
 
 /// Why there is no replay.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -38,15 +39,15 @@ impl RecordError {
 /// A replay on the disk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayFile {
-    /// Where.
+    /// Path.
     pub path: PathBuf,
-    /// Its digest, 64 hexadecimal digits.
+    /// SHA-256, 64 hexadecimal digits.
     pub sha256: String,
-    /// Its size.
+    /// Size.
     pub bytes: u64,
 }
 
-/// Records a run while it goes on.
+/// Records a run.
 #[derive(Debug)]
 pub struct Recorder {
     path: PathBuf,
@@ -54,16 +55,16 @@ pub struct Recorder {
     pushes: Vec<PushMessage>,
     channel: Option<SyncSender<Vec<Item>>>,
     thread: Option<JoinHandle<std::io::Result<Written>>>,
-    /// Number of the last picture.
-    pictures: u64,
+    /// Number of the last pose frame.
+    frames: u64,
     tick_s: f64,
 }
 
 impl Recorder {
-    /// Begins `<folder>/<run_id>.mcap`. `hand_files` is the archive of a hand that does not come with the program.
+    /// Creates `<folder>/<run_id>.mcap`. `hand_files`: the archive of a hand that is not built in.
     ///
     /// # Errors
-    /// The file cannot be made, or there is one already.
+    /// The file cannot be created, or exists.
     pub fn create(
         folder: &Path,
         mut header: Header,
@@ -73,7 +74,7 @@ impl Recorder {
     ) -> Result<Self, RecordError> {
         let path = folder.join(format!("{}.mcap", header.run_id));
         if run.task().is_varied() {
-            let message = "a randomised run, or one with some of the objects, is none of the task's";
+            let message = "a randomised run, or one with a part of the objects, cannot be recorded";
             return Err(RecordError::new(&path, message));
         }
         let failed = |error: std::io::Error| RecordError::new(&path, error);
@@ -83,9 +84,9 @@ impl Recorder {
         header.hand_attached = hand_files.is_some();
         let tick_s = header.tick_s;
         let plan = Plan::new(file, header, run, signer.clone(), hand_files);
-        let (channel, inbox) = sync_channel(WAITING);
+        let (channel, inbox) = sync_channel(MAX_BATCHES);
         let thread = std::thread::Builder::new().name("replay".into()).spawn(move || {
-            // Below the ticks: when it falls behind, pictures are left out, and nobody waits.
+            // Lower than that of ticks. When the writer falls behind, poses are left out; the world never waits.
             let below =
                 ThreadPriorityValue::try_from(40).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform);
             if let Err(error) = below.set_for_current() {
@@ -100,21 +101,21 @@ impl Recorder {
             pushes: Vec::new(),
             channel: Some(channel),
             thread: Some(thread),
-            pictures: 0,
+            frames: 0,
             tick_s,
         };
         recorder.items.push(Item::Hash(run.tick(), StateHash::of(run)));
-        recorder.items.push(Item::Picture(picture(run)));
-        recorder.hand_on();
+        recorder.items.push(Item::Poses(pose_frame(run)));
+        recorder.send();
         Ok(recorder)
     }
 
-    /// Notes a push that begins with the next tick.
+    /// Records a push that begins with the next tick.
     pub fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
         self.pushes.push(PushMessage { link: link.into(), wrench, duration_s });
     }
 
-    /// Notes the tick that `run` has just made.
+    /// Records the tick that `run` has just made.
     pub fn tick(&mut self, run: &Run) {
         let tick = run.tick();
         let pushes = std::mem::take(&mut self.pushes);
@@ -123,35 +124,35 @@ impl Recorder {
             ActionMessage { tick: tick - 1, action: run.applied().clone(), state: Some(state), pushes };
         self.items.push(Item::Action(message));
         self.items.extend(run.events().iter().cloned().map(Item::Event));
-        let pictures = (tick as f64 * self.tick_s * RATE) as u64;
-        if pictures > self.pictures && self.items.len() < CROWDED {
-            self.pictures = pictures;
-            self.items.push(Item::Picture(picture(run)));
+        let frames = (tick as f64 * self.tick_s * RATE) as u64;
+        if frames > self.frames && self.items.len() < MAX_ITEMS_FOR_POSES {
+            self.frames = frames;
+            self.items.push(Item::Poses(pose_frame(run)));
         }
         if tick.is_multiple_of(HASH_EVERY) {
             self.items.push(Item::Hash(tick, state));
-            self.hand_on();
+            self.send();
         }
     }
 
-    /// Hands on what has been collected, unless the writer is behind: then it waits for the next time. The world
-    /// never waits for the disk.
-    fn hand_on(&mut self) {
+    /// Sends the collected items, unless the queue is full: then they stay until the next call. The world never waits
+    /// for the disk.
+    fn send(&mut self) {
         let Some(channel) = &self.channel else { return };
         match channel.try_send(std::mem::take(&mut self.items)) {
             Ok(()) => self.items.reserve(2 * HASH_EVERY as usize),
             Err(TrySendError::Full(items)) => self.items = items,
-            // The writer has failed; `finish` tells why.
+            // The writer has failed; `finish` returns its error.
             Err(TrySendError::Disconnected(_)) => self.channel = None,
         }
     }
 
-    /// Deletes what has been written.
+    /// Deletes the file.
     ///
     /// # Errors
     /// The file could not be deleted.
     pub fn discard(mut self) -> Result<(), RecordError> {
-        // The writer ends when nobody sends any more.
+        // The writer ends when the channel closes.
         self.channel = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -159,16 +160,16 @@ impl Recorder {
         std::fs::remove_file(&self.path).map_err(|error| RecordError::new(&self.path, error))
     }
 
-    /// Ends the recording, signs it and waits until it is on the disk.
+    /// Ends the recording, signs it and waits until it is on disk.
     ///
     /// # Errors
     /// The file could not be written completely.
     pub fn finish(mut self, run: &Run, outcome: &Outcome) -> Result<ReplayFile, RecordError> {
         let mut items = std::mem::take(&mut self.items);
-        items.push(Item::Picture(picture(run)));
+        items.push(Item::Poses(pose_frame(run)));
         items.push(Item::Outcome(Box::new(outcome.clone())));
         if let Some(channel) = self.channel.take() {
-            // If the writer has failed, it says so below.
+            // If the writer has failed, `join` below returns its error.
             let _ = channel.send(items);
         }
         let failed = |error: &dyn ToString| RecordError::new(&self.path, error.to_string());
@@ -179,11 +180,11 @@ impl Recorder {
     }
 }
 
-/// Where everything is now.
-pub(crate) fn picture(run: &Run) -> Picture {
+/// The present poses and sample of a run.
+pub(crate) fn pose_frame(run: &Run) -> PoseFrame {
     let (model, state) = (run.world().model(), run.world().state());
     let objects = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
-    Picture {
+    PoseFrame {
         tick: run.tick(),
         base: state.base,
         q: state.q.clone(),

@@ -1,31 +1,31 @@
-//! The frame of an MCAP file: which bytes are which record. With bounds, since the file may come from anybody.
+//! Splits an MCAP file into records, within bounds: the file may come from anybody.
 
 use crate::verify_error::VerifyError;
 use mcap::MAGIC;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-/// Bytes of a whole file.
+/// Largest size of a file, bytes.
 pub const FILE_BYTES: usize = 512 << 20;
-/// Bytes of a chunk, packed or not; ours have a quarter of a megabyte.
+/// Largest size of a chunk, compressed or not, bytes; those of the recorder have 256 KiB.
 const CHUNK_BYTES: usize = 8 << 20;
-/// How many times larger than its packed form a chunk may be, above [`RATIO_COUNTS_FROM`]. Ours are about ten.
+/// Largest compression ratio of a chunk above [`RATIO_COUNTS_FROM`]; those of the recorder have about 10.
 const CHUNK_RATIO: u64 = 200;
-/// Smaller chunks may be packed as well as they like, bytes.
+/// Smaller chunks may have any compression ratio, bytes.
 const RATIO_COUNTS_FROM: u64 = 1 << 20;
-/// Bytes of all chunks together after unpacking; ten minutes in which everything moves have a hundred million.
+/// Largest size of all uncompressed chunks together, bytes; ten minutes in which every body moves have 10⁸.
 pub(crate) const UNPACKED_BYTES: u64 = 2 << 30;
-/// Opcode and length.
+/// Size of a record's opcode and length, bytes.
 const PREFIX: usize = 9;
 
-/// A record of the file itself, not of a chunk.
+/// A record of the file, outside of chunks.
 #[derive(Debug)]
 pub(crate) struct Frame<'a> {
-    /// What it is.
+    /// CompetitionMode of the record.
     pub(crate) opcode: u8,
-    /// Where its body begins.
+    /// Offset of the body.
     pub(crate) start: usize,
-    /// Without opcode and length.
+    /// The record without opcode and length.
     pub(crate) body: &'a [u8],
 }
 
@@ -39,7 +39,7 @@ pub(crate) fn frames(bytes: &[u8]) -> Result<Vec<Frame<'_>>, VerifyError> {
         return Err(VerifyError::NotAReplay(format!("it has {} bytes, more than {FILE_BYTES}", bytes.len())));
     }
     if !bytes.starts_with(MAGIC) {
-        return Err(VerifyError::NotAReplay("it is no MCAP file: its first bytes are others".into()));
+        return Err(VerifyError::NotAReplay("it is not an MCAP file: its first bytes differ".into()));
     }
     let cut =
         || VerifyError::Truncated(format!("the file ends at byte {} in the middle of a record", bytes.len()));
@@ -62,11 +62,11 @@ pub(crate) fn frames(bytes: &[u8]) -> Result<Vec<Frame<'_>>, VerifyError> {
     match &bytes[at..] {
         rest if rest == MAGIC => Ok(frames),
         rest if MAGIC.starts_with(rest) => Err(cut()),
-        _ => Err(VerifyError::ChainBroken("something else stands behind the end of the file".into())),
+        _ => Err(VerifyError::ChainBroken("there are bytes after the end of the file".into())),
     }
 }
 
-/// Unpacks a chunk and shows its records. Returns its size.
+/// Uncompresses a chunk and calls `see` with its records. Returns its size.
 pub(crate) fn each_of_chunk(
     frame: &Frame<'_>,
     see: &mut dyn FnMut(Record<'_>) -> Result<(), VerifyError>,
@@ -84,7 +84,7 @@ pub(crate) fn each_of_chunk(
             format!("a chunk of {size} bytes in {packed}; allowed are {allowed}"),
         ));
     }
-    // The whole chunk is unpacked and its checksum compared before the first record is shown.
+    // The chunk is uncompressed and its checksum compared before `see` gets the first record.
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
@@ -105,7 +105,7 @@ pub(crate) fn each_of_chunk(
                 fed += give;
             }
             LinearReadEvent::Record { data, opcode } => {
-                // Chunks hold schemas, channels and messages; nothing else is ours.
+                // The recorder writes only schemas, channels and messages into chunks.
                 if matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
                     see(mcap::parse_record(opcode, data).map_err(failed)?)?;
                 }
@@ -115,7 +115,7 @@ pub(crate) fn each_of_chunk(
     Ok(size)
 }
 
-/// Name and content of an attachment. The library's own parser trusts the lengths it reads.
+/// Name and content of an attachment. The parser of the library trusts the lengths in the file.
 pub(crate) fn attachment<'a>(frame: &Frame<'a>) -> Result<(&'a str, &'a [u8]), VerifyError> {
     parse_attachment(frame.body)
         .ok_or_else(|| damaged(frame.start, "an attachment that does not fit its record"))

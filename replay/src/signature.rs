@@ -10,24 +10,24 @@ use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Stands before what is signed, so that a signature of something else never fits a replay.
+/// Prefix of every signed message, so that a signature of something else never fits a replay.
 const CONTEXT: &[u8] = b"palmares replay 1\0";
 
 /// Why there is no key.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyError {
-    /// The file cannot be read or made.
+    /// The file cannot be read or created.
     #[error("signing key {}: {source}", path.display())]
     File {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// Others may read the file.
     #[error("signing key {}: its mode is {mode:o}, others may read it; do `chmod 600` and consider a new key", path.display())]
     Open {
-        /// Which.
+        /// The file.
         path: PathBuf,
         /// Its permissions.
         mode: u32,
@@ -35,7 +35,7 @@ pub enum KeyError {
     /// Not a key.
     #[error("signing key {}: expected 64 lower-case hexadecimal digits", path.display())]
     Content {
-        /// Which.
+        /// The file.
         path: PathBuf,
     },
     /// The system has no randomness.
@@ -48,14 +48,15 @@ pub enum KeyError {
 pub struct Signer(SigningKey);
 
 impl fmt::Debug for Signer {
-    /// Tells the public half only.
+    /// Shows only the public key.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "Signer({})", self.public())
     }
 }
 
 impl Signer {
-    /// The key in this file; made, readable by its owner alone, when there is none. Only Unix files have such a mode.
+    /// Reads the key of a file; if the file is missing, creates it with a new key, readable by its owner only. Only
+    /// Unix files have such a mode.
     ///
     /// # Errors
     /// The file cannot be read or written, holds something else, or others may read it.
@@ -96,7 +97,7 @@ impl Signer {
         Ok(Signer(SigningKey::from_bytes(&secret)))
     }
 
-    /// The half that everybody may know.
+    /// The public key.
     pub fn public(&self) -> PublicKey {
         PublicKey(self.0.verifying_key())
     }
@@ -107,15 +108,15 @@ impl Signer {
     }
 }
 
-/// Tells whose signature it is. Written as 64 hexadecimal digits.
+/// The key that a signature is checked with; its text is 64 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PublicKey(VerifyingKey);
 
 impl PublicKey {
-    /// Whether this key signed a file of that digest.
+    /// Whether this key signed a file with this digest.
     pub(crate) fn signed(&self, digest: &[u8; 32], signature: &str) -> bool {
         let Some(bytes) = from_hex::<64>(signature) else { return false };
-        // Strict: a signature has one form only, and weak keys are refused.
+        // Strict: each signature has one form, and weak keys are refused.
         self.0.verify_strict(&message(digest), &Signature::from_bytes(&bytes)).is_ok()
     }
 }

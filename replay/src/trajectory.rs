@@ -1,4 +1,4 @@
-//! Where all bodies are in the world, as the pictures of a replay tell it.
+//! World poses of all bodies, from the pose messages of a replay.
 
 use crate::frames::{FrameTransforms, WORLD};
 use palmares_models::Pose;
@@ -6,36 +6,36 @@ use prost::{DecodeError, Message};
 
 struct Body {
     name: String,
-    /// Its place in the list; None for what stands in the world.
+    /// Index of its parent; `None` for a body in the world frame.
     parent: Option<usize>,
     local: Pose,
     world: Pose,
     moved: bool,
 }
 
-/// The bodies seen so far.
+/// All bodies of the messages that were read.
 #[derive(Default)]
 pub struct Trajectory {
-    /// Parents come before what moves in them.
+    /// Parents come before their children.
     bodies: Vec<Body>,
 }
 
 impl Trajectory {
-    /// Reads the next picture: the bytes of a `foxglove.FrameTransforms`. Gives name and world pose of every body that
-    /// moved with it, by itself or with what it hangs on.
+    /// Reads the next message: the bytes of a `foxglove.FrameTransforms`. Returns name and world pose of every body
+    /// that moved, by itself or with its parent.
     ///
     /// # Errors
-    /// The bytes are something else.
-    pub fn next(&mut self, picture: &[u8]) -> Result<impl Iterator<Item = (&str, Pose)>, DecodeError> {
+    /// The bytes are not a `foxglove.FrameTransforms`.
+    pub fn next(&mut self, message: &[u8]) -> Result<impl Iterator<Item = (&str, Pose)>, DecodeError> {
         for body in &mut self.bodies {
             body.moved = false;
         }
-        for (parent, name, local) in FrameTransforms::decode(picture)?.poses() {
-            let place = |name: &str| self.bodies.iter().position(|body| body.name == name);
-            match place(name) {
+        for (parent, name, local) in FrameTransforms::decode(message)?.poses() {
+            let index = |name: &str| self.bodies.iter().position(|body| body.name == name);
+            match index(name) {
                 Some(k) => (self.bodies[k].local, self.bodies[k].moved) = (local, true),
                 None => {
-                    let parent = if parent == WORLD { None } else { place(parent) };
+                    let parent = if parent == WORLD { None } else { index(parent) };
                     let name = name.to_owned();
                     self.bodies.push(Body { name, parent, local, world: local, moved: true });
                 }
@@ -58,43 +58,46 @@ impl Trajectory {
 mod tests {
     use super::*;
     use crate::frames::Frames;
-    use crate::poses::Shown;
-    use crate::recorder::picture;
+    use crate::poses::ChangedPoses;
+    use crate::recorder::pose_frame;
     use palmares_models::hand::Hand;
     use palmares_tasks::{Action, BaseTarget, Run, Seed, Task};
     use std::collections::BTreeMap;
 
     #[test]
-    fn every_link_is_where_it_was_through_pictures_of_what_moved() {
+    fn poses_of_moved_bodies_give_the_pose_of_every_link() {
         let hand = Hand::builtin("softhand").expect("it is built in");
         let mut run = Run::new(Task::builtin().remove(0), hand.clone(), Seed::from_u64(5)).expect("scene");
-        let (mut frames, mut shown) = (Frames::of(&run), Shown::new(hand.clone()));
+        let (mut frames, mut shown) = (Frames::of(&run), ChangedPoses::new(hand.clone()));
         let links = hand.links.iter().map(|link| format!("hand/{}", link.name));
         let balls = run.scene().bodies.iter().filter(|body| body.free).map(|body| body.name.clone());
         let names: Vec<String> = links.chain(balls).collect();
         let (mut trajectory, mut world) = (Trajectory::default(), BTreeMap::new());
-        let mut told = Vec::new();
+        let mut counts = Vec::new();
         for tick in 0..90 {
-            let now = picture(&run);
+            let now = pose_frame(&run);
             let changes = shown.changes(&now);
-            told.push(changes.len());
+            counts.push(changes.len());
             let mut bytes = Vec::new();
             frames.write(tick, &changes, &mut bytes).expect("memory grows");
             let moved = trajectory.next(&bytes).expect("it was just written");
             world.extend(moved.map(|(name, pose)| (name.to_owned(), pose)));
             let links = hand.base_from_links(&now.q).into_iter().map(|link| now.base * link);
             for (name, pose) in names.iter().zip(links.chain(now.objects)) {
-                let seen = world[name];
-                assert!((seen.translation - pose.translation).length() < 1e-4, "{name}");
-                assert!(seen.rotation.dot(pose.rotation).abs() > 1.0 - 1e-6, "{name}");
+                let found = world[name];
+                assert!((found.translation - pose.translation).length() < 1e-4, "{name}");
+                assert!(found.rotation.dot(pose.rotation).abs() > 1.0 - 1e-6, "{name}");
             }
             // Down with an open hand, then it closes.
             let (z, sigma) = if tick < 45 { (0.7 - 0.002 * tick as f64, 0.0) } else { (0.6, 0.5) };
             let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
             run.step(&Action { base: Some(base), hand: Some(vec![sigma]) }).expect("valid");
         }
-        assert_eq!(told[0], names.len());
-        assert!(told[60] >= 15, "the fingers move: {told:?}");
-        assert!(told[20..40].iter().sum::<usize>() < told[60..80].iter().sum::<usize>() / 2, "{told:?}");
+        assert_eq!(counts[0], names.len());
+        assert!(counts[60] >= 15, "the fingers move: {counts:?}");
+        assert!(
+            counts[20..40].iter().sum::<usize>() < counts[60..80].iter().sum::<usize>() / 2,
+            "{counts:?}"
+        );
     }
 }

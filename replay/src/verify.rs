@@ -11,7 +11,7 @@ use palmares_tasks::{Event, Outcome, Run, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-/// A replay that came to the same states and the same score.
+/// The result of a successful verification: the simulation gave the recorded states and score.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verified {
     /// Ticks simulated.
@@ -22,19 +22,19 @@ pub struct Verified {
     pub score: f64,
 }
 
-/// Simulates a replay from tick 0 and compares every state, event and count. `own` are tasks beside those of the program.
+/// Simulates a replay from tick 0 and compares every state, event and count. `own`: tasks that are not built in.
 pub fn verify(replay: &Replay, own: &[Arc<Task>]) -> Result<Verified, VerifyError> {
     verify_watched(replay, own, None)
 }
 
-/// The same, and `look` is shown the run at tick 0 and after every tick, with the noise that its sensors had.
+/// As [`verify()`]; also calls `observe` with the run at tick 0 and after every tick, with the recorded sensor noise.
 pub fn verify_watched(
     replay: &Replay,
     own: &[Arc<Task>],
-    look: Option<&mut dyn FnMut(&mut Run)>,
+    observe: Option<&mut dyn FnMut(&mut Run)>,
 ) -> Result<Verified, VerifyError> {
-    // A hand from anybody's file may bring the simulation to places where it gives up.
-    catch_unwind(AssertUnwindSafe(|| simulate(replay, own, look))).unwrap_or_else(|_| {
+    // A hand of an untrusted file may make the simulation panic.
+    catch_unwind(AssertUnwindSafe(|| simulate(replay, own, observe))).unwrap_or_else(|_| {
         Err(VerifyError::StateDiffers {
             tick: 0,
             last_equal: None,
@@ -47,19 +47,19 @@ pub fn verify_watched(
 fn simulate(
     replay: &Replay,
     own: &[Arc<Task>],
-    look: Option<&mut dyn FnMut(&mut Run)>,
+    observe: Option<&mut dyn FnMut(&mut Run)>,
 ) -> Result<Verified, VerifyError> {
     let header = &replay.header;
     let engine = identity::engine();
     if header.engine != engine {
         return Err(VerifyError::OtherEngine(format!(
-            "recorded by engine {}, this is {engine}; take the program of version {} ({})",
+            "recorded by engine {}, this is {engine}; use the program of version {} ({})",
             header.engine, header.server_version, header.build_hash
         )));
     }
     let task = task(header, own)?;
     if identity::physics_hash(&task) != header.physics_hash {
-        return Err(VerifyError::OtherPhysics("the constants of the physics are others here".into()));
+        return Err(VerifyError::OtherPhysics("the constants of the physics differ here".into()));
     }
     let longest = (task.time_limit_s / task.tick_s).ceil() as usize;
     if replay.actions.len() > longest {
@@ -74,11 +74,11 @@ fn simulate(
         found: error.to_string(),
         recorded: "a scene".into(),
     })?;
-    let run = if look.is_some() { run.with_noise(header.noise) } else { run };
-    Simulation { run, look, last_equal: None, states: 0, hashes: replay.hashes.iter() }.play(replay)
+    let run = if observe.is_some() { run.with_noise(header.noise) } else { run };
+    Simulation { run, observe, last_equal: None, states: 0, hashes: replay.hashes.iter() }.play(replay)
 }
 
-/// The task of a replay, among one's own and those of the program.
+/// The task of a replay, among `own` and the built-in tasks.
 fn task(header: &Header, own: &[Arc<Task>]) -> Result<Arc<Task>, VerifyError> {
     let known = own.iter().cloned().chain(Task::builtin());
     let named: Vec<Arc<Task>> = known.filter(|task| task.name == header.task).collect();
@@ -100,7 +100,7 @@ fn task(header: &Header, own: &[Arc<Task>]) -> Result<Arc<Task>, VerifyError> {
 
 struct Simulation<'a, 'l> {
     run: Run,
-    look: Option<&'l mut (dyn FnMut(&mut Run) + 'l)>,
+    observe: Option<&'l mut (dyn FnMut(&mut Run) + 'l)>,
     last_equal: Option<u64>,
     states: usize,
     hashes: std::slice::Iter<'a, (u64, StateHash)>,
@@ -109,7 +109,7 @@ struct Simulation<'a, 'l> {
 impl Simulation<'_, '_> {
     fn play(mut self, replay: &Replay) -> Result<Verified, VerifyError> {
         self.compare(None)?;
-        self.show();
+        self.observe();
         let mut events: Vec<Event> = Vec::new();
         for RecordedTick { action, state, pushes } in &replay.actions {
             let tick = self.run.tick();
@@ -126,7 +126,7 @@ impl Simulation<'_, '_> {
             }
             events.extend_from_slice(self.run.events());
             self.compare(*state)?;
-            self.show();
+            self.observe();
         }
         if events != replay.events {
             return Err(VerifyError::ScoreDiffers(difference(&events, &replay.events)));
@@ -134,7 +134,7 @@ impl Simulation<'_, '_> {
         let ticks = self.run.tick();
         let mut outcome = self.run.finish(replay.outcome.reason);
         if replay.outcome.fault.is_none() {
-            // Earlier files say only that the world failed.
+            // Earlier files have no fault.
             outcome.fault = None;
         }
         self.equal(&outcome.state_hash, &replay.outcome.state_hash)?;
@@ -145,16 +145,17 @@ impl Simulation<'_, '_> {
         Ok(Verified { ticks, states: self.states, score: outcome.score })
     }
 
-    fn show(&mut self) {
-        if let Some(look) = &mut self.look {
-            look(&mut self.run);
+    fn observe(&mut self) {
+        if let Some(observe) = &mut self.observe {
+            observe(&mut self.run);
         }
     }
 
-    /// Compares the present state with what was recorded of it: with the action that led to it, on its own, or not.
-    fn compare(&mut self, told: Option<StateHash>) -> Result<(), VerifyError> {
+    /// Compares the present state with the recorded digests: `of_action`, that of the action, and that of the hash
+    /// message, if any.
+    fn compare(&mut self, of_action: Option<StateHash>) -> Result<(), VerifyError> {
         let tick = self.run.tick();
-        let noted = match self.hashes.as_slice().first() {
+        let of_message = match self.hashes.as_slice().first() {
             Some((at, recorded)) if *at == tick => {
                 self.hashes.next();
                 Some(*recorded)
@@ -164,11 +165,11 @@ impl Simulation<'_, '_> {
             }
             _ => None,
         };
-        if told.is_none() && noted.is_none() {
+        if of_action.is_none() && of_message.is_none() {
             return Ok(());
         }
         let found = StateHash::of(&self.run);
-        for recorded in [told, noted].into_iter().flatten() {
+        for recorded in [of_action, of_message].into_iter().flatten() {
             if recorded != found {
                 return self.equal(&found.to_string(), &recorded.to_string());
             }
@@ -178,7 +179,7 @@ impl Simulation<'_, '_> {
         Ok(())
     }
 
-    /// Holds the present state against a recorded one.
+    /// Compares the present state with a recorded one.
     fn equal(&self, found: &str, recorded: &str) -> Result<(), VerifyError> {
         if found == recorded {
             return Ok(());
@@ -190,13 +191,13 @@ impl Simulation<'_, '_> {
 
 fn difference(found: &[Event], recorded: &[Event]) -> String {
     let at = found.iter().zip(recorded).take_while(|(a, b)| a == b).count();
-    let tell =
+    let text =
         |event: Option<&Event>| event.map_or("none".into(), |e| format!("{} at tick {}", e.kind, e.tick));
-    format!("event {at} is {}, recorded was {}", tell(found.get(at)), tell(recorded.get(at)))
+    format!("event {at} is {}, recorded was {}", text(found.get(at)), text(recorded.get(at)))
 }
 
 fn describe(found: &Outcome, recorded: &Outcome) -> String {
-    let tell = |o: &Outcome| {
+    let text = |o: &Outcome| {
         format!(
             "score {}, {} in the goal, {} outside, {} ticks, {} events",
             o.score,
@@ -206,5 +207,5 @@ fn describe(found: &Outcome, recorded: &Outcome) -> String {
             o.events.len()
         )
     };
-    format!("the run comes to {}; recorded was {}", tell(found), tell(recorded))
+    format!("the run comes to {}; recorded was {}", text(found), text(recorded))
 }

@@ -4,51 +4,51 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum VerifyError {
-    /// Not a file of ours.
+    /// The file is not a replay.
     #[error("{0}")]
     NotAReplay(String),
     /// The file ends too early, or was never finished.
     #[error("{0}")]
     Truncated(String),
-    /// A record is damaged, missing, or not the one that was written.
+    /// A record is damaged, missing or changed.
     #[error("{0}")]
     ChainBroken(String),
-    /// The signature does not fit the file, or is another's.
+    /// The signature does not fit the file, or has another key.
     #[error("{0}")]
     BadSignature(String),
-    /// The hand is not there, or not the one that was played with.
+    /// The hand is missing, or differs from that of the run.
     #[error("{0}")]
     OtherHand(String),
-    /// The task is not there, or not the one that was played.
+    /// The task is missing, or differs from that of the run.
     #[error("{0}")]
     OtherTask(String),
-    /// Recorded by an engine that computes other bits.
+    /// The engine of the recording computes other bits.
     #[error("{0}")]
     OtherEngine(String),
-    /// Recorded with other constants of the physics.
+    /// The recording has other constants of the physics.
     #[error("{0}")]
     OtherPhysics(String),
-    /// The simulation comes to another state.
+    /// The simulation gives another state.
     #[error(
         "the state at tick {tick} is {found}, recorded was {recorded}; {}",
         equal_until(*tick, *last_equal)
     )]
     StateDiffers {
-        /// First tick that differs, of those that were recorded.
+        /// First recorded tick whose state differs.
         tick: u64,
-        /// Last one before it.
+        /// Last recorded tick before it.
         last_equal: Option<u64>,
-        /// Hash that the simulation comes to.
+        /// Hash of the simulation.
         found: String,
         /// Hash in the file.
         recorded: String,
     },
-    /// The same states, but another score, count or event.
+    /// The states are the same, but score, a count or an event differs.
     #[error("{0}")]
     ScoreDiffers(String),
 }
 
-/// What is known of the states before the one that differs.
+/// Up to which tick the states were equal.
 fn equal_until(tick: u64, last_equal: Option<u64>) -> String {
     match last_equal {
         None => "no state was equal".into(),
@@ -58,12 +58,12 @@ fn equal_until(tick: u64, last_equal: Option<u64>) -> String {
 }
 
 impl VerifyError {
-    /// One word for programs.
+    /// The error as a word, for programs.
     pub fn name(&self) -> &'static str {
         self.into()
     }
 
-    /// The first tick that differs, where there is one.
+    /// The first tick whose state differs, if the states differ.
     pub fn tick(&self) -> Option<u64> {
         match self {
             VerifyError::StateDiffers { tick, .. } => Some(*tick),

@@ -1,27 +1,29 @@
 //! The thread that writes a replay.
 
 use crate::chain::Chain;
+use crate::descriptors;
 use crate::format::{
     ACTION, EVENT, HAND_FILES, HAND_RECORD, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SCENE_RECORD,
     SIGNATURE_DIGITS, SIGNATURE_RECORD, TELEMETRY,
 };
 use crate::foxglove::{SceneUpdate, Time, scene};
-use crate::frames::{self, Frames};
+use crate::frames::{FrameTransforms, Frames};
 use crate::header::Header;
 use crate::item::Item;
-use crate::messages::HashMessage;
-use crate::poses::{Picture, Shown};
-use crate::schema;
+use crate::messages::{ActionMessage, HashMessage};
+use crate::poses::{ChangedPoses, PoseFrame};
+use crate::schema::channel;
 use crate::signature::Signer;
-use crate::signed_file::{Sealed, Written};
-use crate::telemetry::{self, Telemeter};
+use crate::signed_file::{SignedFile, Written};
+use crate::telemetry::{TelemetryFilter, TelemetryMessage};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
 use palmares_senses::ChannelInfo;
-use palmares_tasks::{Outcome, Run};
+use palmares_tasks::{Event, Outcome, Run};
 use prost::Message;
 use serde::Serialize;
+use serde_json::Value;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -30,26 +32,26 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Bytes of a chunk before packing: a few seconds of a run. What a crash can cost.
+/// Size of a chunk before compression, bytes: a few seconds of a run, which a crash can lose.
 const CHUNK_BYTES: u64 = 256 << 10;
-/// Of zstd. The default level takes twice as long, on a core that worlds are stepped on, and saves nothing.
+/// Level of zstd. The default level takes twice as long, on a core that steps worlds, and saves no space.
 const COMPRESSION_LEVEL: u32 = 1;
 
-/// What the writing thread starts from.
+/// Everything that the thread of the writer starts with.
 pub(crate) struct Plan {
     file: File,
     header: Header,
     scene: SceneUpdate,
     frames: Frames,
-    shown: Shown,
-    telemeter: Telemeter,
+    shown: ChangedPoses,
+    telemetry: TelemetryFilter,
     about: Vec<Metadata>,
     signer: Arc<Signer>,
     hand_files: Option<Arc<Vec<u8>>>,
 }
 
 impl Plan {
-    /// Takes from the run at tick 0 what does not change.
+    /// Copies what is constant from the run at tick 0.
     pub(crate) fn new(
         file: File,
         header: Header,
@@ -58,16 +60,16 @@ impl Plan {
         hand_files: Option<Arc<Vec<u8>>>,
     ) -> Self {
         let start = Time::from_ns(start_ns(&header));
-        let shown = Shown::new(run.hand().clone());
+        let shown = ChangedPoses::new(run.hand().clone());
         let (scene, frames) = (scene(run, start), Frames::of(run));
-        let telemeter = Telemeter::new(run.telemetry_model().clone());
-        Plan { file, scene, frames, shown, telemeter, about: about(run), header, signer, hand_files }
+        let telemetry = TelemetryFilter::new(run.telemetry_model().clone());
+        Plan { file, scene, frames, shown, telemetry, about: about(run), header, signer, hand_files }
     }
 }
 
-/// What viewers want to know of a run beside its shapes.
+/// Records for viewers: the hand's description, regions and names.
 fn about(run: &Run) -> Vec<Metadata> {
-    // Plain structs of numbers and strings: writing them cannot fail.
+    // Structs of numbers and strings: serialising them cannot fail.
     let json = |value: serde_json::Result<String>| value.unwrap_or_default();
     let record = |name: &str, fields: &[(&str, String)]| Metadata {
         name: name.into(),
@@ -98,11 +100,10 @@ fn start_ns(header: &Header) -> u64 {
     header.started_unix_ms.saturating_mul(1_000_000)
 }
 
-/// Writes until the outcome has come, then signs. When nobody sends any more before that, the file stays without an
-/// end: the run was cut off.
+/// Writes until the outcome comes, then signs. If the channel closes before, the file has no end: the run was cut off.
 pub(crate) fn write(plan: Plan, inbox: &Receiver<Vec<Item>>) -> Result<Written> {
-    let Plan { file, header, scene, frames, shown, telemeter, about, signer, hand_files } = plan;
-    let mut log = Log::begin(file, &header, (frames, shown, telemeter), &about, hand_files)?;
+    let Plan { file, header, scene, frames, shown, telemetry, about, signer, hand_files } = plan;
+    let mut log = Log::begin(file, &header, (frames, shown, telemetry), &about, hand_files)?;
     log.message(SCENE, 0, &scene)?;
     while let Ok(items) = inbox.recv() {
         for item in items {
@@ -113,7 +114,7 @@ pub(crate) fn write(plan: Plan, inbox: &Receiver<Vec<Item>>) -> Result<Written> 
                     let chain = log.chain.to_hex();
                     log.chained(HASH, tick, &HashMessage { tick, state, chain })?;
                 }
-                Item::Picture(picture) => log.picture(&picture)?,
+                Item::Poses(frame) => log.poses(&frame)?,
                 Item::Outcome(outcome) => return log.end(&outcome, &signer),
             }
         }
@@ -124,14 +125,14 @@ pub(crate) fn write(plan: Plan, inbox: &Receiver<Vec<Item>>) -> Result<Written> 
 
 /// An open file.
 struct Log {
-    mcap: mcap::Writer<NoSeek<Sealed>>,
-    file: Sealed,
-    /// By topic: id and number of messages so far.
+    mcap: mcap::Writer<NoSeek<SignedFile>>,
+    file: SignedFile,
+    /// By topic: id, and number of messages.
     channels: BTreeMap<&'static str, (u16, u32)>,
     chain: Chain,
     frames: Frames,
-    shown: Shown,
-    telemeter: Telemeter,
+    shown: ChangedPoses,
+    telemetry: TelemetryFilter,
     start_ns: u64,
     tick_s: f64,
     buffer: Vec<u8>,
@@ -141,20 +142,20 @@ impl Log {
     fn begin(
         file: File,
         header: &Header,
-        (frames, shown, telemeter): (Frames, Shown, Telemeter),
+        (frames, shown, telemetry): (Frames, ChangedPoses, TelemetryFilter),
         about: &[Metadata],
         hand_files: Option<Arc<Vec<u8>>>,
     ) -> Result<Self> {
-        // The signature is filled in at the end; a checksum of the whole data section would not fit it any more.
+        // The signature is filled in at the end, so a checksum of the whole data section would become wrong.
         let options = WriteOptions::new()
             .chunk_size(Some(CHUNK_BYTES))
             .compression_threads(0)
             .compression_level(COMPRESSION_LEVEL)
             .calculate_data_section_crc(false)
-            // What is written stays as it is, and can be hashed at once.
+            // Written bytes do not change, so they can be hashed at once.
             .disable_seeking(true)
             .library(format!("palmares {}", env!("CARGO_PKG_VERSION")));
-        let file = Sealed::new(file);
+        let file = SignedFile::new(file);
         let mut mcap = options.create(NoSeek::new(file.clone())).map_err(Error::other)?;
         let metadata = header.to_map();
         let chain = Chain::start(metadata.iter());
@@ -180,17 +181,22 @@ impl Log {
             channels.insert(topic, (id, 0));
             Ok::<_, Error>(())
         };
+        let json = |topic, name, schema: fn(&str) -> Value| (topic, name, schema(name).to_string());
         for (topic, name, schema) in [
-            (ACTION, "palmares.Action", schema::action()),
-            (EVENT, "palmares.Event", schema::event()),
-            (HASH, "palmares.Hash", schema::hash()),
-            (SCENE, "foxglove.SceneUpdate", schema::scene_update()),
+            json(ACTION, "palmares.Action", channel::<ActionMessage>),
+            json(EVENT, "palmares.Event", channel::<Event>),
+            json(HASH, "palmares.Hash", channel::<HashMessage>),
+            json(SCENE, "foxglove.SceneUpdate", channel::<SceneUpdate>),
         ] {
-            open(topic, name, ["jsonschema", "json"], schema.to_string().as_bytes())?;
+            open(topic, name, ["jsonschema", "json"], schema.as_bytes())?;
         }
-        open(POSES, "foxglove.FrameTransforms", ["protobuf", "protobuf"], &frames::schema())?;
-        open(TELEMETRY, "palmares.Telemetry", ["protobuf", "protobuf"], &telemetry::schema())?;
-        // A file that a crash cuts off tells whose it was.
+        for (topic, name, schema) in [
+            (POSES, "foxglove.FrameTransforms", descriptors::schema::<FrameTransforms>()),
+            (TELEMETRY, "palmares.Telemetry", descriptors::schema::<TelemetryMessage>()),
+        ] {
+            open(topic, name, ["protobuf", "protobuf"], &schema)?;
+        }
+        // After a crash, the file has at least its header.
         mcap.flush().map_err(Error::other)?;
         let tick_s = header.tick_s;
         Ok(Log {
@@ -200,7 +206,7 @@ impl Log {
             chain,
             frames,
             shown,
-            telemeter,
+            telemetry,
             start_ns,
             tick_s,
             buffer: Vec::new(),
@@ -211,14 +217,14 @@ impl Log {
         self.start_ns + (tick as f64 * self.tick_s * 1e9).round() as u64
     }
 
-    /// Writes a message that is shown only.
+    /// Writes a message for viewers.
     fn message(&mut self, topic: &'static str, tick: u64, message: &impl Serialize) -> Result<()> {
         self.buffer.clear();
         serde_json::to_writer(&mut self.buffer, message)?;
         self.write_buffer(topic, tick)
     }
 
-    /// Writes a message that decides the score.
+    /// Writes a message that decides the score, and extends the chain.
     fn chained(&mut self, topic: &'static str, tick: u64, message: &impl Serialize) -> Result<()> {
         self.buffer.clear();
         serde_json::to_writer(&mut self.buffer, message)?;
@@ -241,16 +247,16 @@ impl Log {
         self.mcap.write_to_known_channel(&header, &self.buffer).map_err(Error::other)
     }
 
-    fn picture(&mut self, picture: &Picture) -> Result<()> {
-        let time_ns = self.time_ns(picture.tick);
-        let changes = self.shown.changes(picture);
+    fn poses(&mut self, frame: &PoseFrame) -> Result<()> {
+        let time_ns = self.time_ns(frame.tick);
+        let changes = self.shown.changes(frame);
         if !changes.is_empty() {
             self.buffer.clear();
             self.frames.write(time_ns, &changes, &mut self.buffer).map_err(Error::other)?;
-            self.write_buffer(POSES, picture.tick)?;
+            self.write_buffer(POSES, frame.tick)?;
         }
-        let Picture { tick, score, sample, .. } = picture;
-        let Some(message) = self.telemeter.message(time_ns, *tick, *score, sample) else { return Ok(()) };
+        let PoseFrame { tick, score, sample, .. } = frame;
+        let Some(message) = self.telemetry.message(time_ns, *tick, *score, sample) else { return Ok(()) };
         self.buffer.clear();
         message.encode(&mut self.buffer).map_err(Error::other)?;
         self.write_buffer(TELEMETRY, *tick)
@@ -262,7 +268,7 @@ impl Log {
         let ended = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let metadata = BTreeMap::from([
             ("outcome".into(), text),
-            // For those who look into the file with other programs.
+            // For readers of the file with other programs.
             ("score".into(), outcome.score.to_string()),
             ("ended_unix_ms".into(), ended.as_millis().to_string()),
         ]);

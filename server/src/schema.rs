@@ -42,11 +42,11 @@ fn used(schema: &Value, definitions: &Value) -> Map<String, Value> {
             Value::Object(fields) => open.extend(fields.values()),
             Value::Array(items) => open.extend(items),
             Value::String(text) => {
-                if let Some(name) = text.strip_prefix("#/$defs/") {
-                    if !found.contains_key(name) {
-                        found.insert(name.to_owned(), definitions[name].clone());
-                        open.push(&definitions[name]);
-                    }
+                if let Some(name) = text.strip_prefix("#/$defs/")
+                    && !found.contains_key(name)
+                {
+                    found.insert(name.to_owned(), definitions[name].clone());
+                    open.push(&definitions[name]);
                 }
             }
             _ => {}

@@ -1,4 +1,4 @@
-//! What a controller commands: one message per tick.
+//! Actions: the commands of a controller for a tick.
 
 use palmares_models::hand::Hand;
 use palmares_models::{Rotation, Vec3};
@@ -6,11 +6,11 @@ use palmares_sim::config::BaseConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Targets for one tick. What is left out keeps its last target.
+/// Targets for one tick. An omitted field keeps its last target.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Action {
-    /// Where the hand's base should go.
+    /// Target of the hand's base.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<BaseTarget>,
     /// σ of every motor, in the hand's motor order, each in [0, 1].

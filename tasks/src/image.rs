@@ -1,4 +1,4 @@
-//! Pictures as they are told.
+//! Camera images of an observation.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -41,12 +41,12 @@ impl JsonSchema for Pixels {
     }
 }
 
-/// What a camera saw.
+/// An image of a camera.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CameraImage {
     /// The camera's name.
     pub camera: String,
-    /// The tick after which it was exposed; with `noise: "real"` some ticks ago.
+    /// The tick after which it was exposed; with `noise: "real"` some ticks before that of the observation.
     pub tick: u64,
     /// Pixels in a row.
     pub width: u32,
@@ -57,7 +57,7 @@ pub struct CameraImage {
     pub fx: f64,
     /// See `fx`.
     pub fy: f64,
-    /// The optical axis in the picture, pixels.
+    /// The optical axis in the image, pixels.
     pub cx: f64,
     /// See `cx`.
     pub cy: f64,
@@ -65,7 +65,7 @@ pub struct CameraImage {
     pub position: [f64; 3],
     /// Its orientation, x, y, z, w.
     pub quat_xyzw: [f64; 4],
-    /// What a step of `depth` is, m.
+    /// Unit of `depth`, m.
     pub depth_unit: f64,
     /// Distance along the optical axis, 16 bits a pixel; 0 where there is no reading.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,4 +1,4 @@
-//! What stands in the world at tick 0, as told to the client.
+//! The world at tick 0, as clients get it.
 
 use crate::sensing::Sensing;
 use palmares_models::shape::Shape;
@@ -7,44 +7,44 @@ use parry3d_f64::bounding_volume::BoundingVolume;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Everything a controller needs to know about the world, sent in the reply to `reset`.
+/// The world at tick 0, in the reply to `reset`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scene {
-    /// Fixed and free bodies. Free ones come first, in the order of `truth.objects`.
+    /// All bodies: free ones first, in the order of `truth.objects`.
     pub bodies: Vec<SceneBody>,
-    /// Named regions the rules speak of.
+    /// Regions that the rules refer to.
     pub regions: Vec<Region>,
-    /// m/s²
+    /// Gravity, m/s².
     pub gravity: [f64; 3],
 }
 
-/// A body and its shapes.
+/// A body and its shapes, in the world frame at tick 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SceneBody {
     /// Index in the scene.
     pub id: usize,
-    /// Unique name: `ball_3`, `box_a`.
+    /// Unique name, such as `ball_3` or `box_a`.
     pub name: String,
     /// False for furniture.
     pub free: bool,
-    /// A horizontal ground that goes on for ever: its surface is the top of its one part, which shows some of it.
+    /// Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub endless: bool,
-    /// kg; 0 for furniture.
+    /// Mass, kg; 0 for furniture.
     pub mass: f64,
     /// Centre of mass in the body frame, m.
     pub com: [f64; 3],
-    /// Coulomb friction coefficient of two surfaces like this one; two bodies have the geometric mean of theirs.
+    /// Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs.
     pub friction: f64,
-    /// Position at tick 0, m; not told of free bodies when the run's sensing is `sensors`.
+    /// Origin, m; absent for free bodies in a run with sensing `sensors`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
-    /// Orientation at tick 0, x, y, z, w; told or not as the position.
+    /// Orientation, x, y, z, w; absent where the position is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quat_xyzw: Option<[f64; 4]>,
     /// Convex parts in the body frame.
     pub parts: Vec<ScenePart>,
-    /// sRGB, for viewers.
+    /// sRGB, 0 to 1.
     pub color: [f64; 3],
 }
 
@@ -76,24 +76,24 @@ impl SceneBody {
 /// A convex part of a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ScenePart {
-    /// In the body frame, m.
+    /// Origin in the body frame, m.
     pub position: [f64; 3],
-    /// x, y, z, w
+    /// Orientation, x, y, z, w.
     pub quat_xyzw: [f64; 4],
-    /// Geometry.
+    /// Shape, centred on its own frame.
     pub shape: Shape,
 }
 
-/// An axis-aligned region of space.
+/// An axis-aligned region that the rules refer to, such as the inside of `box_b`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Region {
-    /// `box_a`, `box_b`.
+    /// Name, such as `box_b`.
     pub name: String,
-    /// The part it plays in the rules: `start`, `goal`; none for others.
+    /// Role in the rules: `start` or `goal`; absent for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<String>,
-    /// m
+    /// Lower corner, m.
     pub min: [f64; 3],
-    /// m
+    /// Upper corner, m.
     pub max: [f64; 3],
 }

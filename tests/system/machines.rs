@@ -254,7 +254,11 @@ fn what_is_no_hand_is_not_called_usable() {
     let settings = SETTINGS
         .replace("damping = 0.03", "damping = 0.0")
         .replace("force_limit = 2.0", "force_limit = 0.00012");
-    unusable(&swinging, &settings, &["joint 'bend' still moves after 60 s", "too little or far too much damping"]);
+    unusable(
+        &swinging,
+        &settings,
+        &["joint 'bend' still moves after 60 s", "too little or far too much damping"],
+    );
 }
 
 #[test]

@@ -44,21 +44,21 @@ class BaseTarget(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
 
 
 class Action(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
-    """Targets for one tick. What is left out keeps its last target."""
+    """Targets for one tick. An omitted field keeps its last target."""
 
     base: BaseTarget | None = None
-    """Where the hand's base should go."""
+    """Target of the hand's base."""
     hand: list[float] | None = None
     """σ of every motor, in the hand's motor order, each in [0, 1]."""
 
 
 class ActRequest(Request, kw_only=True, gc=False, tag="act"):
-    """``act``: from its next tick on a realtime world follows this action."""
+    """``act``: sets the action of a realtime run, from the next tick on."""
 
     action: Action
-    """Targets; what is left out keeps its last target."""
+    """Targets; an omitted field keeps its last target."""
     cameras: list[str] = []
-    """Cameras whose pictures the next observation shall have; see ``step``."""
+    """Cameras whose images the next observation has; see ``step``."""
 
 
 class ByeRequest(Request, kw_only=True, gc=False, tag="bye"):
@@ -69,11 +69,11 @@ class HelloRequest(Request, kw_only=True, gc=False, tag="hello"):
     """``hello``: the first request on every connection."""
 
     client: str | dict[str, Any]
-    """Who is asking. In practice its name is the team's name on the leaderboard."""
+    """The client program. In practice its name is the team's name on the leaderboard."""
     resume_token: str | None = None
-    """From an earlier ``welcome``: takes that session up again, within 30 s of losing the connection."""
+    """From an earlier ``welcome``: resumes that session, within 30 s of the loss of its connection."""
     session_s: float | None = None
-    """Practice only: length of the session in s. Without it a practice session has no limit."""
+    """Practice only: length of the session, s; without it, a practice session has no limit."""
 
 
 class PushWrench(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
@@ -82,18 +82,18 @@ class PushWrench(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
     force: Vec3
     """N"""
     torque: Vec3
-    """N·m; none when left out."""
+    """N·m"""
 
 
 class PerturbRequest(Request, kw_only=True, gc=False, tag="perturb"):
-    """``perturb``: practice only. A wrench acts on a link of the hand from the next tick on."""
+    """``perturb``: applies a wrench to a link of the hand, from the next tick on. Practice only."""
 
     link: str
     """Name of a link of the hand."""
     wrench: PushWrench
-    """World frame; the torque is about the link's origin, where the force acts."""
+    """World frame. The force acts at the origin of the link, and the torque is about it."""
     duration_s: float
-    """For how long, s of simulated time."""
+    """Duration, s of simulated time."""
 
 
 class ResetRequest(Request, kw_only=True, gc=False, tag="reset"):
@@ -104,63 +104,63 @@ class ResetRequest(Request, kw_only=True, gc=False, tag="reset"):
     hand: str
     """Name of a hand, see ``welcome.hands``."""
     cameras: list[str] = []
-    """Cameras to look through at tick 0; see ``step``."""
+    """Cameras whose images the observation of tick 0 has; see ``step``."""
     mode: Literal["lockstep", "realtime"]
-    """How time passes. ``lockstep`` or ``realtime``."""
+    """How the world is clocked. ``lockstep`` or ``realtime``."""
     noise: Literal["none", "real"] | None = None
-    """How good the sensors are; in a competition the organizer says. Left out: as the competition has it.
-    ``none`` or ``real``."""
+    """The errors of the sensors; without it, those of ``welcome.competition``, which a competition
+    prescribes. ``none`` or ``real``."""
     options: dict[str, Any] = {}
-    """None are defined yet; must be left out or empty."""
+    """No options are defined; empty."""
     seed: int | None = None
-    """Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one."""
+    """Practice only: number of the scene, 0 to 2⁵³ − 1; without it, the server draws one."""
     sensing: Literal["sensors", "truth"]
-    """How much ``obs`` shows. ``sensors`` or ``truth``."""
+    """How much of the state the observations have. ``sensors`` or ``truth``."""
 
 
 class StepRequest(Request, kw_only=True, gc=False, tag="step"):
     """``step``: advances the world by ``repeat`` ticks under one action."""
 
     tick: int
-    """The current tick: that of the last ``obs``."""
+    """The current tick: that of the last observation."""
     action: Action
-    """Targets; what is left out keeps its last target."""
+    """Targets; an omitted field keeps its last target."""
     cameras: list[str] = []
-    """Cameras whose pictures the observation shall have: ``name`` for depth, or ``name.depth``, ``name.rgb``,
+    """Cameras whose images the observation has: ``name`` for depth, or ``name.depth``, ``name.rgb``,
     ``name.bodies``."""
     repeat: int = 1
-    """Ticks to advance, 1 to ``welcome.limits.repeat``; 1 when left out. Ends early when the run is over."""
+    """Ticks to advance, 1 to ``welcome.limits.repeat``. The step is shorter if the run ends."""
 
 
 class StopRequest(Request, kw_only=True, gc=False, tag="stop"):
-    """``stop``: lets the objects settle, counts, closes the run."""
+    """``stop``: lets the objects settle, counts them and closes the run."""
 
 
 class TimeRequest(Request, kw_only=True, gc=False, tag="time"):
-    """``time``: how the session's clock stands."""
+    """``time``: requests the session's clock."""
 
 
 class Ack(Reply, kw_only=True, gc=False, tag="ack"):
-    """``ack``: the action or push was taken."""
+    """``ack``: the action or push is accepted."""
 
     tick: int
-    """The tick at which it takes effect: the ``obs`` of this tick is the first to show it."""
+    """The tick at which it takes effect: the observation of this tick is the first with its effect."""
 
 
 class ErrorMessage(Reply, kw_only=True, gc=False, tag="error"):
-    """``error``: why a request failed. It changed nothing."""
+    """``error``: why a request failed. A request that fails changes nothing."""
 
     code: str
-    """For programs."""
+    """The kind of the error, for programs."""
     message: str
-    """For people."""
+    """What is wrong, and what would be right."""
     fatal: bool
-    """The connection closes after this."""
+    """Whether the connection closes after this error."""
     fault: str | None = None
-    """What the world of the run failed of, when that is why; ``None`` otherwise. ``not_finite``,
+    """The fault of the run's world, if it is the reason; otherwise ``None``. ``not_finite``,
     ``out_of_bounds``, ``unsolvable``, ``work_exhausted`` or ``crashed``."""
     retry_after_s: float | None = None
-    """When asking again makes sense, s."""
+    """Time after which to try again, s."""
 
 
 class BodyState(msgspec.Struct, kw_only=True, gc=False):
@@ -246,12 +246,13 @@ class Event(msgspec.Struct, kw_only=True, gc=False):
 
 
 class CameraImage(msgspec.Struct, kw_only=True, dict=True):
-    """What a camera saw."""
+    """An image of a camera."""
 
     camera: str
     """The camera's name."""
     tick: int
-    """The tick after which it was exposed; with ``noise: "real"`` some ticks ago."""
+    """The tick after which it was exposed; with ``noise: "real"`` some ticks before that of the
+    observation."""
     width: int
     """Pixels in a row."""
     height: int
@@ -262,7 +263,7 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
     fy: float
     """See ``fx``."""
     cx: float
-    """The optical axis in the picture, pixels."""
+    """The optical axis in the image, pixels."""
     cy: float
     """See ``cx``."""
     position: Vec3
@@ -270,7 +271,7 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
     quat_xyzw: Quat
     """Its orientation, x, y, z, w."""
     depth_unit: float
-    """What a step of ``depth`` is, m."""
+    """Unit of ``depth``, m."""
     _bodies: bytes | None = msgspec.field(name="bodies", default=None)
     _depth: bytes | None = msgspec.field(name="depth", default=None)
     _rgb: bytes | None = msgspec.field(name="rgb", default=None)
@@ -318,64 +319,62 @@ class ScenePart(msgspec.Struct, kw_only=True, gc=False):
     """A convex part of a body."""
 
     position: Vec3
-    """In the body frame, m."""
+    """Origin in the body frame, m."""
     quat_xyzw: Quat
-    """x, y, z, w"""
+    """Orientation, x, y, z, w."""
     shape: Shape
-    """Geometry."""
+    """Shape, centred on its own frame."""
 
 
 class SceneBody(msgspec.Struct, kw_only=True, gc=False):
-    """A body and its shapes."""
+    """A body and its shapes, in the world frame at tick 0."""
 
     id: int
     """Index in the scene."""
     name: str
-    """Unique name: ``ball_3``, ``box_a``."""
+    """Unique name, such as ``ball_3`` or ``box_a``."""
     free: bool
     """False for furniture."""
     mass: float
-    """kg; 0 for furniture."""
+    """Mass, kg; 0 for furniture."""
     com: Vec3
     """Centre of mass in the body frame, m."""
     friction: float
-    """Coulomb friction coefficient of two surfaces like this one; two bodies have the geometric mean of
-    theirs."""
+    """Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs."""
     parts: Sequence[ScenePart]
     """Convex parts in the body frame."""
     color: Vec3
-    """sRGB, for viewers."""
+    """sRGB, 0 to 1."""
     endless: bool = False
-    """A horizontal ground that goes on for ever: its surface is the top of its one part, which shows some of
-    it."""
+    """Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing."""
     position: Vec3 | None = None
-    """Position at tick 0, m; not told of free bodies when the run's sensing is ``sensors``."""
+    """Origin, m; ``None`` for free bodies in a run with sensing ``sensors``."""
     quat_xyzw: Quat | None = None
-    """Orientation at tick 0, x, y, z, w; told or not as the position."""
+    """Orientation, x, y, z, w; ``None`` where the position is."""
 
 
 class Region(msgspec.Struct, kw_only=True, gc=False):
-    """An axis-aligned region of space."""
+    """An axis-aligned region that the rules refer to, such as the inside of ``box_b``."""
 
     name: str
-    """``box_a``, ``box_b``."""
+    """Name, such as ``box_b``."""
     min: Vec3
-    """m"""
+    """Lower corner, m."""
     max: Vec3
-    """m"""
+    """Upper corner, m."""
     role: str | None = None
-    """The part it plays in the rules: ``start``, ``goal``; none for others."""
+    """Role in the rules: ``start`` or ``goal``; ``None`` for others."""
 
 
 class Scene(msgspec.Struct, kw_only=True, gc=False):
-    """Everything a controller needs to know about the world, sent in the reply to ``reset``."""
+    """The world at tick 0, in the reply to ``reset``."""
 
     bodies: Sequence[SceneBody]
-    """Fixed and free bodies. Free ones come first, in the order of ``truth.objects``."""
+    """All bodies: free ones first, in the order of ``truth.objects``."""
     regions: Sequence[Region]
-    """Named regions the rules speak of."""
+    """Regions that the rules refer to."""
     gravity: Vec3
-    """m/s²"""
+    """Gravity, m/s²."""
 
 
 class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
@@ -505,24 +504,26 @@ class Replay(msgspec.Struct, kw_only=True, gc=False):
     sha256: str
     """SHA-256 of the file, 64 hexadecimal digits."""
     bytes: int
-    """Its size."""
+    """Size of the file."""
 
 
 class Result(Reply, kw_only=True, gc=False, tag="result"):
-    """``result``: what a finished run is worth. It stands in the server's database when this is sent."""
+    """``result``: the outcome of a finished run. The server has stored it before it sends it."""
 
     run_id: str
     """Identifies the run."""
     task: str
     """Its task."""
     task_hash: str = ""
-    """SHA-256 of everything that the task is, 64 hexadecimal digits."""
+    """SHA-256 of the whole task, 64 hexadecimal digits."""
     hand: str
     """Its hand."""
     mode: str = "lockstep"
-    """How time passed in it. ``lockstep`` or ``realtime``."""
+    """How its world was clocked. ``lockstep`` or ``realtime``."""
     status: str
-    """``practice``, or ``voided`` after a fault of the server."""
+    """``practice``; ``training`` for a run with training options; in a competition ``provisional``;
+    ``aborted`` if it ended at tick 0; ``voided`` after a fault of the server or by a decision of the
+    organizer."""
     score: float
     """Points."""
     in_goal: int
@@ -533,34 +534,34 @@ class Result(Reply, kw_only=True, gc=False, tag="result"):
     """Why the run ended. ``stopped``, ``complete``, ``session_over``, ``disconnected``, ``time_limit``,
     ``world_fault`` or ``voided``."""
     ticks: int
-    """Ticks played."""
+    """Number of ticks."""
     sim_time_s: float
-    """s of simulated time played."""
+    """Simulated time, s."""
     missed_ticks: int = 0
-    """In real time: ticks for which no new action had come."""
+    """Realtime: ticks without a new action."""
     late_ticks: int = 0
-    """In real time: ticks that the server began more than half a tick after they were due."""
+    """Realtime: ticks that the server began more than half a tick after they were due."""
     late_max_s: float = 0.0
-    """In real time: the latest beginning of a tick, s."""
+    """Realtime: longest such delay, s."""
     dropped_obs: int = 0
-    """In real time: observations that the client did not take in time."""
+    """Realtime: observations that the server dropped because the client did not read them in time."""
     state_hash: str
     """Hash of the final state, 16 hexadecimal digits."""
     events: list[Event] = []
-    """Everything the referee noted."""
+    """All events of the referee."""
     session_left_s: float | None = None
-    """s; ``None`` for a session without a limit."""
+    """Remaining time, s; ``None`` for a session without a limit."""
     fault: str | None = None
-    """What the world failed of; ``None`` when it did not. ``not_finite``, ``out_of_bounds``, ``unsolvable``,
+    """The fault of its world; ``None`` if there was none. ``not_finite``, ``out_of_bounds``, ``unsolvable``,
     ``work_exhausted`` or ``crashed``."""
     note: str | None = None
-    """For people: what that means and what to try; ``None`` when the world did not fail."""
+    """What the fault means and what to try, for people; ``None`` without a fault."""
     replay: Replay | None = None
-    """Its replay; ``None`` when the run was not recorded."""
+    """Its replay; ``None`` if the run was not recorded."""
 
 
 class RunInfo(msgspec.Struct, kw_only=True, gc=False):
-    """The session's present run."""
+    """The session's open run."""
 
     run_id: str
     """Identifies the run."""
@@ -569,96 +570,94 @@ class RunInfo(msgspec.Struct, kw_only=True, gc=False):
     hand: str
     """Its hand."""
     mode: str = "lockstep"
-    """How time passes in it. ``lockstep`` or ``realtime``."""
+    """How its world is clocked. ``lockstep`` or ``realtime``."""
     tick: int
     """The current tick, which the next ``step`` must name."""
     open: bool
-    """False when the server closed it (time limit, end of the session): ``stop`` fetches the result."""
+    """False if the server closed it (time limit, end of the session): ``stop`` returns the result."""
 
 
 class Time(Reply, kw_only=True, gc=False, tag="time"):
-    """``time``: how the session's clock stands."""
+    """``time``: the session's clock."""
 
     session_left_s: float | None = None
-    """What is left, s; ``None`` for a session without a limit."""
+    """Remaining time, s; ``None`` for a session without a limit."""
     session_s: float | None = None
     """Length of the session, s; ``None`` for none."""
     elapsed_s: float
-    """The greater of the next two, s."""
+    """The greater of ``wall_s`` and ``simulated_s``, s."""
     wall_s: float
-    """Wall-clock time since the first reset, pauses left out, s."""
+    """Wall-clock time since the first reset, without pauses, s."""
     simulated_s: float
     """Simulated time of all runs, s."""
     refunded_s: float = 0.0
-    """Time given back for faults of the server, s; the other times are without it."""
+    """Time that was refunded for faults of the server, s; it is not part of the other times."""
     paused: bool = False
-    """Whether an organizer has stopped the clock."""
+    """Whether an organizer pauses the session."""
     run: RunInfo | None = None
-    """The session's run, if any."""
+    """The session's open run, if any."""
     server_unix_ms: int = 0
     """The server's clock, ms since 1970 UTC."""
 
 
 class SessionWarning(Reply, kw_only=True, gc=False, tag="warning"):
-    """``warning``: the session's time is running out. Sent unasked at 300, 60 and 10 s."""
+    """``warning``: the session's time is running out. It comes when 300, 60 and 10 s are left."""
 
     mark_s: int
-    """Which of the marks was passed, s."""
+    """The mark that was passed: 300, 60 or 10 s."""
     session_left_s: float
-    """What is left, s."""
+    """Remaining time, s."""
 
 
 class Competition(msgspec.Struct, kw_only=True, gc=False):
-    """The competition."""
+    """The competition, or the practice, that the server runs."""
 
     name: str
-    """For people."""
+    """Name, for people."""
     mode: str
-    """``practice``: no token, own seeds, full state."""
+    """``practice`` (no token, own seeds, full state) or ``official``."""
     session_s: float | None = None
     """Length of a session, s; ``None`` for none."""
     reset_cost_s: float = 0.0
-    """What each ``reset`` that opens a run takes from the session, s."""
+    """Time that each ``reset`` takes from the session, s."""
     noise: str = "none"
-    """How good the sensors of a run are that does not ask for others; in a competition, of every run.
-    ``none`` or ``real``."""
+    """Sensor errors of runs that request none; in a competition, of every run. ``none`` or ``real``."""
     sensors_only: list[str] = []
-    """Tasks that are played with ``sensors`` only."""
+    """Tasks whose runs must have sensing ``sensors``."""
 
 
 class ServerInfo(msgspec.Struct, kw_only=True, gc=False):
-    """The program."""
+    """The program of the server."""
 
     version: str
-    """Version of the program."""
+    """Version."""
     build_hash: str
     """Commit it was built from."""
 
 
 class Limits(msgspec.Struct, kw_only=True, gc=False):
-    """What a client must keep to."""
+    """Limits of requests and connections; those of actions are in ``specs``."""
 
     message_bytes: int
-    """Largest inbound message."""
+    """Largest message of a client, bytes."""
     repeat: int
     """Largest ``repeat`` of a ``step``."""
     requests_per_s: float
-    """Requests per second that a connection may keep up."""
+    """Largest rate of requests of a connection, 1/s."""
     requests_burst: float
-    """Requests it may send at once beyond that rate."""
+    """Requests that a connection may send at once above that rate."""
     resume_grace_s: float
-    """How long a session waits for its client to come back, s."""
+    """How long a session without a connection waits for its client, s."""
     ping_interval_s: float
     """Period of the server's pings, s."""
     ping_timeout_s: float
-    """A connection silent for this long, or that does not take a message for this long, is dropped, s."""
+    """A connection that is silent, or does not read a message, for this long is closed, s."""
     hello_timeout_s: float
-    """A connection that has not said hello for this long is closed, s."""
+    """How long a connection may be open before ``hello``, s."""
     hold_ticks: int
-    """In real time: for so many ticks a silent controller's last action goes on; then the hand holds
-    still."""
+    """Realtime: after this number of ticks without an action, the hand holds still."""
     outbox_obs: int
-    """In real time: observations that wait for a slow client; of more the oldest is dropped."""
+    """Realtime: largest number of unread observations; the server drops the oldest of more."""
 
 
 class ImageInfo(msgspec.Struct, kw_only=True, gc=False):
@@ -681,10 +680,11 @@ class ImageInfo(msgspec.Struct, kw_only=True, gc=False):
 
 
 class CameraInfo(msgspec.Struct, kw_only=True, gc=False):
-    """A camera in short."""
+    """A camera of a task or a hand."""
 
     name: str
-    """For ``step.cameras``; a hand's is called ``hand_…`` in a task that has one of the same name."""
+    """Its name in ``step.cameras``. A hand's camera has the prefix ``hand_`` in a task that has a camera of
+    its name."""
     width: int
     """Pixels in a row."""
     height: int
@@ -692,30 +692,30 @@ class CameraInfo(msgspec.Struct, kw_only=True, gc=False):
     fov_deg: float
     """Horizontal field of view, degrees."""
     near: float
-    """What is nearer gives no reading, m."""
+    """Shortest distance with a reading, m."""
     far: float
-    """What is farther gives no reading, m."""
+    """Longest distance with a reading, m."""
     images: list[ImageInfo] = []
     """The images that it takes."""
 
 
 class TaskInfo(msgspec.Struct, kw_only=True, gc=False):
-    """A task in short."""
+    """Constants of a task."""
 
     name: str
-    """For ``reset``."""
+    """Its name in ``reset``."""
     description: str
-    """For people."""
+    """Text for people."""
     tick_s: float
     """Length of a tick, s."""
     step_s: float
-    """Length of a physics step, s."""
+    """Time step of the integrator, s."""
     time_limit_s: float
     """Longest run, s of simulated time."""
     cameras: list[CameraInfo] = []
     """Its cameras."""
     hash: str = ""
-    """SHA-256 of everything that it is, 64 hexadecimal digits."""
+    """SHA-256 of the whole task, 64 hexadecimal digits."""
 
 
 class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):
@@ -752,12 +752,12 @@ class ChannelInfo(msgspec.Struct, kw_only=True, gc=False):
 
 
 class HandInfo(msgspec.Struct, kw_only=True, gc=False):
-    """A hand in short; ``GET /v1/hands/{name}`` has the rest."""
+    """Names of a hand's parts; ``GET /v1/hands/{name}`` returns its geometry."""
 
     name: str
-    """For ``reset``."""
+    """Its name in ``reset``."""
     description: str
-    """For people."""
+    """Text for people."""
     motors: list[str]
     """Names of the motors, in the order of ``action.hand``."""
     joints: list[str]
@@ -797,32 +797,32 @@ class Specs(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Welcome(Reply, kw_only=True, gc=False, tag="welcome"):
-    """``welcome``: what this server offers."""
+    """``welcome``: everything that holds for the whole session."""
 
     session_id: str
     """Identifies the session."""
     resume_token: str
-    """Secret that takes the session up again on a new connection."""
+    """Secret with which a new connection resumes the session."""
     team: str
     """Name of the team on the leaderboard."""
     session_left_s: float | None = None
-    """s; ``None`` for a session without a limit."""
+    """Remaining time, s; ``None`` for a session without a limit."""
     competition: Competition
     """The competition."""
     server: ServerInfo
     """The program."""
     limits: Limits
-    """What a client must keep to."""
+    """Limits of requests and connections."""
     tasks: list[TaskInfo]
-    """Tasks that can be played."""
+    """Tasks of the server."""
     hands: list[HandInfo]
-    """Hands that can be played with."""
+    """Hands of the server."""
     specs: Specs
     """Fields of actions and observations."""
     run: RunInfo | None = None
-    """The run that goes on, when a session is taken up again; else ``None``."""
+    """The open run of a session that is resumed; otherwise ``None``."""
     note: str | None = None
-    """For people: what is odd about the team's name. Absent when nothing is."""
+    """A remark on the team's name, for people; ``None`` if there is none."""
 
 
 class TaskBest(msgspec.Struct, kw_only=True, gc=False):

@@ -81,7 +81,7 @@ fn outside(text: &str) -> Result<String> {
 fn readme(reports: &[Comparison; 2], grasps: &Table) -> String {
     let mut out = said_of_all(reports) + &said_of_grasps(grasps);
     let scenes = BY_STARTS.iter().flat_map(|case| reports[0].results.iter().filter(|v| v.case == *case));
-    out += "What it comes to in the scenes that hands are for:\n\n";
+    out += "Results in the scenes with hands, where a peer is another engine:\n\n";
     scenes.for_each(|result| bullet(&mut out, result));
     out
 }
@@ -114,14 +114,14 @@ fn said_of_all(reports: &[Comparison; 2]) -> String {
         })
         .collect();
     wrapped(&format!(
-        "In {} of {all} comparisons of a scene with a peer ({commits}; {}) no run of the peer is faster than ours at an \
-         equal or smaller error, whichever of these settings it has.",
+        "In {} of {all} comparisons of a scene with another engine ({commits}; {}) no run of that engine is both faster than \
+         ours and at least as accurate, with any of its settings.",
         all - ahead,
         peers.join("; "),
     )) + "\n"
 }
 
-/// How many of the drawn grasps each engine keeps, peers with the settings that serve them best.
+/// Number of the random grasps that each engine holds; each peer with its best settings.
 fn said_of_grasps(grasps: &Table) -> String {
     let sums = grasps.drawn(HandKind::SoftHand.name());
     let own = sums.iter().filter(|sum| sum.engine == EngineKind::Own.name());
@@ -138,13 +138,13 @@ fn said_of_grasps(grasps: &Table) -> String {
         };
         let flips = match flips.pairs {
             0 => String::new(),
-            _ => format!(", and the next longer step changes {:.1} % of the outcomes", flips.percent()),
+            _ => format!(", and {:.1} % of the outcomes differ with the next longer step", flips.percent()),
         };
-        format!("{name}{settings} keeps {} of {} {which}{flips}", count.kept, count.of)
+        format!("{name}{settings} holds {} of {} {which}{flips}", count.kept, count.of)
     });
     let said = said.collect::<Vec<_>>().join("; ");
     wrapped(&format!(
-        "Of the grasps of the SoftHand that were drawn before any engine had played them (commit {}, \
+        "Random grasps of the SoftHand, chosen before any engine played them (commit {}, \
          [all counts](docs/report/grasps/README.md)): {said}.",
         grasps.commit,
     )) + "\n"
@@ -153,18 +153,21 @@ fn said_of_grasps(grasps: &Table) -> String {
 fn bullet(out: &mut String, result: &PeerResult) {
     let tried = result.settings.first().map_or(0, |first| first.tried);
     let said = match result.best() {
-        None => format!("{} does it at none of {tried} steps", result.peer),
+        None => format!("{} succeeds with 0 of {tried} step lengths", result.peer),
         Some(best) => {
-            format!("{} does it with `{}` at {} of {tried} steps", result.peer, best.settings, best.done)
+            format!(
+                "{} with `{}` succeeds with {} of {tried} step lengths",
+                result.peer, best.settings, best.done
+            )
         }
     };
     let ours = match result.best() {
-        None => format!("ours at {}", result.own_done),
+        None => format!("ours with {}", result.own_done),
         Some(_) if !result.holds() => format!("it is ahead at {}", result.ahead()),
         Some(best) => {
             let times =
                 best.least_advantage.map_or(String::new(), |x| format!(" and at least {x:.1} times as fast"));
-            format!("ours at {}{times}", result.own_done)
+            format!("ours with {}{times}", result.own_done)
         }
     };
     let _ = writeln!(out, "- `{}`: {said}, {ours}.", result.case);

@@ -1,9 +1,9 @@
 //! Replays of short runs, recorded, read, damaged and played again.
 
 mod extremes;
-mod film;
 mod forged;
 mod hostile;
+mod image_export;
 mod telemetry;
 
 use super::*;
@@ -55,13 +55,13 @@ impl Scenario {
         let recorder = Recorder::create(folder.path(), self.header.clone(), &run, &self.signer, files);
         let mut recorder = recorder.expect("recorder");
         for tick in 0..self.ticks {
-            if let Some((at, told)) = self.push
+            if let Some((at, recorded)) = self.push
                 && at == tick
             {
                 let (link, force) = (run.hand().links[0].name.clone(), [30.0, 0.0, 0.0]);
                 let wrench = Wrench { force, torque: [0.0; 3] };
                 run.push(&link, wrench, 0.05).expect("pushed");
-                if told {
+                if recorded {
                     recorder.push(&link, wrench, 0.05);
                 }
             }
@@ -107,7 +107,7 @@ fn a_push_is_part_of_the_replay() {
     scenario.push = Some((150, true));
     assert!(check(&scenario.record().bytes).is_ok());
     scenario.push = Some((150, false));
-    let refused = check(&scenario.record().bytes).expect_err("the recorder was not told");
+    let refused = check(&scenario.record().bytes).expect_err("the recorder was not called");
     let VerifyError::StateDiffers { tick, last_equal, .. } = refused else { panic!("{refused}") };
     assert_eq!((tick, last_equal), (151, Some(150)));
 }

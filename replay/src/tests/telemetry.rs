@@ -43,16 +43,16 @@ fn it_is_written_at_30_hz_as_the_run_tells_it() {
 #[test]
 fn a_file_tells_its_hand_its_regions_and_the_names_of_its_bodies() {
     let recorded = Scenario::new("pinch", 3).record();
-    let mut told = std::collections::BTreeMap::new();
+    let mut records = std::collections::BTreeMap::new();
     for frame in records::frames(&recorded.bytes).expect("frames") {
         if frame.opcode == op::METADATA
             && let Ok(Record::Metadata(metadata)) = mcap::parse_record(frame.opcode, frame.body)
         {
-            told.insert(metadata.name, metadata.metadata);
+            records.insert(metadata.name, metadata.metadata);
         }
     }
     let json = |record: &str, key: &str| -> serde_json::Value {
-        serde_json::from_str(&told[record][key]).expect("JSON")
+        serde_json::from_str(&records[record][key]).expect("JSON")
     };
     let hand = json(HAND_RECORD, "description");
     assert_eq!(hand["name"], "pinch");
@@ -71,7 +71,7 @@ fn a_file_without_it_is_read_and_verified_as_before() {
     let earlier = forge::earlier(&recorded.bytes, &scenario.signer);
     let replay = read(&earlier).expect("sound");
     assert_eq!((replay.telemetry, replay.actions.len()), (0, 30));
-    assert!(replay.pictures > 0);
+    assert!(replay.pose_messages > 0);
     let verified = verify(&replay, &[]).expect("the same run");
     assert_eq!(verified.ticks, 30);
 }

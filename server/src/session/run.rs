@@ -20,7 +20,7 @@ use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::Ack;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Request, Reset, Step};
-use palmares_replay::{Header, Kind, Pacing};
+use palmares_replay::{CompetitionMode, Header, Pacing};
 use palmares_tasks::observation::{Observation, Wrench};
 use palmares_tasks::overlap::{Obstacle, Overlap};
 use palmares_tasks::run::{Shot, ShotError, shots};
@@ -170,7 +170,7 @@ impl Session {
     fn header(&self, new: &NewWorld) -> Header {
         let now = unix_ms().unsigned_abs();
         Header {
-            kind: if self.official { Kind::Official } else { Kind::Practice },
+            mode: if self.official { CompetitionMode::Official } else { CompetitionMode::Practice },
             pacing: match new.mode {
                 Mode::Lockstep => Pacing::Lockstep,
                 Mode::Realtime => Pacing::Realtime,

@@ -3,7 +3,7 @@ import { dateTime } from '../ui/format';
 import { button, copyText, el } from '../ui/elements';
 import type { AdminClient, Tab } from './admin_client';
 import { KeyedTable } from './keyed_table';
-import type { AuditEntry } from './types';
+import type { AuditEntry } from '../wire/messages';
 
 /** Records on a page. */
 export const PAGE = 50;

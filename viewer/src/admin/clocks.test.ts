@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import { inOrder, leftAt, readClock, state } from './clocks';
-import type { Session } from './types';
+import type { Session } from '../wire/messages';
 
 const session = (over: Partial<Session>): Session => ({
   session_id: 's', team: 't', mode: 'official', status: 'open', client_version: null, limit_s: 100, clock_wall_s: 0, clock_simulated_s: 0,

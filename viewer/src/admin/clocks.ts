@@ -1,5 +1,5 @@
 /** Session clocks between two readings: a clock that moved continues with wall-clock time. s. */
-import type { Session } from './types';
+import type { Session } from '../wire/messages';
 
 /** A reading of a clock; `at` as of performance.now(). */
 export interface ClockReading { at: number; left: number | null; elapsed: number; going: boolean }

@@ -2,9 +2,9 @@
 import { getJson } from '../net/api';
 import { dateTime } from '../ui/format';
 import { button, el, facts, name } from '../ui/elements';
-import type { Announcement, CompetitionInfo } from '../board/model';
 import { confirmAction, type ActionDialog } from './dialog';
 import { type AdminClient, errorText, type Tab } from './admin_client';
+import type { Announcement, CompetitionResponse } from '../wire/messages';
 
 const WORDS = {
   closed: 'Closed: no session can begin; open sessions continue.',
@@ -13,7 +13,7 @@ const WORDS = {
 } as const;
 
 /** The tab with phases and downloads. */
-export function competitionTab(admin: AdminClient, shown: (info: CompetitionInfo) => void): Tab {
+export function competitionTab(admin: AdminClient, shown: (info: CompetitionResponse) => void): Tab {
   const now = el('section', { class: 'panel' });
 
   const enter = (verb: string, path: string, text: string, more: Partial<ActionDialog> = {}): HTMLButtonElement => {
@@ -28,7 +28,7 @@ export function competitionTab(admin: AdminClient, shown: (info: CompetitionInfo
     return button(`${verb}…`, () => { void confirmAction(dialog); }, { class: more.danger === true ? 'danger' : path === 'open' ? 'primary' : undefined });
   };
 
-  function show(info: CompetitionInfo): void {
+  function show(info: CompetitionResponse): void {
     shown(info);
     const phase = info.phase ?? null;
     now.replaceChildren(
@@ -53,7 +53,7 @@ export function competitionTab(admin: AdminClient, shown: (info: CompetitionInfo
     id: 'competition', title: 'Competition', period: 10_000,
     element: el('div', { class: 'columns' }, now, downloads),
     async refresh() {
-      const info = await getJson<CompetitionInfo>('/v1/competition');
+      const info = await getJson<CompetitionResponse>('/v1/competition');
       const signature = JSON.stringify(info);
       if (now.dataset['shown'] === signature) return;
       now.dataset['shown'] = signature;

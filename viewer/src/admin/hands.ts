@@ -6,7 +6,7 @@ import { confirmAction, type ActionDialog } from './dialog';
 import { type AdminClient, errorText, type Tab } from './admin_client';
 import { KeyedTable } from './keyed_table';
 import { sides } from '../hands/hand_views';
-import type { Hand, ShownHand } from './types';
+import type { HandRow, ShownHand } from '../wire/messages';
 
 const COLOUR: Record<string, string> = { pending: 'warn', approved: 'ok', rejected: 'bad' };
 
@@ -14,7 +14,7 @@ const COLOUR: Record<string, string> = { pending: 'warn', approved: 'ok', reject
 export function handsTab(admin: AdminClient): Tab {
   const details = el('section', { class: 'panel', tabindex: -1, hidden: true, 'aria-label': 'Details of the hand' });
   let at: string | null = null;
-  const table = new KeyedTable<Hand>(
+  const table = new KeyedTable<HandRow>(
     [{ head: 'Hand' }, { head: 'Team' }, { head: 'State' }, { head: 'Uploaded' }, { head: 'Warnings', class: 'wide' }, { head: '', class: 'wide' }],
     (hand) => hand.hand_id,
     (hand) => [
@@ -24,14 +24,14 @@ export function handsTab(admin: AdminClient): Tab {
     ],
     { label: 'Teams’ own hands', empty: 'No team has uploaded a hand.' });
 
-  function decide(hand: Hand): Child[] {
+  function decide(hand: HandRow): Child[] {
     return [
       hand.status !== 'approved' && button('Approve…', () => { void confirmAction(dialog(hand, 'Approve', 'approve')); }, { class: 'small' }),
       hand.status !== 'rejected' && button('Reject…', () => { void confirmAction(dialog(hand, 'Reject', 'reject')); }, { class: 'small danger' }),
     ];
   }
 
-  function dialog(hand: Hand, verb: string, path: string): ActionDialog {
+  function dialog(hand: HandRow, verb: string, path: string): ActionDialog {
     const warned = hand.warnings.length > 0 && path === 'approve' ? ` The check found: ${hand.warnings.join('; ')}.` : '';
     return {
       title: [`${verb} `, name(hand.name), ' of ', name(hand.team)], verb, danger: path === 'reject', needsReason: path === 'reject',
@@ -77,8 +77,8 @@ export function handsTab(admin: AdminClient): Tab {
     id: 'hands', title: 'Hands', period: 10_000,
     element: el('div', { class: 'stack' }, table.element, details),
     async refresh() {
-      const { hands } = await admin.get<{ hands: Hand[] }>('/v1/admin/hands');
-      const waits = (hand: Hand): number => hand.status === 'pending' ? 0 : 1;
+      const { hands } = await admin.get<{ hands: HandRow[] }>('/v1/admin/hands');
+      const waits = (hand: HandRow): number => hand.status === 'pending' ? 0 : 1;
       table.show([...hands].sort((a, b) => waits(a) - waits(b)));
     },
   };

@@ -4,24 +4,24 @@ import { button, type Child, el, name } from '../ui/elements';
 import { confirmAction, type ActionDialog } from './dialog';
 import type { AdminClient, Tab } from './admin_client';
 import { KeyedTable } from './keyed_table';
-import type { Run } from './types';
+import type { RunRecord } from '../wire/messages';
 
 const COLOUR: Record<string, string> = { provisional: 'warn', verified: 'ok', rejected: 'bad', void: 'soft', voided: 'soft', open: 'info', aborted: 'soft' };
 /** Maximum number of rows. */
 const MAX_ROWS = 300;
 
 /** Whether an organizer should look at a run. */
-export function needsReview(run: Pick<Run, 'status' | 'similar'>): boolean {
+export function needsReview(run: Pick<RunRecord, 'status' | 'similar'>): boolean {
   return run.status === 'provisional' || run.status === 'rejected' || (run.similar ?? []).length > 0;
 }
 
 /** The tab. */
 export function runsTab(admin: AdminClient): Tab {
-  let all: Run[] = [];
+  let all: RunRecord[] = [];
   const everything = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
   const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => { show(); } } });
   const line = el('p', { class: 'soft', role: 'status' });
-  const table = new KeyedTable<Run>(
+  const table = new KeyedTable<RunRecord>(
     [{ head: 'Run' }, { head: 'Team', class: 'wide' }, { head: 'Task' }, { head: 'Score', class: 'n' }, { head: 'Status' }, { head: 'Ended' }, { head: 'Notes', class: 'wide' }, { head: '', class: 'wide' }],
     (run) => run.run_id,
     (run) => [
@@ -35,25 +35,25 @@ export function runsTab(admin: AdminClient): Tab {
     ],
     { label: 'Runs', empty: 'Nothing to do: every run is verified, and none resembles another team’s run.' });
 
-  function notes(run: Run): Child[] {
+  function notes(run: RunRecord): Child[] {
     const texts = [run.note, run.verify_note].filter((text): text is string => text !== null && text !== undefined && text !== '');
     const similar = (run.similar ?? []).map((other) => el('div', {}, 'similar to ', el('span', { class: 'id' }, other.run_id), ' of ', name(other.team ?? '?'), `: ${String(other['changes'] ?? '')} equal changes`));
     return [...texts.map((text) => el('div', {}, text)), ...similar, texts.length + similar.length === 0 ? '–' : null];
   }
 
-  const action = (path: string, run: Run) => async (reason: string | null): Promise<string> => {
+  const action = (path: string, run: RunRecord) => async (reason: string | null): Promise<string> => {
     await admin.post(`/v1/admin/run/${path}`, { run_id: run.run_id, reason });
     await tab.refresh();
     return 'Done.';
   };
-  const again = (run: Run): ActionDialog => ({ title: 'Verify again', text: el('span', {}, 'The server replays the run of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: action('reverify', run) });
-  const voided = (run: Run): ActionDialog => ({
+  const again = (run: RunRecord): ActionDialog => ({ title: 'Verify again', text: el('span', {}, 'The server replays the run of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: action('reverify', run) });
+  const voided = (run: RunRecord): ActionDialog => ({
     title: 'Void a run', text: el('span', {}, 'The run of ', name(run.team), `, ${run.task}, does not count any more; the team gets its time back.`), verb: 'Void', danger: true, needsReason: true, act: action('void', run),
   });
 
   function show(): void {
     const word = filter.value.trim().toLowerCase();
-    const fits = (run: Run): boolean => word === '' || `${run.run_id} ${run.team} ${run.task} ${run.status}`.toLowerCase().includes(word);
+    const fits = (run: RunRecord): boolean => word === '' || `${run.run_id} ${run.team} ${run.task} ${run.status}`.toLowerCase().includes(word);
     const found = all.filter((run) => (everything.checked || word !== '' || needsReview(run)) && fits(run));
     const waiting = all.filter((run) => run.status === 'provisional').length;
     line.textContent = `${waiting} of ${all.length} runs are not verified yet.${found.length > MAX_ROWS ? ` The newest ${MAX_ROWS} of ${found.length} are shown.` : ''}`;
@@ -64,7 +64,7 @@ export function runsTab(admin: AdminClient): Tab {
     id: 'runs', title: 'Verification', period: 5000,
     element: el('div', {}, el('div', { class: 'row head' }, line, el('label', { class: 'check end' }, everything, 'all runs'), el('span', { class: 'filter' }, filter)), table.element),
     async refresh() {
-      all = await admin.get<Run[]>('/v1/admin/export/runs?format=json');
+      all = await admin.get<RunRecord[]>('/v1/admin/export/runs?format=json');
       all.sort((a, b) => b.started_unix_ms - a.started_unix_ms);
       show();
     },

@@ -5,7 +5,7 @@ import { confirmAction, type ActionDialog } from './dialog';
 import { inOrder, leftAt, readClock, type ClockReading, state } from './clocks';
 import type { AdminClient, Tab } from './admin_client';
 import { KeyedTable } from './keyed_table';
-import type { Session } from './types';
+import type { Session } from '../wire/messages';
 
 /** The tab. */
 export function sessionsTab(admin: AdminClient): Tab {

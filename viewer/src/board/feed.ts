@@ -1,14 +1,14 @@
 /** Rankings, announcements and the featured run over the watch socket, which reconnects by itself. */
-import type { Announcement, BoardRow } from './model';
+import type { Announcement, LeaderboardRow, WatchReply } from '../wire/messages';
 
 /** Callbacks of the feed. */
 export interface FeedListener {
-  ranking(rows: BoardRow[]): void;
+  ranking(rows: LeaderboardRow[]): void;
   announcement?(announcement: Announcement): void;
   /** Whether the socket is connected. */
   connected(yes: boolean): void;
   /** Messages of the featured run; with this callback the feed subscribes to it. */
-  world?(message: Record<string, unknown>): void;
+  world?(message: WatchReply): void;
   /** The token was revoked: the socket does not reconnect. */
   revoked?(): void;
 }
@@ -51,13 +51,13 @@ export function openFeed(listener: FeedListener, token: string | null = null): (
   }
 
   function read(data: string, say: (message: Record<string, unknown>) => void): void {
-    const message = JSON.parse(data) as Record<string, unknown>;
-    switch (message['op']) {
+    const message = JSON.parse(data) as WatchReply;
+    switch (message.op) {
       case 'subscribed': listener.connected(true); break;
-      case 'leaderboard': listener.ranking(message['rows'] as BoardRow[]); break;
-      case 'announcement': listener.announcement?.(message as unknown as Announcement); break;
+      case 'leaderboard': listener.ranking(message.rows); break;
+      case 'announcement': listener.announcement?.(message); break;
       // Older servers have the ranking only with the subscription of a run.
-      case 'error': if (message['id'] === 1) say({ op: 'subscribe', id: 2, featured: true }); break;
+      case 'error': if (message.id === 1) say({ op: 'subscribe', id: 2, featured: true }); break;
       default: listener.world?.(message); break;
     }
   }

@@ -1,9 +1,9 @@
 import { expect, test } from 'vitest';
-import type { BoardRow } from './model';
 import { columns, replayIsOpen } from './model';
 import { differs, moveMark, movement, announcementOf } from './movement';
+import type { LeaderboardRow } from '../wire/messages';
 
-function row(rank: number, team: string, total: number): BoardRow {
+function row(rank: number, team: string, total: number): LeaderboardRow {
   const best = { score: total, run_id: `run_${team}`, status: 'verified', ended_unix_ms: 0 };
   return { rank, team, total, runs: 1, reached_unix_ms: 0, sensors_only: false, sensors_rank: null, tasks: { balls: best } };
 }

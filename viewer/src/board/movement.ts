@@ -1,12 +1,12 @@
 /** Differences between two rankings. */
-import type { BoardRow } from './model';
 import { ordinal, points } from '../ui/format';
+import type { LeaderboardRow } from '../wire/messages';
 
 /** A team's change. `places` is positive for up, null for a new team; `gained` is in points. */
 export interface Move { places: number | null; gained: number }
 
 /** The teams whose rank or total changed; none without an earlier ranking. */
-export function movement(before: readonly BoardRow[] | null, now: readonly BoardRow[]): Map<string, Move> {
+export function movement(before: readonly LeaderboardRow[] | null, now: readonly LeaderboardRow[]): Map<string, Move> {
   const moves = new Map<string, Move>();
   if (before === null) return moves;
   const had = new Map(before.map((row) => [row.team, row]));
@@ -21,7 +21,7 @@ export function movement(before: readonly BoardRow[] | null, now: readonly Board
 }
 
 /** Whether two rankings differ. */
-export function differs(before: readonly BoardRow[], now: readonly BoardRow[]): boolean {
+export function differs(before: readonly LeaderboardRow[], now: readonly LeaderboardRow[]): boolean {
   return JSON.stringify(before) !== JSON.stringify(now);
 }
 
@@ -45,7 +45,7 @@ export function signed(gained: number): string {
 }
 
 /** One sentence for screen readers: at most three teams that gained points, the best first. */
-export function announcementOf(moves: ReadonlyMap<string, Move>, now: readonly BoardRow[]): string {
+export function announcementOf(moves: ReadonlyMap<string, Move>, now: readonly LeaderboardRow[]): string {
   const gained = now.filter((row) => {
     const move = moves.get(row.team);
     return move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9);

@@ -1,10 +1,10 @@
 /** Panels next to the ranking: each task with a drawing, how to connect, and the legend. */
-import type { CompetitionInfo, TaskInfo } from './model';
 import { clock } from '../ui/format';
 import { button, copyText, el, name } from '../ui/elements';
 import ballsDrawing from './pictures/balls.svg';
 import graspDrawing from './pictures/grasp.svg';
 import shelfDrawing from './pictures/shelf.svg';
+import type { CompetitionResponse, TaskInfo } from '../wire/messages';
 
 const DRAWINGS: Record<string, [string, string]> = {
   balls: [ballsDrawing, 'Balls in box A, and an arrow to box B.'],
@@ -25,7 +25,7 @@ export function taskCards(tasks: readonly TaskInfo[]): HTMLElement[] {
 }
 
 /** How a program connects. */
-export function connect(info: CompetitionInfo): HTMLElement {
+export function connect(info: CompetitionResponse): HTMLElement {
   const official = info.mode === 'official';
   const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/control`;
   const lines = official
@@ -42,7 +42,7 @@ export function connect(info: CompetitionInfo): HTMLElement {
 }
 
 /** The meaning of the columns and status marks. */
-export function legend(info: Pick<CompetitionInfo, 'mode' | 'phase'>): HTMLElement {
+export function legend(info: Pick<CompetitionResponse, 'mode' | 'phase'>): HTMLElement {
   const official = info.mode === 'official';
   return el('p', {},
     'Each task counts with the best score. With equal totals the earlier team is first. Sensors: rank among the teams that used only sensor readings, never the true state. ',

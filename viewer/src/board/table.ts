@@ -1,9 +1,10 @@
 /** The leaderboard table: rows slide to their new places, and changes are marked. */
-import type { Board, BoardRow, CompetitionInfo, TaskBest } from './model';
+import type { Board } from './model';
 import { columns, replayIsOpen } from './model';
 import { points } from '../ui/format';
 import { type Move, moveMark, movement, announcementOf } from './movement';
 import { el, name, setText } from '../ui/elements';
+import type { CompetitionResponse, LeaderboardRow, TaskBest } from '../wire/messages';
 
 /** Duration of a row's slide, ms. */
 const SLIDE_MS = 600;
@@ -15,10 +16,10 @@ export class BoardTable {
   private readonly body = el('tbody');
   private readonly head = el('tr');
   private readonly rows = new Map<string, HTMLTableRowElement>();
-  private shown: BoardRow[] | null = null;
+  private shown: LeaderboardRow[] | null = null;
   private moves = new Map<string, Move>();
 
-  constructor(private readonly info: Pick<CompetitionInfo, 'mode' | 'phase'>) {
+  constructor(private readonly info: Pick<CompetitionResponse, 'mode' | 'phase'>) {
     this.element.append(el('table', { class: 'cards board' }, el('thead', {}, this.head), this.body), this.spoken);
   }
 
@@ -53,7 +54,7 @@ export class BoardTable {
     if (moves.size > 0) setText(this.spoken, announcementOf(moves, board.rows));
   }
 
-  private cells(row: BoardRow, tasks: readonly string[]): HTMLElement[] {
+  private cells(row: LeaderboardRow, tasks: readonly string[]): HTMLElement[] {
     const move = this.moves.get(row.team);
     const team = el('th', { scope: 'row' }, name(row.team), move === undefined ? null : marked(move));
     const scores = tasks.map((task) => {

@@ -4,14 +4,13 @@ import { clock, points } from '../ui/format';
 import { el, name, setText } from '../ui/elements';
 import type { Stage } from '../render/stage';
 import { stageFor, type StageLike } from './wall_stage';
+import type { Poses, WatchReply, WatchRun, WatchScene } from '../wire/messages';
 
 /** Events that show the live pane early. */
 const HIGHLIGHTS = new Set(['in_goal', 'lifted', 'held', 'shaken']);
 
 /** Display time of the text next to the score, ms. */
 const NEWS_MS = 6000;
-
-interface Run { run_id: string; team: string; task: string; hand: string; session_id?: string }
 
 /** Shows the watch socket's messages. */
 export class LivePane {
@@ -26,10 +25,10 @@ export class LivePane {
   private stage: StageLike | null = null;
   /** The stage, for tests. */
   drawing: Stage | null = null;
-  private run: Run | null = null;
+  private run: WatchRun | null = null;
   private points: number | null = null;
   private silence = 0;
-  private newest: Record<string, unknown> | null = null;
+  private newest: Poses | null = null;
   private taken: Promise<void> = Promise.resolve();
   private last: { team: string; left: number | null } | null = null;
   /** Time of the last highlight, as of performance.now(), or null. */
@@ -46,7 +45,7 @@ export class LivePane {
   }
 
   /** Handles a message of the watch socket; messages wait until the stage is loaded. */
-  take(message: Record<string, unknown>): void {
+  take(message: WatchReply): void {
     this.taken = this.taken.then(() => this.read(message)).catch((error: unknown) => { console.error(error); });
   }
 
@@ -55,22 +54,22 @@ export class LivePane {
     if (this.newest !== null) this.stage?.poses(this.newest, performance.now());
   }
 
-  private async read(message: Record<string, unknown>): Promise<void> {
-    switch (message['op']) {
+  private async read(message: WatchReply): Promise<void> {
+    switch (message.op) {
       case 'scene': await this.begin(message); break;
-      case 'poses': this.drawn(message); setText(this.time, clock(Math.floor(message['sim_time_s'] as number))); break;
-      case 'score': this.scored(message['score'] as number); break;
-      case 'events': this.noted((message['events'] as { kind: string }[]).map((event) => event.kind)); break;
-      case 'clock': this.last = this.run === null ? null : { team: this.run.team, left: message['session_left_s'] as number | null }; break;
+      case 'poses': this.drawn(message); setText(this.time, clock(Math.floor(message.sim_time_s))); break;
+      case 'score': this.scored(message.score); break;
+      case 'events': this.noted(message.events.map((event) => event.kind)); break;
+      case 'clock': this.last = this.run === null ? null : { team: this.run.team, left: message.session_left_s }; break;
       case 'ended': setText(this.news, 'run over'); this.run = null; this.points = null; break;
       default: break;
     }
   }
 
-  private async begin(message: Record<string, unknown>): Promise<void> {
+  private async begin(message: WatchScene): Promise<void> {
     this.stage ??= await stageFor(this.place, (stage) => { this.drawing = stage; });
     this.stage?.scene(message);
-    this.run = message['run'] as Run;
+    this.run = message.run;
     this.newest = null;
     this.points = null;
     this.lastHighlight = null;
@@ -81,7 +80,7 @@ export class LivePane {
   }
 
   /** Draws only while the pane is visible. */
-  private drawn(message: Record<string, unknown>): void {
+  private drawn(message: Poses): void {
     this.newest = message;
     if (this.element.classList.contains('shown')) this.stage?.poses(message, performance.now());
   }

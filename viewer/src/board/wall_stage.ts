@@ -1,10 +1,11 @@
 /** The wall's stage. It is loaded with the first run, so that the ranking appears without waiting for it. */
 import { type Moment, POSE } from '../model/moment';
-import { sceneOf, type WireScene } from '../model/scene';
+import { sceneOf } from '../model/scene';
 import type { Stage } from '../render/stage';
+import type { Poses, WatchScene } from '../wire/messages';
 
 /** Shows messages of the watch socket. */
-export interface StageLike { scene(message: Record<string, unknown>): void; poses(message: Record<string, unknown>, at: number): void }
+export interface StageLike { scene(message: WatchScene): void; poses(message: Poses, at: number): void }
 
 /** Creates the stage, or null if that fails. `created` gets the stage. */
 export async function stageFor(place: HTMLElement, created: (stage: Stage) => void = () => undefined): Promise<StageLike | null> {
@@ -20,7 +21,7 @@ export async function stageFor(place: HTMLElement, created: (stage: Stage) => vo
   created(stage);
   return {
     scene(message) {
-      stage.setScene(sceneOf(message as unknown as WireScene));
+      stage.setScene(sceneOf(message));
       stage.view('front');
     },
     poses(message, at) { stage.push(momentOf(message), at); },
@@ -28,9 +29,9 @@ export async function stageFor(place: HTMLElement, created: (stage: Stage) => vo
 }
 
 /** Converts the message `poses`, whose poses are lists of seven numbers. */
-export function momentOf(message: Record<string, unknown>): Moment {
-  const lists = message['poses'] as number[][];
+export function momentOf(message: Poses): Moment {
+  const lists = message.poses;
   const poses = new Float32Array(lists.length * POSE);
   lists.forEach((list, row) => { poses.set(list, row * POSE); });
-  return { tick: message['tick'] as number, time: message['sim_time_s'] as number, score: null, poses };
+  return { tick: message.tick, time: message.sim_time_s, score: null, poses };
 }

@@ -1,6 +1,6 @@
 /** The actions of one run as changes, sufficient to send the same again. */
-import type { RunEvent } from '../net/watch';
-import type { Action, RunInfo, Push, Result } from './messages';
+import type { Push } from './messages';
+import type { Action, Event as RunEvent, Opened, RunResult } from '../wire/messages';
 
 /** A step: changed targets, kept for `ticks`. A push begins with the next tick. A gap was not recorded. */
 export type Entry =
@@ -14,14 +14,14 @@ export class ActionRecording {
   /** Ticks of the run up to now. */
   ticks = 0;
   score = 0;
-  /** Result of the run; null while it continues, or after a lost connection. */
-  result: Result | null = null;
+  /** RunResult of the run; null while it continues, or after a lost connection. */
+  result: RunResult | null = null;
   /** The current targets. */
   private readonly targets: Action = {};
   private on = true;
 
   /** `team`: the name in the session. */
-  constructor(readonly run: RunInfo, readonly team: string, readonly begun: Date) {}
+  constructor(readonly run: Opened, readonly team: string, readonly begun: Date) {}
 
   get recording(): boolean {
     return this.on;

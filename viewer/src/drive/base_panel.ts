@@ -1,8 +1,8 @@
 /** Panel for moving the base: axes, speed, keys and gamepad. */
 import { el, setText } from '../ui/elements';
 import { keyList } from './keys';
-import type { Spec } from './messages';
 import type { FrameName } from './motion';
+import type { Field } from '../wire/messages';
 
 /** Initial speed of keys and sticks, as a share of the server's limit. */
 const INITIAL_SHARE = 0.2;
@@ -35,7 +35,7 @@ export class BasePanel {
   }
 
   /** Sets the server's speed limits, m/s and rad/s. */
-  limit(linear: Spec | undefined, angular: Spec | undefined): void {
+  limit(linear: Field | undefined, angular: Field | undefined): void {
     this.maxLinear = linear?.maximum ?? 0;
     this.maxAngular = angular?.maximum ?? 0;
     this.write();

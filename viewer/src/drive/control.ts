@@ -1,4 +1,5 @@
 /** The control socket: one reply to each request, in order. */
+import type { ControlReply } from '../wire/messages';
 
 /** A refused request, with the server's message. */
 export class ControlError extends Error {
@@ -10,14 +11,13 @@ export class ControlError extends Error {
 /** The connection is lost, and with it the session's open run. */
 export class ConnectionLost extends Error {}
 
-interface Reply { op: string; id?: number; code?: string; message?: string; fatal?: boolean }
 interface Waiting { resolve(reply: unknown): void; reject(error: Error): void }
 
 export class ControlSocket {
   /** Called once, if the connection ends unexpectedly. */
   onLost: (why: string) => void = () => undefined;
   /** Called for messages that are no replies: warnings, and the result of a run that the server ended. */
-  onMessage: (message: Reply) => void = () => undefined;
+  onMessage: (message: ControlReply) => void = () => undefined;
   private readonly waiting = new Map<number, Waiting>();
   private id = 0;
   private over = false;
@@ -25,7 +25,7 @@ export class ControlSocket {
   private last = '';
 
   private constructor(private readonly socket: WebSocket) {
-    socket.onmessage = (event: MessageEvent<string>) => { this.take(JSON.parse(event.data) as Reply); };
+    socket.onmessage = (event: MessageEvent<string>) => { this.take(JSON.parse(event.data) as ControlReply); };
     socket.onclose = (event) => { this.ended(this.last || event.reason || 'The connection to the server was lost.'); };
   }
 
@@ -59,18 +59,18 @@ export class ControlSocket {
     this.socket.close();
   }
 
-  private take(reply: Reply): void {
-    const waiting = reply.id === undefined ? undefined : this.waiting.get(reply.id);
+  private take(reply: ControlReply): void {
+    const id = 'id' in reply ? reply.id : undefined;
+    const waiting = id === undefined ? undefined : this.waiting.get(id);
     if (reply.op === 'error') {
-      const message = reply.message ?? reply.code ?? 'refused';
-      if (reply.fatal || !waiting) this.last = message;
-      waiting?.reject(new ControlError(message, reply.code ?? ''));
+      if (reply.fatal || !waiting) this.last = reply.message;
+      waiting?.reject(new ControlError(reply.message, reply.code));
     } else if (waiting) {
       waiting.resolve(reply);
     } else {
       this.onMessage(reply);
     }
-    if (reply.id !== undefined) this.waiting.delete(reply.id);
+    if (id !== undefined) this.waiting.delete(id);
   }
 
   private ended(why: string): void {

@@ -5,8 +5,11 @@ import { Pace } from './pace';
 import { pythonOf } from './python';
 import { ActionRecording } from './action_recording';
 import { Targets } from './targets';
+import type { Opened } from '../wire/messages';
 
-const RUN = { task: 'balls', hand: 'softhand', seed: 7, tick_s: 0.01, time_limit_s: 600 };
+const RUN: Opened = {
+  task: 'balls', hand: 'softhand', mode: 'lockstep', sensing: 'truth', noise: 'none', seed: 7, tick_s: 0.01, time_limit_s: 600,
+};
 const recording = (): ActionRecording => new ActionRecording(RUN, 'driver', new Date(0));
 const held = { linear: [0.1, 0, 0] as [number, number, number], angular: [0, 0, 0] as [number, number, number] };
 
@@ -99,7 +102,10 @@ describe('a recording', () => {
     made.step(7, { base: { position: [0.12345, -0.5, 0.75], quat_xyzw: [0, 1, 0, 0] }, hand: [0.1] });
     made.push({ link: 'tip', force: [0, 0, -2], torque: [1e-7, 0, 0], duration_s: 0.5 });
     made.events.push({ tick: 5, kind: 'in_goal', object: 0, name: 'ball_0\n"""' });
-    made.result = { op: 'result', run_id: 'run_1', score: 0.5, in_goal: 1, outside: 0, reason: 'stopped', ticks: 7, state_hash: 'ab' };
+    made.result = {
+      id: 1, task: 'balls', task_hash: 'cd', hand: 'softhand', mode: 'lockstep', status: 'practice', sim_time_s: 0.07, events: [], session_left_s: null,
+      missed_ticks: 0, late_ticks: 0, late_max_s: 0, dropped_obs: 0, run_id: 'run_1', score: 0.5, in_goal: 1, outside: 0, reason: 'stopped', ticks: 7, state_hash: 'ab',
+    };
     const file = pythonOf(made);
     expect(file).toContain('    (7, pose((0.12345, -0.5, 0.75), (0, 1, 0, 0)), (0.1,)),');
     expect(file).toContain('    Push("tip", (0, 0, -2), (1e-7, 0, 0), 0.5),');

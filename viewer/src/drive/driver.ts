@@ -1,20 +1,20 @@
 /** One session on the control socket: opens runs, steps them in lockstep at the pace of the wall clock, records the actions. */
-import type { HandDescription } from '../model/hand';
 import { ControlSocket, ConnectionLost } from './control';
 import type { Latency } from './latency';
-import type { Ack, Observation, RunInfo, Push, ResetScene, Result, Welcome } from './messages';
+import type { Push } from './messages';
 import { Pace } from './pace';
 import { ActionRecording } from './action_recording';
 import { Targets } from './targets';
+import type { Ack, HandDescription, Obs, Opened, RunResult, Scene, Welcome } from '../wire/messages';
 
 /** `closed`: no session; `over`: the run has ended, the session continues. */
 export type RunPhase = 'closed' | 'opening' | 'running' | 'paused' | 'ending' | 'over';
 
 export interface DriverListener {
   phase(phase: RunPhase): void;
-  opened(run: RunInfo, scene: ResetScene, first: Observation): void;
-  observed(observation: Observation): void;
-  ended(result: Result): void;
+  opened(run: Opened, scene: Scene, first: Obs): void;
+  observed(observation: Obs): void;
+  ended(result: RunResult): void;
   /** A request was refused, or the connection is lost; the server's message if there is one. */
   failed(message: string, lost: boolean): void;
   /** A note of the server about the name. */
@@ -33,7 +33,7 @@ export class Driver {
   tick = 0;
   private socket: ControlSocket | null = null;
   private pace = new Pace(10);
-  private run: RunInfo | null = null;
+  private run: Opened | null = null;
   private inFlight: Promise<void> | null = null;
 
   constructor(private readonly listener: DriverListener, private readonly latency: Latency) {}
@@ -64,7 +64,7 @@ export class Driver {
     if (this.socket !== socket) return;
     this.set('opening');
     try {
-      const first = await socket.ask<Observation>({ op: 'reset', task, hand: hand.name, ...(seed === null ? {} : { seed }) });
+      const first = await socket.ask<Obs>({ op: 'reset', task, hand: hand.name, ...(seed === null ? {} : { seed }) });
       if (!first.run || !first.scene) throw new Error('The server opened a run without a scene.');
       this.run = first.run;
       this.tick = first.tick;
@@ -132,7 +132,7 @@ export class Driver {
     const input = this.latency.take();
     const action = this.targets.changes();
     const pushes = this.targets.pushes(ticks * run.tick_s).map((push) => [push, this.perturb(socket, push)] as const);
-    const stepped = socket.ask<Observation>({ op: 'step', tick: this.tick, repeat: ticks, action });
+    const stepped = socket.ask<Obs>({ op: 'step', tick: this.tick, repeat: ticks, action });
     // The pushes are awaited first: without this the step's error could be an unhandled rejection.
     stepped.catch(() => undefined);
     for (const [push, taken] of pushes) if (await taken) recording.push(push);
@@ -160,7 +160,7 @@ export class Driver {
   private async stop(): Promise<void> {
     this.set('ending');
     try {
-      const result = await this.socket?.ask<Result>({ op: 'stop' });
+      const result = await this.socket?.ask<RunResult>({ op: 'stop' });
       if (!result) return;
       if (this.recording) this.recording.result = result;
       this.set('over');

@@ -3,7 +3,7 @@ import { Object3D } from 'three';
 import { TransformControls } from 'three/addons/controls/TransformControls.js';
 import type { Quat, Vec3 } from '../model/scene';
 import type { Stage } from '../render/stage';
-import type { Spec } from './messages';
+import type { Field } from '../wire/messages';
 
 /** Size of the handles, as a share of the image's height. */
 const SIZE = 0.7;
@@ -39,7 +39,7 @@ export class Gizmo {
   }
 
   /** Sets the server's limits of the base's position. */
-  limit(spec: Spec | undefined): void {
+  limit(spec: Field | undefined): void {
     this.limits.length = 0;
     if (spec && spec.minimum !== null && spec.maximum !== null) this.limits.push(...Array.from({ length: 3 }, (): [number, number] => [spec.minimum ?? 0, spec.maximum ?? 0]));
   }

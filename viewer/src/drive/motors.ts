@@ -1,6 +1,6 @@
 /** A slider for each motor, with its reached position and tension. */
 import { el, name, setText } from '../ui/elements';
-import type { Actuator, Spec } from './messages';
+import type { ActuatorObservation, Field } from '../wire/messages';
 
 /** Sent values have three decimals. */
 const DIGITS = 1000;
@@ -15,7 +15,7 @@ export class Motors {
   constructor(private readonly closed: (hand: number[], at: number) => void) {}
 
   /** Shows sliders for these motors, with the server's limits. */
-  offer(motors: readonly Actuator[], spec: Spec | undefined): void {
+  offer(motors: readonly ActuatorObservation[], spec: Field | undefined): void {
     const [least, most] = [spec?.minimum ?? 0, spec?.maximum ?? 1];
     this.rows = motors.map((motor, k): Row => {
       const slider = el('input', { type: 'range', id: `motor-${k}`, min: least, max: most, step: 'any', value: motor.command });
@@ -43,7 +43,7 @@ export class Motors {
   }
 
   /** Shows reached positions and tensions, in the tendon's own unit. */
-  show(motors: readonly Actuator[]): void {
+  show(motors: readonly ActuatorObservation[]): void {
     motors.forEach((motor, k) => {
       const row = this.rows[k];
       if (row) setText(row.state, `reached ${motor.position.toFixed(2)}, tension ${motor.tension.toPrecision(3)}`);

@@ -1,7 +1,7 @@
 /** Writes a recording as a Python program for the client in client-py, as a start for one's own controller. */
 import { printable } from '../ui/format';
-import type { Action } from './messages';
 import type { Entry, ActionRecording } from './action_recording';
+import type { Action } from '../wire/messages';
 
 /** A Python literal: for strings and finite numbers it equals JSON. */
 const literal = (value: unknown): string => JSON.stringify(value);

@@ -1,15 +1,15 @@
 /** Converts the control socket's scene and observations for the 3D view. */
-import { type HandDescription, forwardKinematics } from '../model/hand';
+import { forwardKinematics } from '../model/hand';
 import { type Moment, POSE } from '../model/moment';
 import type { Body, Quat, SceneInfo, Vec3 } from '../model/scene';
-import type { Observation, ResetScene } from './messages';
+import type { HandDescription, Obs, Scene } from '../wire/messages';
 
 /** Colour of the hand's links, as in the server's images. */
 const LINK: Vec3 = [0.72, 0.74, 0.78];
 const IDENTITY: Quat = [0, 0, 0, 1];
 
 /** The scene of a new run. */
-export function sceneOfReset(scene: ResetScene, hand: HandDescription): SceneInfo {
+export function sceneOfReset(scene: Scene, hand: HandDescription): SceneInfo {
   const bodies = scene.bodies.map((body): Body => ({
     id: body.id,
     name: body.name,
@@ -34,7 +34,7 @@ export function sceneOfReset(scene: ResetScene, hand: HandDescription): SceneInf
 }
 
 /** The moment of an observation: objects from its truth, links by forward kinematics. */
-export function momentOf(observation: Observation, hand: HandDescription): Moment {
+export function momentOf(observation: Obs, hand: HandDescription): Moment {
   const { truth } = observation;
   const { position, quat_xyzw: quat } = observation.hand.base;
   const objects = truth?.objects.position ?? [];

@@ -1,8 +1,7 @@
 /** The form that opens a run: task, hand, seed and name. */
 import { getJson, ApiError } from '../net/api';
 import { el, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import type { HandInfo, TaskInfo } from './messages';
+import type { HandDescription, HandInfo, TaskInfo } from '../wire/messages';
 
 /** The input of the form. */
 export interface Choice { task: string; hand: HandDescription; seed: number | null; team: string; token: string | null }

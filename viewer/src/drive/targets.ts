@@ -1,5 +1,6 @@
 /** Targets of base and motors, and which of them have not been sent. */
-import type { Action, BaseTarget, PoseTarget, Push } from './messages';
+import type { PoseTarget, Push } from './messages';
+import type { Action, BaseTarget } from '../wire/messages';
 
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 

@@ -14,7 +14,7 @@ import { GamepadReader } from './gamepad';
 import { Gizmo } from './gizmo';
 import { type Command, Keys } from './keys';
 import { Latency } from './latency';
-import type { Observation, RunInfo, Push, ResetScene, Result, Spec } from './messages';
+import type { Push } from './messages';
 import { Motors } from './motors';
 import { isStill, STILL, sumOf, twistOf } from './motion';
 import { PushArrow } from './push_arrow';
@@ -24,6 +24,7 @@ import { RecordingList } from './recording_list';
 import { RunControls } from './run_controls';
 import { ContactFeed } from './contact_feed';
 import { momentOf, sceneOfReset } from './run_scene';
+import type { Field, Obs, Opened, RunResult, Scene } from '../wire/messages';
 
 /** Closing speed of the motors by keys and triggers, in ranges per second. */
 const CLOSING = 1;
@@ -64,7 +65,7 @@ export class DriveView implements DriverListener {
   private chosen: Tool = 'move';
   private choice: Choice | null = null;
   private scene: SceneInfo | null = null;
-  private observation: Observation | null = null;
+  private observation: Obs | null = null;
   private wrote = { at: 0, time: 0 };
   private frameAt = 0;
   /** The newest moment, for tests. */
@@ -137,11 +138,11 @@ export class DriveView implements DriverListener {
     else if (phase === 'running' || phase === 'paused') this.say(null);
   }
 
-  opened(run: RunInfo, scene: ResetScene, first: Observation): void {
+  opened(run: Opened, scene: Scene, first: Obs): void {
     const hand = this.choice?.hand;
     if (!hand) return;
     const specs = this.driver.welcome?.specs.action ?? [];
-    const spec = (of: string): Spec | undefined => specs.find((one) => one.name === of);
+    const spec = (of: string): Field | undefined => specs.find((one) => one.name === of);
     const before = this.scene;
     this.scene = sceneOfReset(scene, hand);
     this.stage.setScene(this.scene);
@@ -166,7 +167,7 @@ export class DriveView implements DriverListener {
     this.observed(first);
   }
 
-  observed(observation: Observation): void {
+  observed(observation: Obs): void {
     const hand = this.choice?.hand;
     if (!hand) return;
     this.observation = observation;
@@ -180,7 +181,7 @@ export class DriveView implements DriverListener {
     this.panels(observation);
   }
 
-  ended(result: Result): void {
+  ended(result: RunResult): void {
     this.contactFeed.follow(null);
     if (this.driver.recording) this.takes.show(this.driver.recording);
     setText(this.figures.score, points(result.score));
@@ -291,12 +292,12 @@ export class DriveView implements DriverListener {
   // Output.
 
   /** Moves the handles to the base's target pose, or to the base while it keeps a velocity. */
-  private handles({ hand: { base } }: Observation): void {
+  private handles({ hand: { base } }: Obs): void {
     const target = this.driver.targets.pose;
     this.gizmo.put((target ?? base).position, (target ?? base).quat_xyzw);
   }
 
-  private events(observation: Observation): void {
+  private events(observation: Obs): void {
     const objects = this.scene?.bodies.filter((body) => body.kind === 'object') ?? [];
     for (const event of observation.events) {
       const body = event.object === undefined ? undefined : objects[event.object];
@@ -306,7 +307,7 @@ export class DriveView implements DriverListener {
     }
   }
 
-  private panels(observation: Observation): void {
+  private panels(observation: Obs): void {
     const now = performance.now();
     if (now - this.wrote.at < PANEL_MS && this.driver.phase === 'running') return;
     const seconds = (now - this.wrote.at) / 1000;

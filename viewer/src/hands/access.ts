@@ -1,16 +1,8 @@
 /** The API of hands. A team is identified by its token, on a practice server by its name. The token is kept only in memory. */
-import type { Figure } from './figure_table';
 import { getJson, postJson, ApiError } from '../net/api';
-import type { HandDescription } from '../model/hand';
-import type { EquilibriumRequest, Equilibrium } from './equilibrium';
+import type { EquilibriumResponse, EquilibriumRequest, HandDescription, Hands, SubmittedHand } from '../wire/messages';
 
 export interface Access { token: string | null; team: string | null }
-
-/** A hand in the list. */
-export interface HandInfo { name: string; description: string; motors: string[]; joints: string[] }
-/** A hand that a team uploaded. */
-export interface OwnHand { hand_id: string; name: string; status: string; note: string | null; warnings: string[]; sha256: string; bytes: number; figures?: Figure[] }
-export interface HandList { hands: HandInfo[]; own?: OwnHand[] }
 
 export const ANONYMOUS: Access = { token: null, team: null };
 
@@ -19,20 +11,20 @@ function path(rest: string, { token, team }: Access): string {
   return `/v1/hands${rest}${token === null && team !== null ? `?team=${encodeURIComponent(team)}` : ''}`;
 }
 
-export function listHands(access: Access): Promise<HandList> {
-  return getJson<HandList>(path('', access), access.token);
+export function listHands(access: Access): Promise<Hands> {
+  return getJson<Hands>(path('', access), access.token);
 }
 
 export function describeHand(name: string, access: Access): Promise<HandDescription> {
   return getJson<HandDescription>(path(`/${encodeURIComponent(name)}`, access), access.token);
 }
 
-export function requestEquilibrium(name: string, sent: EquilibriumRequest, access: Access): Promise<Equilibrium> {
-  return postJson<Equilibrium>(path(`/${encodeURIComponent(name)}/equilibrium`, access), sent, access.token);
+export function requestEquilibrium(name: string, sent: EquilibriumRequest, access: Access): Promise<EquilibriumResponse> {
+  return postJson<EquilibriumResponse>(path(`/${encodeURIComponent(name)}/equilibrium`, access), sent, access.token);
 }
 
 /** Uploads a hand; throws `ApiError` if the check rejects it. */
-export async function uploadHand(archive: Uint8Array<ArrayBuffer>, access: Access): Promise<OwnHand> {
+export async function uploadHand(archive: Uint8Array<ArrayBuffer>, access: Access): Promise<SubmittedHand> {
   const headers: Record<string, string> = { 'Content-Type': 'application/zip' };
   if (access.token !== null) headers['Authorization'] = `Bearer ${access.token}`;
   let response: Response;
@@ -42,7 +34,7 @@ export async function uploadHand(archive: Uint8Array<ArrayBuffer>, access: Acces
     throw new ApiError('the server does not answer, or stopped the upload: is the file larger than 32 MiB?', 0, 'unreachable');
   }
   const answer: unknown = await response.json().catch(() => null);
-  if (response.ok) return answer as OwnHand;
+  if (response.ok) return answer as SubmittedHand;
   const problem = (answer ?? {}) as { detail?: string; code?: string };
   throw new ApiError(problem.detail ?? `the server answered ${response.status}`, response.status, problem.code ?? '');
 }

@@ -1,10 +1,10 @@
 /** Predicted closing without contact: tensions, method and reasons at four values of σ, as `hand check` prints them. */
 import { figure } from '../ui/format';
 import { el, name } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
 import type { Access } from './access';
 import { requestEquilibrium } from './access';
 import { equilibriumRequest } from './equilibrium';
+import type { HandDescription } from '../wire/messages';
 
 /** Values of σ, the same for all motors. */
 const SIGMA = [0.25, 0.5, 0.75, 1];

@@ -1,25 +1,7 @@
 /** The equilibrium of a hand: request and response of the server. SI units; tensions in the tendon's own unit. */
 import { composed, type Pose, turned } from '../model/pose';
-import type { Quat, Vec3 } from '../model/scene';
-
-/** σ of every motor, the pose of the base, and the loads. */
-export interface EquilibriumRequest {
-  motors: number[];
-  base: { position: Vec3; quat_xyzw: Quat };
-  forces: { link: string; point: Vec3; force: Vec3 }[];
-  contacts: { link: string; point: Vec3; position: Vec3 }[];
-}
-
-/** The response of `POST /v1/hands/{name}/equilibrium`. */
-export interface Equilibrium {
-  q: number[];
-  tension: number[];
-  law: 'closed_form' | 'newton';
-  beyond_closed_form: string[];
-  links: { name: string; position: Vec3; quat_xyzw: Quat }[];
-  reactions: { force: Vec3; gap: number }[];
-  torque: number[];
-}
+import type { Vec3 } from '../model/scene';
+import type { EquilibriumResponse, EquilibriumRequest } from '../wire/messages';
 
 /** A virtual force or a held point, at `point` in the link's frame (m). */
 export interface Load {
@@ -50,7 +32,7 @@ export function equilibriumRequest(motors: readonly number[], base: Pose, loads:
 }
 
 /** The reaction at a held point; null for forces and before the response. */
-export function reactionOf(load: Load, loads: readonly Load[], rest: Equilibrium | null): Equilibrium['reactions'][number] | null {
+export function reactionOf(load: Load, loads: readonly Load[], rest: EquilibriumResponse | null): EquilibriumResponse['reactions'][number] | null {
   if (load.kind !== 'hold') return null;
   return rest?.reactions[loads.filter((one) => one.kind === 'hold').indexOf(load)] ?? null;
 }

@@ -1,23 +1,18 @@
 /** A table of a hand's figures, compared with the built-in hands and the limits. */
 import { figure } from '../ui/format';
 import { el } from '../ui/elements';
-
-/** A figure, as the server sends it. */
-export interface Figure {
-  figure: string; unit: string; what: string; value: number | null; place: string | null; others: Record<string, number>;
-  limit: number | null; bound: 'most' | 'least' | string; allowed: boolean; beyond_others: boolean;
-}
+import type { FigureRow } from '../wire/messages';
 
 /** A badge for an unusual figure. */
-function badge(row: Figure): HTMLElement | null {
+function badge(row: FigureRow): HTMLElement | null {
   if (!row.allowed) return el('span', { class: 'badge bad' }, 'over the limit');
   return row.beyond_others ? el('span', { class: 'badge warn' }, 'beyond all built-in hands') : null;
 }
 
 /** The table; unusual figures come first. */
-export function figureTable(figures: readonly Figure[]): HTMLTableElement {
+export function figureTable(figures: readonly FigureRow[]): HTMLTableElement {
   // Otherwise the server's order.
-  const priority = (row: Figure): number => !row.allowed ? 0 : row.beyond_others ? 1 : 2;
+  const priority = (row: FigureRow): number => !row.allowed ? 0 : row.beyond_others ? 1 : 2;
   const inOrder = [...figures].sort((a, b) => priority(a) - priority(b));
   const others = [...new Set(figures.flatMap((row) => Object.keys(row.others)))].sort();
   const heads: [string, string][] = [['Figure', ''], ['This hand', 'n'], ...others.map((one): [string, string] => [one, 'n']), ['Limit', 'n'], ['', '']];

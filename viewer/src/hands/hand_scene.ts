@@ -1,10 +1,11 @@
 /** A hand without objects as a scene, and the poses of its links. m. */
 import { place, surface } from './outline';
-import { type HandDescription, forwardKinematics } from '../model/hand';
+import { forwardKinematics } from '../model/hand';
 import { type Moment, POSE } from '../model/moment';
 import { composed, type Pose } from '../model/pose';
 import type { Body, Quat, SceneInfo, Vec3 } from '../model/scene';
-import { inWorld, type Equilibrium } from './equilibrium';
+import { inWorld } from './equilibrium';
+import type { EquilibriumResponse, HandDescription } from '../wire/messages';
 
 /** Colours of links and, a little darker, of the base. */
 const LINK: Vec3 = [0.78, 0.8, 0.84];
@@ -18,7 +19,7 @@ export function placesOf(hand: HandDescription, q: readonly number[], base: Pose
 }
 
 /** World poses of the links in a response. */
-export function placesAt(equilibrium: Equilibrium): Map<string, Pose> {
+export function placesAt(equilibrium: EquilibriumResponse): Map<string, Pose> {
   return new Map(equilibrium.links.map((link) => [link.name, { position: link.position, quat: link.quat_xyzw }]));
 }
 

@@ -2,15 +2,16 @@
 import { el, name } from '../ui/elements';
 import { VIEWS, turntable } from './outline';
 import { side } from './hand_views';
-import { type Access, describeHand, type HandInfo, type HandList, listHands, type OwnHand } from './access';
+import { type Access, describeHand, listHands } from './access';
 import { uploadForm } from './upload';
 import { teamForm } from './team_form';
+import type { HandInfo, Hands, SubmittedHand } from '../wire/messages';
 
 /** The page around this view. */
 export interface Opener {
   access: Access;
   readonly official: boolean;
-  open(hand: string, check?: OwnHand): void;
+  open(hand: string, check?: SubmittedHand): void;
 }
 
 export class HandListView {
@@ -32,7 +33,7 @@ export class HandListView {
   }
 
   private async load(): Promise<void> {
-    let list: HandList;
+    let list: Hands;
     try {
       list = await listHands(this.page.access);
     } catch (error) {

@@ -1,9 +1,9 @@
 /** Forces and held points as a list of numbers, so that everything the pointer does is also possible by keyboard. */
 import { button, el, name, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import { type Load, MAX_FORCE, reactionOf, type Equilibrium } from './equilibrium';
+import { type Load, MAX_FORCE, reactionOf } from './equilibrium';
 import { formatNewtons } from './load_marks';
 import { fixed } from './tables';
+import type { EquilibriumResponse, HandDescription } from '../wire/messages';
 
 const AXES = ['x', 'y', 'z'] as const;
 type Vector = 'point' | 'force' | 'place';
@@ -49,7 +49,7 @@ export class LoadList {
   }
 
   /** Updates the list, except a number that is being typed. */
-  show(loads: readonly Load[], rest: Equilibrium | null, chosen: number | null): void {
+  show(loads: readonly Load[], rest: EquilibriumResponse | null, chosen: number | null): void {
     if (loads.length !== this.rows.length || loads.some((load, k) => load !== this.rows[k]?.load)) {
       const known = new Map(this.rows.map((row) => [row.load, row]));
       this.rows = loads.map((load) => known.get(load) ?? this.row(load));
@@ -60,7 +60,7 @@ export class LoadList {
     this.rows.forEach((row, k) => { this.write(row, k + 1, reactionOf(row.load, loads, rest), chosen); });
   }
 
-  private write({ load, element, title, says, inputs }: Row, number: number, reaction: Equilibrium['reactions'][number] | null, chosen: number | null): void {
+  private write({ load, element, title, says, inputs }: Row, number: number, reaction: EquilibriumResponse['reactions'][number] | null, chosen: number | null): void {
     element.classList.toggle('chosen', load.id === chosen);
     setText(title, `${number}: ${load.kind === 'force' ? 'push' : 'hold'} `);
     for (const [what, fields] of inputs) {

@@ -3,7 +3,8 @@ import { ConeGeometry, CylinderGeometry, Group, LineBasicMaterial, Mesh, MeshBas
 import type { Pose } from '../model/pose';
 import type { Vec3 } from '../model/scene';
 import type { Stage } from '../render/stage';
-import { inWorld, type Load, reactionOf, type Equilibrium } from './equilibrium';
+import { inWorld, type Load, reactionOf } from './equilibrium';
+import type { EquilibriumResponse } from '../wire/messages';
 
 /** Pushes vermilion, pins blue, reactions at pins purple. */
 const COLOURS = { force: '#d55e00', hold: '#0072b2', reaction: '#cc79a7', chosen: '#f0e442' } as const;
@@ -62,7 +63,7 @@ class LoadMark {
     this.tag.className = 'stage-label load-tag';
   }
 
-  show(link: Pose, number: number, metres: number, chosen: boolean, reaction: Equilibrium['reactions'][number] | null): void {
+  show(link: Pose, number: number, metres: number, chosen: boolean, reaction: EquilibriumResponse['reactions'][number] | null): void {
     const { load } = this;
     const at = inWorld(link, load.point);
     this.dot.position.set(...at);
@@ -108,7 +109,7 @@ export class LoadMarks {
   }
 
   /** Draws the loads, with `metres` of arrow for each N. */
-  show(loads: readonly Load[], places: ReadonlyMap<string, Pose>, rest: Equilibrium | null, metres: number, chosen: number | null): void {
+  show(loads: readonly Load[], places: ReadonlyMap<string, Pose>, rest: EquilibriumResponse | null, metres: number, chosen: number | null): void {
     for (const [id, mark] of this.marks) {
       if (loads.some((load) => load === mark.load)) continue;
       mark.dispose();

@@ -1,7 +1,6 @@
 /** Explains how the pose was computed, and the effect of the hand's own weight. */
 import { el, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import type { Equilibrium } from './equilibrium';
+import type { EquilibriumResponse, HandDescription } from '../wire/messages';
 
 export class MethodPanel {
   readonly element: HTMLElement;
@@ -16,7 +15,7 @@ export class MethodPanel {
         : 'The hand’s own weight acts downwards in the image: the orientation of the base changes the pose.'));
   }
 
-  show(rest: Equilibrium): void {
+  show(rest: EquilibriumResponse): void {
     setText(this.failed, '');
     const { beyond_closed_form: beyond } = rest;
     setText(this.law, rest.law === 'closed_form'

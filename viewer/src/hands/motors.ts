@@ -1,12 +1,12 @@
 /** A slider for each motor: σ from 0 (open) to 1 (closed). */
 import { button, el, name, setText } from '../ui/elements';
-import type { Motor } from '../model/hand';
+import type { MotorDescription } from '../wire/messages';
 
 export class MotorSliders {
   readonly element: HTMLElement;
   private readonly rows: { slider: HTMLInputElement; shown: HTMLOutputElement }[];
 
-  constructor(motors: readonly Motor[], private readonly changed: (sigma: number[]) => void) {
+  constructor(motors: readonly MotorDescription[], private readonly changed: (sigma: number[]) => void) {
     this.rows = motors.map((_, k) => {
       const slider = el('input', { type: 'range', id: `motor-${k}`, min: 0, max: 1, step: 0.01, value: 0 });
       slider.addEventListener('input', () => { this.tell(); });

@@ -1,6 +1,6 @@
 /** Key numbers of a hand, from its description. SI units. */
 import { place, surface } from './outline';
-import type { HandDescription } from '../model/hand';
+import type { HandDescription } from '../wire/messages';
 
 export interface Numbers {
   shapes: number;

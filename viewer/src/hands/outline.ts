@@ -1,7 +1,6 @@
 /** Outlines of a hand at rest in any view: the 2D hull of each convex shape's projected points. m. */
-import type { HandDescription, LinkDescription, PoseDescription } from '../model/hand';
 import { turned as rotated, type Vec3 } from '../model/pose';
-import type { Shape } from '../model/shape';
+import type { HandDescription, LinkDescription, PoseDescription, Shape } from '../wire/messages';
 
 /** The part of a hand's description that its drawing needs. */
 export type HandShapes = Pick<HandDescription, 'name'> & { links: Pick<LinkDescription, 'base_from_link_at_rest' | 'shapes'>[] };

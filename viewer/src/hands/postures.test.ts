@@ -1,9 +1,9 @@
 import { describe, expect, it } from 'vitest';
-import type { HandDescription } from '../model/hand';
 import { palmOf } from '../model/palm';
 import { turned, type Vec3 } from '../model/pose';
 import softhand from '../model/testdata/softhand.json';
 import { baseTurn, turnTo } from './postures';
+import type { HandDescription } from '../wire/messages';
 
 const near = (a: Vec3, b: Vec3): void => { a.forEach((x, k) => { expect(x).toBeCloseTo(b[k] ?? NaN, 9); }); };
 

@@ -1,8 +1,8 @@
 /** Orientations of the base: palm up, down, to the side. The palm's direction is estimated from how the fingers close. */
 import { Matrix4, Quaternion, Vector3 } from 'three';
-import type { HandDescription } from '../model/hand';
 import { palmOf } from '../model/palm';
 import type { Quat, Vec3 } from '../model/pose';
+import type { HandDescription } from '../wire/messages';
 
 export type Posture = 'model' | 'palm-up' | 'palm-down' | 'palm-side' | 'fingers-down';
 

@@ -1,9 +1,8 @@
 /** Tables of the hand's joints, matrices, tendons and links, with the values at the shown pose. */
 import { figure } from '../ui/format';
 import { button, type Child, el, name, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import type { Equilibrium } from './equilibrium';
 import { isAngle } from './numbers';
+import type { EquilibriumResponse, HandDescription } from '../wire/messages';
 
 const DEGREES = 180 / Math.PI;
 type Cell = Child | HTMLElement;
@@ -58,7 +57,7 @@ export class Tables {
   }
 
   /** Updates the values of the shown pose. */
-  show(rest: Equilibrium, sigma: readonly number[]): void {
+  show(rest: EquilibriumResponse, sigma: readonly number[]): void {
     const { coordinates, tendons, motors } = this.hand;
     coordinates.forEach((c, k) => {
       const q = rest.q[k] ?? 0;

@@ -1,7 +1,7 @@
 /** The tension of every tendon, and its limit. */
 import { figure } from '../ui/format';
 import { el, name, setText } from '../ui/elements';
-import type { TendonDescription } from '../model/hand';
+import type { TendonDescription } from '../wire/messages';
 
 export class Tensions {
   readonly element: HTMLElement;

@@ -2,9 +2,10 @@
 import { ApiError } from '../net/api';
 import { figureTable } from './figure_table';
 import { el, facts, name } from '../ui/elements';
-import { type Access, type OwnHand, uploadHand } from './access';
+import { type Access, uploadHand } from './access';
 import { type Finding, findings } from './finding';
 import { pathOf, zip } from './zip';
+import type { SubmittedHand } from '../wire/messages';
 
 /** The archive to upload: a ZIP unchanged; single files are packed under the paths in the URDF. */
 export async function archiveOf(files: readonly File[]): Promise<Uint8Array<ArrayBuffer>> {
@@ -24,7 +25,7 @@ export function findingList(all: readonly Finding[]): HTMLElement {
 }
 
 /** The check's report of an accepted hand. */
-export function checkReport(hand: OwnHand): HTMLElement {
+export function checkReport(hand: SubmittedHand): HTMLElement {
   const many = hand.warnings.length;
   return el('section', { class: 'panel', tabindex: -1, id: 'check', 'aria-label': 'Result of the check' },
     el('h2', {}, 'Check: ', el('span', { class: many > 0 ? 'badge warn' : 'badge ok' }, many === 0 ? 'usable' : `usable, ${many} ${many === 1 ? 'warning' : 'warnings'}`)),
@@ -36,7 +37,7 @@ export function checkReport(hand: OwnHand): HTMLElement {
 }
 
 /** The upload form; `sent` gets the accepted hand. */
-export function uploadForm(access: () => Access, official: boolean, sent: (hand: OwnHand) => void): HTMLElement {
+export function uploadForm(access: () => Access, official: boolean, sent: (hand: SubmittedHand) => void): HTMLElement {
   const files = el('input', { type: 'file', id: 'hand-files', multiple: true, accept: '.zip,.urdf,.toml,.stl,.xml' });
   const says = el('div', { role: 'status' });
   const send = async (chosen: readonly File[]): Promise<void> => {

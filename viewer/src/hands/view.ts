@@ -4,13 +4,12 @@ import { figure } from '../ui/format';
 import { ApiError } from '../net/api';
 import { button, el, facts, name, setText } from '../ui/elements';
 import { viewButtons } from '../render/controls';
-import type { HandDescription } from '../model/hand';
 import { palmOf } from '../model/palm';
 import { composed, type Pose } from '../model/pose';
 import type { Part, Vec3 } from '../model/scene';
 import { withVisuals, fetchVisuals } from '../net/visuals';
 import { type OverlayName, Stage } from '../render/stage';
-import { requestEquilibrium, type OwnHand } from './access';
+import { requestEquilibrium } from './access';
 import { closingTable } from './closing_table';
 import { LoadPointer, type Mode } from './load_pointer';
 import { MethodPanel } from './method_panel';
@@ -22,12 +21,13 @@ import { LatestRequest } from './latest_request';
 import { FORCES, numbersOf, usualForce } from './numbers';
 import { LoadList } from './load_list';
 import { baseTurn, type Posture, POSTURES } from './postures';
-import { equilibriumRequest, type EquilibriumRequest, clampForce, inLink, inWorld, type Load, MAX_LOADS, type Equilibrium, rounded } from './equilibrium';
+import { equilibriumRequest, clampForce, inLink, inWorld, type Load, MAX_LOADS, rounded } from './equilibrium';
 import { graspCentre, heightOf, momentOf, placesAt, placesOf, sceneOfHand } from './hand_scene';
 import { Tables } from './tables';
 import { Tensions } from './tensions';
 import { checkReport, uploadForm } from './upload';
 import { teamForm } from './team_form';
+import type { EquilibriumResponse, EquilibriumRequest, HandDescription, SubmittedHand } from '../wire/messages';
 
 /** Length of the arrow in the scale's label, m. */
 const FIVE_CM = 0.05;
@@ -44,8 +44,8 @@ export class HandView {
   readonly stage: Stage;
   readonly loads: Load[] = [];
   /** The shown response, for tests. */
-  rest: Equilibrium | null = null;
-  readonly asking: LatestRequest<EquilibriumRequest, Equilibrium>;
+  rest: EquilibriumResponse | null = null;
+  readonly asking: LatestRequest<EquilibriumRequest, EquilibriumResponse>;
   private readonly place = el('div', { class: 'stage' });
   private readonly picked = el('p', { class: 'card', role: 'status', hidden: true });
   private readonly sliders: MotorSliders;
@@ -70,7 +70,7 @@ export class HandView {
   /** The dragged load before the drag. */
   private before: Pick<Load, 'force' | 'place'> = { force: [0, 0, 0], place: [0, 0, 0] };
 
-  constructor(app: HTMLElement, private readonly hand: HandDescription, private readonly page: Opener, check: OwnHand | null, title: HTMLElement) {
+  constructor(app: HTMLElement, private readonly hand: HandDescription, private readonly page: Opener, check: SubmittedHand | null, title: HTMLElement) {
     this.places = placesOf(hand, hand.coordinates.map((c) => c.rest), this.base);
     const usual = usualForce(hand);
     this.scale = el('select', { id: 'scale' }, ...FORCES.map((n) => el('option', { value: n, selected: n === usual }, `${n} N`)));
@@ -233,15 +233,15 @@ export class HandView {
 
   // Output.
 
-  private answered(rest: Equilibrium, question: EquilibriumRequest): void {
+  private answered(rest: EquilibriumResponse, question: EquilibriumRequest): void {
     // If held points were added or removed since the request, its reactions cannot be assigned.
-    const same = question.contacts.length === this.loads.filter((load) => load.kind === 'hold').length;
+    const same = question.contacts?.length === this.loads.filter((load) => load.kind === 'hold').length;
     this.rest = same ? rest : { ...rest, reactions: [] };
     this.places = placesAt(rest);
     this.tensions.show(rest.tension);
     this.law.show(rest);
     this.says.classList.remove('bad');
-    setText(this.says, rest.law === 'closed_form' ? 'Equilibrium by the closed form' : 'Equilibrium by Newton’s method');
+    setText(this.says, rest.law === 'closed_form' ? 'EquilibriumResponse by the closed form' : 'EquilibriumResponse by Newton’s method');
     this.tables.show(rest, question.motors);
     this.draw();
   }

@@ -2,8 +2,8 @@
 import { points } from '../ui/format';
 import { el, setText } from '../ui/elements';
 import { type Channel, readingsOf } from '../model/channel';
-import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
+import type { HandDescription } from '../wire/messages';
 
 /** Number of listed joints: those farthest from the prediction. */
 const LISTED = 6;

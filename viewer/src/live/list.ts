@@ -1,8 +1,8 @@
 /** `/live`: links to the runs that can be watched now. */
 import { el, name, setText } from '../ui/elements';
-import type { RunInfo } from '../model/scene';
 import { WatchSocket } from '../net/watch';
 import { LiveView } from './view';
+import type { WatchRun } from '../wire/messages';
 
 /** Time between two requests of the list, ms. */
 const PERIOD_MS = 2000;
@@ -44,7 +44,7 @@ export class RunList {
     }, token);
   }
 
-  private show(runs: RunInfo[]): void {
+  private show(runs: WatchRun[]): void {
     const now = JSON.stringify(runs);
     if (now === this.known) return;
     this.known = now;

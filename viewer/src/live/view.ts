@@ -4,11 +4,12 @@ import { el, facts, name, setText } from '../ui/elements';
 import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
 import type { Body, SceneInfo } from '../model/scene';
-import { type WatchListener, type RunOutcome, type RunEvent, type SessionClock, type WatchTarget, type ObjectStatus, WatchSocket } from '../net/watch';
+import { type WatchListener, type WatchTarget, WatchSocket } from '../net/watch';
 import { withVisuals, fetchVisuals } from '../net/visuals';
 import { Stage } from '../render/stage';
 import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
 import { Gauges } from './gauges';
+import type { Clock, Event as RunEvent, Final, Verdict } from '../wire/messages';
 
 /** Maximum number of events in the log. */
 const MAX_EVENTS = 100;
@@ -43,7 +44,7 @@ export class LiveView implements WatchListener {
   private readonly stage: Stage;
   private socket: WatchSocket;
   private info: SceneInfo | null = null;
-  private judged: ObjectStatus[] = [];
+  private judged: Verdict[] = [];
   private picked: number | null = null;
   /** The token in use. */
   private activeToken: string | null = null;
@@ -120,19 +121,19 @@ export class LiveView implements WatchListener {
     while (this.log.children.length > MAX_EVENTS) this.log.lastElementChild?.remove();
   }
 
-  clock(session: SessionClock): void {
+  clock(session: Clock): void {
     this.clocks.hidden = false;
     setText(this.figures.session, session.paused ? 'paused' : session.session_left_s === null ? 'no limit' : clock(session.session_left_s));
     setText(this.figures.factor, session.real_time_factor === null ? '–' : `${session.real_time_factor.toFixed(1)}× real time`);
     setText(this.figures.late, session.late_s === null ? 'none (lockstep)' : `${(1000 * session.late_s).toFixed(1)} ms`);
   }
 
-  verdicts(verdicts: ObjectStatus[]): void {
+  verdicts(verdicts: Verdict[]): void {
     this.judged = verdicts;
     this.explain();
   }
 
-  ended(outcome: RunOutcome | null, fault?: string): void {
+  ended(outcome: Final | null, fault?: string): void {
     const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : `The run stopped because of a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
     this.say(`${what} The session's next run appears here when it begins.`);
   }

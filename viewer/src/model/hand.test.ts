@@ -1,7 +1,8 @@
 import { describe, expect, it } from 'vitest';
-import { type HandDescription, type LinkDescription, forwardKinematics } from './hand';
+import { forwardKinematics } from './hand';
 import { type Pose, composed } from './pose';
 import softhand from './testdata/softhand.json';
+import type { HandDescription, LinkDescription } from '../wire/messages';
 
 // The file is the answer of GET /v1/hands/softhand without masses and shapes.
 const hand = softhand as unknown as HandDescription;

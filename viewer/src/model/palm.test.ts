@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
-import type { HandDescription } from './hand';
 import { palmOf } from './palm';
 import softhand from './testdata/softhand.json';
+import type { HandDescription } from '../wire/messages';
 
 describe('the palm', () => {
   it('of the anthropomorphic hand faces +x, as in its model', () => {

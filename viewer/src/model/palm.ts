@@ -1,6 +1,7 @@
 /** The direction in which a hand's palm faces, estimated from how its fingers close. */
-import { type HandDescription, forwardKinematics } from './hand';
+import { forwardKinematics } from './hand';
 import type { Vec3 } from './pose';
+import type { HandDescription } from '../wire/messages';
 
 /** In the frame of the base: a point between the fingers (m), and the unit vector from the hand to a camera that looks into it. */
 export interface Palm { middle: Vec3; direction: Vec3 }

@@ -1,8 +1,7 @@
 /** The scene of a run: bodies with their shapes, and the regions of the rules. SI units. */
 import type { Channel } from './channel';
-import type { HandDescription } from './hand';
 import type { Quat, Vec3 } from './pose';
-import type { Shape } from './shape';
+import type { HandDescription, Region, Shape, WatchRun, WatchScene } from '../wire/messages';
 
 export type { Quat, Vec3 } from './pose';
 
@@ -24,34 +23,11 @@ export interface Body {
   color: Vec3;
 }
 
-export interface Region { name: string; role?: string; min: Vec3; max: Vec3 }
-
-/** The team, task and hand of a run. */
-export interface RunInfo {
-  run_id: string;
-  session_id: string;
-  team: string;
-  task: string;
-  hand: string;
-  official: boolean;
-  tick_s: number;
-  time_limit_s: number;
-}
-
 /** The drawn scene. `moving` has the ids of the bodies in a moment's poses, in that order. */
-export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
-
-/** A body in the server's message. */
-interface WireBody extends Omit<Body, 'quat' | 'parts'> {
-  quat_xyzw: Quat;
-  parts: { position: Vec3; quat_xyzw: Quat; shape: Shape }[];
-}
-
-/** The message `scene` of the watch socket. */
-export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
+export interface SceneInfo { run?: WatchRun; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
 
 /** Converts the message. */
-export function sceneOf(wire: WireScene): SceneInfo {
+export function sceneOf(wire: WatchScene): SceneInfo {
   const bodies = wire.bodies.map(({ quat_xyzw, parts, ...body }): Body => ({
     ...body,
     quat: quat_xyzw,

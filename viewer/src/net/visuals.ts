@@ -1,11 +1,7 @@
 /** Visual shapes of a hand's links, from the hand's own files; links without them show their collision shapes. */
 import { getJson } from './api';
 import type { Mesh, Part, SceneInfo } from '../model/scene';
-import type { Shape } from '../model/shape';
-import type { Quat, Vec3 } from '../model/pose';
-
-type WireShape = Shape | { type: 'mesh'; triangles: string };
-interface WirePart { link: string; position: Vec3; quat_xyzw: Quat; shape: WireShape }
+import type { Shape, VisualPart, Visuals } from '../wire/messages';
 
 /** Little-endian numbers in base64. */
 function numbers(text: string): Float32Array {
@@ -15,10 +11,10 @@ function numbers(text: string): Float32Array {
 }
 
 /** Parts by the name of their link. */
-export function partsOf(wire: readonly WirePart[]): Map<string, Part[]> {
+export function partsOf(wire: readonly VisualPart[]): Map<string, Part[]> {
   const links = new Map<string, Part[]>();
   for (const { link, position, quat_xyzw: quat, shape } of wire) {
-    const form: Shape | Mesh = shape.type === 'mesh' ? { type: 'mesh', corners: numbers(shape.triangles) } : shape;
+    const form: Shape | Mesh = 'triangles' in shape ? { type: 'mesh', corners: numbers(shape.triangles) } : shape;
     links.set(link, [...links.get(link) ?? [], { position, quat, shape: form }]);
   }
   return links;
@@ -34,7 +30,7 @@ export function withVisuals(scene: SceneInfo, links: ReadonlyMap<string, Part[]>
 export async function fetchVisuals(hand: string, team: string | null, token: string | null): Promise<Map<string, Part[]>> {
   const whose = team === null ? '' : `?team=${encodeURIComponent(team)}`;
   try {
-    return partsOf((await getJson<{ parts: WirePart[] }>(`/v1/hands/${encodeURIComponent(hand)}/visuals${whose}`, token)).parts);
+    return partsOf((await getJson<Visuals>(`/v1/hands/${encodeURIComponent(hand)}/visuals${whose}`, token)).parts);
   } catch {
     return new Map();
   }

@@ -1,24 +1,11 @@
 /** The watch socket: messages about a run for spectators. It reconnects by itself. docs/protocol.md describes it. */
 import { type Moment, POSE } from '../model/moment';
-import { type RunInfo, type SceneInfo, type WireScene, sceneOf } from '../model/scene';
+import { type SceneInfo, sceneOf } from '../model/scene';
+import type { Clock, ErrorReply, Event as RunEvent, Final, Poses, Verdict, WatchReply, WatchRun } from '../wire/messages';
 import { FrameReader } from './decode';
 
 /** The run to watch. */
 export type WatchTarget = { session_id: string } | { run_id: string } | { featured: true };
-
-export interface SessionClock {
-  session_left_s: number | null;
-  elapsed_s: number | null;
-  paused: boolean;
-  real_time_factor: number | null;
-  late_s: number | null;
-}
-export interface RunEvent { tick: number; kind: string; object?: number }
-export interface RunOutcome { score: number; in_goal: number; outside: number; reason: string; ticks: number; sim_time_s: number }
-
-/** The result of one rule of the referee for one object. */
-export interface RuleResult { rule: string; holds: boolean; value: number | null; limit: number | null; unit: string }
-export interface ObjectStatus { object: number; counts: boolean; place: string; reasons: RuleResult[] }
 
 /** Callbacks, in the order of the server's messages. */
 export interface WatchListener {
@@ -26,27 +13,24 @@ export interface WatchListener {
   moment(moment: Moment, at: number): void;
   score(score: number): void;
   events(events: RunEvent[]): void;
-  clock(clock: SessionClock): void;
-  verdicts(verdicts: ObjectStatus[]): void;
+  clock(clock: Clock): void;
+  verdicts(verdicts: Verdict[]): void;
   /** `fault`: the failure of the world, if it failed. */
-  ended(outcome: RunOutcome | null, fault?: string): void;
+  ended(outcome: Final | null, fault?: string): void;
   /** An organizer's announcement; an empty text removes it. */
   announcement?(text: string): void;
-  runs(runs: RunInfo[]): void;
+  runs(runs: WatchRun[]): void;
   /** `waiting`: no run is being played. */
   state(state: 'connecting' | 'watching' | 'waiting'): void;
   /** The server refused, with its message and code; there is no further attempt. */
   refused(message: string, code: string): void;
 }
 
-interface WirePoses { tick: number; sim_time_s: number; poses: number[][] }
-type Message = Record<string, unknown> & { op?: string; id?: number };
-
 const MAX_WAIT_MS = 10_000;
 const SUBSCRIBE = 1;
 const LIST = 2;
 /** Codes after which another attempt would fail too. */
-const FINAL = new Set(['not_authorized', 'forbidden', 'not_found']);
+const FINAL = new Set<string>(['not_authorized', 'forbidden', 'not_found']);
 
 export class WatchSocket {
   private socket: WebSocket | null = null;
@@ -95,7 +79,7 @@ export class WatchSocket {
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
       if (typeof event.data === 'string') {
         this.received += event.data.length;
-        this.take(JSON.parse(event.data) as Message);
+        this.take(JSON.parse(event.data) as WatchReply);
       } else {
         this.received += event.data.byteLength;
         this.frame(event.data);
@@ -138,37 +122,36 @@ export class WatchSocket {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  private take(message: Message): void {
+  private take(message: WatchReply): void {
     const { listener } = this;
     switch (message.op) {
-      case 'subscribed': listener.state(message['run_id'] === null ? 'waiting' : 'watching'); break;
-      case 'runs': listener.runs(message['runs'] as RunInfo[]); break;
+      case 'subscribed': listener.state(message.run_id === null ? 'waiting' : 'watching'); break;
+      case 'runs': listener.runs(message.runs); break;
       case 'scene':
-        this.scene = sceneOf(message as unknown as WireScene);
+        this.scene = sceneOf(message);
         this.frames = new FrameReader(this.scene.moving.length, this.scene.run?.tick_s ?? 0.01);
         listener.state('watching');
         listener.scene(this.scene);
         break;
-      case 'poses': this.poses(message as unknown as WirePoses); break;
-      case 'score': listener.score(message['score'] as number); break;
-      case 'events': listener.events(message['events'] as RunEvent[]); break;
-      case 'clock': listener.clock(message as unknown as SessionClock); break;
-      case 'verdicts': listener.verdicts(message['objects'] as ObjectStatus[]); break;
-      case 'ended': listener.ended(message['outcome'] as RunOutcome | null, message['fault'] as string | undefined); break;
-      case 'announcement': listener.announcement?.(message['text'] as string); break;
+      case 'poses': this.poses(message); break;
+      case 'score': listener.score(message.score); break;
+      case 'events': listener.events(message.events); break;
+      case 'clock': listener.clock(message); break;
+      case 'verdicts': listener.verdicts(message.objects); break;
+      case 'ended': listener.ended(message.outcome, message.fault); break;
+      case 'announcement': listener.announcement?.(message.text); break;
       case 'error': this.refused(message); break;
     }
   }
 
-  private poses(message: WirePoses): void {
+  private poses(message: Poses): void {
     const poses = new Float32Array(POSE * message.poses.length);
     message.poses.forEach((pose, row) => { poses.set(pose, POSE * row); });
     this.listener.moment({ tick: message.tick, time: message.sim_time_s, score: null, poses }, performance.now());
   }
 
-  private refused(message: Message): void {
-    const code = String(message['code']);
-    if (FINAL.has(code)) this.giveUp(String(message['message']), code);
-    else this.listener.refused(String(message['message']), code);
+  private refused({ code, message }: ErrorReply): void {
+    if (FINAL.has(code)) this.giveUp(message, code);
+    else this.listener.refused(message, code);
   }
 }

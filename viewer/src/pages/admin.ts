@@ -11,7 +11,7 @@ import { showTabs } from '../admin/tabs';
 import { teamsTab } from '../admin/teams';
 import { getJson, ApiError } from '../net/api';
 import { button, el, mainElement, name, setText } from '../ui/elements';
-import type { CompetitionInfo } from '../board/model';
+import type { CompetitionResponse } from '../wire/messages';
 
 const app = mainElement();
 
@@ -62,11 +62,11 @@ let stop = (): void => undefined;
 function enter(admin: AdminClient): void {
   const phase = el('span', { class: 'badge info' });
   const title = el('p', { class: 'lead' });
-  const showPhase = (info: CompetitionInfo): void => {
+  const showPhase = (info: CompetitionResponse): void => {
     setText(phase, info.phase ?? 'practice');
     title.replaceChildren(name(info.name));
   };
-  getJson<CompetitionInfo>('/v1/competition').then(showPhase, () => undefined);
+  getJson<CompetitionResponse>('/v1/competition').then(showPhase, () => undefined);
   app.replaceChildren(el('div', { class: 'title' }, el('h1', { tabindex: -1 }, 'Organizers'), title, phase,
     button('Log out', () => { admin.leave(); login(); }, { class: 'small end' })));
   const tabs = [sessionsTab(admin), teamsTab(admin), handsTab(admin), runsTab(admin), announceTab(admin), competitionTab(admin, showPhase), auditTab(admin)];

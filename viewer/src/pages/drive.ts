@@ -4,13 +4,12 @@ import '../style/drive.css';
 import { getJson } from '../net/api';
 import { el, mainElement, name } from '../ui/elements';
 import { DriveView } from '../drive/view';
-
-interface Competition { name: string; mode: string }
+import type { CompetitionResponse } from '../wire/messages';
 
 async function open(app: HTMLElement): Promise<void> {
-  let competition: Competition;
+  let competition: CompetitionResponse;
   try {
-    competition = await getJson<Competition>('/v1/competition');
+    competition = await getJson<CompetitionResponse>('/v1/competition');
   } catch (error) {
     app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice bad' }, `${error instanceof Error ? error.message : String(error)}. Reload the page to try again.`));
     return;

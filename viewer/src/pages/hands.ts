@@ -3,11 +3,11 @@ import '../style/base.css';
 import '../style/hands.css';
 import { getJson } from '../net/api';
 import { el, mainElement, name } from '../ui/elements';
-import { type Access, describeHand, ANONYMOUS, type OwnHand } from '../hands/access';
+import { type Access, describeHand, ANONYMOUS } from '../hands/access';
 import { HandListView, type Opener } from '../hands/list';
 import type { HandView } from '../hands/view';
 import { teamForm } from '../hands/team_form';
-import type { HandDescription } from '../model/hand';
+import type { HandDescription, SubmittedHand } from '../wire/messages';
 
 class Page implements Opener {
   access: Access = ANONYMOUS;
@@ -35,12 +35,12 @@ class Page implements Opener {
     this.show(hand, null);
   }
 
-  open(hand: string, check?: OwnHand): void {
+  open(hand: string, check?: SubmittedHand): void {
     history.pushState(null, '', `/hands/${encodeURIComponent(hand)}`);
     this.show(hand, check ?? null);
   }
 
-  private show(hand: string, check: OwnHand | null): void {
+  private show(hand: string, check: SubmittedHand | null): void {
     this.view?.dispose();
     this.view = null;
     this.app.classList.remove('stage-page', 'hand-page');
@@ -52,7 +52,7 @@ class Page implements Opener {
     }
   }
 
-  private async look(hand: string, check: OwnHand | null): Promise<void> {
+  private async look(hand: string, check: SubmittedHand | null): Promise<void> {
     this.app.replaceChildren(el('p', { role: 'status' }, 'Loading …'));
     let description: HandDescription;
     let module: typeof import('../hands/view');

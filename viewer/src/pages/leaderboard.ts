@@ -4,9 +4,10 @@ import '../style/board.css';
 import { connect, legend, taskCards } from '../board/side_panels';
 import { getJson, ApiError } from '../net/api';
 import { el, mainElement, part, setText } from '../ui/elements';
-import type { Announcement, Board, BoardRow, CompetitionInfo, TaskInfo } from '../board/model';
+import type { Board } from '../board/model';
 import { BoardTable } from '../board/table';
 import { openFeed } from '../board/feed';
+import type { Announcement, CompetitionResponse, LeaderboardRow, TaskInfo } from '../wire/messages';
 
 /** Time between two requests of the phase, ms. */
 const PHASE_MS = 30_000;
@@ -15,7 +16,7 @@ const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as con
 
 async function start(): Promise<void> {
   const app = mainElement();
-  const [info, { tasks }] = await Promise.all([getJson<CompetitionInfo>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
+  const [info, { tasks }] = await Promise.all([getJson<CompetitionResponse>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
   const place = part(app, 'div', 'board');
   const beside = part(app, 'section', 'tasks');
   app.classList.add('board-page');
@@ -47,16 +48,16 @@ async function start(): Promise<void> {
   };
   show(await getJson<Board>('/v1/leaderboard'));
   openFeed({
-    ranking: (rows: BoardRow[]) => { show({ tasks: info.tasks, rows }); },
+    ranking: (rows: LeaderboardRow[]) => { show({ tasks: info.tasks, rows }); },
     announcement: ({ text }: Announcement) => { notice.hidden = text === ''; setText(notice, text); },
     connected: (yes) => { live = yes; say(); },
   });
   window.setInterval(() => {
-    getJson<CompetitionInfo>('/v1/competition').then((now) => { info.phase = now.phase ?? null; say(); }, () => undefined);
+    getJson<CompetitionResponse>('/v1/competition').then(({ phase }) => { if (phase !== undefined) info.phase = phase; say(); }, () => undefined);
   }, PHASE_MS);
 }
 
-function footer(info: CompetitionInfo): HTMLElement {
+function footer(info: CompetitionResponse): HTMLElement {
   return el('footer', {}, legend(info), el('p', {}, el('a', { href: '/v1/leaderboard' }, 'as JSON'), ' ', el('a', { href: '/v1/leaderboard.csv' }, 'as CSV')));
 }
 

@@ -4,13 +4,13 @@ import '../style/wall.css';
 import { getJson, ApiError } from '../net/api';
 import { clock } from '../ui/format';
 import { button, el, mainElement, name, setText } from '../ui/elements';
-import type { Announcement, Board, CompetitionInfo } from '../board/model';
+import type { Board } from '../board/model';
 import { after, type Pane, rotate, type Showing } from '../board/rotation';
 import { openFeed } from '../board/feed';
 import { LivePane } from '../board/wall_live';
 import { ClocksPane, RankingPane, type WallClock } from '../board/wall_panes';
 import { type ClockReading, leftAt, readClock } from '../admin/clocks';
-import type { Session } from '../admin/types';
+import type { Announcement, CompetitionResponse, Session } from '../wire/messages';
 
 const [PAGE_MS, LIVE_MS, CLOCKS_MS] = [9000, 20_000, 9000];
 /** Display time of an announcement, ms. */
@@ -32,7 +32,7 @@ const paneArea = el('div', { class: 'panes' }, ranking.element, live.element, cl
 declare global { interface Window { palmares?: Record<string, unknown> } }
 window.palmares = { live, shown: () => shown?.id ?? null };
 
-let info: CompetitionInfo | null = null;
+let info: CompetitionResponse | null = null;
 let token: string | null = null;
 /** The token with which the sessions were last refused; undefined at first. */
 let refusedWith: string | null | undefined;
@@ -189,7 +189,7 @@ async function start(): Promise<void> {
   mainElement().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), paneArea, banner, help);
   document.addEventListener('keydown', onKey);
   document.addEventListener('pointermove', showHelp);
-  info = await getJson<CompetitionInfo>('/v1/competition');
+  info = await getJson<CompetitionResponse>('/v1/competition');
   title.replaceChildren(name(info.name));
   ranking.show(await getJson<Board>('/v1/leaderboard'));
   getJson<{ announcements: Announcement[] }>('/v1/announcements').then(({ announcements }) => {
@@ -202,7 +202,7 @@ async function start(): Promise<void> {
   beat();
   window.setInterval(beat, 250);
   window.setInterval(() => { void readSessions(); }, 2000);
-  window.setInterval(() => { getJson<CompetitionInfo>('/v1/competition').then((now) => { info = now; }, () => undefined); }, 15_000);
+  window.setInterval(() => { getJson<CompetitionResponse>('/v1/competition').then((now) => { info = now; }, () => undefined); }, 15_000);
 }
 
 start().catch((error: unknown) => {

@@ -4,7 +4,7 @@ import { ConvexGeometry } from 'three/addons/geometries/ConvexGeometry.js';
 import { RoundedBoxGeometry } from 'three/addons/geometries/RoundedBoxGeometry.js';
 import { mergeGeometries } from 'three/addons/utils/BufferGeometryUtils.js';
 import type { Mesh, Part, Vec3 } from '../model/scene';
-import type { Shape } from '../model/shape';
+import type { Shape } from '../wire/messages';
 
 /** A hull with more points is drawn without its rounding, which would multiply them by twelve. */
 const ROUNDED_POINTS = 150;

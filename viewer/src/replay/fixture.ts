@@ -1,23 +1,23 @@
 /** A small recording for tests: an object slides along x; the second of the hand's two links turns about z. */
-import { bodiesOf, type Entity } from './scene_update';
-import type { TelemetryRecord } from './protobuf';
+import { bodiesOf } from './scene_update';
+import { emptyRecord } from './protobuf';
 import { PoseTable } from './poses';
 import type { Recording } from './recording';
+import type { SceneEntity } from '../wire/messages';
+import type { TelemetryRecord } from '../wire/telemetry';
 
 const place = { position: { x: 0, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
-const color = { r: 1, g: 0, b: 0 };
+const color = { r: 1, g: 0, b: 0, a: 1 };
+const timestamp = { sec: 0, nsec: 0 };
 
-export function entity(id: string, frame: string): Entity {
-  return { id, frame_id: frame, cubes: [], cylinders: [], triangles: [], spheres: [{ pose: place, size: { x: 0.1, y: 0.1, z: 0.1 }, color }] };
+export function entity(id: string, frame: string): SceneEntity {
+  const spheres = [{ pose: place, size: { x: 0.1, y: 0.1, z: 0.1 }, color }];
+  return { id, frame_id: frame, timestamp, lifetime: timestamp, frame_locked: true, metadata: [], cubes: [], cylinders: [], triangles: [], spheres };
 }
 
 /** A record of /telemetry with the given fields. */
 export function record(tick: number, given: Partial<TelemetryRecord> = {}): TelemetryRecord {
-  return {
-    tick, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
-    contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [],
-    work: [], fingerForce: [], fingerTorque: [], touch: [], readings: [], ...given,
-  };
+  return { ...emptyRecord(), tick, ...given };
 }
 
 /** One second, with poses every 0.04 s. */

@@ -4,8 +4,8 @@ import { momentAt } from './moments';
 
 describe('a moment of a replay', () => {
   const recording = recorded([
-    record(10, { score: 1, command: [0.5], position: [0.25], motorTension: [3], tension: [4], q: [0.1], predicted: [0.2], work: [0.7], fingerForce: [1, 2, 3], fingerTorque: [0, 0, 1], touch: [0, 0, 2, 0, 0, 4], readings: [7] }),
-    record(40, { score: 2, contactA: [0], contactB: [3], contactPosition: [1, 2, 3], contactForce: [0, 3, 4], contactUse: [0.5] }),
+    record(10, { score: 1, command: [0.5], position: [0.25], motor_tension: [3], tension: [4], q: [0.1], predicted: [0.2], work: [0.7], finger_force: [1, 2, 3], finger_torque: [0, 0, 1], touch: [0, 0, 2, 0, 0, 4], readings: [7] }),
+    record(40, { score: 2, contact_a: [0], contact_b: [3], contact_position: [1, 2, 3], contact_force: [0, 3, 4], contact_use: [0.5] }),
   ]);
 
   it('has the latest record, and none before the first', () => {

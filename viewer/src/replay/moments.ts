@@ -1,6 +1,6 @@
 /** The moment of a replay at a time. */
 import type { Contact, Moment, Telemetry } from '../model/moment';
-import type { TelemetryRecord } from './protobuf';
+import type { TelemetryRecord } from '../wire/telemetry';
 import type { Recording } from './recording';
 
 /** The last record at or before a tick; undefined if there is none. */
@@ -21,20 +21,20 @@ const triples = (of: number[]): [number, number, number][] => Array.from({ lengt
 function telemetryOf(record: TelemetryRecord): Telemetry {
   return {
     motors: record.position.map((position, k) => ({
-      command: record.command[k] ?? position, position, tension: record.motorTension[k] ?? 0, work: record.work[k],
+      command: record.command[k] ?? position, position, tension: record.motor_tension[k] ?? 0, work: record.work[k],
     })),
     tension: record.tension,
     q: record.q,
     predicted: record.predicted.length > 0 ? record.predicted : null,
-    fingers: triples(record.fingerForce).map((force, k) => ({ force, torque: triple(record.fingerTorque, k) })),
+    fingers: triples(record.finger_force).map((force, k) => ({ force, torque: triple(record.finger_torque, k) })),
     touch: triples(record.touch),
     readings: record.readings,
   };
 }
 
 function contactsOf(record: TelemetryRecord): Contact[] {
-  return record.contactA.map((a, k) => ({
-    a, b: record.contactB[k] ?? 0, position: triple(record.contactPosition, k), force: triple(record.contactForce, k), use: record.contactUse[k] ?? 0,
+  return record.contact_a.map((a, k) => ({
+    a, b: record.contact_b[k] ?? 0, position: triple(record.contact_position, k), force: triple(record.contact_force, k), use: record.contact_use[k] ?? 0,
   }));
 }
 

@@ -1,33 +1,12 @@
 /** Reads the two protobuf messages of a replay: `foxglove.FrameTransforms` (/tf) and `palmares.Telemetry` (/telemetry). */
 import { PbfReader } from 'pbf';
+import { TELEMETRY_FIELDS, type TelemetryRecord } from '../wire/telemetry';
 
 /** Pose of a frame in its parent: position in m, unit quaternion x, y, z, w. */
 export interface FrameTransform {
   parent: string;
   child: string;
   pose: number[];
-}
-
-/** State and sensors of the hand at a moment; angles in rad, forces in N, tension in the tendon's unit. */
-export interface TelemetryRecord {
-  tick: number;
-  score: number;
-  command: number[];
-  position: number[];
-  motorTension: number[];
-  tension: number[];
-  q: number[];
-  predicted: number[];
-  contactA: number[];
-  contactB: number[];
-  contactPosition: number[];
-  contactForce: number[];
-  contactUse: number[];
-  work: number[];
-  fingerForce: number[];
-  fingerTorque: number[];
-  touch: number[];
-  readings: number[];
 }
 
 type Numbers = number[];
@@ -51,34 +30,20 @@ export function frameTransforms(data: Uint8Array): FrameTransform[] {
   return new PbfReader(data).readFields(read, []);
 }
 
-const readTelemetry = (field: number, record: TelemetryRecord, pbf: PbfReader): void => {
-  switch (field) {
-    case 2: record.tick = pbf.readVarint(); break;
-    case 3: record.score = pbf.readDouble(); break;
-    case 4: pbf.readPackedFloat(record.command); break;
-    case 5: pbf.readPackedFloat(record.position); break;
-    case 6: pbf.readPackedFloat(record.motorTension); break;
-    case 7: pbf.readPackedFloat(record.tension); break;
-    case 8: pbf.readPackedFloat(record.q); break;
-    case 9: pbf.readPackedFloat(record.predicted); break;
-    case 10: pbf.readPackedVarint(record.contactA); break;
-    case 11: pbf.readPackedVarint(record.contactB); break;
-    case 12: pbf.readPackedFloat(record.contactPosition); break;
-    case 13: pbf.readPackedFloat(record.contactForce); break;
-    case 14: pbf.readPackedFloat(record.contactUse); break;
-    case 15: pbf.readPackedFloat(record.work); break;
-    case 16: pbf.readPackedFloat(record.fingerForce); break;
-    case 17: pbf.readPackedFloat(record.fingerTorque); break;
-    case 18: pbf.readPackedFloat(record.touch); break;
-    case 19: pbf.readPackedFloat(record.readings); break;
-  }
+const readTelemetry = (number: number, record: TelemetryRecord, pbf: PbfReader): void => {
+  const field = number in TELEMETRY_FIELDS ? TELEMETRY_FIELDS[number as keyof typeof TELEMETRY_FIELDS] : undefined;
+  if (field?.repeated === false) record[field.name] = field.type === 'double' ? pbf.readDouble() : pbf.readVarint();
+  else if (field?.type === 'float') pbf.readPackedFloat(record[field.name]);
+  else if (field) pbf.readPackedVarint(record[field.name]);
 };
 
 /** One message of /telemetry. */
 export function telemetry(data: Uint8Array): TelemetryRecord {
-  return new PbfReader(data).readFields(readTelemetry, {
-    tick: 0, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
-    contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [],
-    work: [], fingerForce: [], fingerTorque: [], touch: [], readings: [],
-  });
+  return new PbfReader(data).readFields(readTelemetry, emptyRecord());
+}
+
+/** A record without numbers. */
+export function emptyRecord(): TelemetryRecord {
+  const fields = Object.values(TELEMETRY_FIELDS).map((field) => [field.name, field.repeated ? [] : 0]);
+  return Object.fromEntries(fields) as TelemetryRecord;
 }

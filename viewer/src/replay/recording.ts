@@ -2,8 +2,10 @@
 import { McapIndexedReader } from '@mcap/core';
 import { decompress } from 'fzstd';
 import type { SceneInfo } from '../model/scene';
-import { type Entity, bodiesOf } from './scene_update';
-import { type FrameTransform, type TelemetryRecord, frameTransforms, telemetry } from './protobuf';
+import type { ActionMessage, Event, RunResult, SceneEntity, SceneUpdate } from '../wire/messages';
+import { bodiesOf } from './scene_update';
+import { type FrameTransform, frameTransforms, telemetry } from './protobuf';
+import type { TelemetryRecord } from '../wire/telemetry';
 import { PoseTable } from './poses';
 
 /** An event of the referee; `time` in s since the start. */
@@ -13,7 +15,7 @@ export interface RecordedEvent { tick: number; time: number; kind: string; objec
 export interface RecordedAction { tick: number; hand: number[]; base: number[] }
 
 /** The result in the file. */
-export interface RecordedOutcome { score: number; in_goal: number; outside: number; reason: string; ticks: number }
+export type RecordedOutcome = Pick<RunResult, 'score' | 'in_goal' | 'outside' | 'reason' | 'ticks'>;
 
 /** A complete replay. Times in s since the start of the run. */
 export interface Recording {
@@ -31,8 +33,6 @@ export interface Recording {
 
 /** The file is not a replay; the message is for the page. */
 export class InvalidReplay extends Error {}
-
-interface ActionMessage { tick: number; action: { base?: { position: number[]; quat_xyzw: number[] }; hand: number[] } }
 
 const text = new TextDecoder();
 const json = <T>(data: Uint8Array): T => JSON.parse(text.decode(data)) as T;
@@ -64,7 +64,7 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
   const span = Math.max(Number(ended - begun) / 1e9, 1e-3);
   const tickS = Number(info.get('tick_s') ?? '0.01');
 
-  let entities: Entity[] = [];
+  let entities: SceneEntity[] = [];
   const frames: { time: number; transforms: FrameTransform[] }[] = [];
   const events: RecordedEvent[] = [];
   const actions: RecordedAction[] = [];
@@ -75,13 +75,14 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
     const time = Number(message.logTime - begun) / 1e9;
     if (topic === '/tf') frames.push({ time, transforms: frameTransforms(message.data) });
     else if (topic === '/telemetry') telemetries.push(telemetry(message.data));
-    else if (topic === '/scene') entities = json<{ entities: Entity[] }>(message.data).entities;
+    else if (topic === '/scene') entities = json<SceneUpdate>(message.data).entities;
     else if (topic === '/event') {
-      const event = json<{ tick: number; kind: string; object?: number }>(message.data);
+      const event = json<Event>(message.data);
       events.push({ ...event, time: event.tick * tickS });
     } else if (topic === '/action') {
       const { tick, action } = json<ActionMessage>(message.data);
-      actions.push({ tick, hand: action.hand, base: [...(action.base?.position ?? []), ...(action.base?.quat_xyzw ?? [])] });
+      const { base, hand } = action;
+      actions.push({ tick, hand: hand ?? [], base: base && 'position' in base ? [...base.position, ...base.quat_xyzw] : [] });
     }
     count += 1;
     if (count % 2000 === 0) {

@@ -13,8 +13,8 @@ it('converts sizes to radii and half extents', () => {
   const one = all.spheres[0];
   if (!one) throw new Error('no sphere');
   const sized = { ...one, size: { x: 2, y: 4, z: 6 } };
-  const triangles = { pose: one.pose, color: one.color, points: [{ x: 1, y: 2, z: 3 }] };
-  const shapes = bodiesOf([{ ...all, cubes: [sized], cylinders: [sized], triangles: [triangles] }])[0]?.body.parts.map((part) => part.shape);
+  const triangles = { pose: one.pose, color: one.color, points: [{ x: 1, y: 2, z: 3 }], colors: [], indices: [] };
+  const shapes = bodiesOf([{ ...all, cubes: [sized], cylinders: [{ ...sized, bottom_scale: 1, top_scale: 1 }], triangles: [triangles] }])[0]?.body.parts.map((part) => part.shape);
   expect(shapes).toEqual([
     { type: 'box', half_extents: [1, 2, 3], rounding: 0 }, { type: 'sphere', radius: 0.05 },
     { type: 'cylinder', radius: 1, half_length: 3 }, { type: 'hull', points: [[1, 2, 3]], rounding: 0 },

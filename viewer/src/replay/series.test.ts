@@ -28,7 +28,7 @@ describe('lines of a run', () => {
 
   it('have the contact force on an object, by the hand and by other bodies', () => {
     const series = new Series(recorded([record(0, {
-      contactA: [0, 1, 1], contactB: [3, 0, 3], contactForce: [3, 4, 0, 0, 0, 2, 9, 9, 9],
+      contact_a: [0, 1, 1], contact_b: [3, 0, 3], contact_force: [3, 4, 0, 0, 0, 2, 9, 9, 9],
     })]));
     expect(series.forces(0).map((line) => valueAt(line, 0))).toEqual([5, 2]);
   });

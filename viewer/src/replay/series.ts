@@ -1,8 +1,8 @@
 /** Lines of the charts, from a recording. Each value holds until the next. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
-import type { HandDescription } from '../model/hand';
-import type { TelemetryRecord } from './protobuf';
+import type { TelemetryRecord } from '../wire/telemetry';
 import type { Recording } from './recording';
 import { type Turn, turns } from './link_angles';
+import type { HandDescription } from '../wire/messages';
 
 /** A quantity over time. Lines of the same record share their `times`. */
 export interface Line {
@@ -93,7 +93,7 @@ export class Series {
   /** Tension of each motor. */
   motorTensions(): Line[] {
     if (!this.hasTelemetry) return [];
-    return this.names(this.hand?.motors, this.records[0]?.motorTension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, '', (record) => record.motorTension[k]));
+    return this.names(this.hand?.motors, this.records[0]?.motor_tension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, '', (record) => record.motor_tension[k]));
   }
 
   /** Tension of each tendon. */
@@ -152,11 +152,11 @@ export class Series {
 /** Sum of the force magnitudes of a body's contacts with the bodies that `counts` accepts, N. */
 export function pressed(record: TelemetryRecord, body: number, counts: (other: number) => boolean): number {
   let sum = 0;
-  record.contactA.forEach((a, k) => {
-    const b = record.contactB[k] ?? -1;
+  record.contact_a.forEach((a, k) => {
+    const b = record.contact_b[k] ?? -1;
     if (a !== body && b !== body) return;
     if (!counts(a === body ? b : a)) return;
-    sum += Math.hypot(record.contactForce[3 * k] ?? 0, record.contactForce[3 * k + 1] ?? 0, record.contactForce[3 * k + 2] ?? 0);
+    sum += Math.hypot(record.contact_force[3 * k] ?? 0, record.contact_force[3 * k + 1] ?? 0, record.contact_force[3 * k + 2] ?? 0);
   });
   return sum;
 }

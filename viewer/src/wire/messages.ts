@@ -15,28 +15,40 @@ export interface Accelerometer {
   bias: number;
 }
 
-/** `ack`: the action or push was taken. */
+/** `ack`: the action or push is accepted. */
 export interface Ack {
-  /** Of the request. */
+  /** The id of the request. */
   id: number;
-  /** The tick at which it takes effect: the `obs` of this tick is the first to show it. */
+  /** The tick at which it takes effect: the observation of this tick is the first with its effect. */
   tick: number;
 }
 
-/** `act`: from its next tick on a realtime world follows this action. */
+/** `act`: sets the action of a realtime run, from the next tick on. */
 export interface Act {
-  /** Targets; what is left out keeps its last target. */
+  /** Targets; an omitted field keeps its last target. */
   action: Action;
-  /** Cameras whose pictures the next observation shall have; see `step`. */
+  /** Cameras whose images the next observation has; see `step`. */
   cameras?: string[];
 }
 
-/** Targets for one tick. What is left out keeps its last target. */
+/** Targets for one tick. An omitted field keeps its last target. */
 export interface Action {
-  /** Where the hand's base should go. */
+  /** Target of the hand's base. */
   base?: BaseTarget;
   /** σ of every motor, in the hand's motor order, each in [0, 1]. */
   hand?: number[];
+}
+
+/** The action of the step from `tick` to `tick + 1`. */
+export interface ActionMessage {
+  /** The tick before the step. */
+  tick: number;
+  /** As applied: clipped and complete. */
+  action: Action;
+  /** External wrenches that begin with this step. */
+  pushes?: PushMessage[];
+  /** Digest of every bit of the state at `tick + 1`, 16 hexadecimal digits. Early files have it only every hundred ticks. */
+  state?: string;
 }
 
 /** What a motor's sensors read. */
@@ -143,11 +155,11 @@ export interface Camera {
   link?: string;
 }
 
-/** What a camera saw. */
+/** An image of a camera. */
 export interface CameraImage {
   /** The camera's name. */
   camera: string;
-  /** The tick after which it was exposed; with `noise: "real"` some ticks ago. */
+  /** The tick after which it was exposed; with `noise: "real"` some ticks before that of the observation. */
   tick: number;
   /** Pixels in a row. */
   width: number;
@@ -157,7 +169,7 @@ export interface CameraImage {
   fx: number;
   /** See `fx`. */
   fy: number;
-  /** The optical axis in the picture, pixels. */
+  /** The optical axis in the image, pixels. */
   cx: number;
   /** See `cx`. */
   cy: number;
@@ -165,7 +177,7 @@ export interface CameraImage {
   position: [number, number, number];
   /** Its orientation, x, y, z, w. */
   quat_xyzw: [number, number, number, number];
-  /** What a step of `depth` is, m. */
+  /** Unit of `depth`, m. */
   depth_unit: number;
   /** Id of the body that is seen, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with sensing `truth`. */
   bodies?: string;
@@ -175,9 +187,9 @@ export interface CameraImage {
   rgb?: string;
 }
 
-/** A camera in short. */
+/** A camera of a task or a hand. */
 export interface CameraInfo {
-  /** For `step.cameras`; a hand's is called `hand_…` in a task that has one of the same name. */
+  /** Its name in `step.cameras`. A hand's camera has the prefix `hand_` in a task that has a camera of its name. */
   name: string;
   /** Pixels in a row. */
   width: number;
@@ -185,9 +197,9 @@ export interface CameraInfo {
   height: number;
   /** Horizontal field of view, degrees. */
   fov_deg: number;
-  /** What is nearer gives no reading, m. */
+  /** Shortest distance with a reading, m. */
   near: number;
-  /** What is farther gives no reading, m. */
+  /** Longest distance with a reading, m. */
   far: number;
   /** The images that it takes. */
   images: ImageInfo[];
@@ -209,7 +221,7 @@ export interface ChannelInfo {
   description: string;
 }
 
-/** Who is asking: `"name/version"`, or an object. */
+/** The client program: `"name/version"`, or an object. */
 export type ClientInfo =
   | string
   | { name: string; version?: string };
@@ -230,8 +242,16 @@ export interface Clock {
   late_s: number | null;
 }
 
-/** What went wrong. */
+/** The kind of an error. */
 export type Code = 'bad_json' | 'unknown_op' | 'bad_request' | 'bad_action' | 'stale_tick' | 'wrong_state' | 'unknown_task' | 'unknown_hand' | 'unknown_camera' | 'hand_in_the_way' | 'not_authorized' | 'forbidden' | 'session_taken' | 'session_over' | 'capacity' | 'rate_limited' | 'too_large' | 'too_slow' | 'internal' | 'not_found';
+
+/** A colour with its opacity; each component is 0 to 1. */
+export interface Color {
+  r: number;
+  g: number;
+  b: number;
+  a: number;
+}
 
 /** Numbers of a channel that have a unit and a range in common. */
 export interface ColumnInfo {
@@ -247,19 +267,19 @@ export interface ColumnInfo {
   name?: string;
 }
 
-/** The competition. */
+/** The competition, or the practice, that the server runs. */
 export interface Competition {
-  /** For people. */
+  /** Name, for people. */
   name: string;
-  /** `practice`: no token, own seeds, full state. */
+  /** `practice` (no token, own seeds, full state) or `official`. */
   mode: string;
   /** Length of a session, s; null for none. */
   session_s: number | null;
-  /** What each `reset` that opens a run takes from the session, s. */
+  /** Time that each `reset` takes from the session, s. */
   reset_cost_s: number;
-  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
+  /** Sensor errors of runs that request none; in a competition, of every run. */
   noise: Noise;
-  /** Tasks that are played with `sensors` only. */
+  /** Tasks whose runs must have sensing `sensors`. */
   sensors_only: string[];
 }
 
@@ -279,17 +299,17 @@ export type CompetitionPhase = 'closed' | 'open' | 'revealed';
 
 /** The competition of this server. */
 export interface CompetitionResponse {
-  /** For people. */
+  /** Name, for people. */
   name: string;
-  /** `practice`: no token, own seeds, full state. */
+  /** `practice` (no token, own seeds, full state) or `official`. */
   mode: string;
   /** Length of a session, s; null for none. */
   session_s: number | null;
-  /** What each `reset` that opens a run takes from the session, s. */
+  /** Time that each `reset` takes from the session, s. */
   reset_cost_s: number;
-  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
+  /** Sensor errors of runs that request none; in a competition, of every run. */
   noise: Noise;
-  /** Tasks that are played with `sensors` only. */
+  /** Tasks whose runs must have sensing `sensors`. */
   sensors_only: string[];
   server: ServerInfo;
   limits: Limits;
@@ -357,6 +377,18 @@ export interface CoordinateDescription {
   damping: number;
   /** Rest position of its spring. */
   rest: number;
+}
+
+/** A cylinder along z. */
+export interface CylinderPrimitive {
+  pose: FoxglovePose;
+  /** Diameters along x and y, and length along z, m. */
+  size: Vector3;
+  /** Diameter of the lower end, relative to `size`. */
+  bottom_scale: number;
+  /** Diameter of the upper end, relative to `size`. */
+  top_scale: number;
+  color: Color;
 }
 
 /** A part of a tendon whose moment arm depends on a coordinate. */
@@ -458,19 +490,19 @@ export interface EquilibriumResponse {
   torque: number[];
 }
 
-/** `error`: why a request failed. It changed nothing. */
+/** `error`: why a request failed. A request that fails changes nothing. */
 export interface ErrorReply {
-  /** For programs. */
+  /** The kind of the error, for programs. */
   code: Code;
-  /** For people. */
+  /** What is wrong, and what would be right. */
   message: string;
-  /** The connection closes after this. */
+  /** Whether the connection closes after this error. */
   fatal: boolean;
-  /** What the world of the run failed of, when that is why; absent otherwise. */
+  /** The fault of the run's world, if it is the reason; otherwise absent. */
   fault?: Fault;
-  /** Of the request; absent when it could not be read. */
+  /** The id of the request; absent if it could not be read. */
   id?: number;
-  /** When asking again makes sense, s. */
+  /** Time after which to try again, s. */
   retry_after_s?: number;
 }
 
@@ -564,6 +596,20 @@ export type Form =
   | Shape
   | VisualMesh;
 
+/** The pose of a shape in the frame of its entity. */
+export interface FoxglovePose {
+  /** Position, m. */
+  position: Vector3;
+  /** Orientation. */
+  orientation: Quaternion;
+}
+
+/** A time, or a duration. */
+export interface FoxgloveTime {
+  sec: number;
+  nsec: number;
+}
+
 /** A decision on a hand. */
 export interface HandActionRequest {
   hand_id: string;
@@ -604,11 +650,11 @@ export interface HandDescription {
   specs: SpecDescription[];
 }
 
-/** A hand in short; `GET /v1/hands/{name}` has the rest. */
+/** Names of a hand's parts; `GET /v1/hands/{name}` returns its geometry. */
 export interface HandInfo {
-  /** For `reset`. */
+  /** Its name in `reset`. */
   name: string;
-  /** For people. */
+  /** Text for people. */
   description: string;
   /** Names of the motors, in the order of `action.hand`. */
   motors: string[];
@@ -671,13 +717,23 @@ export interface Hands {
   own?: HandRow[];
 }
 
+/** The state at a tick. */
+export interface HashMessage {
+  /** Ticks since reset. */
+  tick: number;
+  /** Digest of every bit of the state, 16 hexadecimal digits. */
+  state: string;
+  /** Hash chain before this message, 64 hexadecimal digits. */
+  chain: string;
+}
+
 /** `hello`: the first request on every connection. */
 export interface Hello {
-  /** Who is asking. In practice its name is the team's name on the leaderboard. */
+  /** The client program. In practice its name is the team's name on the leaderboard. */
   client: ClientInfo;
-  /** From an earlier `welcome`: takes that session up again, within 30 s of losing the connection. */
+  /** From an earlier `welcome`: resumes that session, within 30 s of the loss of its connection. */
   resume_token?: string;
-  /** Practice only: length of the session in s. Without it a practice session has no limit. */
+  /** Practice only: length of the session, s; without it, a practice session has no limit. */
   session_s?: number;
 }
 
@@ -745,6 +801,12 @@ export interface Joints {
   velocity: number[];
 }
 
+/** A remark on an entity; none is written. */
+export interface KeyValuePair {
+  key: string;
+  value: string;
+}
+
 /** The ranking. */
 export interface Leaderboard {
   tasks: string[];
@@ -777,27 +839,27 @@ export type Length =
   | number
   | string;
 
-/** What a client must keep to. */
+/** Limits of requests and connections; those of actions are in `specs`. */
 export interface Limits {
-  /** Largest inbound message. */
+  /** Largest message of a client, bytes. */
   message_bytes: number;
   /** Largest `repeat` of a `step`. */
   repeat: number;
-  /** Requests per second that a connection may keep up. */
+  /** Largest rate of requests of a connection, 1/s. */
   requests_per_s: number;
-  /** Requests it may send at once beyond that rate. */
+  /** Requests that a connection may send at once above that rate. */
   requests_burst: number;
-  /** How long a session waits for its client to come back, s. */
+  /** How long a session without a connection waits for its client, s. */
   resume_grace_s: number;
   /** Period of the server's pings, s. */
   ping_interval_s: number;
-  /** A connection silent for this long, or that does not take a message for this long, is dropped, s. */
+  /** A connection that is silent, or does not read a message, for this long is closed, s. */
   ping_timeout_s: number;
-  /** A connection that has not said hello for this long is closed, s. */
+  /** How long a connection may be open before `hello`, s. */
   hello_timeout_s: number;
-  /** In real time: for so many ticks a silent controller's last action goes on; then the hand holds still. */
+  /** Realtime: after this number of ticks without an action, the hand holds still. */
   hold_ticks: number;
-  /** In real time: observations that wait for a slow client; of more the oldest is dropped. */
+  /** Realtime: largest number of unread observations; the server drops the oldest of more. */
   outbox_obs: number;
 }
 
@@ -848,7 +910,7 @@ export interface Measured {
   unit: string;
 }
 
-/** How time passes in a run. */
+/** How the world of a run is clocked. */
 export type Mode = 'lockstep' | 'realtime';
 
 /** What a motor is told and does. */
@@ -997,13 +1059,13 @@ export interface PatchDescription {
   taxels: [number, number];
 }
 
-/** `perturb`: practice only. A wrench acts on a link of the hand from the next tick on. */
+/** `perturb`: applies a wrench to a link of the hand, from the next tick on. Practice only. */
 export interface Perturb {
   /** Name of a link of the hand. */
   link: string;
-  /** World frame; the torque is about the link's origin, where the force acts. */
+  /** World frame. The force acts at the origin of the link, and the torque is about it. */
   wrench: PushWrench;
-  /** For how long, s of simulated time. */
+  /** Duration, s of simulated time. */
   duration_s: number;
 }
 
@@ -1043,6 +1105,14 @@ export interface Poses {
   telemetry?: Telemetry;
 }
 
+/** A box, or an ellipsoid. */
+export interface Primitive {
+  pose: FoxglovePose;
+  /** Extents of the box, or diameters of the ellipsoid, m. */
+  size: Vector3;
+  color: Color;
+}
+
 /** An error, RFC 9457. */
 export interface Problem {
   /** Always `about:blank`: the codes have no pages of their own. */
@@ -1054,12 +1124,30 @@ export interface Problem {
   retry_after_s?: number;
 }
 
+/** An external wrench on a link. */
+export interface PushMessage {
+  /** Name of the link. */
+  link: string;
+  /** World frame. */
+  wrench: Wrench;
+  /** Duration, s. */
+  duration_s: number;
+}
+
 /** Force and torque. */
 export interface PushWrench {
   /** N */
   force: [number, number, number];
-  /** N·m; none when left out. */
+  /** N·m */
   torque?: [number, number, number];
+}
+
+/** A unit quaternion. */
+export interface Quaternion {
+  x: number;
+  y: number;
+  z: number;
+  w: number;
 }
 
 /** `leaderboard`: the ranking. */
@@ -1071,15 +1159,15 @@ export interface Ranking {
 /** Why a run ended. */
 export type Reason = 'stopped' | 'complete' | 'session_over' | 'disconnected' | 'time_limit' | 'world_fault' | 'voided';
 
-/** An axis-aligned region of space. */
+/** An axis-aligned region that the rules refer to, such as the inside of `box_b`. */
 export interface Region {
-  /** `box_a`, `box_b`. */
+  /** Name, such as `box_b`. */
   name: string;
-  /** m */
+  /** Lower corner, m. */
   min: [number, number, number];
-  /** m */
+  /** Upper corner, m. */
   max: [number, number, number];
-  /** The part it plays in the rules: `start`, `goal`; none for others. */
+  /** Role in the rules: `start` or `goal`; absent for others. */
   role?: string;
 }
 
@@ -1087,7 +1175,7 @@ export interface Region {
 export interface ReplayInfo {
   /** SHA-256 of the file, 64 hexadecimal digits. */
   sha256: string;
-  /** Its size. */
+  /** Size of the file. */
   bytes: number;
 }
 
@@ -1097,17 +1185,17 @@ export interface Reset {
   task: string;
   /** Name of a hand, see `welcome.hands`. */
   hand: string;
-  /** Cameras to look through at tick 0; see `step`. */
+  /** Cameras whose images the observation of tick 0 has; see `step`. */
   cameras?: string[];
-  /** How time passes. */
+  /** How the world is clocked. */
   mode?: Mode;
-  /** How good the sensors are; in a competition the organizer says. Left out: as the competition has it. */
+  /** The errors of the sensors; without it, those of `welcome.competition`, which a competition prescribes. */
   noise?: Noise;
-  /** None are defined yet; must be left out or empty. */
+  /** No options are defined; empty. */
   options?: Record<string, unknown>;
-  /** Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one. */
+  /** Practice only: number of the scene, 0 to 2⁵³ − 1; without it, the server draws one. */
   seed?: number;
-  /** How much `obs` shows. */
+  /** How much of the state the observations have. */
   sensing?: Sensing;
 }
 
@@ -1134,7 +1222,7 @@ export interface RunActionResponse {
   session: Session | null;
 }
 
-/** The session's present run. */
+/** The session's open run. */
 export interface RunInfo {
   /** Identifies the run. */
   run_id: string;
@@ -1142,11 +1230,11 @@ export interface RunInfo {
   task: string;
   /** Its hand. */
   hand: string;
-  /** How time passes in it. */
+  /** How its world is clocked. */
   mode: Mode;
   /** The current tick, which the next `step` must name. */
   tick: number;
-  /** False when the server closed it (time limit, end of the session): `stop` fetches the result. */
+  /** False if the server closed it (time limit, end of the session): `stop` returns the result. */
   open: boolean;
 }
 
@@ -1193,19 +1281,19 @@ export interface RunRecord {
   verify_note?: string;
 }
 
-/** `result`: what a finished run is worth. It stands in the server's database when this is sent. */
+/** `result`: the outcome of a finished run. The server has stored it before it sends it. */
 export interface RunResult {
   /** Identifies the run. */
   run_id: string;
   /** Its task. */
   task: string;
-  /** SHA-256 of everything that the task is, 64 hexadecimal digits. */
+  /** SHA-256 of the whole task, 64 hexadecimal digits. */
   task_hash: string;
   /** Its hand. */
   hand: string;
-  /** How time passed in it. */
+  /** How its world was clocked. */
   mode: Mode;
-  /** `practice`, or `voided` after a fault of the server. */
+  /** `practice`; `training` for a run with training options; in a competition `provisional`; `aborted` if it ended at tick 0; `voided` after a fault of the server or by a decision of the organizer. */
   status: string;
   /** Points. */
   score: number;
@@ -1215,31 +1303,31 @@ export interface RunResult {
   outside: number;
   /** Why the run ended. */
   reason: Reason;
-  /** Ticks played. */
+  /** Number of ticks. */
   ticks: number;
-  /** s of simulated time played. */
+  /** Simulated time, s. */
   sim_time_s: number;
-  /** In real time: ticks for which no new action had come. */
+  /** Realtime: ticks without a new action. */
   missed_ticks: number;
-  /** In real time: ticks that the server began more than half a tick after they were due. */
+  /** Realtime: ticks that the server began more than half a tick after they were due. */
   late_ticks: number;
-  /** In real time: the latest beginning of a tick, s. */
+  /** Realtime: longest such delay, s. */
   late_max_s: number;
-  /** In real time: observations that the client did not take in time. */
+  /** Realtime: observations that the server dropped because the client did not read them in time. */
   dropped_obs: number;
   /** Hash of the final state, 16 hexadecimal digits. */
   state_hash: string;
-  /** Everything the referee noted. */
+  /** All events of the referee. */
   events: Event[];
-  /** s; null for a session without a limit. */
+  /** Remaining time, s; null for a session without a limit. */
   session_left_s: number | null;
-  /** What the world failed of; absent when it did not. */
+  /** The fault of its world; absent if there was none. */
   fault?: Fault;
-  /** Of the request; absent when the server closed the run and tells it unasked. */
+  /** The id of the request; absent if the server closed the run. */
   id?: number;
-  /** For people: what that means and what to try; absent when the world did not fail. */
+  /** What the fault means and what to try, for people; absent without a fault. */
   note?: string;
-  /** Its replay; absent when the run was not recorded. */
+  /** Its replay; absent if the run was not recorded. */
   replay?: ReplayInfo;
 }
 
@@ -1251,50 +1339,81 @@ export interface Runs {
   runs: WatchRun[];
 }
 
-/** Everything a controller needs to know about the world, sent in the reply to `reset`. */
+/** The world at tick 0, in the reply to `reset`. */
 export interface Scene {
-  /** Fixed and free bodies. Free ones come first, in the order of `truth.objects`. */
+  /** All bodies: free ones first, in the order of `truth.objects`. */
   bodies: SceneBody[];
-  /** Named regions the rules speak of. */
+  /** Regions that the rules refer to. */
   regions: Region[];
-  /** m/s² */
+  /** Gravity, m/s². */
   gravity: [number, number, number];
 }
 
-/** A body and its shapes. */
+/** A body and its shapes, in the world frame at tick 0. */
 export interface SceneBody {
   /** Index in the scene. */
   id: number;
-  /** Unique name: `ball_3`, `box_a`. */
+  /** Unique name, such as `ball_3` or `box_a`. */
   name: string;
   /** False for furniture. */
   free: boolean;
-  /** kg; 0 for furniture. */
+  /** Mass, kg; 0 for furniture. */
   mass: number;
   /** Centre of mass in the body frame, m. */
   com: [number, number, number];
-  /** Coulomb friction coefficient of two surfaces like this one; two bodies have the geometric mean of theirs. */
+  /** Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs. */
   friction: number;
   /** Convex parts in the body frame. */
   parts: ScenePart[];
-  /** sRGB, for viewers. */
+  /** sRGB, 0 to 1. */
   color: [number, number, number];
-  /** A horizontal ground that goes on for ever: its surface is the top of its one part, which shows some of it. */
+  /** Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing. */
   endless?: boolean;
-  /** Position at tick 0, m; not told of free bodies when the run's sensing is `sensors`. */
+  /** Origin, m; absent for free bodies in a run with sensing `sensors`. */
   position?: [number, number, number];
-  /** Orientation at tick 0, x, y, z, w; told or not as the position. */
+  /** Orientation, x, y, z, w; absent where the position is. */
   quat_xyzw?: [number, number, number, number];
+}
+
+/** A body: a link of the hand, an object or furniture. */
+export interface SceneEntity {
+  timestamp: FoxgloveTime;
+  /** The frame that the entity is fixed in. */
+  frame_id: string;
+  /** Identifies the entity. */
+  id: string;
+  /** Zero: as long as the file. */
+  lifetime: FoxgloveTime;
+  /** Whether the entity follows its frame. */
+  frame_locked: boolean;
+  metadata: KeyValuePair[];
+  cubes: Primitive[];
+  spheres: Primitive[];
+  cylinders: CylinderPrimitive[];
+  triangles: TriangleListPrimitive[];
+}
+
+/** The removal of an entity; none is written. */
+export interface SceneEntityDeletion {
+  timestamp: FoxgloveTime;
+  type: number;
+  id: string;
 }
 
 /** A convex part of a body. */
 export interface ScenePart {
-  /** In the body frame, m. */
+  /** Origin in the body frame, m. */
   position: [number, number, number];
-  /** x, y, z, w */
+  /** Orientation, x, y, z, w. */
   quat_xyzw: [number, number, number, number];
-  /** Geometry. */
+  /** Shape, centred on its own frame. */
   shape: Shape;
+}
+
+/** The shapes of all bodies. */
+export interface SceneUpdate {
+  deletions: SceneEntityDeletion[];
+  entities: SceneEntity[];
 }
 
 /** `score`: the run's score if it ended now. */
@@ -1324,9 +1443,9 @@ export interface Sensors {
   joints?: JointEncoders;
 }
 
-/** The program. */
+/** The program of the server. */
 export interface ServerInfo {
-  /** Version of the program. */
+  /** Version. */
   version: string;
   /** Commit it was built from. */
   build_hash: string;
@@ -1442,13 +1561,13 @@ export interface Specs {
 
 /** `step`: advances the world by `repeat` ticks under one action. */
 export interface Step {
-  /** The current tick: that of the last `obs`. */
+  /** The current tick: that of the last observation. */
   tick: number;
-  /** Targets; what is left out keeps its last target. */
+  /** Targets; an omitted field keeps its last target. */
   action: Action;
-  /** Cameras whose pictures the observation shall have: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`. */
+  /** Cameras whose images the observation has: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`. */
   cameras?: string[];
-  /** Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over. */
+  /** Ticks to advance, 1 to `welcome.limits.repeat`. The step is shorter if the run ends. */
   repeat?: number;
 }
 
@@ -1470,7 +1589,7 @@ export interface Stereo {
   dropout: number;
 }
 
-/** `stop`: lets the objects settle, counts, closes the run. */
+/** `stop`: lets the objects settle, counts them and closes the run. */
 export type Stop = Record<string, never>;
 
 /** The answer to an upload. */
@@ -1533,21 +1652,21 @@ export interface TaskBest {
   ended_unix_ms: number;
 }
 
-/** A task in short. */
+/** Constants of a task. */
 export interface TaskInfo {
-  /** For `reset`. */
+  /** Its name in `reset`. */
   name: string;
-  /** For people. */
+  /** Text for people. */
   description: string;
   /** Length of a tick, s. */
   tick_s: number;
-  /** Length of a physics step, s. */
+  /** Time step of the integrator, s. */
   step_s: number;
   /** Longest run, s of simulated time. */
   time_limit_s: number;
   /** Its cameras. */
   cameras: CameraInfo[];
-  /** SHA-256 of everything that it is, 64 hexadecimal digits. */
+  /** SHA-256 of the whole task, 64 hexadecimal digits. */
   hash: string;
 }
 
@@ -1618,28 +1737,28 @@ export interface TendonDescription {
   force_limit: number;
 }
 
-/** `time`: how the session's clock stands. */
+/** `time`: requests the session's clock. */
 export type Time = Record<string, never>;
 
-/** `time`: how the session's clock stands. */
+/** `time`: the session's clock. */
 export interface TimeReport {
-  /** Of the request. */
+  /** The id of the request. */
   id: number;
-  /** What is left, s; null for a session without a limit. */
+  /** Remaining time, s; null for a session without a limit. */
   session_left_s: number | null;
   /** Length of the session, s; null for none. */
   session_s: number | null;
-  /** The greater of the next two, s. */
+  /** The greater of `wall_s` and `simulated_s`, s. */
   elapsed_s: number;
-  /** Wall-clock time since the first reset, pauses left out, s. */
+  /** Wall-clock time since the first reset, without pauses, s. */
   wall_s: number;
   /** Simulated time of all runs, s. */
   simulated_s: number;
-  /** Time given back for faults of the server, s; the other times are without it. */
+  /** Time that was refunded for faults of the server, s; it is not part of the other times. */
   refunded_s: number;
-  /** Whether an organizer has stopped the clock. */
+  /** Whether an organizer pauses the session. */
   paused: boolean;
-  /** The session's run, if any. */
+  /** The session's open run, if any. */
   run: RunInfo | null;
   /** The server's clock, ms since 1970 UTC. */
   server_unix_ms: number;
@@ -1691,6 +1810,18 @@ export interface Touch {
   rate_hz: number;
 }
 
+/** Triangles. */
+export interface TriangleListPrimitive {
+  pose: FoxglovePose;
+  /** Corners, m. */
+  points: Vector3[];
+  color: Color;
+  /** The colour of each corner; empty: `color` for all. */
+  colors: Color[];
+  /** Three indices into `points` for each triangle. */
+  indices: number[];
+}
+
 /** The full state. */
 export interface Truth {
   /** Every free object, in scene order. */
@@ -1701,6 +1832,13 @@ export interface Truth {
   contacts: Contacts;
   /** Where the free hand would rest at the present motor position, rad; empty if that is not defined. */
   predicted_equilibrium: number[];
+}
+
+/** A vector, m. */
+export interface Vector3 {
+  x: number;
+  y: number;
+  z: number;
 }
 
 /** What the referee thinks of an object. */
@@ -1749,11 +1887,11 @@ export interface Visuals {
   parts: VisualPart[];
 }
 
-/** `warning`: the session's time is running out. Sent unasked at 300, 60 and 10 s. */
+/** `warning`: the session's time is running out. It comes when 300, 60 and 10 s are left. */
 export interface Warning {
-  /** Which of the marks was passed, s. */
+  /** The mark that was passed: 300, 60 or 10 s. */
   mark_s: number;
-  /** What is left, s. */
+  /** Remaining time, s. */
   session_left_s: number;
 }
 
@@ -1829,33 +1967,33 @@ export interface WatchScene {
   readings?: ChannelInfo[];
 }
 
-/** `welcome`: what this server offers. */
+/** `welcome`: everything that holds for the whole session. */
 export interface Welcome {
-  /** Of the request. */
+  /** The id of the request. */
   id: number;
   /** Identifies the session. */
   session_id: string;
-  /** Secret that takes the session up again on a new connection. */
+  /** Secret with which a new connection resumes the session. */
   resume_token: string;
   /** Name of the team on the leaderboard. */
   team: string;
-  /** s; null for a session without a limit. */
+  /** Remaining time, s; null for a session without a limit. */
   session_left_s: number | null;
   /** The competition. */
   competition: Competition;
   /** The program. */
   server: ServerInfo;
-  /** What a client must keep to. */
+  /** Limits of requests and connections. */
   limits: Limits;
-  /** Tasks that can be played. */
+  /** Tasks of the server. */
   tasks: TaskInfo[];
-  /** Hands that can be played with. */
+  /** Hands of the server. */
   hands: HandInfo[];
   /** Fields of actions and observations. */
   specs: Specs;
-  /** The run that goes on, when a session is taken up again; else null. */
+  /** The open run of a session that is resumed; otherwise null. */
   run: RunInfo | null;
-  /** For people: what is odd about the team's name. Absent when nothing is. */
+  /** A remark on the team's name, for people; absent if there is none. */
   note?: string;
 }
 

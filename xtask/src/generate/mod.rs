@@ -16,7 +16,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Names of the files in docs/schema, and arguments of `palmares schema`.
-const SCHEMAS: [&str; 3] = ["control", "watch", "openapi"];
+const SCHEMAS: [&str; 4] = ["control", "watch", "openapi", "replay"];
 
 /// Writes all generated files.
 pub(crate) fn run(program: &Path) -> Result<()> {
@@ -38,17 +38,19 @@ fn write(path: &Path, text: &str) -> Result<()> {
 }
 
 /// Path and text of each file that is derived from docs/schema.
-fn derived(root: &Path) -> Result<[(&'static str, String); 2]> {
+fn derived(root: &Path) -> Result<[(&'static str, String); 3]> {
     let read = |name: &str| -> Result<Value> {
         let path = root.join(format!("docs/schema/{name}.json"));
         let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
         serde_json::from_str(&text).with_context(|| path.display().to_string())
     };
-    let [control, watch, openapi] = SCHEMAS.map(read);
-    let types = Types::of(&control?, &watch?, &openapi?)?;
+    let [control, watch, openapi, replay] = SCHEMAS.map(read);
+    let replay = replay?;
+    let types = Types::of(&control?, &watch?, &openapi?, &replay)?;
     Ok([
         ("client-py/src/palmares/wire.py", python::module(&types)?),
         ("viewer/src/wire/messages.ts", typescript::module(&types)),
+        ("viewer/src/wire/telemetry.ts", typescript::protobuf(&replay)?),
     ])
 }
 

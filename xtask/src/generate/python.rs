@@ -310,6 +310,7 @@ fn default(Field { required, default, value, .. }: &Field, sent: bool) -> Option
         (Type::List(_) | Type::Table(_), default) if !required || default.is_some() => Some("[]".into()),
         (Type::Map(_), _) if !required => Some("{}".into()),
         (Type::Boolean, _) if !required => Some("False".into()),
+        (Type::Text, _) if !required => Some("\"\"".into()),
         _ => None,
     }
 }

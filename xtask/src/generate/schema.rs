@@ -59,8 +59,8 @@ pub(super) struct Types {
 }
 
 impl Types {
-    /// Reads the three documents. Two types of one name must be the same.
-    pub(super) fn of(control: &Value, watch: &Value, openapi: &Value) -> Result<Types> {
+    /// Reads the documents. Two types of one name must be the same.
+    pub(super) fn of(control: &Value, watch: &Value, openapi: &Value, replay: &Value) -> Result<Types> {
         let mut declared = BTreeMap::new();
         let mut add = |name: &str, schema: &Value, requested: bool| -> Result<()> {
             let read = Declared { doc: doc(schema), value: read(schema).with_context(|| name.to_owned())? };
@@ -72,7 +72,6 @@ impl Types {
             declared.insert(name.to_owned(), read);
             Ok(())
         };
-        let components = openapi["components"]["schemas"].as_object();
         let mut messages = [Vec::new(), Vec::new()];
         for (document, socket) in [(control, "Control"), (watch, "Watch")] {
             for (kind, found) in ["replies", "requests"].into_iter().zip(&mut messages) {
@@ -91,8 +90,10 @@ impl Types {
             }
             add(&format!("{socket}Reply"), &document["reply"], false)?;
         }
-        for (name, schema) in components.context("components")? {
-            add(name, schema, false)?;
+        for all in [&openapi["components"]["schemas"], &replay["$defs"]] {
+            for (name, schema) in all.as_object().context("definitions")? {
+                add(name, schema, false)?;
+            }
         }
         let [replies, requests] = messages;
         Ok(Types { declared, requests, replies })

@@ -1,6 +1,8 @@
 //! The types of the pages, in TypeScript.
 
 use super::schema::{Field, Type, Types};
+use anyhow::{Context, Result};
+use serde_json::Value;
 
 const HEAD: &str = "\
 /**
@@ -72,4 +74,24 @@ fn printed(value: &Type) -> String {
 
 fn tuple(item: &str, length: u64) -> String {
     format!("[{}]", (0..length).map(|_| item).collect::<Vec<_>>().join(", "))
+}
+
+/// The text of a file with the fields of the telemetry in a replay. The time is that of the record, and left out.
+pub(super) fn protobuf(replay: &Value) -> Result<String> {
+    let fields = replay["protobuf"]["palmares.Telemetry"].as_array().context("no palmares.Telemetry")?;
+    let (mut members, mut table) = (String::new(), String::new());
+    for field in fields.iter().filter(|field| field["name"] != "timestamp") {
+        let name = field["name"].as_str().context("a name")?;
+        let kind = field["type"].as_str().context("a type")?;
+        let repeated = field["repeated"] == true;
+        members += &format!("  {name}: {};\n", if repeated { "number[]" } else { "number" });
+        table +=
+            &format!("  {}: {{ name: '{name}', type: '{kind}', repeated: {repeated} }},\n", field["number"]);
+    }
+    Ok(format!(
+        "/** `palmares.Telemetry`, derived from docs/schema: `cargo xtask generate` writes it. */\n\
+         export interface TelemetryRecord {{\n{members}}}\n\n\
+         /** Its fields by number. */\n\
+         export const TELEMETRY_FIELDS = {{\n{table}}} as const;\n"
+    ))
 }

@@ -1,7 +1,10 @@
-//! What the cameras of a run saw, drawn again from its replay into a file of its own.
+//! Renders the camera images of a recorded run, and writes them into another file.
+//!
+//! The fields of the messages are those of the published definitions
+//! (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
 
-use crate::descriptors::{self, TIME, TIMESTAMP, field, file, list, message};
-use crate::frames::{self, FrameTransforms};
+use crate::descriptors::{self, described};
+use crate::frames::FrameTransforms;
 use crate::reader::Replay;
 use crate::verify::verify_watched;
 use crate::verify_error::VerifyError;
@@ -12,99 +15,72 @@ use palmares_tasks::image::{CameraImage, Pixels};
 use palmares_tasks::run::ShotError;
 use palmares_tasks::{Noise, Run, Sensing, Task};
 use prost::Message;
-use prost_types::field_descriptor_proto::Type;
-use prost_types::{FileDescriptorSet, Timestamp};
+use prost_types::Timestamp;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::sync::Arc;
 
-/// Why there is no film.
+/// Why images cannot be exported.
 #[derive(Debug, thiserror::Error)]
-pub enum FilmError {
+pub enum ExportError {
     /// There are no such cameras.
     #[error(transparent)]
     Cameras(#[from] ShotError),
-    /// The run does not come to what was recorded.
+    /// The simulation differs from the recording.
     #[error("refused: {name}: {0}", name = .0.name())]
     Replay(#[from] VerifyError),
     /// The file cannot be written.
-    #[error("cannot write the pictures: {0}")]
+    #[error("cannot write the images: {0}")]
     Write(#[from] mcap::McapError),
 }
 
-/// `foxglove.RawImage`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct RawImage {
-    #[prost(message, required, tag = "1")]
-    pub(crate) timestamp: Timestamp,
-    #[prost(fixed32, tag = "2")]
-    pub(crate) width: u32,
-    #[prost(fixed32, tag = "3")]
-    pub(crate) height: u32,
-    #[prost(string, tag = "4")]
-    pub(crate) encoding: String,
-    #[prost(fixed32, tag = "5")]
-    pub(crate) step: u32,
-    #[prost(bytes = "vec", tag = "6")]
-    pub(crate) data: Vec<u8>,
-    #[prost(string, tag = "7")]
-    pub(crate) frame_id: String,
+described! {
+    "foxglove", "RawImage":
+    /// `foxglove.RawImage`
+    #[derive(Clone, PartialEq, Message)]
+    pub(crate) struct RawImage {
+        #[prost(message, required, tag = "1")]
+        pub(crate) timestamp: Timestamp,
+        #[prost(fixed32, tag = "2")]
+        pub(crate) width: u32,
+        #[prost(fixed32, tag = "3")]
+        pub(crate) height: u32,
+        #[prost(string, tag = "4")]
+        pub(crate) encoding: String,
+        #[prost(fixed32, tag = "5")]
+        pub(crate) step: u32,
+        #[prost(bytes = "vec", tag = "6")]
+        pub(crate) data: Vec<u8>,
+        #[prost(string, tag = "7")]
+        pub(crate) frame_id: String,
+    }
 }
 
-/// `foxglove.CameraCalibration`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct CameraCalibration {
-    #[prost(message, required, tag = "1")]
-    pub(crate) timestamp: Timestamp,
-    #[prost(fixed32, tag = "2")]
-    pub(crate) width: u32,
-    #[prost(fixed32, tag = "3")]
-    pub(crate) height: u32,
-    #[prost(string, tag = "4")]
-    pub(crate) distortion_model: String,
-    #[prost(double, repeated, tag = "5")]
-    pub(crate) d: Vec<f64>,
-    #[prost(double, repeated, tag = "6")]
-    pub(crate) k: Vec<f64>,
-    #[prost(double, repeated, tag = "7")]
-    pub(crate) r: Vec<f64>,
-    #[prost(double, repeated, tag = "8")]
-    pub(crate) p: Vec<f64>,
-    #[prost(string, tag = "9")]
-    pub(crate) frame_id: String,
-}
-
-/// The `FileDescriptorSet`s of both, whose fields are those of the published definitions
-/// (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
-fn schemas() -> [Vec<u8>; 2] {
-    let time = || field("timestamp", Type::Message, Some(TIMESTAMP));
-    let number = |name: &str| field(name, Type::Fixed32, None);
-    let text = |name: &str| field(name, Type::String, None);
-    let matrix = |name: &str| list(name, Type::Double, None);
-    let image = vec![
-        time(),
-        number("width"),
-        number("height"),
-        text("encoding"),
-        number("step"),
-        field("data", Type::Bytes, None),
-        text("frame_id"),
-    ];
-    let calibration = vec![
-        time(),
-        number("width"),
-        number("height"),
-        text("distortion_model"),
-        matrix("D"),
-        matrix("K"),
-        matrix("R"),
-        matrix("P"),
-        text("frame_id"),
-    ];
-    [("RawImage", image), ("CameraCalibration", calibration)].map(|(name, fields)| {
-        let described = file(&format!("foxglove/{name}.proto"), "foxglove", &[TIME], message(name, fields));
-        FileDescriptorSet { file: vec![descriptors::time(), described] }.encode_to_vec()
-    })
+described! {
+    "foxglove", "CameraCalibration":
+    /// `foxglove.CameraCalibration`
+    #[allow(non_snake_case, reason = "the names of the published definition")]
+    #[derive(Clone, PartialEq, Message)]
+    pub(crate) struct CameraCalibration {
+        #[prost(message, required, tag = "1")]
+        pub(crate) timestamp: Timestamp,
+        #[prost(fixed32, tag = "2")]
+        pub(crate) width: u32,
+        #[prost(fixed32, tag = "3")]
+        pub(crate) height: u32,
+        #[prost(string, tag = "4")]
+        pub(crate) distortion_model: String,
+        #[prost(double, repeated, tag = "5")]
+        pub(crate) D: Vec<f64>,
+        #[prost(double, repeated, tag = "6")]
+        pub(crate) K: Vec<f64>,
+        #[prost(double, repeated, tag = "7")]
+        pub(crate) R: Vec<f64>,
+        #[prost(double, repeated, tag = "8")]
+        pub(crate) P: Vec<f64>,
+        #[prost(string, tag = "9")]
+        pub(crate) frame_id: String,
+    }
 }
 
 /// A depth in millimetres, as 16UC1 has it (REP 118 of ROS); 0 stays 0.
@@ -113,20 +89,20 @@ fn millimetres(depth: &Pixels, unit: f64) -> Vec<u8> {
     Pixels::of_words(&pixels.map(|steps| (1e3 * unit * f64::from(steps) + 0.5) as u16).collect::<Vec<_>>()).0
 }
 
-struct Film {
+struct ImageFile {
     mcap: mcap::Writer<File>,
-    /// Ids of the schemas of pictures, calibrations and frames.
+    /// Ids of the schemas of images, calibrations and frames.
     schemas: [u16; 3],
-    /// By topic: id and number of messages so far.
+    /// By topic: id, and number of messages.
     channels: BTreeMap<String, (u16, u32)>,
     start_ns: u64,
     tick_s: f64,
-    /// The last picture of each camera, by its tick.
+    /// Tick of the last image of each camera.
     last: BTreeMap<String, u64>,
-    pictures: u64,
+    images: u64,
 }
 
-impl Film {
+impl ImageFile {
     fn write(
         &mut self,
         topic: &str,
@@ -143,7 +119,7 @@ impl Film {
         self.mcap.write_to_known_channel(&header, &message.encode_to_vec())
     }
 
-    /// Writes a picture that is newer than the last one of its camera.
+    /// Writes an image that is newer than the last one of its camera.
     fn add(&mut self, image: &CameraImage) -> mcap::McapResult<()> {
         if self.last.insert(image.camera.clone(), image.tick) == Some(image.tick) {
             return Ok(());
@@ -166,17 +142,17 @@ impl Film {
         let bodies = image.bodies.as_ref().map(|bodies| ("bodies", "16UC1", 2, bodies.0.clone()));
         for (channel, encoding, pixel, data) in [depth, rgb, bodies].into_iter().flatten() {
             self.write(&format!("/{frame_id}/{channel}"), 0, time_ns, &raw(encoding, pixel, data))?;
-            self.pictures += 1;
+            self.images += 1;
         }
         let calibration = CameraCalibration {
             timestamp,
             width: *width,
             height: *height,
             distortion_model: String::new(),
-            d: Vec::new(),
-            k: vec![*fx, 0.0, *cx, 0.0, *fy, *cy, 0.0, 0.0, 1.0],
-            r: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-            p: vec![*fx, 0.0, *cx, 0.0, 0.0, *fy, *cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+            D: Vec::new(),
+            K: vec![*fx, 0.0, *cx, 0.0, *fy, *cy, 0.0, 0.0, 1.0],
+            R: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            P: vec![*fx, 0.0, *cx, 0.0, 0.0, *fy, *cy, 0.0, 0.0, 0.0, 1.0, 0.0],
             frame_id: frame_id.clone(),
         };
         self.write(&format!("/{frame_id}/calibration"), 1, time_ns, &calibration)?;
@@ -186,51 +162,54 @@ impl Film {
     }
 }
 
-/// Simulates a run again and writes what `cameras` saw (`name` or `name.channel`, as a controller asks for them): those with
-/// noise at their own rate, others `rate_hz` times a second. `own` are tasks beside those of the program. Returns how many
-/// pictures there are.
+/// Simulates a run again and writes the images of `cameras` (`name` or `name.channel`, as in a controller's request):
+/// of cameras with noise at their own rate, of others `rate_hz` times per second. `own`: tasks that are not built in.
+/// Returns the number of images.
 ///
 /// # Errors
 /// There is no such camera, the replay is refused, or the file cannot be written.
-pub fn film(
+pub fn export_images(
     replay: &Replay,
     own: &[Arc<Task>],
     cameras: &[String],
     rate_hz: f64,
     out: File,
-) -> Result<u64, FilmError> {
+) -> Result<u64, ExportError> {
     let mut mcap = WriteOptions::new().create(out)?;
-    let [image, calibration] = schemas();
     let schemas = [
-        mcap.add_schema("foxglove.RawImage", "protobuf", &image)?,
-        mcap.add_schema("foxglove.CameraCalibration", "protobuf", &calibration)?,
-        mcap.add_schema("foxglove.FrameTransforms", "protobuf", &frames::schema())?,
+        mcap.add_schema("foxglove.RawImage", "protobuf", &descriptors::schema::<RawImage>())?,
+        mcap.add_schema(
+            "foxglove.CameraCalibration",
+            "protobuf",
+            &descriptors::schema::<CameraCalibration>(),
+        )?,
+        mcap.add_schema("foxglove.FrameTransforms", "protobuf", &descriptors::schema::<FrameTransforms>())?,
     ];
     let tick_s = replay.header.tick_s;
     let start_ns = replay.header.started_unix_ms.saturating_mul(1_000_000);
     let (channels, last) = (BTreeMap::new(), BTreeMap::new());
-    let mut film = Film { mcap, schemas, channels, start_ns, tick_s, last, pictures: 0 };
+    let mut images = ImageFile { mcap, schemas, channels, start_ns, tick_s, last, images: 0 };
     let (mut failure, real) = (None, replay.header.noise == Noise::Real);
-    let mut look = |run: &mut Run| {
+    let mut observe = |run: &mut Run| {
         let number = |tick: u64| (tick as f64 * tick_s * rate_hz + 1e-9) as u64;
         let tick = run.tick();
-        // Real cameras have pictures when they have them; one that was there before is left out.
+        // A camera with noise has its own rate; `add` skips an image that it has already.
         let between = !real && tick > 0 && number(tick) == number(tick - 1);
         if failure.is_some() || between {
             return;
         }
-        let mut take = || -> Result<(), FilmError> {
-            // The run is over: everything may be seen.
+        let mut take = || -> Result<(), ExportError> {
+            // The run is over, so every camera may be used.
             let shots = run.shots(cameras, Sensing::Truth)?;
-            run.expose(&shots).iter().try_for_each(|exposure| Ok(film.add(exposure.render())?))
+            run.expose(&shots).iter().try_for_each(|exposure| Ok(images.add(exposure.render())?))
         };
         failure = take().err();
     };
-    let verified = verify_watched(replay, own, Some(&mut look));
+    let verified = verify_watched(replay, own, Some(&mut observe));
     if let Some(error) = failure {
         return Err(error);
     }
     verified?;
-    film.mcap.finish()?;
-    Ok(film.pictures)
+    images.mcap.finish()?;
+    Ok(images.images)
 }
