@@ -115,7 +115,7 @@ impl TelemetryFilter {
             contact_position: all(contacts.iter().flat_map(|contact| &contact.position), LENGTH_STEPS),
             contact_force: all(contacts.iter().flat_map(|contact| &contact.force), FORCE_STEPS),
             contact_use: all(contacts.iter().map(|contact| &contact.friction_use), FRICTION_STEPS),
-            work: all(motors().map(|motor| &motor.work), FORCE_STEPS),
+            work: all(motors().map(|motor| &motor.motor_work_j), FORCE_STEPS),
             finger_force: all(telemetry.fingers.iter().flat_map(|finger| &finger.force), FORCE_STEPS),
             finger_torque: all(telemetry.fingers.iter().flat_map(|finger| &finger.torque), ANGLE_STEPS),
             touch: all(telemetry.touch.iter().flatten(), FORCE_STEPS),

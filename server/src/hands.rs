@@ -14,7 +14,7 @@ use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded, Visual};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
-use palmares_tasks::inspect::{self, FigureRow, told};
+use palmares_tasks::inspect::{self, FigureRow, join_reasons};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -67,7 +67,7 @@ fn read(bytes: &[u8]) -> Result<Loaded, String> {
 fn read_within(bytes: &[u8], limits: &HandLimits) -> Result<Loaded, String> {
     let loaded = read(bytes)?;
     let beyond = inspect::beyond_limits(&loaded.hand, &loaded.sources, limits);
-    if beyond.is_empty() { Ok(loaded) } else { Err(told(&beyond)) }
+    if beyond.is_empty() { Ok(loaded) } else { Err(join_reasons(&beyond)) }
 }
 
 /// Reads an archive as a hand that may be played, with warnings for its team and the organizers: on its files, and on figures beyond
@@ -79,7 +79,7 @@ fn examine(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<Exa
     let hand = Arc::new(hand);
     let in_the_way = inspect::in_the_way(&hand, tasks);
     if !in_the_way.is_empty() {
-        return Err(Refusal::new(Code::HandInTheWay, told(&in_the_way)));
+        return Err(Refusal::new(Code::HandInTheWay, join_reasons(&in_the_way)));
     }
     let mut warnings_of_check: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     let figures = inspect::figures(&hand, &sources, limits);

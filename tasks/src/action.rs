@@ -54,7 +54,7 @@ impl Action {
 }
 
 /// Shorter quaternions are refused: they are rounding, not orientations.
-const SHORTEST_QUATERNION: f64 = 1e-6;
+const MIN_QUATERNION_NORM: f64 = 1e-6;
 
 /// The unit quaternion of the direction of finite x, y, z, w; none when it is shorter than 1e-6. One that is unit to
 /// rounding is left as it is, so that a unit quaternion's is itself. Neither overflows nor underflows on the way.
@@ -71,7 +71,7 @@ pub(crate) fn unit(quat_xyzw: [f64; 4]) -> Option<Rotation> {
     let [x, y, z, w] = quat_xyzw.map(|x| x / largest);
     let scaled = Rotation::from_xyzw(x, y, z, w);
     // Between 1 and 2 times the largest: what overflows is long enough.
-    (largest * scaled.length() >= SHORTEST_QUATERNION).then(|| scaled.normalize())
+    (largest * scaled.length() >= MIN_QUATERNION_NORM).then(|| scaled.normalize())
 }
 
 /// A finite vector of at most that length in the same direction; one that is longer by rounding only is left as it is,

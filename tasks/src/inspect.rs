@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Maximum number of reported reasons.
-const TOLD: usize = 12;
+const MAX_REASONS: usize = 12;
 
 /// A figure of a hand beside those of others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -120,8 +120,8 @@ pub fn in_the_way(hand: &Arc<Hand>, tasks: &[Arc<Task>]) -> Vec<String> {
 }
 
 /// Reasons as one text: not all of them, if there are many.
-pub fn told(reasons: &[String]) -> String {
-    let more = reasons.len().saturating_sub(TOLD);
+pub fn join_reasons(reasons: &[String]) -> String {
+    let more = reasons.len().saturating_sub(MAX_REASONS);
     let mut text = reasons[..reasons.len() - more].join("\n");
     if more > 0 {
         text += &format!("\n... and {more} more");

@@ -123,7 +123,7 @@ pub struct Event {
 
 impl Event {
     /// As a controller is told of it: with `sensors` not of which object, for then it would know what it holds.
-    pub fn told(&self, sensing: Sensing) -> Event {
+    pub fn redacted_for(&self, sensing: Sensing) -> Event {
         Event { object: self.object.filter(|_| sensing == Sensing::Truth), ..self.clone() }
     }
 }

@@ -50,7 +50,7 @@ pub struct SceneBody {
 
 impl Scene {
     /// What a controller is told: with `sensors` all but where the free bodies are.
-    pub fn told(mut self, sensing: Sensing) -> Self {
+    pub fn redacted_for(mut self, sensing: Sensing) -> Self {
         if sensing == Sensing::Sensors {
             for body in self.bodies.iter_mut().filter(|body| body.free) {
                 (body.position, body.quat_xyzw) = (None, None);

@@ -227,7 +227,7 @@ fn a_push_that_cannot_be_is_refused_with_what_could() {
     assert!(run.push(&first, nan, 1.0).is_err());
     assert!(run.push(&first, NO_WRENCH, 0.0).is_err());
     assert!(run.push(&first, NO_WRENCH, f64::INFINITY).is_err());
-    for _ in 0..Run::PUSHES {
+    for _ in 0..Run::MAX_PUSHES {
         run.push(&first, NO_WRENCH, 1.0).expect("there is room");
     }
     assert_eq!(run.push(&first, NO_WRENCH, 1.0), Err(PushError::TooMany));

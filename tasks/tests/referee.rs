@@ -99,7 +99,7 @@ proptest! {
         let last: Vec<ObjectSnapshot> =
             frames[frames.len() - 1].iter().map(|seen| ObjectSnapshot { at_rest: true, ..*seen }).collect();
         let _ = referee.watch(frames.len() as u64, &last);
-        let (count, score) = referee.verdict(&last);
+        let (count, score) = referee.final_result(&last);
         prop_assert_eq!(count, referee.count());
         prop_assert_eq!(score, referee.score());
         prop_assert!(count.in_goal + count.outside <= n as u32);
@@ -160,6 +160,6 @@ proptest! {
         } else {
             prop_assert_eq!(referee.count().in_goal, 0);
         }
-        prop_assert_eq!(referee.verdict(&frames[0]), (referee.count(), referee.score()));
+        prop_assert_eq!(referee.final_result(&frames[0]), (referee.count(), referee.score()));
     }
 }

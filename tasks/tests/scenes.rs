@@ -158,8 +158,8 @@ fn a_scene_tells_all_that_stands_in_it() {
 #[test]
 fn a_scene_told_to_sensors_has_no_pose_of_an_object() {
     let scene = scene(&task("shelf"), 3).scene;
-    assert_eq!(scene.clone().told(Sensing::Truth), scene);
-    let told = scene.clone().told(Sensing::Sensors);
+    assert_eq!(scene.clone().redacted_for(Sensing::Truth), scene);
+    let told = scene.clone().redacted_for(Sensing::Sensors);
     for (body, full) in told.bodies.iter().zip(&scene.bodies) {
         assert_eq!((body.position.is_some(), body.quat_xyzw.is_some()), (!body.free, !body.free));
         assert_eq!((&body.name, &body.parts, body.mass), (&full.name, &full.parts, full.mass));

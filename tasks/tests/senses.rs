@@ -170,7 +170,7 @@ fn a_motor_works_when_it_closes_and_gets_less_back() {
         for _ in 0..300 {
             run.step(&Action { base: None, hand: Some(vec![sigma]) }).expect("valid");
         }
-        run.telemetry().motors[0].work
+        run.telemetry().motors[0].motor_work_j
     };
     let (closed, opened) = (work(1.0), work(0.0));
     assert!(closed > 0.1, "{closed}");

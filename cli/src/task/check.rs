@@ -115,7 +115,7 @@ fn play(task: &Arc<Task>, hands: &[Arc<Hand>], report: &mut Report) {
         if in_the_way.is_empty() {
             report.hands.push(hand.name.clone());
         } else {
-            let overlaps = inspect::told(&in_the_way);
+            let overlaps = inspect::join_reasons(&in_the_way);
             report.warnings.push(format!("hand `{}` does not fit where it starts: {overlaps}", hand.name));
         }
     }

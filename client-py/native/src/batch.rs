@@ -439,7 +439,7 @@ impl Slot {
                 break;
             }
             events.extend(run.events().iter().map(|event| {
-                let told = event.told(sensing);
+                let told = event.redacted_for(sensing);
                 (told.tick, told.kind, told.object)
             }));
         }

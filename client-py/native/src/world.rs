@@ -82,7 +82,7 @@ impl World {
                 tick_s: task.tick_s,
                 time_limit_s: task.time_limit_s,
             });
-            let scene = Some(self.run.scene().clone().told(self.sensing));
+            let scene = Some(self.run.scene().clone().redacted_for(self.sensing));
             Obs { run, scene, ..self.obs(0, observation) }
         });
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
@@ -334,7 +334,7 @@ impl World {
                 return;
             }
             *left -= 1;
-            events.extend(self.run.events().iter().map(|event| event.told(self.sensing)));
+            events.extend(self.run.events().iter().map(|event| event.redacted_for(self.sensing)));
             if let Some(history) = &mut self.history {
                 let pushes = std::mem::take(&mut self.pushes);
                 history.push(Entry { pushes, action: self.run.applied().clone() });

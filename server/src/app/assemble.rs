@@ -202,7 +202,7 @@ pub(super) fn hands(config: &Config, tasks: &[Arc<Task>]) -> anyhow::Result<Vec<
             .map_err(|error| anyhow!("a hand of your own: {error}"))?;
         let beyond = inspect::beyond_limits(&hand, &sources, &config.hand_limits);
         if !beyond.is_empty() {
-            let rows = inspect::told(&beyond);
+            let rows = inspect::join_reasons(&beyond);
             bail!(
                 "a hand of your own is beyond the limits, which [hand_limits] in the file of --config sets:\n{rows}"
             );
@@ -222,7 +222,7 @@ pub(super) fn hands(config: &Config, tasks: &[Arc<Task>]) -> anyhow::Result<Vec<
         let hand = Arc::new(hand);
         let in_the_way = inspect::in_the_way(&hand, tasks);
         if !in_the_way.is_empty() {
-            bail!("a hand of your own: {}", inspect::told(&in_the_way));
+            bail!("a hand of your own: {}", inspect::join_reasons(&in_the_way));
         }
         hands.push(hand);
     }

@@ -106,7 +106,7 @@ pub(super) fn telemetry(hand: &Telemetry) -> Vec<u8> {
 pub(super) fn loads(hand: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
     let motors = counted(&mut out, &hand.motors);
-    hand.motors[..motors].iter().for_each(|motor| put(&mut out, motor.work));
+    hand.motors[..motors].iter().for_each(|motor| put(&mut out, motor.motor_work_j));
     let fingers = counted(&mut out, &hand.fingers);
     for finger in &hand.fingers[..fingers] {
         finger.force.iter().chain(&finger.torque).for_each(|x| put(&mut out, *x));
@@ -213,7 +213,7 @@ mod tests {
     fn telemetry_and_contacts_byte_by_byte() {
         let finger = FingerWrench { name: "thumb".into(), force: [1.0, 0.0, 0.0], torque: [0.0, 0.5, 0.0] };
         let hand = Telemetry {
-            motors: vec![Motor { command: 1.0, position: 0.5, tension: 2.0, work: 1.0 }],
+            motors: vec![Motor { command: 1.0, position: 0.5, tension: 2.0, motor_work_j: 1.0 }],
             tension: vec![-1.0],
             q: vec![0.25, 0.0],
             predicted: vec![],

@@ -7,7 +7,7 @@ use axum::extract::ws::Utf8Bytes;
 use palmares_models::Pose;
 use palmares_senses::ChannelInfo;
 use palmares_tasks::Run;
-use palmares_tasks::referee::Verdict;
+use palmares_tasks::referee::ObjectStatus;
 use palmares_tasks::run::{Contact, Telemetry, TelemetryModel};
 use std::sync::{Arc, OnceLock};
 
@@ -38,7 +38,7 @@ pub(super) struct Frame {
     texts: [OnceLock<Utf8Bytes>; 4],
     telemetry: OnceLock<Option<EncodedTelemetry>>,
     contacts: OnceLock<Option<(Vec<Contact>, Vec<u8>)>>,
-    verdicts: OnceLock<Option<Vec<Verdict>>>,
+    verdicts: OnceLock<Option<Vec<ObjectStatus>>>,
 }
 
 impl Frame {
@@ -118,7 +118,7 @@ impl Frame {
     }
 
     /// The referee's judgement of each object, if the sample has it.
-    pub(super) fn verdicts(&self) -> Option<&Vec<Verdict>> {
+    pub(super) fn verdicts(&self) -> Option<&Vec<ObjectStatus>> {
         let explained = || {
             let mut verdicts = self.sample.evidence.as_ref()?.explain();
             for rule in verdicts.iter_mut().flat_map(|verdict| &mut verdict.reasons) {
@@ -130,7 +130,7 @@ impl Frame {
     }
 
     /// The message `verdicts`.
-    pub(super) fn verdicts_text(&self, objects: &[Verdict]) -> Utf8Bytes {
+    pub(super) fn verdicts_text(&self, objects: &[ObjectStatus]) -> Utf8Bytes {
         let (run_id, tick) = (self.run_id.clone(), self.sample.tick);
         text(&WatchReply::Verdicts(Verdicts { run_id, tick, objects: objects.to_vec() }))
     }

@@ -4,7 +4,7 @@ use crate::store::{Announcement, LeaderboardRow};
 use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::reply::ErrorReply;
 use palmares_senses::ChannelInfo;
-use palmares_tasks::referee::Verdict;
+use palmares_tasks::referee::ObjectStatus;
 use palmares_tasks::run::{Contact, Telemetry};
 use palmares_tasks::scene::{Region, ScenePart};
 use palmares_tasks::{Event, Fault, Outcome, Reason};
@@ -175,7 +175,7 @@ pub(crate) struct Verdicts {
     /// Ticks since reset.
     pub(crate) tick: u64,
     /// In scene order.
-    pub(crate) objects: Vec<Verdict>,
+    pub(crate) objects: Vec<ObjectStatus>,
 }
 
 /// `score`: the run's score if it ended now.

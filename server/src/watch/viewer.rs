@@ -18,7 +18,7 @@ use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use palmares_protocol::reply::ErrorReply;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
-use palmares_tasks::referee::Verdict;
+use palmares_tasks::referee::ObjectStatus;
 use std::future::pending;
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -65,7 +65,7 @@ pub(super) struct Viewer {
     sent_clock: Option<(u64, Instant)>,
     next_clock: Instant,
     /// The judgements that were sent last, and whether there may be newer ones.
-    sent_verdicts: Option<Vec<Verdict>>,
+    sent_verdicts: Option<Vec<ObjectStatus>>,
     verdicts_due: bool,
     next_verdicts: Instant,
     next_frame: Instant,

@@ -154,7 +154,7 @@ impl World {
         let build = move || {
             let WorldSetup { task, hand, seed, sensing, noise, shots } = setup;
             let mut run = Run::new(task, hand, seed)?.with_noise(noise);
-            let (scene, mut observation) = (run.scene().clone().told(sensing), run.observe(sensing));
+            let (scene, mut observation) = (run.scene().clone().redacted_for(sensing), run.observe(sensing));
             observation.cameras = images::render_here(&run.expose(&shots));
             observers.iter_mut().for_each(|observer| observer.opened(&run));
             let world = World::of(Box::new(run), sensing, observers, admitted);
@@ -234,7 +234,7 @@ impl World {
                 std::thread::yield_now();
             }
             if let Ok(playable) = &self.run {
-                earlier.extend(playable.events().iter().map(|event| event.told(self.sensing)));
+                earlier.extend(playable.events().iter().map(|event| event.redacted_for(self.sensing)));
             }
         }
     }

@@ -15,7 +15,7 @@ use rapier3d_f64::geometry::ColliderBuilder;
 use rapier3d_f64::pipeline::PhysicsWorld;
 
 /// Longest pouring, s.
-const LONGEST_S: f64 = 10.0;
+const MAX_TIME_S: f64 = 10.0;
 const STEP_S: f64 = 1.0 / 240.0;
 /// Slower than this is still, m/s.
 const STILL: f64 = 5e-3;
@@ -87,7 +87,7 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Scen
         .collect();
     let mut still = 0.0;
     let mut time = 0.0;
-    while time < LONGEST_S && still < 0.25 {
+    while time < MAX_TIME_S && still < 0.25 {
         world.step();
         time += STEP_S;
         let fastest = bodies.iter().map(|b| world.bodies[*b].linvel().length()).fold(0.0, f64::max);

@@ -3,7 +3,7 @@
 use super::count::Count;
 use super::snapshot::{ObjectSnapshot, REST_SPEED};
 use super::space::{away, contains};
-use super::verdict::{Measured, Verdict};
+use super::status::{Measured, ObjectStatus};
 use crate::observation::Event;
 use crate::task::{Arrange, Goal, Task};
 use palmares_models::Vec3;
@@ -148,13 +148,18 @@ impl ArrangeReferee {
     }
 
     /// How far each object is: of its goals the first that has not been reached.
-    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
+    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
         let verdict = |object: usize| {
             let mut own = self.aims.iter().enumerate().filter(|(_, aim)| aim.object == object).peekable();
             let concerned = own.peek().is_some();
             let Some((k, aim)) = own.find(|(k, _)| *k >= self.seen.reached) else {
                 let place = if concerned { "done" } else { "none" };
-                return Verdict { object, counts: concerned, place: place.to_owned(), reasons: Vec::new() };
+                return ObjectStatus {
+                    object,
+                    counts: concerned,
+                    place: place.to_owned(),
+                    reasons: Vec::new(),
+                };
             };
             let now = k == self.seen.reached;
             let mut reasons = aim.measure(objects, speeds.get(object).copied());
@@ -165,7 +170,7 @@ impl ArrangeReferee {
                 reasons.push(Measured::new("held", holds, Some(held_s), limit, "s"));
             }
             let place = if now { aim.goal.name.clone() } else { "later".to_owned() };
-            Verdict { object, counts: false, place, reasons }
+            ObjectStatus { object, counts: false, place, reasons }
         };
         (0..objects.len()).map(verdict).collect()
     }

@@ -3,7 +3,7 @@
 use super::count::Count;
 use super::snapshot::{ObjectSnapshot, REST_SPEED};
 use super::space::{away, contains};
-use super::verdict::{Measured, Verdict};
+use super::status::{Measured, ObjectStatus};
 use crate::observation::Event;
 use crate::task::{Collect, Task};
 use serde::{Deserialize, Serialize};
@@ -80,7 +80,7 @@ impl CollectReferee {
     }
 
     /// For each object, the rules that decide whether it counts.
-    pub fn explain(&self, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
+    pub fn explain(&self, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
         let each = objects.iter().zip(speeds).zip(&self.places).enumerate();
         each.map(|(object, ((seen, speed), place))| {
             let (to_goal, to_start) = (away(self.goal, seen.position), away(self.start, seen.position));
@@ -98,7 +98,7 @@ impl CollectReferee {
                 Measured::new("at_rest", seen.at_rest || counts, Some(*speed), REST_SPEED, "m/s"),
                 Measured::new("in_start", in_start, Some(to_start), 0.0, "m"),
             ];
-            Verdict { object, counts, place: place.to_owned(), reasons }
+            ObjectStatus { object, counts, place: place.to_owned(), reasons }
         })
         .collect()
     }
@@ -190,7 +190,7 @@ mod tests {
         let mut speeds = [0.0; 10];
         (speeds[2], speeds[4]) = (0.2, 0.3);
         let told = referee.explain(&seen, &speeds);
-        let short = |verdict: &Verdict| (verdict.counts, verdict.place.clone());
+        let short = |verdict: &ObjectStatus| (verdict.counts, verdict.place.clone());
         let expected = [
             (false, "start"),
             (true, "goal"),

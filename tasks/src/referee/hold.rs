@@ -2,7 +2,7 @@
 
 use super::count::Count;
 use super::snapshot::ObjectSnapshot;
-use super::verdict::{Measured, Verdict};
+use super::status::{Measured, ObjectStatus};
 use crate::observation::Event;
 use crate::task::Hold;
 use serde::{Deserialize, Serialize};
@@ -149,7 +149,7 @@ impl HoldReferee {
     }
 
     /// The rules that decide at a tick whether the object counts.
-    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Verdict> {
+    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<ObjectStatus> {
         let Some(seen) = objects.first() else { return Vec::new() };
         let rules = &self.rules;
         let risen = seen.position[2] - self.start_m;
@@ -178,7 +178,7 @@ impl HoldReferee {
             ),
             Measured::new("shaken", kept, shaken_s, shake_s, "s"),
         ];
-        vec![Verdict { object: 0, counts: kept, place: place.to_owned(), reasons }]
+        vec![ObjectStatus { object: 0, counts: kept, place: place.to_owned(), reasons }]
     }
 
     /// Whether the shake has been.
@@ -250,7 +250,8 @@ mod tests {
     fn it_says_how_far_the_object_has_got() {
         let mut referee = start();
         let told = |referee: &HoldReferee, tick, seen| referee.explain(tick, &[seen]).remove(0);
-        let holds = |verdict: &Verdict| verdict.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
+        let holds =
+            |verdict: &ObjectStatus| verdict.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
         let down = told(&referee, 0, at(0.05, 0.0));
         assert_eq!((down.place.as_str(), holds(&down)), ("down", vec![false; 4]));
         let _ = play(&mut referee, 1..101, at(0.16, 0.01));

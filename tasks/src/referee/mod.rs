@@ -6,7 +6,7 @@ mod count;
 mod hold;
 mod snapshot;
 mod space;
-mod verdict;
+mod status;
 
 pub use arrange::ArrangeReferee;
 use arrange::ArrangeState;
@@ -17,7 +17,7 @@ use hold::HoldState;
 pub use hold::{HoldReferee, Slip};
 pub use snapshot::ObjectSnapshot;
 pub(crate) use snapshot::REST_SPEED;
-pub use verdict::{Measured, Verdict};
+pub use status::{Measured, ObjectStatus};
 
 use crate::observation::Event;
 use crate::task::{Rules, Task};
@@ -117,7 +117,7 @@ impl Referee {
     }
 
     /// Final count and points, after settling.
-    pub fn verdict(&self, objects: &[ObjectSnapshot]) -> (Count, f64) {
+    pub fn final_result(&self, objects: &[ObjectSnapshot]) -> (Count, f64) {
         match self {
             Referee::Collect(referee) => {
                 let count = referee.final_count(objects);
@@ -129,7 +129,7 @@ impl Referee {
     }
 
     /// For each object at a tick, the rules that decide whether it counts; `speeds` in m/s.
-    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
+    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
         match self {
             Referee::Collect(referee) => referee.explain(objects, speeds),
             Referee::Hold(referee) => referee.explain(tick, objects),

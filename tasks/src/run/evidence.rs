@@ -1,6 +1,6 @@
 //! What the referee knows at a moment, for those who ask why an object counts.
 
-use crate::referee::{ObjectSnapshot, Referee, Verdict};
+use crate::referee::{ObjectSnapshot, ObjectStatus, Referee};
 
 /// A copy of what the referee knows, to be explained where no world waits.
 #[derive(Clone, Debug)]
@@ -14,7 +14,7 @@ pub struct Evidence {
 
 impl Evidence {
     /// The referee's verdict on each object.
-    pub fn explain(&self) -> Vec<Verdict> {
+    pub fn explain(&self) -> Vec<ObjectStatus> {
         self.referee.explain(self.tick, &self.objects, &self.speeds)
     }
 }

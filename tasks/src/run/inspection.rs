@@ -3,7 +3,7 @@
 use super::Run;
 use super::evidence::Evidence;
 use super::telemetry::{Contact, RunSample, Telemetry, TelemetryModel, motor_tension};
-use crate::referee::Verdict;
+use crate::referee::ObjectStatus;
 use std::sync::Arc;
 
 impl Run {
@@ -18,7 +18,7 @@ impl Run {
         RunSample {
             motors: state.motors.clone(),
             tension: state.tension.clone(),
-            work: self.work.clone(),
+            motor_work_j: self.motor_work_j.clone(),
             base: state.base,
             q: state.q.clone(),
             contacts: self.world.contact_forces().to_vec(),
@@ -34,10 +34,10 @@ impl Run {
     }
 
     /// Adds the work of the motors on their tendons in a tick; `before` is their state when it began.
-    pub(super) fn count_work(&mut self, before: &[(f64, f64)]) {
+    pub(super) fn add_motor_work(&mut self, before: &[(f64, f64)]) {
         let ticked = before.iter().zip(self.motor_states());
         for ((motor, work), ((from, pulled), (to, pulls))) in
-            self.hand.motors.iter().zip(&mut self.work).zip(ticked)
+            self.hand.motors.iter().zip(&mut self.motor_work_j).zip(ticked)
         {
             *work += 0.5 * (pulled + pulls) * motor.scaling * (to - from);
         }
@@ -66,7 +66,7 @@ impl Run {
     }
 
     /// Why each object counts or does not, if the run ended now, without the settling.
-    pub fn explain(&self) -> Vec<Verdict> {
+    pub fn explain(&self) -> Vec<ObjectStatus> {
         self.evidence().explain()
     }
 }
@@ -188,7 +188,8 @@ mod tests {
                 let told = run.explain();
                 assert_eq!(told.len(), run.scene().bodies.iter().filter(|body| body.free).count());
                 // A block with a hole is an object of no goal.
-                let explained = |verdict: &Verdict| !verdict.reasons.is_empty() || verdict.place == "none";
+                let explained =
+                    |verdict: &ObjectStatus| !verdict.reasons.is_empty() || verdict.place == "none";
                 assert!(told.iter().all(|verdict| !verdict.counts && explained(verdict)), "{told:?}");
                 run.step(&Action::default()).expect("valid");
             }
@@ -210,7 +211,7 @@ mod tests {
         run.step(&Action::default()).expect("valid");
         let falling = run.explain().remove(0);
         assert!(!falling.counts && falling.place == "on_the_way", "{falling:?}");
-        let holds = |told: &Verdict| told.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
+        let holds = |told: &ObjectStatus| told.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
         assert_eq!(holds(&falling), [true, false, false]);
         for _ in 0..500 {
             run.step(&Action::default()).expect("valid");

@@ -2,21 +2,21 @@
 
 mod bodies;
 mod cameras;
-mod driven;
 mod evidence;
 mod exposure;
 mod failure;
 mod hand_body;
 mod inspection;
 mod observe;
-mod origin;
 mod outcome;
 pub(crate) mod predictor;
 mod push;
 mod push_error;
 mod restore;
+mod run_key;
 mod shots;
 mod snapshot;
+mod targets;
 mod telemetry;
 mod tick;
 
@@ -41,13 +41,13 @@ use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::{Task, Variation};
 use cameras::{Cameras, ImageCache, PoseHistory};
-use driven::{Pushing, Target};
-use origin::Origin;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_senses::Sensors;
 use palmares_sim::{Fault, SharedScratch, World};
+use run_key::RunKey;
 use std::sync::{Arc, OnceLock};
+use targets::{Pushing, Target};
 
 /// Compute budget of the settling after a run, in the unit of [`palmares_sim::bounds`]: some seconds. Then the referee counts
 /// the objects at their present poses.
@@ -59,7 +59,7 @@ pub struct Run {
     hand: Arc<Hand>,
     seed: Seed,
     noise: Noise,
-    origin: OnceLock<Arc<Origin>>,
+    key: OnceLock<Arc<RunKey>>,
     scene: Arc<Scene>,
     body_names: Arc<[String]>,
     world: World,
@@ -78,7 +78,7 @@ pub struct Run {
     news: Vec<Event>,
     history: Vec<Event>,
     /// Work of each motor on its tendons, J.
-    work: Vec<f64>,
+    motor_work_j: Vec<f64>,
     /// Digest of the state, if the next tick is prepared.
     prepared: Option<u64>,
     /// Computation of the last tick, in the unit of [`palmares_sim::bounds`].
@@ -121,11 +121,11 @@ impl Run {
             pushing: Vec::new(),
             news: Vec::new(),
             history: Vec::new(),
-            work: vec![0.0; hand.motors.len()],
+            motor_work_j: vec![0.0; hand.motors.len()],
             prepared: None,
             computed: 0,
             noise: Noise::None,
-            origin: OnceLock::new(),
+            key: OnceLock::new(),
             task,
             hand,
             seed,
@@ -136,7 +136,7 @@ impl Run {
     /// The same run at tick 0 with the errors of sensors that `noise` selects. The world takes the same course, bit for bit.
     #[must_use]
     pub fn with_noise(mut self, noise: Noise) -> Self {
-        (self.noise, self.origin) = (noise, OnceLock::new());
+        (self.noise, self.key) = (noise, OnceLock::new());
         let noise = (noise == Noise::Real).then(|| {
             let factor = self.task.variation().map_or(1.0, Variation::sensor_noise);
             palmares_senses::noise::Noise::new(&self.seed.0).scaled(factor)
@@ -306,7 +306,7 @@ impl Run {
         let reason = if fault.is_none() { reason } else { Reason::WorldFault };
         let (count, score) = match reason {
             Reason::WorldFault => (Count::default(), 0.0),
-            _ => self.referee.verdict(&self.sightings()),
+            _ => self.referee.final_result(&self.sightings()),
         };
         Outcome {
             score,

@@ -18,7 +18,7 @@ impl Run {
             hand: HandObservation::new(self.read_sensors(), sensing),
             cameras: Vec::new(),
             truth: (sensing == Sensing::Truth).then(|| self.observe_truth()),
-            events: self.news.iter().map(|event| event.told(sensing)).collect(),
+            events: self.news.iter().map(|event| event.redacted_for(sensing)).collect(),
             score: self.score(),
             terminated: over == Some(Reason::Complete),
             truncated: over == Some(Reason::TimeLimit),

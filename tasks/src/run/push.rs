@@ -1,8 +1,8 @@
 //! Wrenches on links of the hand from outside, for a while: the virtual contacts of Rocchi & Hauser 2016.
 
 use super::Run;
-use super::driven::{Pushing, within};
-use super::push_error::{MOST_PUSHES, PushError};
+use super::push_error::{MAX_PUSHES, PushError};
+use super::targets::{Pushing, within};
 use crate::observation::Wrench;
 use palmares_models::Vec3;
 use palmares_sim::Push;
@@ -15,10 +15,10 @@ impl Run {
     pub const PUSH_LIMITS: (f64, f64) = (200.0, 20.0);
 
     /// Most pushes at once.
-    pub const PUSHES: usize = MOST_PUSHES;
+    pub const MAX_PUSHES: usize = MAX_PUSHES;
 
     /// Longest push, s.
-    pub const PUSH_LIMIT_S: f64 = 60.0;
+    pub const MAX_PUSH_S: f64 = 60.0;
 
     /// Pushes a link from the next tick on, for a duration rounded up to whole ticks. Force and torque are in the
     /// world frame, the torque about the link's origin, where the force acts. Pushes add up. They are no part of
@@ -40,10 +40,10 @@ impl Run {
         if !within(torque, Self::PUSH_LIMITS.1) {
             return bad("wrench.torque", "finite numbers, at most 20 N·m together");
         }
-        if !(duration_s > 0.0 && duration_s <= Self::PUSH_LIMIT_S) {
+        if !(duration_s > 0.0 && duration_s <= Self::MAX_PUSH_S) {
             return bad("duration_s", "more than 0 and at most 60 s");
         }
-        if self.pushing.len() >= Self::PUSHES {
+        if self.pushing.len() >= Self::MAX_PUSHES {
             return Err(PushError::TooMany);
         }
         // Durations that are whole ticks must not become one more by rounding.

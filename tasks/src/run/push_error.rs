@@ -1,7 +1,7 @@
 //! Errors of a push.
 
 /// Most pushes at once.
-pub(super) const MOST_PUSHES: usize = 32;
+pub(super) const MAX_PUSHES: usize = 32;
 
 /// Error of a refused push, which changes nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -17,7 +17,7 @@ pub enum PushError {
         known: String,
     },
     /// As many as there may be.
-    #[error("{} pushes act already; wait until one has ended", MOST_PUSHES)]
+    #[error("{} pushes act already; wait until one has ended", MAX_PUSHES)]
     TooMany,
     /// A number that cannot be used.
     #[error("{field}: expected {expected}")]

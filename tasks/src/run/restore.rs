@@ -2,22 +2,22 @@
 
 use super::Run;
 use super::cameras::ImageCache;
-use super::driven::Pushing;
-use super::origin::Origin;
+use super::run_key::RunKey;
 use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
+use super::targets::Pushing;
 use crate::action::Action;
 use palmares_sim::World;
 use std::sync::{Arc, OnceLock};
 
 /// More ticks than any run makes.
-const MOST_TICKS: u64 = 1 << 40;
+const MAX_TICKS: u64 = 1 << 40;
 
 impl Run {
     /// Takes a snapshot. Not between [`Run::prepare`] and the step that it prepares.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             taken_here: true,
-            origin: Arc::clone(self.origin()),
+            key: Arc::clone(self.key()),
             world: self.world.snapshot(),
             sensors: self.sensors.state(),
             referee: self.referee.state(),
@@ -29,7 +29,7 @@ impl Run {
             pushing: self.pushing.clone(),
             news: noted(&self.news),
             history: noted(&self.history),
-            work: self.work.clone(),
+            motor_work_j: self.motor_work_j.clone(),
         }
     }
 
@@ -38,9 +38,9 @@ impl Run {
     /// # Errors
     /// It is of another run, or its bytes have been changed. The run stays as it was.
     pub fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
-        let own = self.origin();
-        if !Arc::ptr_eq(own, &from.origin)
-            && let Some(what) = own.differs(&from.origin)
+        let own = self.key();
+        if !Arc::ptr_eq(own, &from.key)
+            && let Some(what) = own.differs(&from.key)
         {
             return Err(SnapshotError::Other { what });
         }
@@ -58,7 +58,7 @@ impl Run {
         self.applied = Action::from(&from.applied);
         self.pushing.clone_from(&from.pushing);
         (self.news, self.history) = (events(&from.news), events(&from.history));
-        self.work.clone_from(&from.work);
+        self.motor_work_j.clone_from(&from.motor_work_j);
         self.prepared = None;
         Ok(())
     }
@@ -73,7 +73,7 @@ impl Run {
             hand: Arc::clone(&self.hand),
             seed: self.seed,
             noise: self.noise,
-            origin: OnceLock::from(Arc::clone(self.origin())),
+            key: OnceLock::from(Arc::clone(self.key())),
             scene: Arc::clone(&self.scene),
             body_names: Arc::clone(&self.body_names),
             world,
@@ -90,7 +90,7 @@ impl Run {
             pushing: self.pushing.clone(),
             news: self.news.clone(),
             history: self.history.clone(),
-            work: self.work.clone(),
+            motor_work_j: self.motor_work_j.clone(),
             prepared: None,
             computed: 0,
         }
@@ -107,18 +107,18 @@ impl Run {
             ("sensors", self.sensors.fits(&from.sensors)),
             ("referee", self.referee.fits(&from.referee)),
             ("camera pictures", from.pose_history.fits(self.body_names.len())),
-            ("tick", from.tick < MOST_TICKS),
+            ("tick", from.tick < MAX_TICKS),
             ("target", from.target.is_finite()),
             ("shake", from.shaken_at.is_none_or(|pose| pose.is_finite())),
             ("action", from.applied.hand.as_ref().is_none_or(|hand| hand.len() == motors)),
-            ("pushes", from.pushing.len() <= Run::PUSHES && from.pushing.iter().all(pushed)),
+            ("pushes", from.pushing.len() <= Run::MAX_PUSHES && from.pushing.iter().all(pushed)),
             ("events", known(&from.news) && known(&from.history)),
-            ("motor work", from.work.len() == motors),
+            ("motor work", from.motor_work_j.len() == motors),
         ];
         parts.into_iter().find(|(_, fits)| !fits).map(|(what, _)| what)
     }
 
-    fn origin(&self) -> &Arc<Origin> {
-        self.origin.get_or_init(|| Arc::new(Origin::new(&self.task, &self.hand, self.seed, self.noise)))
+    fn key(&self) -> &Arc<RunKey> {
+        self.key.get_or_init(|| Arc::new(RunKey::new(&self.task, &self.hand, self.seed, self.noise)))
     }
 }

@@ -1,8 +1,8 @@
 //! The state of a run, in memory or as bytes.
 
 use super::cameras::PoseHistory;
-use super::driven::{Pushing, Target};
-use super::origin::Origin;
+use super::run_key::RunKey;
+use super::targets::{Pushing, Target};
 use crate::action::{Action, BaseTarget};
 use crate::observation::Event;
 use crate::referee;
@@ -20,7 +20,7 @@ const MAGIC: &str = concat!("palmares snapshot ", env!("CARGO_PKG_VERSION"), "\n
 /// Bytes of the SHA-256 after it.
 const DIGEST: usize = 32;
 /// More bytes than any snapshot has, unpacked.
-const LONGEST: u64 = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 
 /// A run after a tick, without its constants, the scene and the hand.
 #[derive(Clone, Serialize, Deserialize)]
@@ -28,7 +28,7 @@ pub struct Snapshot {
     /// Whether a run of this process took it. Bytes can be anything.
     #[serde(skip)]
     pub(super) taken_here: bool,
-    pub(super) origin: Arc<Origin>,
+    pub(super) key: Arc<RunKey>,
     pub(super) world: palmares_sim::Snapshot,
     pub(super) sensors: palmares_senses::SensorState,
     pub(super) referee: referee::RefereeState,
@@ -40,7 +40,7 @@ pub struct Snapshot {
     pub(super) pushing: Vec<Pushing>,
     pub(super) news: Vec<Noted>,
     pub(super) history: Vec<Noted>,
-    pub(super) work: Vec<f64>,
+    pub(super) motor_work_j: Vec<f64>,
 }
 
 /// Why a run cannot continue from a snapshot.
@@ -154,7 +154,7 @@ impl Snapshot {
             return Err(unreadable());
         }
         let mut whole = Vec::new();
-        DeflateDecoder::new(body).take(LONGEST).read_to_end(&mut whole).map_err(|_| unreadable())?;
+        DeflateDecoder::new(body).take(MAX_BYTES).read_to_end(&mut whole).map_err(|_| unreadable())?;
         postcard::from_bytes(&whole).map_err(|_| unreadable())
     }
 }

@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub struct RunSample {
     pub(super) motors: Vec<MotorState>,
     pub(super) tension: Vec<f64>,
-    pub(super) work: Vec<f64>,
+    pub(super) motor_work_j: Vec<f64>,
     pub(super) base: Pose,
     pub(super) q: Vec<f64>,
     pub(super) contacts: Vec<ContactForce>,
@@ -37,8 +37,9 @@ pub struct Motor {
     pub position: f64,
     /// Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes.
     pub tension: f64,
-    /// What it has done on its tendons since reset, ∫ f ds, J.
-    pub work: f64,
+    /// Work on its tendons since reset, ∫ f ds, J.
+    #[serde(rename = "work")]
+    pub motor_work_j: f64,
 }
 
 /// What a finger bears.
@@ -140,7 +141,7 @@ impl TelemetryModel {
             command: reached.command,
             position: reached.position,
             tension: motor_tension(&self.hand, k, &seen.tension),
-            work: seen.work[k],
+            motor_work_j: seen.motor_work_j[k],
         });
         Telemetry {
             motors: motors.collect(),
@@ -210,11 +211,11 @@ pub(super) fn motor_tension(hand: &Hand, motor: usize, tension: &[f64]) -> f64 {
 }
 
 /// Largest friction use.
-const MOST_USE: f64 = 1e3;
+const MAX_FRICTION_USE: f64 = 1e3;
 
-/// |f_t| / (μ f_n), at most [`MOST_USE`]; 0 without a force across.
+/// |f_t| / (μ f_n), at most [`MAX_FRICTION_USE`]; 0 without a force across.
 pub(super) fn friction_use(contact: &ContactForce, friction: f64) -> f64 {
     let along = contact.force.dot(contact.normal);
     let across = (contact.force - contact.normal * along).length();
-    if across == 0.0 { 0.0 } else { (across / (friction * along.max(0.0))).min(MOST_USE) }
+    if across == 0.0 { 0.0 } else { (across / (friction * along.max(0.0))).min(MAX_FRICTION_USE) }
 }

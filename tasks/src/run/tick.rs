@@ -3,7 +3,7 @@
 //! An applied action is its own clipped form, so that the applied actions play the run again, bit for bit.
 
 use super::Run;
-use super::driven::Target;
+use super::targets::Target;
 use crate::action::{Action, ActionError, ActionLimits, BaseTarget, clipped, unit};
 use crate::task::{Rules, Shake};
 use palmares_models::{Pose, Rotation, Vec3};
@@ -25,7 +25,7 @@ impl Run {
         let before = self.motor_states();
         self.computed = self.advance();
         self.tick += 1;
-        self.count_work(&before);
+        self.add_motor_work(&before);
         self.sensors.tick(&self.world, self.tick);
         self.remember_poses();
         self.push_on();

@@ -62,10 +62,10 @@ pub struct Within {
 }
 
 /// The most points that one thing is worth, or costs: a score stays a number that everybody can write.
-pub(super) const MOST_POINTS: f64 = 1e6;
+pub(super) const MAX_POINTS: f64 = 1e6;
 
 /// Most goals of a task.
-const MOST_GOALS: usize = 64;
+const MAX_GOALS: usize = 64;
 
 impl Arrange {
     /// Checks it without the other parts of the task.
@@ -73,8 +73,8 @@ impl Arrange {
         if !(0.0..=60.0).contains(&self.settle_s) {
             return Err(format!("rules.settle_s = {}; it must be in [0, 60]", self.settle_s));
         }
-        if !(1..=MOST_GOALS).contains(&self.goals.len()) {
-            return Err(format!("rules.goals: {} of them; 1 to {MOST_GOALS} are possible", self.goals.len()));
+        if !(1..=MAX_GOALS).contains(&self.goals.len()) {
+            return Err(format!("rules.goals: {} of them; 1 to {MAX_GOALS} are possible", self.goals.len()));
         }
         for (k, goal) in self.goals.iter().enumerate() {
             plain_name("rules.goals.name", &goal.name)?;
@@ -133,8 +133,8 @@ impl Goal {
             return Err("asks for nothing; give inside, within, above_m, upright_deg, at_rest or hand_off_m"
                 .to_owned());
         }
-        if !(0.0..=MOST_POINTS).contains(points) {
-            return Err(format!("points = {points}; they must be in [0, {MOST_POINTS}]"));
+        if !(0.0..=MAX_POINTS).contains(points) {
+            return Err(format!("points = {points}; they must be in [0, {MAX_POINTS}]"));
         }
         if let Some(point) = point
             && !point.iter().all(|x| x.abs() <= 10.0)

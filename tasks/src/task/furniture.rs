@@ -15,8 +15,11 @@ pub struct Start {
 impl Start {
     /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), String> {
-        if !self.position.iter().all(|x| x.abs() <= FARTHEST_M) {
-            return Err(format!("hand.position = {:?}; three numbers within {FARTHEST_M} m", self.position));
+        if !self.position.iter().all(|x| x.abs() <= MAX_COORDINATE_M) {
+            return Err(format!(
+                "hand.position = {:?}; three numbers within {MAX_COORDINATE_M} m",
+                self.position
+            ));
         }
         let length = self.quat_xyzw.iter().map(|x| x * x).sum::<f64>().sqrt();
         if !(0.99..=1.01).contains(&length) {
@@ -27,7 +30,7 @@ impl Start {
 }
 
 /// Maximum distance from the origin, m.
-const FARTHEST_M: f64 = 1e3;
+const MAX_COORDINATE_M: f64 = 1e3;
 
 /// Checks the surface of a fixed body.
 fn check_surface(element: &str, friction: f64, color: &[f64; 3]) -> Result<(), String> {
@@ -105,11 +108,13 @@ impl Furniture {
             return Err(format!("{element}: parts is empty; at least one box"));
         }
         for (k, Slab { position, half_extents }) in self.parts.iter().enumerate() {
-            if !position.iter().all(|x| x.abs() <= FARTHEST_M) {
-                return Err(format!("{element}: part {k}: position = {position:?}; within {FARTHEST_M} m"));
+            if !position.iter().all(|x| x.abs() <= MAX_COORDINATE_M) {
+                return Err(format!(
+                    "{element}: part {k}: position = {position:?}; within {MAX_COORDINATE_M} m"
+                ));
             }
-            if !half_extents.iter().all(|x| *x > 0.0 && *x <= FARTHEST_M) {
-                let valid = format!("more than 0, at most {FARTHEST_M} m");
+            if !half_extents.iter().all(|x| *x > 0.0 && *x <= MAX_COORDINATE_M) {
+                let valid = format!("more than 0, at most {MAX_COORDINATE_M} m");
                 return Err(format!("{element}: part {k}: half_extents = {half_extents:?}; {valid}"));
             }
         }
@@ -178,12 +183,14 @@ impl OpenBox {
         let element = format!("box `{}`", self.name);
         check_surface(&element, self.friction, &self.color)?;
         let [x, y] = self.center;
-        if ![x, y, self.floor].iter().all(|x| x.abs() <= FARTHEST_M) {
-            return Err(format!("{element}: center and floor must be within {FARTHEST_M} m"));
+        if ![x, y, self.floor].iter().all(|x| x.abs() <= MAX_COORDINATE_M) {
+            return Err(format!("{element}: center and floor must be within {MAX_COORDINATE_M} m"));
         }
         let sizes = [self.inner[0], self.inner[1], self.inner[2], self.wall];
-        if !sizes.iter().all(|x| *x > 0.0 && *x <= FARTHEST_M) {
-            return Err(format!("{element}: inner and wall must be more than 0, at most {FARTHEST_M} m"));
+        if !sizes.iter().all(|x| *x > 0.0 && *x <= MAX_COORDINATE_M) {
+            return Err(format!(
+                "{element}: inner and wall must be more than 0, at most {MAX_COORDINATE_M} m"
+            ));
         }
         Ok(())
     }

@@ -134,12 +134,12 @@ fn check_fixed(list: &[Fixed], certain: Option<&[String]>) -> Result<(), String>
 
 /// Names stand in addresses, messages and file names.
 pub(crate) fn plain_name(field: &str, name: &str) -> Result<(), String> {
-    const LONGEST: usize = 64;
+    const MAX_LENGTH: usize = 64;
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-    if (1..=LONGEST).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
+    if (1..=MAX_LENGTH).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
         return Ok(());
     }
-    let shown: String = name.chars().take(LONGEST).collect();
+    let shown: String = name.chars().take(MAX_LENGTH).collect();
     let valid = "1 to 64 letters, digits, '_', '-' and '.', the first no '.'";
     Err(format!("{field} = '{}'; valid: {valid}", shown.escape_debug()))
 }

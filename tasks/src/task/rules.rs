@@ -1,6 +1,6 @@
 //! Rules of a task: conditions and points.
 
-use super::arrange::{Arrange, MOST_POINTS};
+use super::arrange::{Arrange, MAX_POINTS};
 use serde::Deserialize;
 
 /// The rules of a task, by `kind`.
@@ -148,8 +148,8 @@ impl Rules {
             if fine { Ok(()) } else { Err(format!("rules.{field} = {x}; it must be positive and finite")) }
         };
         let points = |field: &str, x: f64| {
-            let valid = format!("in [-{MOST_POINTS}, {MOST_POINTS}]");
-            if x.abs() <= MOST_POINTS {
+            let valid = format!("in [-{MAX_POINTS}, {MAX_POINTS}]");
+            if x.abs() <= MAX_POINTS {
                 Ok(())
             } else {
                 Err(format!("rules.{field} = {x}; it must be {valid}"))

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Key of a run: a run with the same key (scene, hand and sensors) can continue from a snapshot.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Origin {
+pub(super) struct RunKey {
     task: String,
     task_hash: String,
     hand: String,
@@ -17,9 +17,9 @@ pub(super) struct Origin {
     real_noise: bool,
 }
 
-impl Origin {
+impl RunKey {
     pub(super) fn new(task: &Task, hand: &Hand, seed: Seed, noise: Noise) -> Self {
-        Origin {
+        RunKey {
             task: task.name.clone(),
             task_hash: task.content_hash().to_owned(),
             hand: hand.name.clone(),
@@ -30,8 +30,8 @@ impl Origin {
     }
 
     /// The first difference to another key.
-    pub(super) fn differs(&self, other: &Origin) -> Option<&'static str> {
-        let Origin { task, task_hash, hand, hand_hash, seed, real_noise } = self;
+    pub(super) fn differs(&self, other: &RunKey) -> Option<&'static str> {
+        let RunKey { task, task_hash, hand, hand_hash, seed, real_noise } = self;
         let differences = [
             ("task", (task, task_hash) != (&other.task, &other.task_hash)),
             ("hand", (hand, hand_hash) != (&other.hand, &other.hand_hash)),

@@ -5,7 +5,8 @@ use serde::Serialize;
 
 /// What the referee thinks of an object.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Verdict {
+#[schemars(rename = "Verdict")]
+pub struct ObjectStatus {
     /// Which object, in scene order.
     pub object: usize,
     /// Whether it gives points for being where it should be.
