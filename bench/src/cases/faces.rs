@@ -102,9 +102,9 @@ fn slabs(mut scene: Scene, n: usize) -> Result<Scene> {
     Ok(scene)
 }
 
-/// Largest relative error, in percent, of: the way of a block pushed with 1.5 μ m g over a seam for 1 s; the way of a block thrown
-/// at 2 m/s askew over 1 x 1, 3 x 3 and 7 x 7 flush slabs, `v²/(2 μ g)`; the speed of a ball that rolls at 1 m/s over 7 slabs. As over
-/// one slab.
+/// Largest relative error, in percent, of: the way of a block pushed with 1.5 μ m g over a seam for 1 s; the
+/// way of a block thrown at 2 m/s askew over 1 x 1, 3 x 3 and 7 x 7 flush slabs, `v²/(2 μ g)`; the speed of a
+/// ball that rolls at 1 m/s over 7 slabs. Exact: as over one slab.
 pub fn internal_edges(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mu, block) = (0.3, || cuboid(0.06, 0.06, 0.04));
     let mut worst: f64 = 0.0;

@@ -74,8 +74,8 @@ pub fn box_tumble(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
-/// Distance of a corner of the box from where it should be after 10 s with v = (−0.9, 0.4, 0.1) m/s and
-/// ω = (0.5, 0, 0) rad/s about a principal axis, no gravity: `x = v t`, turned by ω t. The "simple" case of
+/// Distance of a corner of the box from its exact place after 10 s with v = (−0.9, 0.4, 0.1) m/s and ω =
+/// (0.5, 0, 0) rad/s about a principal axis, no gravity: `x = v t`, turned by ω t. The "simple" case of
 /// Peters & Hsu.
 pub fn box_simple(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (v, w) = (Vec3::new(-0.9, 0.4, 0.1), 0.5);

@@ -12,9 +12,9 @@ use parry3d_f64::shape::SharedShape;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// The object is moved away from the palm in steps of this until it is free, m.
+/// Step in which the object is moved away from the palm until it is free, m.
 const SEARCH_M: f64 = 5e-4;
-/// Edge of the pedestal's half, m, and how far the object starts above it, m.
+/// Half the edge of the pedestal, m, and the gap between pedestal and object at the start, m.
 const PEDESTAL_M: f64 = 0.02;
 const ABOVE_M: f64 = 1e-5;
 
@@ -81,7 +81,7 @@ pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
         if missing <= 0.0 {
             break;
         }
-        // No surface comes nearer by more than the object moves: steps that cannot be enough are not looked at.
+        // No surface comes nearer by more than the object moves: steps that cannot be enough are skipped.
         for _ in 0..(missing / SEARCH_M).ceil() as usize {
             x += SEARCH_M;
         }

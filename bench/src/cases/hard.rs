@@ -57,7 +57,7 @@ pub const CASES: &[Case] = &[
 struct PlayResult {
     /// The fastest that an object or the base ever was, m/s.
     fastest_m_s: f64,
-    /// The books of energy; only our own engine keeps those of its forces.
+    /// The audit of energy; only our own engine has that of its forces.
     monitor: Option<Monitor>,
     invariants: Invariants,
     end: State,
@@ -88,7 +88,7 @@ fn play(
     Ok(PlayResult { fastest_m_s, monitor, invariants, end: engine.state().clone() })
 }
 
-/// Nothing may get faster than what is there can make it.
+/// Nothing may become faster than the forces and heights of the scene allow.
 fn finding(seen: &PlayResult, held: Option<bool>, within_m_s: f64) -> Finding {
     Finding {
         error: Figure::bounded("fastest body", seen.fastest_m_s, "m/s", within_m_s),
@@ -169,7 +169,7 @@ pub fn tendons(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(finding(&worst, Some(held), 1.0))
 }
 
-/// Springs of 60 to 100 N m/rad, a cable of 200 N m, which closes on 0.1 kg; what is thrown falls 0.3 m.
+/// Springs of 60 to 100 N m/rad, a cable of 200 N m, which closes on 0.1 kg; a thrown object falls 0.3 m.
 pub fn springs(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut hand = Hand::clone(&*softhand()?);
     for c in &mut hand.coordinates {
@@ -243,8 +243,8 @@ pub fn flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(finding(&seen, None, 5.0))
 }
 
-/// Falls 5 mm and tumbles for 3 s. It holds 2 J of rotation at the start; touching may take of it, never add. The
-/// figure is the energy from nowhere in percent of what it began with.
+/// Falls 5 mm and tumbles for 3 s. It has 2 J of rotation at the start; contact may take energy, never add.
+/// The figure is the energy from nowhere in percent of the energy at the start.
 pub fn spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut model = Model::new(Config::with_step(setup.dt_s), None)?;
     add_floor(&mut model, 0.0)?;

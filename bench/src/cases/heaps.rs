@@ -21,7 +21,7 @@ pub const CASES: &[Case] = &[
     Case::new("kapla", "tower of 102 planks in 34 crossed layers stands for 5 s", kapla),
 ];
 
-/// Mean over steps of the sum of squared overlaps, m², of 216 spheres (10 kg, R = 0.1 m) at distances of 0.21
+/// Mean over steps of the sum of squared overlaps, m², of 216 spheres (10 kg, R = 0.1 m) with centres at 0.21
 /// m, each shifted by up to a millimetre. For 3 s they fall on a floor and spread. Exact: none, as rigid
 /// spheres; the contacts are [`RIGID`](crate::engine::RIGID), as in `sphere_stack`. Published at 1 ms
 /// (SimBenchmark): ODE 1.5e-4, MuJoCo 0.095, Bullet 0.38.

@@ -62,7 +62,7 @@ pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
     let mut heights = [0.0; 2];
     let place = |state: &palmares_sim::State| (state.base.inverse() * state.objects[0]).translation.z;
-    // Compared where the base is at the same place of its way.
+    // Compared at the same place of the base's way.
     for (k, height) in heights.iter_mut().enumerate() {
         let seconds = if k == 0 { 1.0 } else { 60.0 };
         for step in 0..steps(seconds, setup.dt_s) {

@@ -74,8 +74,8 @@ pub fn bounce_elastic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
 }
 
 /// Largest relative error, in percent, of the first six apexes `h_n = e^(2 n) h₀` and of the time after which
-/// a ball with e = 0.8 rests, `√(2 h₀/g) (1 + e)/(1 − e)` = 4.06 s, from h₀ = 1 m. At rest: no faster than 1
-/// mm/s ever after.
+/// a ball with e = 0.8 rests, `√(2 h₀/g) (1 + e)/(1 − e)` = 4.06 s, from h₀ = 1 m. At rest: never again
+/// faster than 1 mm/s.
 pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, e, h0) = (0.05, 0.8, 1.0);
     let (mut engine, command) = Scene::new(awake(setup.dt_s))?

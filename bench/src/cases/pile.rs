@@ -43,7 +43,7 @@ const SETTLE_STEP_S: f64 = 1e-3;
 /// Convex parts of an object that fits into a sphere of 4.5 cm radius.
 type Parts = Vec<(Pose, Shape)>;
 
-/// An object of one of six kinds, by turns.
+/// An object of one of six kinds, in turn.
 fn parts(kind: usize, random: &mut Random) -> Parts {
     let whole = |shape| vec![(Pose::IDENTITY, shape)];
     let rounded = |half_extents| Shape::Box { half_extents, rounding: 2e-3 };

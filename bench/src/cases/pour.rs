@@ -37,7 +37,8 @@ const APART_M: [f64; 2] = [0.07, 0.08];
 /// kg/m³
 const DENSITY: f64 = 500.0;
 
-/// A body of one of four kinds, by turns, and its volume, m³; none reaches farther than 3.4 cm from its centre.
+/// A body of one of four kinds, in turn, and its volume, m³; none reaches farther than 3.4 cm from its
+/// centre.
 fn body(kind: usize, random: &mut Random) -> (Shape, f64) {
     let r = random.between(0.015, 0.024);
     match kind % 4 {
@@ -46,7 +47,7 @@ fn body(kind: usize, random: &mut Random) -> (Shape, f64) {
         2 => (Shape::Cylinder { radius: 0.8 * r, half_length: r }, 2.0 * PI * 0.64 * r.powi(3)),
         _ => {
             let point = |random: &mut Random| (random.direction() * r).to_array();
-            // As heavy as a cube that fits into the sphere of its points.
+            // The mass of a cube that fits into the sphere of its points.
             (
                 Shape::Hull { points: (0..12).map(|_| point(random)).collect(), rounding: 0.0 },
                 1.54 * r.powi(3),

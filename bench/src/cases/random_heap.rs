@@ -1,4 +1,4 @@
-//! Random heaps in a box: 3 to 12 spheres, boxes, cylinders and capsules of 10 g to 5 kg, and kicks that they get.
+//! Random heaps in a box: 3 to 12 spheres, boxes, cylinders and capsules of 10 g to 5 kg, and kicks.
 
 use super::scene::{Scene, awake, cuboid};
 use super::setup::Setup;
@@ -13,7 +13,7 @@ use proptest::test_runner::TestRunner;
 
 /// Inner half width of the box, m.
 const HALF_M: f64 = 0.15;
-/// Height of its walls, m: what is kicked stays far below.
+/// Height of its walls, m: kicked bodies stay far below.
 const HEIGHT_M: f64 = 1.0;
 /// No object reaches farther than this from its centre, m.
 const REACH_M: f64 = 0.045;
@@ -30,9 +30,9 @@ pub struct Body {
 /// A sudden change of a body's velocities.
 #[derive(Clone, Debug)]
 pub struct Kick {
-    /// When, as a part of the run.
+    /// Time, as a part of the run.
     pub(crate) at: f64,
-    /// Whom; modulo the number of bodies.
+    /// Number of the body, modulo the number of bodies.
     pub(crate) body: usize,
     /// m/s
     pub(crate) linear: [f64; 3],
@@ -40,7 +40,7 @@ pub struct Kick {
     pub(crate) angular: [f64; 3],
 }
 
-/// A heap and what is done to it.
+/// A heap and its kicks.
 #[derive(Clone, Debug)]
 pub struct Heap {
     pub(crate) bodies: Vec<Body>,

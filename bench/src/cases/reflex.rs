@@ -76,7 +76,7 @@ pub const CHOSEN: Placement = Placement { x_m: 0.015, z_m: 0.15, preshape: 0.4, 
 /// Preshape until 1 s, close until 2.2 s, lift by 0.1 m until 3.2 s, hold.
 const CLOSE_S: f64 = 1.0;
 const LIFT_S: f64 = 2.2;
-/// From here on the ball must not move in the hand.
+/// From this time on the ball must not move in the hand, s.
 const SETTLED_S: f64 = 3.7;
 const END_S: f64 = 5.7;
 
@@ -136,7 +136,7 @@ pub fn play(setup: &Setup, placement: Placement, recorder: &mut Recorder) -> Res
     })
 }
 
-/// The ball grasp after `time_s` of its path, and the command that keeps doing what it did.
+/// The ball grasp after `time_s` of its path, and the command that continues it.
 #[cfg(test)]
 pub(crate) fn grasping(time_s: f64) -> (World, Command) {
     let dt_s = 1e-3;

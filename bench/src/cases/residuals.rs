@@ -80,7 +80,7 @@ impl Residuals {
             };
             let (approach, slip) =
                 (relative(contact.position).dot(contact.normal), relative(contact.friction_at));
-            // Signorini: it presses, and only where the step ends touching.
+            // Signorini: it presses, and only if the surfaces touch at the step's end.
             self.worst = self.worst.max(-normal / contact.force.length());
             self.hover_m = self.hover_m.max(contact.distance + h * approach);
             // Coulomb: inside the cone.
@@ -98,7 +98,7 @@ impl Residuals {
                 }
             }
         }
-        // Newton: what contacts and weight give is what a body gets.
+        // Newton: contacts and weight give each body its momentum.
         let moving = |(k, object): (usize, &Arc<Object>)| object.mass * velocity(engine, k).0.length();
         let momenta: f64 = model.objects().iter().enumerate().map(moving).sum();
         let total = momenta.max(pressed.iter().sum());
@@ -140,8 +140,9 @@ pub fn contact_residuals(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
     Ok(recorder.finding(Figure::new("largest residual", residuals.worst, "")))
 }
 
-/// Widest gap, mm, over which a contact of a falling heap carries force at the end of a step, in 1.5 s. Exact: none. The
-/// convex law lifts a contact that slides off by μ h |v_t|, and learns how fast it slides from the step before.
+/// Widest gap, mm, over which a contact of a falling heap carries force at the end of a step, in 1.5 s.
+/// Exact: none. The convex law lifts a contact that slides off by μ h |v_t|, and takes its sliding speed from
+/// the step before.
 pub fn contact_hover(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
     Ok(recorder.finding(Figure::new("widest gap under force", residuals.hover_m * 1e3, "mm")))

@@ -70,7 +70,7 @@ pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             recorder.step(&mut *engine, &command)?;
             worst = worst.max(fastest(&*engine));
         }
-        // It parts for all that: no deeper in than a contact at rest.
+        // They must also separate: no deeper in each other than a contact at rest.
         anyhow::ensure!(engine.outcome().penetration_m < 1e-3, "they are still in each other");
     }
     let error = Figure::bounded("fastest body", worst, "m/s", 1.0);

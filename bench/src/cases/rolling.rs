@@ -94,9 +94,9 @@ pub fn incline_sphere(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     Ok(recorder.finding(Figure::new("acceleration error", 100.0 * worst, "%")))
 }
 
-/// Largest relative error, in percent, of the final speed 5 v₀/7 and of the time 2 v₀/(7 μ g) from which a sphere
-/// (R = 0.1 m, 1 kg, μ = 0.3) thrown at v₀ = 2 m/s without spin rolls. The time is where the line through the
-/// sliding speeds at a quarter and three quarters of it meets zero. Ball and floor are rigid.
+/// Largest relative error, in percent, of the final speed 5 v₀/7 and of the time 2 v₀/(7 μ g) from which a
+/// sphere (R = 0.1 m, 1 kg, μ = 0.3) thrown at v₀ = 2 m/s without spin rolls. The time follows from the line
+/// through the sliding speeds at a quarter and three quarters of it. Ball and floor are rigid.
 pub fn bowling(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mu, v0) = (0.1, 0.3, 2.0);
     let (speed, time) = (5.0 / 7.0 * v0, 2.0 * v0 / (7.0 * mu * G));
@@ -144,7 +144,8 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         let direction = Vec3::new(cos, sin, 0.0);
         let (length, height, radius) = (20.0, 0.1, 0.1);
         let at = Pose::translation(0.0, 0.0, 0.5 * height);
-        // Friction of a pair is the geometric mean: box and balls have that of each other, the floor what makes μ₁.
+        // Friction of a pair is the geometric mean: box and balls have their mutual one, the floor one that
+        // results in μ₁.
         let floor = ground * ground / top;
         let mut scene = Scene::new(rigid(setup.dt_s))?.floor(floor)?.body(
             cuboid(length, length, height),

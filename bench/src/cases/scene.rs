@@ -10,7 +10,7 @@ use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
 
-/// Gravity where a case does not say otherwise, m/s².
+/// Gravity of a case without another value, m/s².
 pub(crate) const G: f64 = 9.81;
 
 /// Our constants without sleep: a sleeping body would hide creep and loss of speed, which these cases
@@ -114,7 +114,7 @@ pub(crate) fn fastest(engine: &dyn Engine) -> f64 {
     objects.chain(base).fold(0.0, f64::max)
 }
 
-/// Sets them.
+/// Sets the velocities of a body.
 pub(crate) fn set_velocity(engine: &mut dyn Engine, body: usize, linear: Vec3, angular: Vec3) {
     let at = engine.model().object_dofs(body);
     let v = &mut engine.state_mut().v[at..at + 6];
@@ -122,8 +122,7 @@ pub(crate) fn set_velocity(engine: &mut dyn Engine, body: usize, linear: Vec3, a
     v[3..].copy_from_slice(&angular.to_array());
 }
 
-/// Lets a force act on a body during the next step. `arm` is where it acts, from the centre of mass, in the world's
-/// axes.
+/// Applies a force to a body during the next step at `arm` from the centre of mass, in the world's axes.
 pub(crate) fn push(engine: &mut dyn Engine, body: usize, force: Vec3, arm: Vec3) {
     engine.push(body, force, arm.cross(force));
 }

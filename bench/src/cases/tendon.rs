@@ -52,7 +52,7 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     }
     let tendon = &hand.tendons[0];
     let state = world.state();
-    // The clamp yields a little under the tendon: where it holds the joint is read, the rest is predicted.
+    // The clamp yields a little under the tendon: the joint's place is read, the rest is predicted.
     let mut stretch = wound(&hand.motors[0], sigma);
     let mut compliance = 1.0 / tendon.stiffness;
     for &(c, r) in &tendon.moment_arms {
@@ -78,7 +78,7 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
-/// Largest joint error over half a second after the release of the cable, against the damped oscillator `q₀
+/// Largest joint error over half a second after the cable's release, against the damped oscillator `q₀
 /// e^{−ζωt} (cos ω_d t + ζω/ω_d sin ω_d t)`. A cable that pushed, or pulled while slack, is a failure.
 pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (inertia, k, d) = (2e-4, 0.5, 2e-3);

@@ -68,6 +68,6 @@ fn friction_opposes_slip() {
 
 #[test]
 fn a_contact_that_slides_off_and_on_carries_little_at_a_gap() {
-    // It was 2.4 mm while a point that had carried nothing was taken for stuck.
+    // It was 2.4 mm while a point without load counted as stuck.
     at_most("contact_hover", &[(1e-3, 0.8)]);
 }
