@@ -19,7 +19,7 @@ pub struct Options {
     /// Write the table to this file as well.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Pictures of which the median counts.
+    /// Number of pictures; their median counts.
     #[arg(long, default_value_t = 41)]
     repeats: usize,
 }

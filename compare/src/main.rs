@@ -21,7 +21,7 @@ enum Command {
     Grasps(grasps::command::Options),
     /// Time the pictures of cameras, by pixels and objects.
     Cameras(cameras::Options),
-    /// Write a task's scene as a file for MuJoCo, with what drives it.
+    /// Write a task's scene as a file for MuJoCo, with its commands.
     Mjcf(mjcf::Options),
     /// Run one case on an engine and print its report.
     Case(Case),
@@ -42,7 +42,8 @@ enum Command {
         /// The file.
         report: PathBuf,
     },
-    /// Does what README.md and docs/physics.md say of the peers agree with the committed reports? Fails if not.
+    /// Compare the statements of README.md and docs/physics.md about the peers with the committed reports.
+    /// Fails if they differ.
     Claims {
         /// Write it anew instead.
         #[arg(long)]
@@ -54,7 +55,7 @@ enum Command {
     /// Play the requests of the program that started this one.
     #[command(name = child::COMMAND, hide = true)]
     Child,
-    /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
+    /// Read a report's JSON and fail if a peer is ahead of ours anywhere at an equal or smaller error.
     Check {
         /// The file.
         report: PathBuf,
@@ -68,7 +69,7 @@ struct Case {
     /// Engine that plays it.
     #[arg(long, default_value = "own")]
     engine: String,
-    /// Named settings of a peer. The report lists them and says why they are there.
+    /// Named settings of a peer. The report lists them with their reasons.
     #[arg(long)]
     settings: Option<String>,
 }

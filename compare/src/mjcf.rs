@@ -1,4 +1,4 @@
-//! A task's scene as a file for MuJoCo, so that others measure the very same.
+//! A task's scene as a file for MuJoCo, so that others can measure the same scene.
 
 use crate::engine::mujoco::{self, export};
 use anyhow::{Context, Result};

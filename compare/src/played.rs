@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A run that ended, and whether it solves the scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Played {
-    /// The case's figure; without a value where that is not finite, for JSON knows no infinities.
+    /// The case's figure; without a value if that is not finite, because JSON has no infinities.
     pub error: Figure,
     /// Its checks.
     pub invariants: Invariants,

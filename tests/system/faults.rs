@@ -1,4 +1,4 @@
-//! Worlds that fail: everybody who hears of it hears of what, when, and what to try.
+//! Worlds that fail: every report names the fault, its time and advice.
 
 use crate::harness::{Client, Server, get, program};
 use crate::impossible::{hand_of_a_billion, no_limits};

@@ -1,4 +1,4 @@
-//! Teams' own hands: sent in, checked, approved, played; and kept from others.
+//! Teams' own hands: uploaded, checked, approved, played; and hidden from other teams.
 
 use crate::harness::{Official, Server, bearer, get, send};
 use serde_json::{Value, json};

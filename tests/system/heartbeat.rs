@@ -35,7 +35,7 @@ async fn who_does_not_take_what_is_streamed_is_dropped_and_its_world_goes_on() {
     let server = Server::start_with(&["--ping-timeout-s", "2"]);
     let (mut deaf, welcome) = Client::greet(&server, "deaf").await;
     deaf.ask(realtime()).await;
-    // Nothing is read any more; the client that comes back finds its world well ahead of the last it saw.
+    // The client reads nothing any more; after it returns, its world is well ahead of its last observation.
     tokio::time::sleep(Duration::from_secs(1)).await;
     let (mut again, back) = Client::resume(&server, &welcome["resume_token"]).await;
     assert_eq!(back["session_id"], welcome["session_id"], "{back}");

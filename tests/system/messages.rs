@@ -36,7 +36,7 @@ fn redact(key: &str, value: &mut Value) {
                 if numbers && key != "shape" {
                     *value = json!(format!("<{} numbers>", entries.len()));
                 } else if bodies {
-                    // One speaks for all.
+                    // One entry represents all.
                     entries.truncate(1);
                     entries.iter_mut().for_each(|entry| redact(key, entry));
                 } else {

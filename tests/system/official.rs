@@ -308,7 +308,7 @@ async fn a_practice_server_does_not_open_the_database_of_a_competition() {
         .expect("runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && said.contains("official competition"), "{said}");
-    // Another secret is noticed as well.
+    // Another secret is also detected.
     std::fs::write(folder.path().join("seed.secret"), "0".repeat(64)).expect("writes");
     let config = folder.path().join("competition.toml");
     let output = std::process::Command::new(crate::harness::program())

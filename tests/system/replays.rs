@@ -259,7 +259,7 @@ async fn a_run_verifies_while_eight_worlds_run() {
     assert_eq!(code, 0, "{out}");
     for (k, world) in worlds.into_iter().enumerate() {
         let run_id = world.await.expect("played");
-        // One of those that ran in the crowd has to do.
+        // One of the simultaneous runs is enough.
         if k == 7 {
             let (code, out) = palmares(&["verify", text(&fetch(&server, &run_id, &folder))]);
             assert_eq!(code, 0, "{out}");

@@ -1,4 +1,4 @@
-//! Every address, with every kind of token: what is missing is 401, what is not enough 403.
+//! Every address, with every kind of token: a missing one gives 401, an insufficient one 403.
 
 use crate::harness::{Official, bearer, get, send};
 use serde_json::{Value, json};

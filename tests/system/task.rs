@@ -58,7 +58,7 @@ async fn a_task_of_ones_own_is_served_and_verifies_where_its_folder_is() {
     let (result, file) = played(&server, &into).await;
     drop(server);
 
-    // Anywhere the folder is: a copy does.
+    // The folder can be anywhere: a copy is as good.
     let copy = folder(&format!("# The same, with a comment.\n{TASK}"));
     let (code, out) = palmares(&["verify", text(&file), "--task", text(copy.path()), "--json"]);
     assert_eq!(code, 0, "{out}");
@@ -186,7 +186,7 @@ fn a_task_is_checked_shown_and_played() {
     assert_eq!(code, 0, "{out}");
 }
 
-/// The guide shows the files of a task and what the program prints of it.
+/// The guide shows the files of a task and the program's output about it.
 #[test]
 fn the_guide_shows_a_task_that_is_usable() {
     let guide = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/tasks.md"))
@@ -207,7 +207,7 @@ fn the_guide_shows_a_task_that_is_usable() {
     }
 }
 
-/// Every task that comes with the program can be begun with: its copy is a task of one's own that is usable.
+/// Every built-in task can be a start: its copy is a usable task of one's own.
 #[test]
 fn a_copy_of_each_task_is_a_task_of_ones_own() {
     let into = TempDir::new().expect("temporary directory");

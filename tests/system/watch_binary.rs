@@ -1,4 +1,4 @@
-//! Spectators with binary frames and overlays: that they see what is there, and that nothing changes by it.
+//! Spectators with binary frames and overlays: the frames are right, and they change nothing.
 
 use crate::harness::{Client, Official, Server, handshake_to, reset};
 use futures_util::{SinkExt, StreamExt};
@@ -167,7 +167,7 @@ impl Viewer {
                 }
             }
         };
-        // Pings come for ever, and are no answer.
+        // Pings come at any time, and are no answer.
         timeout(Duration::from_secs(60), all).await.unwrap_or_else(|_| panic!("no {ops:?} within a minute"));
         found.into_iter().flatten().collect()
     }

@@ -118,7 +118,7 @@ async fn watching_tells_no_seed_no_token_and_nothing_to_those_who_may_not() {
         let ended = until(watcher, "ended", heard).await;
         assert_eq!(ended["outcome"]["score"], result["score"], "{ended}");
     }
-    // Those who may not are shown the ranking, which is everybody's, and nothing else.
+    // Spectators without the right get the public ranking, and nothing else.
     for watcher in [&mut rival, &mut stranger] {
         let mut heard = String::new();
         while until(watcher, "leaderboard", &mut heard).await["rows"][0]["team"] != "crabs" {}
@@ -225,7 +225,7 @@ async fn what_goes_on_when_the_competition_closes_is_shown_and_in_the_end_only_t
         let ranking = until(&mut late, "leaderboard", &mut String::new()).await;
         assert_eq!(ranking["rows"][0]["team"], "crabs", "{ranking}");
     }
-    // From now on everybody may have the run itself.
+    // From now on the run itself is public.
     assert_eq!(get_bytes(&cup.server, &format!("/v1/runs/{run_id}/replay")).0, 200);
     assert!(get(&cup.server, &format!("/v1/runs/{run_id}")).json()["seed_hex"].is_string());
 }

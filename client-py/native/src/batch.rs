@@ -28,7 +28,7 @@ thread_local! {
 struct Slot {
     run: Option<Run>,
     seed: u64,
-    /// The observation, and of it what stays as it is.
+    /// The observation, and its constant part.
     row: Vec<f64>,
     constant: Vec<f64>,
     score: f64,
@@ -38,7 +38,7 @@ struct Slot {
     shaping: f64,
     /// Time spent stepping.
     physics: Duration,
-    /// When it is over.
+    /// Outcome of a run that is over.
     outcome: Option<Outcome>,
     /// Events of the last step.
     events: Vec<(u64, String, Option<usize>)>,
@@ -239,7 +239,7 @@ impl Batch {
         })
     }
 
-    /// s that threads have spent in the physics and the referee, all of them together.
+    /// Time that all threads together have spent in the physics and the referee, s.
     #[getter]
     fn physics_s(&self) -> f64 {
         self.slots.iter().map(|slot| slot.physics.as_secs_f64()).sum()
@@ -418,7 +418,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Whether it moves no more.
+    /// Whether it does not move any more.
     fn is_over(&self) -> bool {
         let ended = |run: &Run| run.over().is_some() || run.fault().is_some();
         self.outcome.is_some() || self.run.as_ref().is_none_or(ended)
@@ -447,7 +447,7 @@ impl Slot {
         *physics += begun.elapsed();
     }
 
-    /// Counts what is over, and observes.
+    /// Observes, and sets the outcome if the run is over.
     fn end(&mut self, sensing: Sensing, objects: usize) {
         let Slot { run: Some(run), outcome, score, reward, row, constant, shaper, shaping, .. } = self else {
             return;

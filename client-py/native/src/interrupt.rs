@@ -18,8 +18,8 @@ pub(crate) fn tell(told: &Told<'_>, done: u64) -> PyResult<()> {
     told.as_ref().map_or(Ok(()), |told| told.call1((done,)).map(|_| ()))
 }
 
-/// Does `work` on a thread of its own, without the interpreter's lock. When a signal raises an exception meanwhile, that is
-/// raised at once, and what the work gives is dropped.
+/// Does `work` on a thread of its own, without the interpreter's lock. If a signal raises an exception
+/// meanwhile, this is raised at once, and the result of the work is dropped.
 ///
 /// # Errors
 /// The exception of the signal handler; the work panicked.

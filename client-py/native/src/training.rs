@@ -5,7 +5,7 @@ use palmares_tasks::{Noise, Outcome, Reason, Run, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// As Python has it.
+/// The options as Python passes them.
 #[derive(FromPyObject)]
 pub(crate) struct Asked {
     shaping: bool,
@@ -14,14 +14,14 @@ pub(crate) struct Asked {
     fraction: f64,
 }
 
-/// Everything, nothing, or what is named.
+/// Everything, nothing, or the named quantities.
 #[derive(FromPyObject)]
 enum Randomise {
     All(bool),
     Names(Vec<String>),
 }
 
-/// As runs are opened with it.
+/// The options as runs use them.
 pub(crate) struct Training {
     pub(crate) options: Options,
     shaping: bool,

@@ -278,7 +278,7 @@ impl World {
         observation
     }
 
-    /// Ticks, without the interpreter's lock, but it is looked for Ctrl-C.
+    /// Steps without the interpreter's lock, and checks for Ctrl-C.
     fn step(
         &mut self,
         py: Python<'_>,

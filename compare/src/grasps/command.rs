@@ -47,7 +47,7 @@ pub struct Options {
     /// Use the file's runs of peers from any commit.
     #[arg(long)]
     reuse_peers: bool,
-    /// Play nothing: count what the file of runs knows of the plan.
+    /// Play nothing: count the plan's runs in the file.
     #[arg(long)]
     count_only: bool,
     /// Keep the rows of peers that the page has and for which nothing is played now.
@@ -56,10 +56,10 @@ pub struct Options {
     /// CPU time of a peer's run, s; beyond it the run is not finished and is not counted.
     #[arg(long, default_value_t = 120.0)]
     run_limit_s: f64,
-    /// Play only this grasp of one hand and family, and print how it goes.
+    /// Play only this grasp of one hand and family, and print its course.
     #[arg(long)]
     one: Option<usize>,
-    /// With `--one`: how often something is printed, ms.
+    /// With `--one`: interval of the prints, ms.
     #[arg(long, default_value_t = 20.0)]
     every_ms: f64,
 }

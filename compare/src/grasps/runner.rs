@@ -116,7 +116,7 @@ impl Task<'_> {
     }
 }
 
-/// Plays what the file does not know yet, adds it there, and returns all runs of the plan in its order.
+/// Plays the runs that the file lacks, adds them there, and returns all runs of the plan in its order.
 ///
 /// # Errors
 /// An engine is missing or fails, or the file cannot be written.

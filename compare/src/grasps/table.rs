@@ -172,7 +172,7 @@ impl Sum<'_> {
 }
 
 impl Table {
-    /// Reads what was written.
+    /// Reads a written table.
     ///
     /// # Errors
     /// No such file, or not of this format.

@@ -10,8 +10,7 @@ use palmares_sim::Owner;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Plays a grasp and prints, every `every_ms`, the object's place in the palm and the force of each link on
-/// it.
+/// Plays a grasp and prints, every `every_ms`, the object's place in the palm and the force of each link.
 ///
 /// # Errors
 /// The engine fails.

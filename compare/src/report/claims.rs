@@ -24,7 +24,7 @@ const GRASPS: &str = "docs/report/grasps/grasps.json";
 /// The step of the grasps in the claims, ms.
 const GRASPS_MS: f64 = 1.0;
 
-/// The documents whose claims differ from what the committed reports say.
+/// The documents whose claims differ from the committed reports.
 ///
 /// # Errors
 /// A report or document cannot be read, or has no marks.

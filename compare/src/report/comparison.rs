@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Version of this format.
 pub const FORMAT: u32 = 2;
 
-/// Everything the report says.
+/// The content of the report.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Comparison {
     /// [`FORMAT`].
@@ -66,7 +66,7 @@ impl Comparison {
     }
 }
 
-/// An engine and how it was set.
+/// An engine and its settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EngineNote {
     /// As on the command line.
@@ -140,11 +140,11 @@ pub struct Run {
     pub settings: String,
     /// Step, ms.
     pub dt_ms: f64,
-    /// The case's figure; none when it did not get to an end.
+    /// The case's figure; none if the run did not end.
     pub error: Option<Figure>,
     /// Its checks.
     pub invariants: Invariants,
-    /// Why the run cannot be used; none when it can.
+    /// Why the run cannot be used; none if it can.
     pub trouble: Option<String>,
     /// Whether it cannot be used because it did not end in its time.
     #[serde(default)]

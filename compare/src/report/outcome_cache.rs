@@ -26,7 +26,7 @@ fn key(case: &str, engine: &str, settings: &str, dt_ms: f64) -> Key {
     (case.to_owned(), engine.to_owned(), settings.to_owned(), (dt_ms * 1e6).round() as u64)
 }
 
-/// The file, and what it knows.
+/// The file, and its outcomes.
 pub(super) struct OutcomeCache {
     commit: String,
     quick: bool,

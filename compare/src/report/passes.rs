@@ -1,4 +1,4 @@
-//! The passes of a report: what came out, from how many starts, and how long it took.
+//! The passes of a report: outcomes, starts and times.
 
 use super::comparison::{Run, Starts};
 use super::outcome_cache::OutcomeCache;
@@ -22,7 +22,8 @@ pub(super) const BY_STARTS: [&str; 4] =
 
 /// Number of starts of each.
 pub(super) const STARTS: u32 = 8;
-/// Number in a quick report, at steps below 1 ms, which would take as long as all others together, and where these agree.
+/// Number in a quick report, at steps below 1 ms, which would take as long as all others together, if these
+/// agree.
 pub(super) const FEW_STARTS: u32 = 4;
 
 /// A timing run ends after this much CPU time, s; hardly any run takes longer. The second is that of a quick report.
@@ -35,7 +36,7 @@ pub(super) const ENOUGH_S: f64 = 4.0;
 /// Number of runs at once while the engines take turns with their timings: MuJoCo has a process for each.
 const TURNS: usize = 4;
 
-/// Runs one case on one engine with all steps; several of them side by side, for nothing is timed.
+/// Runs one case on one engine with all steps; several jobs run at once, since nothing is timed.
 pub(super) struct Job {
     pub case: &'static Case,
     pub kind: EngineKind,

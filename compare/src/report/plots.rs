@@ -168,7 +168,7 @@ fn label_of(runs: &[&Run], engine: &str) -> String {
     run.map_or(engine.to_owned(), |run| format!("{engine} {}", run.settings))
 }
 
-/// A number as short as it can be said.
+/// The shortest text of a number.
 fn number(x: &f64) -> String {
     if (1e-2..1e4).contains(x) { format!("{}", (x * 1e3).round() / 1e3) } else { format!("{x:.0e}") }
 }
@@ -209,7 +209,7 @@ fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Horizontal bars: where the time of our step goes, at 1 ms or the nearest step there is.
+/// Horizontal bars: the parts of the time of our step, at 1 ms or the nearest step there is.
 fn split(area: &Area, report: &Comparison) -> Result<()> {
     let area = area.titled("own engine: time of a step at 1 ms [µs]", (SANS, 17)).map_err(failed)?;
     let phases = ["dynamics", "collision", "solver"];

@@ -59,7 +59,7 @@ pub fn measure(repeats: usize) -> Result<Vec<Ticks>> {
     Ok(all)
 }
 
-/// The same hand without the transmission: every joint follows by itself where the tendon would take it.
+/// The same hand without the transmission: every joint follows the tendon's path by itself.
 fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     let motor = hand.motors.first().context("the hand has a motor")?;
     let tendon = hand.tendons.first().context("the hand has a tendon")?;
@@ -68,7 +68,7 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     let mut plain = hand.clone();
     (plain.motors, plain.tendons) = (Vec::new(), Vec::new());
     for (i, c) in hand.coordinates.iter().enumerate() {
-        // The servo's spring gives in to the joint's own, which it is to hold at q.
+        // The servo's spring yields to the joint's own, against which it must hold q.
         let stretch = c.stiffness * (q[i] - c.rest) / tendon.stiffness;
         plain.motors.push(Motor {
             name: c.name.clone(),

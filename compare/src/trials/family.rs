@@ -286,7 +286,7 @@ fn drawn(hand: HandKind, family: Family, count: usize) -> Result<Vec<Trial>> {
         .collect()
 }
 
-/// The object, and how it is turned before it is turned about the palm's normal. `sizes` and `mass` are in [0, 1).
+/// The object, and its rotation before the one about the palm's normal. `sizes` and `mass` are in [0, 1).
 fn object(
     family: Family,
     sizes: [f64; 3],
@@ -366,7 +366,7 @@ fn longest_along_knuckles(size: [f64; 3]) -> Rotation {
     order.sort_by(|a, b| size[*a].total_cmp(&size[*b]));
     let axis = |k: usize| Vec3::from_array([0, 1, 2].map(|j| f64::from(u8::from(j == k))));
     let (short, middle, long) = (axis(order[0]), axis(order[1]), axis(order[2]));
-    // Its rows are where x, y and z of the grip come from; z with the sign that makes it a rotation.
+    // Its rows are the sources of x, y and z of the grip; z with the sign that makes it a rotation.
     let middle = if long.cross(middle).dot(short) < 0.0 { -middle } else { middle };
     Rotation::from_mat3(&Mat3::from_cols(short, long, middle).transpose()).normalize()
 }

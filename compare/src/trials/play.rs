@@ -19,19 +19,19 @@ const LIFT_M: f64 = 0.1;
 const LIFTED_M: f64 = 0.05;
 /// From the end of the settling on the object may move in the palm by less than this, m.
 pub const MOVED_M: f64 = 0.03;
-/// From the end of the settling on it may overlap the hand by at most this, m: a tenth of what is held.
+/// From the end of the settling on it may overlap the hand by at most this, m: a tenth of the held object.
 pub const OVERLAP_M: f64 = 0.005;
 /// An object this far from where it started in the palm is lost, m: no need to watch it fall.
 const GONE_M: f64 = 0.15;
 /// Interval of the overlap checks, s.
 const LOOK_S: f64 = 0.02;
-/// The shaking: amplitude, m, frequency, Hz, and how long it takes to set in, s.
+/// The shaking: amplitude, m, frequency, Hz, and time of its onset, s.
 const SHAKE_M: f64 = 0.03;
 const SHAKE_HZ: f64 = 3.0;
 const ONSET_S: f64 = 0.1;
 
-/// When what happens, s: the fingers close from `close` to `closed`, the hand rises until `lifted`; from `settled` on the
-/// object must stay where it is; it is shaken from `shaken` until `end`.
+/// Times, s: the fingers close from `close` to `closed`, the hand rises until `lifted`; from `settled` on the
+/// object must not move in the hand; it is shaken from `shaken` until `end`.
 #[derive(Clone, Copy, Debug)]
 pub struct Schedule {
     close: f64,
@@ -91,7 +91,7 @@ pub enum Ending {
     Overlapping,
     /// Not lifted, or lost before it had settled.
     NotLifted,
-    /// Lost while the hand stood still.
+    /// Lost while the hand did not move.
     LostHeld,
     /// Lost while it was shaken.
     LostShaken,
@@ -106,7 +106,7 @@ pub enum Ending {
 pub struct Fate {
     /// The ending.
     pub ending: Ending,
-    /// When, s.
+    /// Time of the ending, s.
     pub end_s: f64,
     /// Deepest overlap of the object and the hand after it had settled, mm.
     pub overlap_mm: f64,
@@ -129,7 +129,7 @@ pub fn in_palm(state: &State) -> Pose {
 /// Plays a grasp; `watch` sees the engine after every step, with the time.
 ///
 /// # Errors
-/// The engine is not there or fails; not that it diverges.
+/// The engine is not there or fails; divergence is no error.
 pub fn play(
     setup: &Setup,
     trial: &Trial,

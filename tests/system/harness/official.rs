@@ -91,7 +91,7 @@ impl Official {
         send(&self.server, "POST", path, &bearer(token), body.to_string().as_bytes())
     }
 
-    /// An organizer's deed that must succeed.
+    /// An organizer's order that must succeed.
     pub(crate) fn order(&self, path: &str, body: Value) -> Value {
         let answer = self.post(&format!("/v1/admin/{path}"), &self.organizer, &body);
         assert_eq!(answer.status, 200, "{path} {body}: {}", answer.body);
@@ -125,7 +125,7 @@ impl Official {
         request
     }
 
-    /// A connection of a team that has said nothing yet.
+    /// A connection of a team without a message yet.
     pub(crate) async fn connect(&self, token: &str) -> Client {
         let (socket, _) = connect_async(self.handshake("/v1/control", token)).await.expect("connects");
         Client::over(socket)

@@ -32,8 +32,8 @@ thread_local! {
 
 type SharedWorker = Rc<RefCell<Worker>>;
 
-/// The scenes that MuJoCo has played in a case, to be played again in a tight loop of its own: between two steps on
-/// request a process goes cold, which would be held against it.
+/// The scenes that MuJoCo has played in a case, to be played again in a tight loop of its own: a process that
+/// waits for requests has cold caches, which would count against it.
 pub struct Recording(Vec<SharedWorker>);
 
 impl Recording {
