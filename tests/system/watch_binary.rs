@@ -140,7 +140,9 @@ impl Viewer {
                     return Received::Text(serde_json::from_str(&text).expect("JSON"));
                 }
                 Some(Ok(Message::Binary(bytes))) => return Received::Frame(Box::new(decoded(&bytes))),
-                Some(Ok(Message::Close(frame))) => return Received::Closed(frame.expect("a reason").code.into()),
+                Some(Ok(Message::Close(frame))) => {
+                    return Received::Closed(frame.expect("a reason").code.into());
+                }
                 Some(Ok(_)) => {}
                 other => panic!("expected a message, got {other:?}"),
             }
