@@ -23,7 +23,7 @@ enum Command {
     List,
     /// Print the state hash of five scripted seconds of balls: the same for every build and machine.
     Fingerprint,
-    /// Count how often random or varied scenes go well.
+    /// Count the random or varied scenes that succeed.
     Robust(RobustOptions),
     /// Run one case and print its report.
     Case(CaseOptions),
@@ -31,7 +31,8 @@ enum Command {
 
 #[derive(Args)]
 struct RobustOptions {
-    /// Try the grid of placements of the grasp cases: kept through lift, hold and shaking at every step?
+    /// Try the grid of placements of the grasp cases, and print which are kept through lift, hold and shaking
+    /// at every step.
     #[arg(long)]
     placements: bool,
     /// With `--placements`: try every step even after one has failed.
@@ -49,7 +50,7 @@ struct RobustOptions {
     /// With `--piles`: step, s.
     #[arg(long, default_value_t = 2e-3)]
     dt: f64,
-    /// With `--piles`: how long each runs, s.
+    /// With `--piles`: duration of each, s.
     #[arg(long, default_value_t = 0.5)]
     time: f64,
 }

@@ -1,5 +1,5 @@
-//! Monitors a world under hard commands: are numbers finite, does every step converge, does energy come from nowhere, how
-//! fast do bodies get?
+//! Monitors a world under hard commands: finite numbers, converged steps, energy from nowhere, speeds of
+//! bodies.
 
 use crate::audit::held;
 use crate::case_report::Invariants;

@@ -1,4 +1,4 @@
-//! The deepest overlap of shapes with which a run is of use.
+//! The deepest overlap of shapes in a usable run.
 
 use palmares_sim::{Model, Owner};
 

@@ -50,9 +50,9 @@ pub struct Finger {
     pub mass: f64,
     /// About the joint, kg·m².
     pub inertia: f64,
-    /// N·m/rad or N/m
+    /// Stiffness, N·m/rad or N/m.
     pub stiffness: f64,
-    /// N·m·s/rad or N·s/m
+    /// Damping, N·m·s/rad or N·s/m.
     pub damping: f64,
     /// The largest tension of the tendon that pulls on it alone with R = 1.
     pub tension: f64,

@@ -1,5 +1,4 @@
-//! No parts of a folder import each other in a circle, be they files or folders: each can be understood from those that
-//! it imports.
+//! No files or folders import each other in a circle: each can be understood from those that it imports.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

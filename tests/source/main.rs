@@ -1,4 +1,4 @@
-//! Tests of the source tree itself: what the compiler does not look at.
+//! Tests of the source tree itself, beyond those of the compiler.
 
 mod circles;
 mod doc_examples;

@@ -1,4 +1,4 @@
-//! A test of what the Python module links: it must build without the server, as on Windows.
+//! A test of the crates that the Python module links: it must build without the server, as on Windows.
 
 use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
@@ -10,8 +10,8 @@ const SERVER_ONLY: [&str; 6] = ["palmares-server", "axum", "hyper", "rust-embed"
 /// be installed.
 const WITHOUT_SERVER: &str = "x86_64-pc-windows-msvc";
 
-/// Fails where the Python module, built without its feature `server`, links the server, or a crate that it links uses Unix without
-/// `#[cfg(unix)]`. It compiles nothing.
+/// Fails if the Python module, built without its feature `server`, links the server, or if a crate that it
+/// links uses Unix without `#[cfg(unix)]`. It compiles nothing.
 pub(crate) fn check_without_server() -> Result<()> {
     let mut tree = cargo();
     tree.args(["tree", "--package", "palmares-native", "--no-default-features", "--target", WITHOUT_SERVER]);
@@ -40,7 +40,7 @@ pub(crate) fn check_without_server() -> Result<()> {
     Ok(())
 }
 
-/// Lines that use Unix without a guard on the line before, in all files of a folder but those of tests.
+/// Lines that use Unix without a guard on the line before, in all files of a folder except tests.
 fn unguarded(folder: &Path) -> Result<Vec<String>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).with_context(|| format!("{}", folder.display()))? {

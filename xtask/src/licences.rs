@@ -1,4 +1,4 @@
-//! The licences of all that the program contains: crates, and the pages' packages.
+//! The licences of all parts of the program: crates, and the pages' packages.
 
 use crate::cargo::cargo;
 use crate::workspace;
@@ -10,7 +10,7 @@ use std::path::Path;
 
 const LINE: &str = "--------------------------------------------------------------------------------";
 
-/// One text: each licence once, after the names of what is under it.
+/// One text: each licence once, after the names of its packages.
 pub(crate) fn third_party() -> Result<String> {
     let mut by_text: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     let mut add = |name: String, licence: &str, folder: &Path| -> Result<()> {
@@ -35,7 +35,7 @@ pub(crate) fn third_party() -> Result<String> {
     let lock = std::fs::read(viewer.join("package-lock.json")).context("viewer/package-lock.json")?;
     let lock: Value = serde_json::from_slice(&lock).context("viewer/package-lock.json")?;
     let packages = lock["packages"].as_object().context("viewer/package-lock.json: no `packages`")?;
-    // The root has no name; what only builds the pages is not part of them.
+    // The root has no name; packages that only build the pages are not part of them.
     for (path, package) in
         packages.iter().filter(|(path, package)| !path.is_empty() && package["dev"] != true)
     {

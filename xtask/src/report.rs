@@ -46,7 +46,7 @@ pub(crate) struct Options {
     keep: Option<PathBuf>,
 }
 
-/// Builds `palmares-compare`, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
+/// Builds `palmares-compare`, prepares MuJoCo if it can, runs the comparison and shows its progress.
 pub(crate) fn run(options: &Options) -> Result<()> {
     eprintln!("== building palmares-compare");
     let program = build("palmares-compare", true)?;

@@ -141,8 +141,8 @@ pub fn internal_edges(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     Ok(recorder.finding(Figure::new("largest error of a way or speed", 100.0 * worst, "%")))
 }
 
-/// Largest speed, m/s, in 100 steps, of five bodies in a row that touch exactly: cylinders by their caps and by their sides, boxes,
-/// prisms of six sides. Exact: 0.
+/// Largest speed, m/s, in 100 steps, of five bodies in a row that touch exactly: cylinders by their caps and by their
+/// sides, boxes, prisms of six sides. Exact: 0.
 pub fn touching_faces(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let lying = Rotation::from_rotation_x(FRAC_PI_2);
     let can = || Shape::Cylinder { radius: 0.02, half_length: 0.02 };

@@ -186,9 +186,9 @@ pub fn tip_or_slide(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("threshold error", 100.0 * worst, "%")))
 }
 
-/// Largest distance from `x = (u/m − μ g) t²/2` within 0.5 s, in percent of the way, of a bead (r = 0.05 m, 0.2 kg,
-/// μ = 0.3) that is pushed with u = 1 N between planes 51 mm off its axis and may not turn: its inertia is a thousand kg m² (Horak & Trinkle
-/// 2019, analytic_bead.m of erwincoumans/contact_models).
+/// Largest distance from `x = (u/m − μ g) t²/2` within 0.5 s, in percent of the way, of a bead (r = 0.05 m, 0.2 kg, μ =
+/// 0.3) that is pushed with u = 1 N between planes 51 mm off its axis and may not turn: its inertia is a thousand kg m²
+/// (Horak & Trinkle 2019, analytic_bead.m of erwincoumans/contact_models).
 pub fn bead_between_plates(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mu, mass, radius, u) = (0.3, 0.2, 0.05, 1.0);
     let plate = cuboid(10.0, 10.0, 0.1);

@@ -132,9 +132,10 @@ fn residuals(setup: &Setup, recorder: &mut Recorder, heaps: u32) -> Result<Resid
     Ok(residuals)
 }
 
-/// Largest residual of the laws of contact over 1.5 s of a falling heap of thirty: pull in a contact and excess over the
-/// friction cone in parts of its force, and momentum that no force explains in parts of all momenta or all impulses, whichever are larger. (Le Lidec et al. 2023; e_m of Castro,
-/// Permenter, Han 2022, VI-C, is below 1e-5 in clutter.)
+/// Largest residual of the laws of contact over 1.5 s of a falling heap of thirty: pull in a contact and excess over
+/// the friction cone in parts of its force, and momentum that no force explains in parts of all momenta or all
+/// impulses, whichever are larger. (Le Lidec et al. 2023; e_m of Castro, Permenter, Han 2022, VI-C, is below 1e-5 in
+/// clutter.)
 pub fn contact_residuals(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
     Ok(recorder.finding(Figure::new("largest residual", residuals.worst, "")))

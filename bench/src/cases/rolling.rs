@@ -126,12 +126,12 @@ pub fn bowling(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("error of speed or time", 100.0 * worst, "%")))
 }
 
-/// Mean over steps of the squared velocity errors of box and balls, (m/s)², over 4 s; the larger of two headings.
-/// The rolling test of SimBenchmark (leggedrobotics/SimBenchmark): M = 10 kg on the ground (μ₁ = 0.4), n = 25 balls of
-/// m = 1 kg on it (μ₂ = 0.8), F = 150 N. With `f₁ = μ₁ (M + n m) g` and
-/// `f₂ = (F − f₁)/(M (3.5/m + n/M))` on each ball, `a_ball = f₂/m` and `a_box = (F − f₁ − n f₂)/M`. Published at 1 ms
-/// along 60°: RaiSim 4.1e-7, Bullet 5.7e-9, MuJoCo 7e-3; engines with a friction pyramid do not move at all (3.1). Its bodies are rigid: the springs of our
-/// soft contacts would throw the box off at 2 cm/s when friction gives way.
+/// Mean over steps of the squared velocity errors of box and balls, (m/s)², over 4 s; the larger of two headings. The
+/// rolling test of SimBenchmark (leggedrobotics/SimBenchmark): M = 10 kg on the ground (μ₁ = 0.4), n = 25 balls of m =
+/// 1 kg on it (μ₂ = 0.8), F = 150 N. With `f₁ = μ₁ (M + n m) g` and `f₂ = (F − f₁)/(M (3.5/m + n/M))` on each ball,
+/// `a_ball = f₂/m` and `a_box = (F − f₁ − n f₂)/M`. Published at 1 ms along 60°: RaiSim 4.1e-7, Bullet 5.7e-9, MuJoCo
+/// 7e-3; engines with a friction pyramid do not move at all (3.1). Its bodies are rigid: the springs of our soft
+/// contacts would throw the box off at 2 cm/s when friction gives way.
 pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (big, n, m) = (10.0, 25.0, 1.0);
     let (ground, top, push_n) = (0.4, 0.8, 150.0);

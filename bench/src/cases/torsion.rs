@@ -57,10 +57,11 @@ pub fn pinch_tilt_torsion(setup: &Setup, recorder: &mut Recorder) -> Result<Find
     )))
 }
 
-/// Largest error, in percent, of the time in which a rod (0.2 kg, 2 x 2 x 40 cm) that spins at 5 rad/s between two round tips (R = 8 mm,
-/// μ = 0.5, 20 N) loses nine tenths of it, without weight: `0.9 I ω/(2 μ N arm)`. The tips are a layer of 3 mm and 0.2 MPa on something
-/// hard (Winkler), where `a⁴ = 4 N R t/(π E)` and friction's arm is `8/15 a`, or a body of 1 MPa (Hertz), `a³ = 3 N R/(4 E*)` and
-/// `3π/16 a`. And of that of a ball (5 cm, 1 kg, lever 2 mm) on the floor at 20 rad/s, `0.9 I ω/(m g · 2 mm)`.
+/// Largest error, in percent, of the time in which a rod (0.2 kg, 2 x 2 x 40 cm) that spins at 5 rad/s between two
+/// round tips (R = 8 mm, μ = 0.5, 20 N) loses nine tenths of it, without weight: `0.9 I ω/(2 μ N arm)`. The tips are a
+/// layer of 3 mm and 0.2 MPa on something hard (Winkler), where `a⁴ = 4 N R t/(π E)` and friction's arm is `8/15 a`, or
+/// a body of 1 MPa (Hertz), `a³ = 3 N R/(4 E*)` and `3π/16 a`. And of that of a ball (5 cm, 1 kg, lever 2 mm) on the
+/// floor at 20 rad/s, `0.9 I ω/(m g · 2 mm)`.
 pub fn round_tips(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut worst: f64 = 0.0;
     let layer = (4.0 * PRESS_N * TIP_M * LAYER_M / (PI * LAYER_PA)).sqrt().sqrt();

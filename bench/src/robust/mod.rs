@@ -1,4 +1,4 @@
-//! Random scenes, and one scene in many placements: in how many does a grasp or a heap hold?
+//! Random scenes, and one scene in many placements: the number in which a grasp or a heap holds.
 //!
 //! proptest draws the random scenes, the same ones for a seed on every machine, and makes a failing one small.
 

@@ -1,4 +1,4 @@
-//! A grid of placements of the object in the hand: which of them keep the grasps of the cases?
+//! A grid of placements of the object in the hand, and those that keep the grasps of the cases.
 
 use crate::cases::Setup;
 use crate::cases::grasp::{Grasp, Placement, kept};

@@ -90,7 +90,7 @@ fn around(engine: &Engine, runtime: &str, program: &Path) -> Result<()> {
     output(engine.build(IMAGE, WITHOUT_PROGRAM).arg(folder.path())).map(drop)
 }
 
-/// Lets every user run it: the container has another one than the one who built it.
+/// Lets every user run it: the container's user is not the one who built it.
 #[cfg(unix)]
 fn for_everybody(program: &Path) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt;

@@ -215,7 +215,7 @@ impl Player {
         Ok(Player { child, stdout })
     }
 
-    /// The next word it prints.
+    /// The next word that it prints.
     fn hear(&mut self) -> Result<String> {
         let mut line = String::new();
         self.stdout.read_line(&mut line)?;

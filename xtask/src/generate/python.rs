@@ -184,7 +184,7 @@ impl Module<'_> {
         for field in objects.iter().copied().flatten() {
             let everywhere = objects.iter().all(|fields| fields.iter().any(|other| other.name == field.name));
             match fields.iter_mut().find(|known| known.name == field.name) {
-                // The word that says which of the variants it is.
+                // The word that names the variant.
                 Some(Field { value: Type::Union(words), .. }) => words.push(field.value.clone()),
                 Some(known) if field.doc.len() > known.doc.len() => known.doc.clone_from(&field.doc),
                 Some(_) => {}
@@ -245,7 +245,7 @@ impl Module<'_> {
         })
     }
 
-    /// A field's description in Python's words, with the words that it can be.
+    /// A field's description in Python's terms, with its possible words.
     fn doc_of(&self, field: &Field) -> Result<String> {
         let absent = match &field.value {
             Type::Nullable(_) => "``None``",

@@ -1,4 +1,4 @@
-//! The types that docs/schema describes, without what JSON Schema says beyond a programming language's types.
+//! The types that docs/schema describes, as far as programming languages have them.
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Map, Value};

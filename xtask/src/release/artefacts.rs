@@ -26,7 +26,7 @@ pub(super) struct Artefacts {
 }
 
 impl Artefacts {
-    /// Empties the folder if what is in it was built from another commit.
+    /// Empties the folder if its files were built from another commit.
     pub(super) fn new(version: Version, dry_run: bool) -> Result<Self> {
         let folder = workspace::root().join(format!("target/release-{version}"));
         let (stamp, head) = (folder.join(".commit"), git(&["rev-parse", "HEAD"])?);
@@ -68,7 +68,7 @@ impl Artefacts {
         [self.wheel(), self.sdist(), program, self.bill(), "SHA256SUMS".into(), "NOTES.md".into()]
     }
 
-    /// Builds what is missing, and checks all of it. `section` is that of the changelog.
+    /// Builds the missing files, and checks all of them. `section` is that of the changelog.
     pub(super) fn build(&self, section: &str) -> Result<()> {
         let mut environment = None;
         step("tools", || {

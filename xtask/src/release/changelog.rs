@@ -5,7 +5,7 @@ use anyhow::{Context, Result, ensure};
 
 const UNRELEASED: &str = "## [Unreleased]\n";
 
-/// The changelog with what was unreleased under this version and date, and an empty section for what comes next.
+/// The changelog with its unreleased section under this version and date, and a new empty section.
 pub(crate) fn released(changelog: &str, version: Version, date: &str) -> Result<String> {
     let (before, rest) =
         changelog.split_once(UNRELEASED).context("CHANGELOG.md: no line `## [Unreleased]`")?;

@@ -94,7 +94,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The first line that differs, as it becomes.
+/// The first line that differs, in its new form.
 fn first_changed<'a>(before: &str, after: &'a str) -> &'a str {
     let changed = after.lines().zip(before.lines()).find(|(after, before)| after != before);
     changed.map_or("no change", |(after, _)| if after.is_empty() { "a new section" } else { after.trim() })
