@@ -141,9 +141,9 @@ pub fn newton_cradle_touching(setup: &Setup, recorder: &mut Recorder) -> Result<
     cradle(setup, recorder, 0.0)
 }
 
-/// Largest error, in percent of the speed of approach, of the normal velocity `e v_n` and of the tangential loss `μ (1
-/// + e) v_n` of balls (170 g, 3 cm) that meet a wall at 1 m/s and slip throughout, for e from 0.1 to 1 and μ of 0.1 to
-/// 0.6.
+/// Largest error, in percent of the speed of approach, of the normal velocity `e v_n` and of the tangential loss
+/// `μ (1 + e) v_n` of balls (170 g, 3 cm) that meet a wall at 1 m/s and slip throughout, for e from 0.1 to 1 and
+/// μ of 0.1 to 0.6.
 pub fn sliding_impact(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut worst: f64 = 0.0;
     for e in [0.1, 0.3, 0.5, 0.8, 1.0] {
