@@ -28,7 +28,7 @@ struct Aim {
 pub struct ArrangeReferee {
     aims: Arc<[Aim]>,
     tick_s: f64,
-    pub(super) seen: ArrangeState,
+    pub(super) state: ArrangeState,
 }
 
 /// State of the referee.
@@ -103,7 +103,7 @@ impl ArrangeReferee {
         ArrangeReferee {
             aims: rules.goals.iter().filter_map(aim).collect(),
             tick_s: task.tick_s,
-            seen: ArrangeState::default(),
+            state: ArrangeState::default(),
         }
     }
 
@@ -111,40 +111,40 @@ impl ArrangeReferee {
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         // The state that reaches one goal may also reach the next one.
-        while let Some(aim) = self.aims.get(self.seen.reached) {
+        while let Some(aim) = self.aims.get(self.state.reached) {
             if !aim.measure(objects, None).iter().all(|rule| rule.holds) {
-                self.seen.since = None;
+                self.state.since = None;
                 break;
             }
-            let since = *self.seen.since.get_or_insert(tick);
+            let since = *self.state.since.get_or_insert(tick);
             if tick.saturating_sub(since) < (aim.goal.for_s / self.tick_s).round() as u64 {
                 break;
             }
             events.push(Event { tick, kind: aim.goal.name.clone(), object: Some(aim.object) });
-            self.seen = ArrangeState { reached: self.seen.reached + 1, since: None };
+            self.state = ArrangeState { reached: self.state.reached + 1, since: None };
         }
         events
     }
 
-    /// Whether there are as many goals as have been reached.
-    pub(super) fn can_have(&self, seen: &ArrangeState) -> bool {
-        seen.reached <= self.aims.len()
+    /// Whether a state has at most as many goals.
+    pub(super) fn fits(&self, state: &ArrangeState) -> bool {
+        state.reached <= self.aims.len()
     }
 
     /// Number of reached goals.
     pub fn count(&self) -> Count {
-        Count { in_goal: self.seen.reached as u32, outside: 0 }
+        Count { in_goal: self.state.reached as u32, outside: 0 }
     }
 
     /// Points of the goals that have been reached.
     pub fn score(&self) -> f64 {
         // An empty sum is -0.
-        self.aims.iter().take(self.seen.reached).fold(0.0, |sum, aim| sum + aim.goal.points)
+        self.aims.iter().take(self.state.reached).fold(0.0, |sum, aim| sum + aim.goal.points)
     }
 
     /// Whether all goals have been reached.
     pub fn complete(&self) -> bool {
-        self.seen.reached == self.aims.len()
+        self.state.reached == self.aims.len()
     }
 
     /// How far each object is: of its goals the first that has not been reached.
@@ -152,7 +152,7 @@ impl ArrangeReferee {
         let verdict = |object: usize| {
             let mut own = self.aims.iter().enumerate().filter(|(_, aim)| aim.object == object).peekable();
             let concerned = own.peek().is_some();
-            let Some((k, aim)) = own.find(|(k, _)| *k >= self.seen.reached) else {
+            let Some((k, aim)) = own.find(|(k, _)| *k >= self.state.reached) else {
                 let place = if concerned { "done" } else { "none" };
                 return ObjectStatus {
                     object,
@@ -161,10 +161,10 @@ impl ArrangeReferee {
                     reasons: Vec::new(),
                 };
             };
-            let now = k == self.seen.reached;
+            let now = k == self.state.reached;
             let mut reasons = aim.measure(objects, speeds.get(object).copied());
             if aim.goal.for_s > 0.0 {
-                let since = self.seen.since.filter(|_| now);
+                let since = self.state.since.filter(|_| now);
                 let held_s = since.map_or(0.0, |since| tick.saturating_sub(since) as f64 * self.tick_s);
                 let (holds, limit) = (held_s >= aim.goal.for_s, aim.goal.for_s);
                 reasons.push(Measured::new("held", holds, Some(held_s), limit, "s"));

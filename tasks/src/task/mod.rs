@@ -1,6 +1,5 @@
 //! A task as data: furniture, containers, objects, how they are placed, and what counts.
 
-mod arrange;
 mod furniture;
 mod objects;
 mod placing;
@@ -9,15 +8,15 @@ mod training;
 mod variation;
 
 pub(crate) use objects::Kind;
+pub(crate) use rules::{Aim, Target};
 pub(crate) use variation::Variation;
 
 use objects::ObjectError;
 
-pub use arrange::{Arrange, Goal, Within};
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
-pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
+pub use rules::{Arrange, Collect, Goal, Hold, HoldPoints, Rules, Shake, Within};
 pub use training::{
     Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
 };
@@ -184,7 +183,7 @@ impl Task {
         task.check_regions().map_err(error)?;
         task.place.check(task.objects.certain().as_deref()).map_err(error)?;
         task.check_cameras().map_err(error)?;
-        task.training.check(task.rules.has_destination(), &task.place).map_err(error)?;
+        task.training.check(task.rules.has_destination(&task.objects), &task.place).map_err(error)?;
         let mut table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
         table.remove("training");
         let mut hash = ContentHash::of("palmares task 1");
@@ -267,24 +266,8 @@ impl Task {
         let known = names.join(", ");
         let mut spoken_of: Vec<(&str, &str)> =
             self.place.into_region().into_iter().map(|region| ("place.*.into", region)).collect();
-        match &self.rules {
-            Rules::Collect(rules) => {
-                spoken_of
-                    .extend([("rules.goal", rules.goal.as_str()), ("rules.start", rules.start.as_str())]);
-            }
-            Rules::Hold(_) if self.objects.count != 1 => {
-                return Err(format!(
-                    "rules of kind `hold` need objects.count = 1, not {}",
-                    self.objects.count
-                ));
-            }
-            Rules::Hold(_) => {}
-            Rules::Arrange(rules) => {
-                rules.check_names(self.objects.certain().as_deref())?;
-                let inside = rules.goals.iter().filter_map(|goal| goal.inside.as_deref());
-                spoken_of.extend(inside.map(|name| ("rules.goals.inside", name)));
-            }
-        }
+        self.rules.check_objects(&self.objects)?;
+        spoken_of.extend(self.rules.regions());
         for (field, name) in spoken_of {
             if !names.contains(&name) {
                 return Err(format!("{field} = \"{name}\" is no region; regions: {known}"));

@@ -1,6 +1,6 @@
 //! Options of a learner.
 
-use crate::task::{Placing, Quantity, Ranges, Rules, Task};
+use crate::task::{Placing, Quantity, Ranges, Task};
 
 /// In what runs differ from those of their task.
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ impl Options {
     /// Nothing differs.
     pub fn none(task: &Task) -> Self {
         let count = task.objects.count;
-        let named = matches!(task.rules, Rules::Arrange(_)) || matches!(task.place, Placing::Fixed(_));
+        let named = task.rules.in_order() || matches!(task.place, Placing::Fixed(_));
         let needs_all = named.then(|| task.name.clone());
         Options { ranges: Ranges::default(), count, whole: count, needs_all }
     }
