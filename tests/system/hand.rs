@@ -185,7 +185,8 @@ fn a_pushed_hand_is_drawn_where_the_closed_form_has_it() {
         assert!(picture.contains(part), "'{part}' is not in the picture");
     }
 
-    let (code, _, err) = palmares(&["hand", "show", "softhand", "--output", text(&png), "--push", "tail:1,0,0"]);
+    let (code, _, err) =
+        palmares(&["hand", "show", "softhand", "--output", text(&png), "--push", "tail:1,0,0"]);
     assert_eq!(code, 1);
     assert!(err.contains("no link `tail`") && err.contains("thumb_distal"), "{err}");
     assert!(!png.exists());

@@ -37,7 +37,10 @@ async fn each_reset_costs_time_that_a_void_run_gets_back() {
     cup.verified(&result["run_id"]).await;
     assert_eq!(run(&result["run_id"])["k"], 2);
     let refused = client.refused(official_reset(), "session_over").await;
-    assert!(refused["message"].as_str().expect("text").contains("a reset needs more than 200 s"), "{refused}");
+    assert!(
+        refused["message"].as_str().expect("text").contains("a reset needs more than 200 s"),
+        "{refused}"
+    );
 
     cup.order("run/void", json!({"run_id": result["run_id"], "reason": "the lights went out"}));
     let time = client.ask(json!({"op": "time"})).await;

@@ -11,9 +11,9 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
 /// What a viewer is told.
 #[derive(Debug)]
-enum Told {
+enum Received {
     Text(Value),
-    Frame(Frame),
+    Frame(Box<Frame>),
     Closed(u16),
 }
 
@@ -133,14 +133,14 @@ impl Viewer {
         self.0.send(Message::text(request.to_string())).await.expect("sent");
     }
 
-    async fn next(&mut self) -> Told {
+    async fn next(&mut self) -> Received {
         loop {
             match timeout(Duration::from_secs(60), self.0.next()).await.expect("in time") {
                 Some(Ok(Message::Text(text))) => {
-                    return Told::Text(serde_json::from_str(&text).expect("JSON"));
+                    return Received::Text(serde_json::from_str(&text).expect("JSON"));
                 }
-                Some(Ok(Message::Binary(bytes))) => return Told::Frame(decoded(&bytes)),
-                Some(Ok(Message::Close(frame))) => return Told::Closed(frame.expect("a reason").code.into()),
+                Some(Ok(Message::Binary(bytes))) => return Received::Frame(Box::new(decoded(&bytes))),
+                Some(Ok(Message::Close(frame))) => return Received::Closed(frame.expect("a reason").code.into()),
                 Some(Ok(_)) => {}
                 other => panic!("expected a message, got {other:?}"),
             }
@@ -157,13 +157,13 @@ impl Viewer {
         let all = async {
             while found.iter().any(Option::is_none) {
                 match self.next().await {
-                    Told::Text(message) => {
+                    Received::Text(message) => {
                         if let Some(k) = (0..N).find(|&k| found[k].is_none() && message["op"] == ops[k]) {
                             found[k] = Some(message);
                         }
                     }
-                    Told::Closed(code) => panic!("closed with {code}"),
-                    Told::Frame(_) => {}
+                    Received::Closed(code) => panic!("closed with {code}"),
+                    Received::Frame(_) => {}
                 }
             }
         };
@@ -174,8 +174,8 @@ impl Viewer {
 
     async fn frame(&mut self) -> Frame {
         loop {
-            if let Told::Frame(frame) = self.next().await {
-                return frame;
+            if let Received::Frame(frame) = self.next().await {
+                return *frame;
             }
         }
     }
@@ -360,7 +360,7 @@ async fn a_browsers_token_is_taken_as_a_subprotocol_refused_if_wrong_and_closed_
     cup.order("token/revoke", json!({"token_id": added["token_id"], "reason": "lost"}));
     assert_eq!(viewer.text("error").await["code"], "not_authorized");
     loop {
-        if let Told::Closed(code) = viewer.next().await {
+        if let Received::Closed(code) = viewer.next().await {
             assert_eq!(code, 4401);
             break;
         }

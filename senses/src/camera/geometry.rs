@@ -92,7 +92,10 @@ fn solid((pose, shape): &(Pose, Shape)) -> Option<Solid> {
         }
         Shape::Cylinder { radius, half_length } => {
             let (a, b) = segment(*half_length);
-            (SolidKind::Cylinder { a, b, radius: *radius }, half_length.hypot(*radius))
+            (
+                SolidKind::Cylinder { a, b, radius: *radius },
+                (half_length * half_length + radius * radius).sqrt(),
+            )
         }
         Shape::Box { half_extents, rounding } => {
             return Some(polyhedron(pose, cuboid(half_extents.map(|x| x - rounding)), *rounding));

@@ -921,7 +921,7 @@ export interface Motor {
   position: number;
   /** Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes. */
   tension: number;
-  /** What it has done on its tendons since reset, ∫ f ds, J. */
+  /** Work on its tendons since reset, ∫ f ds, J. */
   work: number;
 }
 
