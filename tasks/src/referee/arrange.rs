@@ -10,7 +10,7 @@ use palmares_models::Vec3;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A goal, with what its names stand for.
+/// A goal, with its names resolved.
 #[derive(Clone, Debug)]
 struct Aim {
     goal: Goal,
@@ -19,7 +19,7 @@ struct Aim {
     region: Option<([f64; 3], [f64; 3])>,
     /// Index of the object in whose frame the goal is given, in scene order.
     other: Option<usize>,
-    /// Height of the point that is looked at, at tick 0, m.
+    /// Height of the measured point at tick 0, m.
     start_m: f64,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct ArrangeState {
 }
 
 impl Aim {
-    /// The point that is looked at, m.
+    /// The measured point, m.
     fn point(&self, seen: &ObjectSnapshot) -> Vec3 {
         match self.goal.point {
             Some(point) => seen.frame * Vec3::from_array(point),
@@ -49,7 +49,7 @@ impl Aim {
         }
     }
 
-    /// Everything that the goal asks of the objects, and whether it holds. `speed` of the object, m/s.
+    /// Every condition of the goal, measured. `speed` of the object, m/s.
     fn measure(&self, objects: &[ObjectSnapshot], speed: Option<f64>) -> Vec<Measured> {
         let Some(seen) = objects.get(self.object) else { return Vec::new() };
         let (goal, point) = (&self.goal, self.point(seen));
@@ -84,7 +84,7 @@ impl Aim {
 }
 
 impl ArrangeReferee {
-    /// A referee at tick 0, when the objects are where they are shown.
+    /// A referee at tick 0, with the objects at these poses.
     pub fn new(task: &Task, rules: &Arrange, objects: &[ObjectSnapshot]) -> Self {
         let names = task.objects.certain().unwrap_or_default();
         // The task has been checked: every name is there.
@@ -107,7 +107,7 @@ impl ArrangeReferee {
         }
     }
 
-    /// Looks at every object, in scene order, at a tick; returns what changed.
+    /// Updates with all objects, in scene order, at a tick; returns new events.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         // The state that reaches one goal may also reach the next one.
@@ -147,7 +147,7 @@ impl ArrangeReferee {
         self.state.reached == self.aims.len()
     }
 
-    /// How far each object is: of its goals the first that has not been reached.
+    /// The status of each object by its first goal that is not reached.
     pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
         let verdict = |object: usize| {
             let mut own = self.aims.iter().enumerate().filter(|(_, aim)| aim.object == object).peekable();
@@ -182,7 +182,7 @@ mod tests {
     use crate::task::Rules;
     use palmares_models::{Pose, Rotation};
 
-    /// A cube that is to be lifted for 0.1 s, then put upright and at rest into a tray, then beside a post, and the post.
+    /// A cube that is to be lifted for 0.1 s, then put upright and at rest into a tray, then next to a post, and the post.
     fn start() -> ArrangeReferee {
         let text = include_str!("../../tests/cube.toml");
         let task = Task::parse("cube.toml", text).expect("valid");
@@ -199,7 +199,7 @@ mod tests {
         ObjectSnapshot { frame: Pose::from_parts(seen.frame.translation, rotation), ..seen }
     }
 
-    /// The cube, and the post where it stands.
+    /// The cube, and the post at its place.
     fn scene(cube: ObjectSnapshot) -> Vec<ObjectSnapshot> {
         vec![cube, at([0.3, 0.0, 0.05])]
     }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub struct Slip {
     /// Position in the frame of the hand's base at the start of the hold, m.
     from: [f64; 3],
-    /// The farthest it has been from there, m.
+    /// Maximum distance from it, m.
     most: f64,
 }
 
@@ -24,7 +24,7 @@ impl Slip {
     fn see(&mut self, at: [f64; 3]) -> f64 {
         let [x, y, z] = [at[0] - self.from[0], at[1] - self.from[1], at[2] - self.from[2]];
         let distance = (x * x + y * y + z * z).sqrt();
-        // A number that is none is no hold.
+        // NaN is not a hold.
         self.most = if distance.is_nan() { f64::INFINITY } else { self.most.max(distance) };
         self.most
     }
@@ -75,7 +75,7 @@ impl HoldReferee {
         }
     }
 
-    /// Looks at the object at a tick; returns what changed.
+    /// Updates with the object at a tick; returns new events.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         let Some(seen) = objects.first() else { return events };
@@ -181,7 +181,7 @@ impl HoldReferee {
         vec![ObjectStatus { object: 0, counts: kept, place: place.to_owned(), reasons }]
     }
 
-    /// Whether the shake has been.
+    /// Whether the shake is over.
     pub fn complete(&self) -> bool {
         matches!(self.state.stage, Stage::Lost | Stage::Kept { .. })
     }

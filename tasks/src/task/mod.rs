@@ -46,7 +46,7 @@ pub struct Task {
     pub time_limit_s: f64,
     /// Initial pose of the hand.
     pub hand: Start,
-    /// What everything falls on in the end.
+    /// The ground, a plane below everything.
     pub ground: Ground,
     /// Fixed bodies made of boxes.
     #[serde(default)]
@@ -57,7 +57,7 @@ pub struct Task {
     /// Further regions.
     #[serde(default)]
     pub regions: Vec<Space>,
-    /// Cameras that stand still.
+    /// Fixed cameras.
     #[serde(default)]
     pub cameras: Vec<Camera>,
     /// The objects to move.
@@ -87,12 +87,12 @@ pub struct TaskError {
     pub message: String,
 }
 
-/// A task from a folder, and what its author should know.
+/// A task from a folder, with warnings for its author.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The task.
     pub task: Task,
-    /// What is odd about the files it names.
+    /// Warnings about the files that it names.
     pub warnings: Vec<LoadWarning>,
 }
 
@@ -145,13 +145,13 @@ impl Task {
         Ok(loaded)
     }
 
-    /// What the file of a task is called.
+    /// File name of a task.
     pub const FILE: &str = "task.toml";
 
     /// Reads and checks a `task.toml` that names no other file.
     ///
     /// # Errors
-    /// As [`Task::load`].
+    /// The same as of [`Task::load`].
     pub fn parse(file: &str, text: &str) -> Result<Task, TaskError> {
         Ok(Task::read(file, text, None)?.task)
     }
@@ -193,7 +193,7 @@ impl Task {
         Ok(Loaded { task, warnings })
     }
 
-    /// That it does not bear the name of one that comes with the program, unless it is that one.
+    /// Its name is not that of a built-in task, unless it is that task.
     fn check_own_name(&self) -> Result<(), String> {
         match Task::builtin().iter().find(|task| task.name == self.name) {
             Some(known) if known.content_hash != self.content_hash => {
@@ -203,7 +203,7 @@ impl Task {
         }
     }
 
-    /// That fixed bodies have names of their own and sizes.
+    /// Fixed bodies have unique names and valid sizes.
     fn check_furniture(&self) -> Result<(), String> {
         let mut names: Vec<&str> = vec![Ground::NAME];
         let bodies =
@@ -249,7 +249,7 @@ impl Task {
         Ok(())
     }
 
-    /// That every region spoken of is there, once, and has a size.
+    /// Every named region exists once and has a size.
     fn check_regions(&self) -> Result<(), String> {
         let mut names: Vec<&str> = Vec::new();
         for (name, (min, max)) in self.regions() {
@@ -264,11 +264,11 @@ impl Task {
             names.push(name);
         }
         let known = names.join(", ");
-        let mut spoken_of: Vec<(&str, &str)> =
+        let mut named: Vec<(&str, &str)> =
             self.place.into_region().into_iter().map(|region| ("place.*.into", region)).collect();
         self.rules.check_objects(&self.objects)?;
-        spoken_of.extend(self.rules.regions());
-        for (field, name) in spoken_of {
+        named.extend(self.rules.regions());
+        for (field, name) in named {
             if !names.contains(&name) {
                 return Err(format!("{field} = \"{name}\" is no region; regions: {known}"));
             }

@@ -58,10 +58,10 @@ struct Target {
 
 /// The potential Φ of a run's states: a function of where hand and objects are and what of the hand touches which object.
 ///
-/// Where all objects belong in one region, each that is not there has a value, the sum of the terms of [`Rewards`]; Φ is the
-/// largest of these values, and for each object in the region what the terms are at most. Where goals are reached one after
-/// the other, Φ is the value of the next goal's object, and for each goal that has been reached what the terms are at most.
-/// So it climbs from the hand's way to an object over grasp, lift and transport, and then from there with the next.
+/// An object has a value, the sum of the terms of [`Rewards`]. If all objects belong in one region, Φ is the largest value of the
+/// objects outside of it, plus the maximum of the terms for each object in it. If goals have an order, Φ is the value of the next
+/// goal's object, plus the maximum of the terms for each reached goal. So Φ climbs through approach, grasp, lift and transport of
+/// one object, and continues with the next.
 #[derive(Clone, Debug)]
 pub struct Potential {
     rewards: Rewards,

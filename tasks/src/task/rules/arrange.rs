@@ -10,9 +10,9 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arrange {
-    /// In their order.
+    /// The goals, in their order.
     pub goals: Vec<Goal>,
-    /// Longest settling after a run, with the hand frozen, s.
+    /// Maximum settling time after a run, with the hand frozen, s.
     pub settle_s: f64,
 }
 
@@ -20,14 +20,14 @@ pub struct Arrange {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Goal {
-    /// Its name, which is also the kind of its event.
+    /// Name of the goal, and kind of its event.
     pub name: String,
     /// Name of the object.
     pub object: String,
-    /// The point of the object that is looked at, in its own frame, m; left out, its centre of mass.
+    /// The measured point of the object, in its own frame, m; omitted, its centre of mass.
     #[serde(default)]
     pub point: Option<[f64; 3]>,
-    /// Name of the region that the point is to be in.
+    /// Name of the region that must contain the point.
     #[serde(default)]
     pub inside: Option<String>,
     /// A box in another object's frame that must contain the point.
@@ -36,10 +36,10 @@ pub struct Goal {
     /// Required rise of the point above its height at tick 0, m.
     #[serde(default)]
     pub above_m: Option<f64>,
-    /// The most that the object's z may lean from the vertical, degrees.
+    /// Maximum angle of the object's z from the vertical, degrees.
     #[serde(default)]
     pub upright_deg: Option<f64>,
-    /// Whether the object is to be at rest.
+    /// Whether the object must be at rest.
     #[serde(default)]
     pub at_rest: bool,
     /// Minimum distance of the object's centre of mass from the hand's base, m: the hand has released it.
