@@ -33,12 +33,12 @@ impl Terms {
     }
 }
 
-/// Something that an object is to be brought to, and where it was at tick 0.
+/// An aim of an object, with its place at tick 0.
 #[derive(Clone, Debug)]
 struct Aim {
     /// In scene order.
     object: usize,
-    /// The point of it that is to get there, in its own frame, m; none: its centre of mass.
+    /// The point that must reach the target, in the object's frame, m; None: its centre of mass.
     point: Option<Vec3>,
     target: Option<Target>,
     /// Height of its centre of mass at tick 0, m.
