@@ -1,10 +1,11 @@
 //! An audit of the energy of free bodies.
 //!
 //! Kinetic and potential energy, less the work of kicks, may fall (friction, dissipation) but never rise
-//! above an earlier value by more than contacts held then. What contacts hold is bounded from above: a normal force f
-//! at an overlap δ by the larger of ½ f δ and ½ k δ², since f has the damper's share in it and a near-rigid
-//! contact is softer than k; friction f_t in a stiction anchor of stiffness k_t by ½ f_t²/k_t. Overlaps are those at
-//! the start of a step, forces those of its end, so that a step's contacts count at its start.
+//! above an earlier value by more than contacts held then. The energy in contacts is bounded from above: a
+//! normal force f at an overlap δ by the larger of ½ f δ and ½ k δ², since f has the damper's share in it and
+//! a near-rigid contact is softer than k; friction f_t in a stiction anchor of stiffness k_t by ½ f_t²/k_t.
+//! Overlaps are those at the start of a step, forces those of its end, so that a step's contacts count at its
+//! start.
 
 use crate::energy::Stored;
 use crate::engine::Engine;

@@ -89,7 +89,8 @@ pub struct Invariants {
     pub slip_mm_s: Option<f64>,
     /// Deepest overlap of shapes, mm.
     pub max_penetration_mm: Option<f64>,
-    /// How deep shapes may overlap, mm ([`crate::overlap`]): of several worlds, that of the world nearest to its bound.
+    /// Bound of the overlap of shapes, mm ([`crate::overlap`]): of several worlds, that of the world nearest
+    /// to its bound.
     pub overlap_bound_mm: Option<f64>,
     /// The deepest overlap there, as a part of the bound.
     pub overlap_of_bound: Option<f64>,

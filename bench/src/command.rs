@@ -5,7 +5,7 @@ use crate::engine::EngineFactory;
 use anyhow::Result;
 use clap::Args;
 
-/// Which case, and how it is run and printed.
+/// The case, its setup and its output.
 #[derive(Args, Clone, Debug)]
 pub struct CaseOptions {
     /// Name of the case; `palmares-bench list` prints them.

@@ -1,7 +1,7 @@
 //! The parts of a world's energy, and the works that change it.
 //!
-//! Works are forces of the solved step times displacements over it, whatever the integrator does in between. Works of
-//! contacts are impulses times mean velocities, so that the loss of an impact counts as well.
+//! Works are forces of the solved step times displacements over it, for every integrator. Works of contacts
+//! are impulses times mean velocities, so that the loss of an impact counts as well.
 
 use palmares_models::Vec3;
 use palmares_sim::actuation::base::shortest_turn;
@@ -14,18 +14,18 @@ use palmares_sim::{Command, Model, Owner, State, World};
 /// Energies of a state, J.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stored {
-    /// Of all bodies.
+    /// Kinetic energy of all bodies, J.
     pub kinetic: f64,
     /// In the joint springs.
     pub springs: f64,
     /// In the tendons: `½ K x²` up to the largest tension, linear beyond.
     pub tendons: f64,
-    /// Of weight, without that of a hand that compensates its own.
+    /// Potential energy of weight, J, without that of a hand that compensates its own.
     pub height: f64,
 }
 
 impl Stored {
-    /// Of a state.
+    /// The stored energy of a state.
     pub fn of(model: &Model, state: &State) -> Stored {
         let gravity = model.config().gravity;
         let mut sum = Stored::default();
@@ -100,7 +100,7 @@ pub struct Ledger {
     before: State,
     kin: Kinematics,
     wound: Vec<f64>,
-    /// What came and went.
+    /// Works since the start.
     pub works: Works,
 }
 

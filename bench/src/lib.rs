@@ -1,7 +1,7 @@
 //! Speed against error.
 //!
-//! A case is a scene with a figure of merit: an error against an analytic answer or, where there is none,
-//! against the same scene at a step of 0.02 ms. Invariants that any run must keep are reported beside it.
+//! A case is a scene with a figure of merit: an error against an analytic answer or, without one, against the
+//! same scene at a step of 0.02 ms. The report also has invariants that any run must keep.
 
 pub mod audit;
 pub mod case_report;

@@ -40,7 +40,7 @@ struct RobustOptions {
     /// Play this many random grasps, randomly disturbed.
     #[arg(long)]
     grasps: Option<u32>,
-    /// Drop and kick this many random heaps of objects, and print the worst that was seen.
+    /// Drop and kick this many random heaps of objects, and print the worst one.
     #[arg(long)]
     piles: Option<u32>,
     /// Seed of the random grasps and heaps; the default is that of the tests.

@@ -1,4 +1,4 @@
-//! How long pictures take, by pixels and by what is in the scene, on one thread.
+//! Times of pictures on one thread, by pixels and by the content of the scene.
 
 mod peer;
 mod scene;
@@ -13,13 +13,13 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// What is measured and where it goes.
+/// Repeats and output of the measurement.
 #[derive(Args, Debug)]
 pub struct Options {
     /// Write the table to this file as well.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Pictures of which the median counts.
+    /// Number of pictures; their median counts.
     #[arg(long, default_value_t = 41)]
     repeats: usize,
 }
@@ -37,7 +37,8 @@ fn median_ms(repeats: usize, mut work: impl FnMut()) -> f64 {
     times[times.len() / 2]
 }
 
-/// Where both see something: the median difference of the depths, m, and the part of the pixels with more than 5 mm.
+/// Over the pixels where both see something: the median difference of the depths, m, and the part of the
+/// pixels with more than 5 mm.
 fn apart(picture: &GBuffer, depth: &[f32]) -> (f64, f64) {
     let pairs = picture.depth.iter().zip(depth).filter(|(z, _)| z.is_finite());
     let mut apart: Vec<f64> = pairs.map(|(z, other)| (z - f64::from(*other)).abs()).collect();

@@ -59,7 +59,7 @@ struct Request {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{said}")]
 pub struct Failure {
-    /// What the engine or the case said.
+    /// Message of the engine or the case.
     pub said: String,
     /// Whether the run only did not end in its time.
     pub unfinished: bool,
@@ -181,7 +181,7 @@ impl Drop for Child {
     }
 }
 
-/// A child: plays the requests that come on its standard input, one a line, and answers with one line each. Where a step
+/// A child: plays the requests from its standard input, one a line, and answers with one line each. If a step
 /// outlasts its run's limit, it ends with [`limit::EXIT_CODE`].
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Other engines beside ours: the same cases and grasps on rapier and MuJoCo, and the reports about them.
+//! Other engines: the same cases and grasps on rapier and MuJoCo, and the reports about them.
 
 pub mod cameras;
 pub mod child;

@@ -1,4 +1,4 @@
-//! Where and of what a report was made.
+//! The machine and the commit of a report.
 
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -13,7 +13,7 @@ pub struct Machine {
     pub threads: usize,
     /// Operating system and architecture.
     pub system: String,
-    /// Load average over a minute when the report began, where the system tells.
+    /// Load average over a minute when the report began, if the system reports it.
     pub load: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! `palmares-compare`: plays cases and grasps on other engines beside ours, and writes docs/report.
+//! `palmares-compare`: plays cases and grasps on other engines and ours, and writes docs/report.
 
 use anyhow::{Result, ensure};
 use clap::{Args, Parser, Subcommand};
@@ -19,9 +19,9 @@ struct Arguments {
 enum Command {
     /// Count the grasps that engines keep, over drawn objects and placements and several steps.
     Grasps(grasps::command::Options),
-    /// How long do cameras' pictures take, by pixels and objects?
+    /// Time the pictures of cameras, by pixels and objects.
     Cameras(cameras::Options),
-    /// Write a task's scene as a file for MuJoCo, with what drives it.
+    /// Write a task's scene as a file for MuJoCo, with its commands.
     Mjcf(mjcf::Options),
     /// Run one case on an engine and print its report.
     Case(Case),
@@ -30,7 +30,8 @@ enum Command {
         /// Peers to compare with, by commas.
         #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco")]
         engines: Vec<String>,
-        /// Gather outcomes into the file and time nothing: beside other work. The report that follows takes them from there.
+        /// Gather outcomes into the file and time nothing, so that the machine may do other work. The report
+        /// that follows takes them from there.
         #[arg(long)]
         outcomes_only: bool,
         #[command(flatten)]
@@ -41,7 +42,8 @@ enum Command {
         /// The file.
         report: PathBuf,
     },
-    /// Does what README.md and docs/physics.md say of the peers agree with the committed reports? Fails if not.
+    /// Compare the statements of README.md and docs/physics.md about the peers with the committed reports.
+    /// Fails if they differ.
     Claims {
         /// Write it anew instead.
         #[arg(long)]
@@ -50,10 +52,10 @@ enum Command {
         #[arg(long, default_value = ".")]
         root: PathBuf,
     },
-    /// Play what the program that started this one asks for.
+    /// Play the requests of the program that started this one.
     #[command(name = child::COMMAND, hide = true)]
     Child,
-    /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
+    /// Read a report's JSON and fail if a peer is ahead of ours anywhere at an equal or smaller error.
     Check {
         /// The file.
         report: PathBuf,
@@ -67,7 +69,7 @@ struct Case {
     /// Engine that plays it.
     #[arg(long, default_value = "own")]
     engine: String,
-    /// Named settings of a peer. The report lists them and says why they are there.
+    /// Named settings of a peer. The report lists them with their reasons.
     #[arg(long)]
     settings: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! A task's scene as a file for MuJoCo, so that others measure the very same.
+//! A task's scene as a file for MuJoCo, so that others can measure the same scene.
 
 use crate::engine::mujoco::{self, export};
 use anyhow::{Context, Result};
@@ -13,7 +13,7 @@ const SIGMA: [f64; 2] = [0.1, 0.6];
 const HALF_PERIOD_S: f64 = 0.25;
 const PERIODS: usize = 2;
 
-/// Which scene, and where it goes.
+/// Scene and output.
 #[derive(Args, Debug)]
 pub struct Options {
     /// Name of a task.
@@ -22,13 +22,13 @@ pub struct Options {
     /// Name of a hand.
     #[arg(long, default_value = "softhand")]
     hand: String,
-    /// Which scene.
+    /// Seed of the scene.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How long the hand first moves, s ...
+    /// Time for which the hand first moves, s.
     #[arg(long, default_value_t = 0.0)]
     lead_in_s: f64,
-    /// ... upwards, m/s.
+    /// Upward speed of the hand during this time, m/s.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     lead_in_m_s: f64,
     /// Named settings of MuJoCo.

@@ -3,14 +3,14 @@
 use palmares_bench::case_report::{CaseReport, Figure, Invariants};
 use serde::{Deserialize, Serialize};
 
-/// A run that ended, and whether it does what the scene asks for.
+/// A run that ended, and whether it solves the scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Played {
-    /// The case's figure; without a value where that is not finite, for JSON knows no infinities.
+    /// The case's figure; without a value if that is not finite, because JSON has no infinities.
     pub error: Figure,
     /// Its checks.
     pub invariants: Invariants,
-    /// Why it does not do what the scene asks for, if so.
+    /// The reason why it does not solve the scene, if so.
     pub trouble: Option<String>,
 }
 
@@ -24,9 +24,9 @@ impl Played {
     }
 }
 
-/// The reason why a run that ended does not do what the scene asks for, if there is one: numbers that are not finite, steps
-/// that failed, a lost object, a broken bound, bodies sunk into each other, or an error beyond any use. The difference from
-/// the engine's own fine run is no reason.
+/// The reason why a run that ended does not solve the scene, if there is one: numbers that are not finite,
+/// steps that failed, a lost object, a broken bound, bodies sunk into each other, or an error beyond any use.
+/// The difference from the engine's own fine run is no reason.
 pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
     if error.value.is_some_and(|x| !x.is_finite()) {
         return Some("not finite".into());

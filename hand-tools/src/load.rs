@@ -32,7 +32,7 @@ pub(crate) fn load_hand(name: &str) -> Result<Found, ModelError> {
     Ok(Found { hand: Arc::new(hand), sources, warnings })
 }
 
-/// A hint for a name that is neither a file nor a hand.
+/// A hint with the built-in hands, if there is no file of this name.
 pub(crate) fn hint(name: &str) -> Option<String> {
     let names: Vec<&str> = builtin_hands().iter().map(|hand| hand.name.as_str()).collect();
     (!Path::new(name).exists()).then(|| format!("built-in hands: {}", names.join(", ")))

@@ -25,7 +25,7 @@ pub(crate) struct Views {
 /// Draws a hand from three sides; the file's name selects SVG or PNG.
 ///
 /// # Errors
-/// The name ends neither in .svg nor in .png, or the file cannot be written.
+/// The name does not end in .svg or .png, or the file cannot be written.
 pub fn draw_hand(hand: &Hand, file: &Path) -> anyhow::Result<()> {
     draw(&Views::of(hand), file)
 }

@@ -1,4 +1,4 @@
-//! Which modules of a crate import which.
+//! The imports between modules of a crate.
 //!
 //! An import is a path that begins with `crate`, `self`, `super` or a child module. It leads to the deepest module on it,
 //! also where that module re-exports the name. Modules in braces belong to their file. Imports for tests alone do not

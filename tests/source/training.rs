@@ -1,4 +1,4 @@
-//! What learners have is out of a server's reach.
+//! A server cannot reach the code for learners.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Actions that are wrong: refused with `bad_action`, and the run goes on.
+//! Actions that are wrong: refused with `bad_action`, and the run continues.
 
 use crate::harness::{Client, Server, assert_error};
 use serde_json::json;

@@ -1,4 +1,4 @@
-//! Administration: deeds, their records, the command line.
+//! Administration: orders, their records, the command line.
 
 use crate::harness::{Official, get, official_reset, step};
 use serde_json::{Value, json};
@@ -48,7 +48,7 @@ async fn a_voided_run_counts_for_nothing_and_its_time_is_given_back() {
         let after = client.ask(json!({"op": "time"})).await;
         assert!(after["refunded_s"].as_f64() > before["refunded_s"].as_f64(), "{before} {after}");
 
-        // An open run as well: its client hears of it.
+        // An order also voids an open run: its client learns this from the next request.
         let obs = client.ask(official_reset()).await;
         cup.order("run/void", json!({"run_id": obs["run_id"], "reason": "again"}));
         client.refused(step(0), "wrong_state").await;

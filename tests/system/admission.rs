@@ -1,4 +1,4 @@
-//! Who is let in: nobody can keep the others out, or fill the server's memory.
+//! Admission: no client can keep the others out, or fill the server's memory.
 
 use crate::harness::{Client, Official, Server, assert_error, bearer, get};
 use serde_json::json;
@@ -67,7 +67,7 @@ fn a_token_is_looked_at_before_the_body_comes() {
         (bearer(&format!("plm_{}_{}", "0".repeat(16), "0".repeat(64))), 401),
         (bearer(&cup.organizer), 403),
     ] {
-        // Not a byte of the body is sent: who waits for it does not answer.
+        // Not a byte of the body is sent: a server that waits for it would not answer.
         assert_eq!(status(upload(&cup.server, "/v1/hands", &headers, 0)), expected);
     }
 }
@@ -78,12 +78,12 @@ fn bodies_that_are_held_back_have_a_bound_all_together() {
     let before = server.most_memory_mib();
     let held: Vec<TcpStream> =
         (0..24).map(|_| upload(&server, "/v1/hands?team=crabs", "", (32 << 20) - 1)).collect();
-    // Two of them fill the share of an address; all others are told so.
+    // Two of them fill the share of an address; all others are refused.
     let mut refused = 0;
     for mut stream in held.into_iter().rev() {
         let mut head = [0; 12];
         stream.set_read_timeout(Some(Duration::from_secs(5))).expect("a timeout");
-        // Those that are kept hear nothing yet, or that they are too slow.
+        // Held uploads have no answer yet, or the answer that they are too slow.
         refused += usize::from(stream.read_exact(&mut head).is_ok() && head.ends_with(b"503"));
     }
     assert!(refused >= 21, "only {refused} of 24 were refused");
@@ -125,7 +125,7 @@ async fn sockets_count_on_after_their_upgrade() {
     let (all, more) = (516 - upgraded.len(), 20);
     let sockets: Vec<TcpStream> =
         (0..all + more).map(|_| TcpStream::connect(server.address()).expect("connects")).collect();
-    // Accepted in their order: the last ones hear at once that there is no place, those before them nothing yet.
+    // Accepted in their order: the last ones are refused at once, those before them have no answer yet.
     let refused = sockets.into_iter().rev().take_while(|mut stream| {
         stream.set_read_timeout(Some(Duration::from_secs(2))).expect("a timeout");
         let mut head = [0; 12];

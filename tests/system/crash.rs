@@ -1,5 +1,5 @@
-//! SIGKILL in the middle of a run: what was finished is there, what was open is marked, the file is whole. And SIGTERM
-//! with runs that do not finish in time.
+//! SIGKILL in the middle of a run: finished runs remain, the open one is marked, the file is whole. And
+//! SIGTERM with runs that do not finish in time.
 
 use crate::harness::{Client, Server, get, reset};
 use serde_json::json;

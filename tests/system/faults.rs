@@ -1,4 +1,4 @@
-//! Worlds that fail: everybody who hears of it hears of what, when, and what to try.
+//! Worlds that fail: every report names the fault, its time and advice.
 
 use crate::harness::{Client, Server, get, program};
 use crate::impossible::{hand_of_a_billion, no_limits};
@@ -9,9 +9,9 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Of the worlds that fail here; those of the program itself are not among them.
+/// Codes of the worlds that fail here; those of the program itself are not among them.
 const CODES: [&str; 4] = ["not_finite", "out_of_bounds", "unsolvable", "work_exhausted"];
-/// Longer than any of these commands takes on a busy machine. What is tested is that they end.
+/// Longer than any of these commands takes on a busy machine. The test is that they end.
 const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A folder with a hand that no world can compute, and a file with limits that let it in.
@@ -80,7 +80,7 @@ async fn a_failed_world_is_told_to_its_team_to_spectators_and_in_the_log() {
         }
     }
 
-    // Another run goes on, and its result says nothing of a fault.
+    // Another run continues, and its result has no fault.
     assert_eq!(
         client.ask(json!({"op": "reset", "task": "grasp", "hand": "pinch", "seed": 5})).await["op"],
         "obs"
@@ -182,7 +182,7 @@ fn the_tools_for_hands_end_whatever_the_world_does() {
     assert!(says(&out), "{out}");
 }
 
-/// A hand of so many fingers of six small links that bend together.
+/// A hand of `fingers` fingers of six small links that bend together.
 fn hand_of_fingers(fingers: usize) -> String {
     let inertia = "<inertia ixx=\"1e-7\" iyy=\"1e-7\" izz=\"1e-7\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>";
     let mut urdf = format!(

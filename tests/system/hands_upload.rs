@@ -1,4 +1,4 @@
-//! Teams' own hands: sent in, checked, approved, played; and kept from others.
+//! Teams' own hands: uploaded, checked, approved, played; and hidden from other teams.
 
 use crate::harness::{Official, Server, bearer, get, send};
 use serde_json::{Value, json};
@@ -62,7 +62,7 @@ async fn an_own_hand_is_played_officially_after_approval_and_by_its_team_alone()
         let again = send(&cup.server, "POST", "/v1/hands", &bearer(&crabs), &claw("claw")).json();
         assert_eq!(again["hand_id"], hand["hand_id"], "the same archive is the same hand");
 
-        // What can be played is the same in both places: not yet, now, and for nobody else.
+        // The list and the welcome have the same playable hands: not yet, now, and never for another team.
         let playable = |cup: &Official, token: &str, welcome: &Value| {
             let listed = cup.get("/v1/hands", token).json()["hands"].clone();
             assert_eq!(listed, welcome["hands"]);
@@ -78,7 +78,7 @@ async fn an_own_hand_is_played_officially_after_approval_and_by_its_team_alone()
         assert_eq!(obs["run"]["hand"], "claw", "{obs}");
         client.goes_on(0).await;
         let result = client.ask(json!({"op": "stop"})).await;
-        // Its replay stands on its own, with the hand in it.
+        // Its replay contains the hand and needs nothing else.
         cup.verified(&result["run_id"]).await;
         client.send(r#"{"op":"bye","id":99}"#).await;
         client.closed().await;

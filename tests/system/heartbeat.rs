@@ -15,7 +15,7 @@ async fn who_gives_no_sign_of_life_is_dropped_and_may_come_back() {
     let server = Server::start_with(&["--ping-timeout-s", "1"]);
     let (client, welcome) = Client::playing(&server, "silent").await;
     assert_eq!(welcome["limits"]["ping_timeout_s"], 1.0);
-    // A client that is not polled answers no pings, but its socket stays open: the server must let go of it.
+    // A client that is not polled answers no pings, but its socket stays open: the server must drop it.
     let (mut again, back) = Client::resume(&server, &welcome["resume_token"]).await;
     assert_eq!((&back["session_id"], &back["run"]["tick"]), (&welcome["session_id"], &json!(0)), "{back}");
     again.goes_on(0).await;
@@ -35,7 +35,7 @@ async fn who_does_not_take_what_is_streamed_is_dropped_and_its_world_goes_on() {
     let server = Server::start_with(&["--ping-timeout-s", "2"]);
     let (mut deaf, welcome) = Client::greet(&server, "deaf").await;
     deaf.ask(realtime()).await;
-    // Nothing is read any more; the client that comes back finds its world well ahead of the last it saw.
+    // The client reads nothing any more; after it returns, its world is well ahead of its last observation.
     tokio::time::sleep(Duration::from_secs(1)).await;
     let (mut again, back) = Client::resume(&server, &welcome["resume_token"]).await;
     assert_eq!(back["session_id"], welcome["session_id"], "{back}");

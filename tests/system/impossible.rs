@@ -1,4 +1,5 @@
-//! Hands that no world can compute, played by several teams at once: the others, the network and the signals go on.
+//! Hands that no world can compute, played by several teams at once: other teams, network and signals still
+//! work.
 
 use crate::hands_upload::claw_from;
 use crate::harness::{Client, Server, get, send};
@@ -11,7 +12,7 @@ use tokio::task::JoinHandle;
 
 /// Teams with such a hand.
 const WORLDS: usize = 4;
-/// Ticks of the team beside them.
+/// Ticks of the team that plays at the same time.
 const TICKS: u64 = 100;
 
 /// Limits that let such a hand in.
@@ -44,7 +45,7 @@ pub(crate) fn hand_of_a_billion() -> Vec<u8> {
     claw_from("billion", &|text| set(text, &urdf), &|text| set(text, &settings))
 }
 
-/// Opens runs and steps them until it is told to stop; counts worlds that failed.
+/// Opens runs and steps them until `over` is set; counts worlds that failed.
 async fn attack(server: Arc<Server>, team: String, over: Arc<AtomicBool>, failed: Arc<AtomicUsize>) {
     let (mut client, _) = Client::greet(&server, &team).await;
     'runs: while !over.load(Ordering::Relaxed) {

@@ -93,7 +93,7 @@ async fn a_port_in_use_is_a_clear_error() {
 
 #[test]
 fn a_data_directory_that_cannot_be_written_is_a_clear_error() {
-    // A file in the way stops root as well, whom permissions do not.
+    // A file in the way stops root as well; missing permissions do not.
     let folder = TempDir::new().expect("temporary directory");
     let file = folder.path().join("file");
     std::fs::write(&file, "in the way").expect("written");

@@ -71,7 +71,7 @@ fn palmares(arguments: &[&str]) -> (i32, String) {
     (output.status.code().expect("it ended by itself"), text(&output.stdout) + &text(&output.stderr))
 }
 
-/// What `palmares hand check` says of a hand; its exit code must be 1.
+/// `palmares hand check` reports these parts of a hand and exits with 1.
 #[track_caller]
 fn unusable(urdf: &str, settings: &str, parts: &[&str]) {
     let folder = TempDir::new().expect("temporary directory");
@@ -84,7 +84,7 @@ fn unusable(urdf: &str, settings: &str, parts: &[&str]) {
     }
 }
 
-/// What the server says of it.
+/// The server's answer to the upload.
 fn post(cup: &Official, token: &str, bytes: &[u8]) -> Response {
     send(&cup.server, "POST", "/v1/hands", &bearer(token), bytes)
 }
@@ -103,7 +103,7 @@ async fn a_machine_behind_the_objects_is_refused_by_its_size_and_then_by_its_pla
     ] {
         assert!(answer.body.contains(part), "'{part}' is not in {}", answer.body);
     }
-    // An organizer who lets hands be as large as they like still lets none start among the objects.
+    // Even with an organizer's endless limits on size, no hand starts among the objects.
     let rules =
         format!("{}[hand_limits]\nsize_m = inf\nreach_m = inf\nlink_size_m = inf\nvolume_m3 = inf\n", RULES);
     let cup = Official::start_on(TempDir::new().expect("temporary directory"), &rules, None);
@@ -215,7 +215,7 @@ async fn a_hand_that_new_limits_shut_out_is_not_played_but_can_be_looked_at() {
     assert_eq!(size["allowed"], json!(false), "{size}");
 }
 
-/// Each was called usable, or was blamed on the wrong file.
+/// Each was once called usable, or the error named the wrong file.
 #[test]
 fn what_is_no_hand_is_not_called_usable() {
     let plain = urdf(&[([0.0, 0.0, 0.0], [0.08, 0.08, 0.04])]);

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 /// Numbers that the protocol or the rules determine.
 const RULED: [&str; 6] = ["minimum", "maximum", "requests_burst", "score", "total", "mark_s"];
 
-/// What differs from run to run, or belongs to physics rather than to the protocol, becomes its kind.
+/// Values that differ from run to run, or belong to physics rather than to the protocol, become their kind.
 fn redacted(mut value: Value) -> Value {
     redact("", &mut value);
     value
@@ -18,7 +18,7 @@ fn redact(key: &str, value: &mut Value) {
         | "state_hash" | "seed_hex" | "server_unix_ms" | "unix_ms" | "started_unix_ms" | "ended_unix_ms"
         | "reached_unix_ms" | "wall_s" | "elapsed_s" | "sha256" | "replay_sha256" | "replay_key"
         | "bytes" => *value = json!(format!("<{key}>")),
-        // How many there are and what they say is for the solver's tests.
+        // The solver's tests check their number and content.
         "joints" | "predicted_equilibrium" if value.is_array() => *value = json!(format!("<{key}>")),
         "contacts" => {
             for (list, entries) in value.as_object_mut().into_iter().flatten() {
@@ -36,7 +36,7 @@ fn redact(key: &str, value: &mut Value) {
                 if numbers && key != "shape" {
                     *value = json!(format!("<{} numbers>", entries.len()));
                 } else if bodies {
-                    // One speaks for all.
+                    // One entry represents all.
                     entries.truncate(1);
                     entries.iter_mut().for_each(|entry| redact(key, entry));
                 } else {

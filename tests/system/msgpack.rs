@@ -37,7 +37,7 @@ impl Packed {
     }
 }
 
-/// A message in which what is bytes has become a list of the 64-bit floats that they are.
+/// A message in which lists of the 64-bit floats replace the byte strings.
 struct Unpacked(Value);
 
 impl<'de> Deserialize<'de> for Unpacked {
@@ -106,7 +106,7 @@ fn with_id(mut request: Value, id: u64) -> Value {
     request
 }
 
-/// Without what differs from run to run.
+/// The reply without the values that differ from run to run.
 fn comparable(mut reply: Value) -> Value {
     for field in ["run_id", "session_left_s", "replay"] {
         reply.as_object_mut().map(|fields| fields.remove(field));

@@ -1,4 +1,4 @@
-//! Names of teams, labels and hands: what is refused, what is told, and what goes on as it was.
+//! Names of teams, labels and hands: which are refused, which cause a message, and which stay valid.
 
 use crate::harness::{Client, Official, Server, get, reset};
 use serde_json::json;

@@ -1,4 +1,4 @@
-//! What the server tells about itself: metrics, OpenAPI, health.
+//! The server's reports about itself: metrics, OpenAPI, health.
 
 use crate::harness::{Client, Server, get, program, request, reset};
 use serde_json::{Value, json};
@@ -50,7 +50,7 @@ fn every_address_of_the_document_is_there() {
             assert!(!nothing, "{method} {path}: {}", answer.body);
         }
     }
-    // What is answered has the fields that the document promises.
+    // Answers have the fields that the document promises.
     for path in ["/v1/competition", "/v1/tasks", "/v1/hands", "/v1/leaderboard"] {
         let schema =
             &document["paths"][path]["get"]["responses"]["200"]["content"]["application/json"]["schema"];

@@ -1,4 +1,4 @@
-//! Official competitions: who gets in, what a team may see, and that nobody gets at what is another's.
+//! Official competitions: admission, what a team may see, and protection of other teams' sessions.
 
 use crate::harness::{Official, bearer, get, handshake, official_reset, send, step};
 use serde_json::{Value, json};
@@ -132,7 +132,7 @@ async fn the_secret_behind_the_seeds_is_shown_last() {
     reveal(&cup).assert_problem(409, "wrong_state");
     cup.order("competition/close", json!({}));
     assert!(reveal(&cup).body.contains("sessions are open"));
-    // A session that is open goes on when the competition closes.
+    // An open session continues when the competition closes.
     assert_eq!(client.ask(official_reset()).await["op"], "obs");
     cup.order("session/end", json!({"session_id": welcome["session_id"]}));
     assert_eq!(client.next().await["op"], "result");
@@ -186,7 +186,7 @@ async fn nobody_acts_for_another_team() {
         drop(client);
         let mut thief = cup.connect(&eels).await;
         thief.refused(theft, "session_over").await;
-        // Its own hello opens its own session, whatever it calls itself.
+        // Its own hello opens its own session, under any name.
         let own = thief.ask(json!({"op": "hello", "client": {"name": "crabs"}})).await;
         assert_eq!(own["team"], "eels", "{own}");
         thief.refused(step(1), "wrong_state").await;
@@ -308,7 +308,7 @@ async fn a_practice_server_does_not_open_the_database_of_a_competition() {
         .expect("runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && said.contains("official competition"), "{said}");
-    // Another secret is noticed as well.
+    // Another secret is also detected.
     std::fs::write(folder.path().join("seed.secret"), "0".repeat(64)).expect("writes");
     let config = folder.path().join("competition.toml");
     let output = std::process::Command::new(crate::harness::program())

@@ -1,4 +1,4 @@
-//! Requests that are malformed or come at the wrong time: refused, and the run goes on.
+//! Requests that are malformed or come at the wrong time: refused, and the run continues.
 
 use crate::harness::{Client, Server, assert_error, reset, step};
 use serde_json::json;
@@ -46,7 +46,7 @@ async fn bad_request_names_the_field() {
         (json!({"op": "step", "action": {}}), "`tick`"),
         (json!({"op": "step", "tick": -1, "action": {}}), "tick: "),
         (json!({"op": "step", "tick": 0.5, "action": {}}), "tick: "),
-        // Whole, but not written so.
+        // A whole number, but written as a float.
         (json!({"op": "step", "tick": 5.0, "action": {}}), "tick: "),
         (json!({"op": "step", "tick": 6}), "action: missing"),
         (json!({"op": "step", "tick": 0, "action": {}, "speed": 2}), "`speed`"),

@@ -1,4 +1,4 @@
-//! Web pages: a practice server is not for those of others.
+//! Web pages: those of other sites cannot use a practice server.
 
 use crate::harness::{Server, handshake_to, send};
 use tokio_tungstenite::connect_async;

@@ -191,7 +191,7 @@ async fn the_world_after_the_last_place_is_refused() {
     let (mut late, _) = Client::greet(&server, "late").await;
     let error = late.refused(realtime(), "capacity").await;
     assert!(error["retry_after_s"].as_f64().is_some_and(|seconds| seconds > 0.0), "{error}");
-    // Nobody else has felt it.
+    // The other clients have noticed nothing.
     for client in &mut clients {
         assert_eq!(client.ask(act(0.2)).await["op"], "ack");
     }

@@ -100,7 +100,7 @@ async fn time_that_was_owed_when_the_server_died_is_given_back_at_the_next_start
     let (mut client, _) = cup.greet(&token).await;
     let run = played(&mut client, 3).await;
     let (folder, rules) = cup.killed();
-    // As if it had died between the two halves of voiding the run.
+    // The state after a death between the two halves of voiding the run.
     let options = SqliteConnectOptions::new().filename(folder.path().join("palmares.sqlite"));
     let mut database = options.connect().await.expect("opens");
     let voided = sqlx::query("UPDATE runs SET status = 'voided' WHERE run_id = $1")

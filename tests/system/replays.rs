@@ -18,7 +18,7 @@ fn with_program(program: &Path, arguments: &[&str]) -> (i32, String) {
     (output.status.code().expect("it ended by itself"), text)
 }
 
-/// Moves the hand about for so many ticks.
+/// Moves the hand about for `ticks` ticks.
 async fn play(client: &mut Client, ticks: u64) {
     let mut tick = 0;
     while tick < ticks {
@@ -153,7 +153,7 @@ async fn a_killed_server_leaves_a_cut_file_that_makes_room_like_any_other() {
     let (code, out) = palmares(&["verify", text(file)]);
     assert_eq!(code, 1, "{out}");
     assert!(out.contains("refused: truncated: "), "{out}");
-    // Files that are none of the server's are left alone.
+    // Files of others are left alone.
     let notes = folder.path().join("replays/notes.mcap");
     std::fs::write(&notes, "mine").expect("written");
     let server = Server::start_in(folder, &["--practice-replays-mb", "0"]);
@@ -163,7 +163,7 @@ async fn a_killed_server_leaves_a_cut_file_that_makes_room_like_any_other() {
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
     let (mut client, _) = Client::playing(&server, "crabs").await;
-    // Nor is that of an open run, whoever ends meanwhile.
+    // The file of an open run also stays, even if other runs end.
     let (mut other, _) = Client::playing(&server, "eels").await;
     play(&mut other, 10).await;
     let ended = stop(&mut other).await;
@@ -259,7 +259,7 @@ async fn a_run_verifies_while_eight_worlds_run() {
     assert_eq!(code, 0, "{out}");
     for (k, world) in worlds.into_iter().enumerate() {
         let run_id = world.await.expect("played");
-        // One of those that ran in the crowd has to do.
+        // One of the simultaneous runs is enough.
         if k == 7 {
             let (code, out) = palmares(&["verify", text(&fetch(&server, &run_id, &folder))]);
             assert_eq!(code, 0, "{out}");
@@ -267,7 +267,7 @@ async fn a_run_verifies_while_eight_worlds_run() {
     }
 }
 
-/// The program in the other profile, if somebody built it from the same source.
+/// The program in the other profile, if it has been built from the same source.
 fn other_build() -> Result<PathBuf, String> {
     let own = program();
     let (target, profile) = (own.parent().and_then(Path::parent), own.parent().and_then(Path::file_name));

@@ -1,4 +1,4 @@
-//! What an official reset costs, what it shows, and when it is refused.
+//! Official resets: their cost, what they show, and when they are refused.
 
 use crate::hands_upload::claw_with;
 use crate::harness::{Official, RULES, bearer, official_reset, send, step};
@@ -20,7 +20,7 @@ async fn each_reset_costs_time_that_a_void_run_gets_back() {
     let left = |message: &Value| message["session_left_s"].as_f64().expect("a number");
     let obs = client.ask(official_reset()).await;
     assert!(left(&obs) <= 400.0, "{obs}");
-    // Looked at, and not played: counted, but there is nothing to verify.
+    // A run without a step: it counts, but there is nothing to verify.
     let result = client.ask(json!({"op": "stop"})).await;
     assert_eq!((&result["status"], &result["ticks"]), (&json!("aborted"), &json!(0)), "{result}");
     assert!(result.get("replay").is_none() && left(&result) <= 400.0, "{result}");
@@ -62,11 +62,11 @@ async fn a_cost_that_no_session_can_pay_is_refused() {
 
 #[tokio::test]
 async fn a_hand_in_the_way_is_refused_and_with_sensors_no_object_is_given_away() {
-    // By rules that let plates in.
+    // The rules allow plates.
     let wide = "[hand_limits]\nsize_m = inf\nreach_m = inf\nlink_size_m = inf\nvolume_m3 = inf\n";
     let cup = start(&format!("{RULES}tasks = [\"grasp\"]\n{wide}"));
     let token = cup.team("crabs");
-    // A plate 3 cm above the table, through whatever stands on it.
+    // A plate 3 cm above the table, through everything on it.
     let plate = "<collision><origin xyz=\"0 0 0.52\"/><geometry><box size=\"0.24 0.24 0.02\"/></geometry></collision>\n  </link>";
     let files = claw_with("plate", &|urdf| urdf.replacen("</link>", plate, 1));
     let sent = send(&cup.server, "POST", "/v1/hands", &bearer(&token), &files);

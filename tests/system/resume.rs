@@ -14,7 +14,7 @@ async fn a_second_socket_for_a_session_is_refused_and_the_first_goes_on() {
         second.refused(hello.clone(), "session_taken").await;
         first.goes_on(tick).await;
     }
-    // A session of its own it may have, on the same connection.
+    // It may have a session of its own, on the same connection.
     let own = second.ask(json!({"op": "hello", "client": "b"})).await;
     assert_ne!(own["session_id"], welcome["session_id"]);
 }

@@ -1,9 +1,9 @@
-//! Every address, with every kind of token: what is missing is 401, what is not enough 403.
+//! Every address, with every kind of token: a missing one gives 401, an insufficient one 403.
 
 use crate::harness::{Official, bearer, get, send};
 use serde_json::{Value, json};
 
-/// Whether an address asks for a token of a kind.
+/// The expected refusal of a credential, if any.
 fn expected(needs: &str, credential: &str) -> Option<u16> {
     match (needs, credential) {
         (_, "broken" | "unknown" | "revoked" | "other scheme") => Some(401),

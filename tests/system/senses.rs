@@ -1,4 +1,4 @@
-//! Senses over the real socket: what an organizer decides, what is recorded, and what a picture is.
+//! Senses over the real socket: the organizer's choice, the recorded data, the pictures.
 
 use crate::harness::{Client, Official, RULES, Server, get, official_reset};
 use base64::Engine;

@@ -1,4 +1,4 @@
-//! Sessions that ask for a limit.
+//! Sessions that request a limit.
 
 use crate::harness::{Client, Server, get, reset, step};
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! A database that does not take what it is given: `internal`, and nothing is lost.
+//! A database that refuses writes: `internal`, and nothing is lost.
 
 use crate::harness::{Client, Official, Server, get, official_reset, reset, step};
 use serde_json::json;

@@ -58,7 +58,7 @@ async fn a_task_of_ones_own_is_served_and_verifies_where_its_folder_is() {
     let (result, file) = played(&server, &into).await;
     drop(server);
 
-    // Anywhere the folder is: a copy does.
+    // The folder can be anywhere: a copy is as good.
     let copy = folder(&format!("# The same, with a comment.\n{TASK}"));
     let (code, out) = palmares(&["verify", text(&file), "--task", text(copy.path()), "--json"]);
     assert_eq!(code, 0, "{out}");
@@ -186,7 +186,7 @@ fn a_task_is_checked_shown_and_played() {
     assert_eq!(code, 0, "{out}");
 }
 
-/// The guide shows the files of a task and what the program prints of it.
+/// The guide shows the files of a task and the program's output about it.
 #[test]
 fn the_guide_shows_a_task_that_is_usable() {
     let guide = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/tasks.md"))
@@ -207,7 +207,7 @@ fn the_guide_shows_a_task_that_is_usable() {
     }
 }
 
-/// Every task that comes with the program can be begun with: its copy is a task of one's own that is usable.
+/// Every built-in task can be a start: its copy is a usable task of one's own.
 #[test]
 fn a_copy_of_each_task_is_a_task_of_ones_own() {
     let into = TempDir::new().expect("temporary directory");
@@ -279,7 +279,7 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let (code, _) = palmares(&["task", "check", text(own.path()), "--scenes", "1", "--strict"]);
     assert_eq!(code, 2);
 
-    // Where it cannot stay, the hull may be why.
+    // If it cannot stay, the hull may be the reason.
     let aloft = folder(&with(part).replace("position = [0.0, 0.0, 0.0]", "position = [0.0, 0.0, 0.3]"));
     std::fs::write(aloft.path().join("ring.stl"), ring()).expect("written");
     for asked in [&["task", "check", text(aloft.path())][..], &["task", "play", text(aloft.path())]] {
@@ -323,7 +323,7 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
         assert!(out.contains(told), "'{told}' is not in:\n{out}");
     }
 
-    // As it is told: the lines in place of the part.
+    // The printed lines, in place of the part.
     let lines: Vec<&str> = out.lines().map(str::trim).filter(|line| line.starts_with("{ shape")).collect();
     assert_eq!(lines.len(), pieces.len(), "{out}");
     std::fs::write(own.path().join("task.toml"), with(&lines.join("\n"))).expect("written");

@@ -1,4 +1,4 @@
-//! Spectators: what they see, what they may not see, and that nobody waits for them.
+//! Spectators: what they see, what they may not see, and that they delay no run.
 
 use crate::harness::{Client, Server, assert_error, get, handshake_to, reset, step};
 use futures_util::StreamExt;
@@ -89,7 +89,7 @@ async fn whoever_comes_late_sees_the_present_and_no_seed_is_told() {
     let request = json!({"op": "reset", "task": "balls", "hand": "pinch", "seed": secret});
     assert_eq!(player.ask(request).await["op"], "obs");
     player.ask(json!({"op": "step", "tick": 0, "repeat": 1, "action": {}})).await;
-    // Longer than a run that nobody watches goes without showing itself.
+    // Longer than the interval in which an unwatched run publishes itself.
     tokio::time::sleep(Duration::from_millis(150)).await;
     player.goes_on(1).await;
 
@@ -102,7 +102,7 @@ async fn whoever_comes_late_sees_the_present_and_no_seed_is_told() {
         let text = message.to_string();
         assert!(!text.contains("seed") && !text.contains(&secret.to_string()), "{text}");
     }
-    // While the world stands still, no more poses come; the last ones are those of the last tick.
+    // While the world does not move, no more poses come; the last ones are those of the last tick.
     player.ask(json!({"op": "step", "tick": 2, "repeat": 50, "action": {}})).await;
     while until(&mut viewer, "poses").await["tick"] != 52 {}
 }
@@ -119,7 +119,7 @@ async fn requests_that_make_no_sense_are_refused_and_harm_nothing() {
     viewer.send("{").await;
     assert_error(&viewer.next().await, "bad_json", false);
 
-    // Nobody plays: the first run is shown when it opens.
+    // No run is open: the first one is shown when it opens.
     let (reply, _) = subscribe(&mut viewer, json!({"featured": true})).await;
     assert_eq!(reply["run_id"], Value::Null);
     let (_player, _) = Client::playing(&server, "crabs").await;
@@ -159,8 +159,8 @@ async fn nobody_waits_for_a_viewer_that_does_not_read_and_it_is_let_go() {
     let mut viewer = viewer(&server).await;
     subscribe(&mut viewer, json!({"featured": true})).await;
 
-    // The player and the other viewer go on until the server has given the deaf one up: it says so in its log, and
-    // the connection is gone for whoever reads it to the end.
+    // The player and the other viewer continue until the server drops the deaf one: the server logs it, and
+    // the connection ends after the last unread message.
     let mut tick = 0;
     let mut sent = false;
     for _ in 0..2000 {

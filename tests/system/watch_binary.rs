@@ -1,4 +1,4 @@
-//! Spectators with binary frames and overlays: that they see what is there, and that nothing changes by it.
+//! Spectators with binary frames and overlays: the frames are right, and they change nothing.
 
 use crate::harness::{Client, Official, Server, handshake_to, reset};
 use futures_util::{SinkExt, StreamExt};
@@ -9,7 +9,7 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
-/// What a viewer is told.
+/// A message to a viewer.
 #[derive(Debug)]
 enum Received {
     Text(Value),
@@ -140,7 +140,9 @@ impl Viewer {
                     return Received::Text(serde_json::from_str(&text).expect("JSON"));
                 }
                 Some(Ok(Message::Binary(bytes))) => return Received::Frame(Box::new(decoded(&bytes))),
-                Some(Ok(Message::Close(frame))) => return Received::Closed(frame.expect("a reason").code.into()),
+                Some(Ok(Message::Close(frame))) => {
+                    return Received::Closed(frame.expect("a reason").code.into());
+                }
                 Some(Ok(_)) => {}
                 other => panic!("expected a message, got {other:?}"),
             }
@@ -167,7 +169,7 @@ impl Viewer {
                 }
             }
         };
-        // Pings come for ever, and are no answer.
+        // Pings come at any time, and are no answer.
         timeout(Duration::from_secs(60), all).await.unwrap_or_else(|_| panic!("no {ops:?} within a minute"));
         found.into_iter().flatten().collect()
     }

@@ -28,7 +28,7 @@ async fn until(viewer: &mut Client, op: &str, heard: &mut String) -> Value {
     }
 }
 
-/// Ids of the runs that a viewer is told of.
+/// Ids of the runs in a viewer's list.
 async fn listed(viewer: &mut Client) -> Vec<String> {
     let runs = viewer.ask(json!({"op": "list"})).await;
     let mut ids: Vec<String> =
@@ -118,7 +118,7 @@ async fn watching_tells_no_seed_no_token_and_nothing_to_those_who_may_not() {
         let ended = until(watcher, "ended", heard).await;
         assert_eq!(ended["outcome"]["score"], result["score"], "{ended}");
     }
-    // Those who may not are shown the ranking, which is everybody's, and nothing else.
+    // Spectators without the right get the public ranking, and nothing else.
     for watcher in [&mut rival, &mut stranger] {
         let mut heard = String::new();
         while until(watcher, "leaderboard", &mut heard).await["rows"][0]["team"] != "crabs" {}
@@ -187,7 +187,7 @@ async fn a_revoked_viewer_is_told_and_closed() {
     assert_error(&told, "not_authorized", true);
     assert_eq!(revoked.closed().await, (4401, "not_authorized".into()));
     assert_eq!(cup.refused(cup.handshake("/v1/watch", &text(&viewer["token"]))).await, 401);
-    // Others go on; a team's new token ends what its old one watched.
+    // Other connections continue; a team's new token ends what its old one watched.
     player.goes_on(0).await;
     assert_eq!(until(&mut own, "poses", &mut String::new()).await["op"], "poses");
     cup.order("team/rotate", json!({"team": "crabs"}));
@@ -225,7 +225,7 @@ async fn what_goes_on_when_the_competition_closes_is_shown_and_in_the_end_only_t
         let ranking = until(&mut late, "leaderboard", &mut String::new()).await;
         assert_eq!(ranking["rows"][0]["team"], "crabs", "{ranking}");
     }
-    // From now on everybody may have the run itself.
+    // From now on the run itself is public.
     assert_eq!(get_bytes(&cup.server, &format!("/v1/runs/{run_id}/replay")).0, 200);
     assert!(get(&cup.server, &format!("/v1/runs/{run_id}")).json()["seed_hex"].is_string());
 }
@@ -244,7 +244,7 @@ async fn the_ranking_is_shown_anew_when_a_run_is_void_or_rejected() {
         }
         player.ask(json!({"op": "stop"})).await;
         cup.verified(&obs["run_id"]).await;
-        // All that was to be told is told: what comes now is of the organizer's doing.
+        // All messages of the run have been sent: later ones follow from the organizer's order.
         screen.listen_for(Duration::from_secs(3)).await;
         let run_id = text(&obs["run_id"]);
         if verb == "reverify" {

@@ -1,4 +1,4 @@
-//! The pages, their files, and what they ask the server for beside the leaderboard.
+//! The pages, their files, and their requests to the server besides the leaderboard.
 
 use crate::harness::{Client, Official, Server, get, request, send};
 use serde_json::{Value, json};
@@ -133,7 +133,7 @@ fn a_hand_rests_without_a_world() {
     request(&server, "GET", "/v1/hands/softhand/equilibrium").assert_problem(405, "bad_request");
 }
 
-/// Somebody who watches.
+/// A spectator's connection.
 async fn viewer(cup: &Official) -> Client {
     let mut viewer = Client::connect_to(&cup.server, "/v1/watch").await;
     let reply = viewer.ask(json!({"op": "subscribe", "featured": true})).await;

@@ -6,7 +6,8 @@ use std::path::Path;
 
 /// Crates that do not build on Windows, or are there for the server only.
 const SERVER_ONLY: [&str; 6] = ["palmares-server", "axum", "hyper", "rust-embed", "sqlx", "tokio"];
-/// Where the Python module is built without the server. Only cargo's lists are read: this target need not be installed.
+/// A target for which the Python module is built without the server. Only cargo's lists are read: it need not
+/// be installed.
 const WITHOUT_SERVER: &str = "x86_64-pc-windows-msvc";
 
 /// Fails where the Python module, built without its feature `server`, links the server, or a crate that it links uses Unix without

@@ -38,7 +38,7 @@ pub(crate) struct Options {
     /// Gather outcomes without timing, on a machine with other work. The next report takes them from target/report.jsonl.
     #[arg(long)]
     outcomes_only: bool,
-    /// Reuse gathered outcomes of peers whatever their commit.
+    /// Reuse gathered outcomes of peers from any commit.
     #[arg(long)]
     reuse_peers: bool,
     /// A report's JSON from which the runs of engines that are not played, and their times, are taken.

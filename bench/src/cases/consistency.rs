@@ -1,4 +1,4 @@
-//! Scenes against their own finer runs: with which order do they converge?
+//! The order with which scenes converge to their own finer runs.
 
 use super::case::{Case, Finding};
 use super::grasp::{Grasp, difference};

@@ -1,4 +1,4 @@
-//! Faces on faces: hulls of many corners, furniture that lies flush, shapes that touch exactly.
+//! Faces on faces: hulls of many corners, flush furniture, shapes that touch exactly.
 
 use super::case::{Case, Finding};
 use super::scene::{
@@ -49,8 +49,8 @@ fn prism(n: usize) -> Shape {
     Shape::Hull { points: (0..2 * n).map(corner).collect(), rounding: 0.0 }
 }
 
-/// How far the centre of any prism (0.2 kg) ever is from 10 mm above ground or slab, mm, in 5 s; the last speed of any, mm/s, goes
-/// to `slip_mm_s`. Exact: m g/(n k), 0.003 mm at most.
+/// Largest distance of the centre of any prism (0.2 kg) from 10 mm above ground or slab in 5 s, mm; the last
+/// speed of any, mm/s, goes to `slip_mm_s`. Exact: m g/(n k), 0.003 mm at most.
 pub fn hull_on_ground(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mut worst, mut last): (f64, f64) = (0.0, 0.0);
     for n in SIDES {
@@ -102,9 +102,9 @@ fn slabs(mut scene: Scene, n: usize) -> Result<Scene> {
     Ok(scene)
 }
 
-/// Largest relative error, in percent, of: the way of a block pushed with 1.5 μ m g over a seam for 1 s; the way of a block thrown
-/// at 2 m/s askew over 1 x 1, 3 x 3 and 7 x 7 flush slabs, `v²/(2 μ g)`; the speed of a ball that rolls at 1 m/s over 7 slabs. As over
-/// one slab.
+/// Largest relative error, in percent, of: the way of a block pushed with 1.5 μ m g over a seam for 1 s; the
+/// way of a block thrown at 2 m/s askew over 1 x 1, 3 x 3 and 7 x 7 flush slabs, `v²/(2 μ g)`; the speed of a
+/// ball that rolls at 1 m/s over 7 slabs. Exact: as over one slab.
 pub fn internal_edges(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mu, block) = (0.3, || cuboid(0.06, 0.06, 0.04));
     let mut worst: f64 = 0.0;
@@ -168,8 +168,8 @@ pub fn touching_faces(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     Ok(recorder.finding(Figure::new("fastest body", worst, "m/s")))
 }
 
-/// Largest relative error, in percent, of the way of a ball down a slope of 5e-4 in 10 s, `5/14 g tan t²` = 0.175 m; 100 if a box
-/// that stands 0.01 degrees off its edge has not fallen after 3 s. Bodies may sleep.
+/// Largest relative error, in percent, of the way of a ball down a slope of 5e-4 in 10 s, `5/14 g tan t²` =
+/// 0.175 m; 100 if a box tilted by 0.01 degrees off its edge has not fallen after 3 s. Bodies may sleep.
 pub fn slow_start(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let sleepy = palmares_sim::Config::with_step(setup.dt_s);
     let (mut engine, command) = Scene::new(tilted(sleepy.clone(), 5e-4))?

@@ -74,8 +74,8 @@ pub fn box_tumble(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
-/// Distance of a corner of the box from where it should be after 10 s with v = (−0.9, 0.4, 0.1) m/s and
-/// ω = (0.5, 0, 0) rad/s about a principal axis, no gravity: `x = v t`, turned by ω t. The "simple" case of
+/// Distance of a corner of the box from its exact place after 10 s with v = (−0.9, 0.4, 0.1) m/s and ω =
+/// (0.5, 0, 0) rad/s about a principal axis, no gravity: `x = v t`, turned by ω t. The "simple" case of
 /// Peters & Hsu.
 pub fn box_simple(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (v, w) = (Vec3::new(-0.9, 0.4, 0.1), 0.5);
@@ -127,7 +127,7 @@ pub fn box_flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("flip time error", 100.0 * worst, "%")))
 }
 
-/// Relative error of the rate at which ω circles the axis of a torque-free cylinder, seen from the body:
+/// Relative error of the rate at which ω circles the axis of a torque-free cylinder, in the body's frame:
 /// `(I₃ − I₁)/I₁ · ω₃`. Disc of R = 0.1 m, h = 0.02 m, 1 kg, ω₃ = 20 rad/s, 2 rad/s across.
 pub fn symmetric_top(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let disc = Shape::Cylinder { radius: 0.1, half_length: 0.01 };

@@ -50,10 +50,10 @@ fn slope(dt_s: f64, tan: f64, degrees: f64) -> Config {
     Config { gravity, ..config }
 }
 
-/// Largest error of the sliding acceleration at tan θ = 1.01 μ and 1.2 μ over three headings, in percent of what
-/// friction takes, `μ g cos θ`; the fastest creep at 0.9 μ and 0.99 μ over 10 s goes to `slip_mm_s`. Exact:
-/// `a = g (sin θ − μ cos θ)` downhill, and rest. Regularised stiction creeps with σ μ h g (0.005 mm/s at
-/// 1 ms and σ = 10⁻³; Castro, Permenter, Han 2022).
+/// Largest error of the sliding acceleration at tan θ = 1.01 μ and 1.2 μ over three headings, in percent of
+/// the deceleration by friction, `μ g cos θ`; the fastest creep at 0.9 μ and 0.99 μ over 10 s goes to
+/// `slip_mm_s`. Exact: `a = g (sin θ − μ cos θ)` downhill, and rest. Regularised stiction creeps with σ μ h g
+/// (0.005 mm/s at 1 ms and σ = 10⁻³; Castro, Permenter, Han 2022).
 pub fn incline_critical(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mu = 0.5;
     let at = Pose::translation(0.0, 0.0, 0.03);
@@ -67,7 +67,7 @@ pub fn incline_critical(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
     for degrees in HEADINGS {
         for ratio in [0.9, 0.99] {
             let (mut engine, command) = block(ratio, degrees)?;
-            // The first second loads the anchor; creep is what remains after.
+            // The first second loads the anchor; the rest is creep.
             recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
             let start = engine.state().objects[0].translation;
             recorder.steps(&mut *engine, &command, steps(10.0, setup.dt_s))?;
@@ -117,17 +117,17 @@ pub fn slide_stop(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("stopping distance error", 100.0 * worst, "%")))
 }
 
-/// How a box is asked to move.
+/// The load on a box.
 #[derive(Clone, Copy, Debug)]
 enum Ask {
-    /// By a slope of this tan θ.
+    /// A slope of this tan θ.
     Slope(f64),
-    /// By a push with a force, N, at a height, m.
+    /// A push with a force, N, at a height, m.
     Push(f64, f64),
 }
 
-/// Whether a box of b = 0.1 m and h = 0.2 m moves within two seconds; an error if it does so in the other way
-/// than it should.
+/// Whether a box of b = 0.1 m and h = 0.2 m moves within two seconds; an error if it slides instead of
+/// tipping, or the other way round.
 fn moves(setup: &Setup, recorder: &mut Recorder, mu: f64, ask: Ask, should_tip: bool) -> Result<bool> {
     let (b, height, mass) = (0.1, 0.2, 1.0);
     let tan = if let Ask::Slope(tan) = ask { tan } else { 0.0 };
@@ -137,7 +137,7 @@ fn moves(setup: &Setup, recorder: &mut Recorder, mu: f64, ask: Ask, should_tip: 
         .start(setup)?;
     for k in 0..steps(2.0, setup.dt_s) {
         // The push grows over half a second, and the slope's pull is held back as long, so that the start
-        // shakes nothing loose.
+        // causes no slip.
         let grown = (k as f64 * setup.dt_s / 0.5).min(1.0);
         let (force, z) = match ask {
             Ask::Slope(_) => (-mass * engine.model().config().gravity.x * (1.0 - grown), 0.5 * height),
@@ -156,7 +156,7 @@ fn moves(setup: &Setup, recorder: &mut Recorder, mu: f64, ask: Ask, should_tip: 
     Ok(false)
 }
 
-/// Where a box stops staying, by bisection to half a part in a thousand.
+/// The load at which a box begins to move, by bisection to half a part in a thousand.
 fn threshold(mut moves: impl FnMut(f64) -> Result<bool>, around: f64) -> Result<f64> {
     let (mut low, mut high) = (0.9 * around, 1.1 * around);
     while high - low > 1e-3 * around {

@@ -38,30 +38,30 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// Friction coefficient of the hand's surfaces and of the object in these cases, whatever the hand's gloves are made of.
+/// Friction coefficient of the hand's surfaces and of the object in these cases, for any hand.
 const GLOVE: f64 = 1.0;
 
-/// ... and of both on the pedestal.
+/// Friction coefficient of object and pedestal.
 const ON_PEDESTAL: f64 = 0.5;
 
-/// How far the object is before the hand, m.
+/// Gap between hand and object, m.
 const GAP_M: f64 = 1e-3;
 
-/// Where the object lies in the hand's frame before closing, on the palm's normal (+x) and across the fingers, and
-/// how far the motor closes.
+/// Position of the object in the hand's frame before closing, on the palm's normal (+x) and across the
+/// fingers, and set point of the motor.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     /// Along the fingers from the wrist flange, m.
     pub along_m: f64,
     /// Across them, m.
     pub across_m: f64,
-    /// Where the motor goes.
+    /// Set point of the motor.
     pub sigma: f64,
 }
 
-/// The placement of the cases: searched for around those of [`crate::robust::placements`] that keep both objects at
-/// every step. It is one in which the fingers come to touch nearly in the same way whatever the step; in
-/// others a finger ends up on another edge at some step, and the overlap there is half or twice as deep.
+/// The placement of the cases, from a search around those of [`crate::robust::placements`] that keep both
+/// objects at every step. In it the fingers touch nearly the same places at every step; in others a finger
+/// ends up on another edge at some step, and the overlap there is half or twice as deep.
 pub const CHOSEN: Placement = Placement { along_m: 0.148, across_m: -0.01, sigma: 0.9 };
 
 /// Until when the object is held still and when the run ends, s.
@@ -84,7 +84,7 @@ pub struct Grasp {
     pub shape: Shape,
     /// kg
     pub mass: f64,
-    /// Turns the shape so that it lies well in the hand.
+    /// Turns the shape into the grasp.
     pub hand_from_object: Rotation,
 }
 
@@ -133,12 +133,12 @@ fn long_hold(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Fi
 
 fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding> {
     let run = play(setup, grasp, CHOSEN, SHAKEN, recorder)?;
-    // What was lost has no error worth a long reference run.
+    // A lost object's error is not worth a long reference run.
     let error = setup.reference().filter(|_| run.invariants.held == Some(true)).and_then(|fine| {
         let name = format!("grasp of {:?}, {} kg", grasp.shape, grasp.mass);
         let reference = fine
             .once(&name, |fine| Ok(play(fine, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?.trace));
-        // A run does what was asked for whether or not its fine one comes to an end.
+        // A run can succeed although its fine run does not finish.
         reference.ok().map(|reference| apart(&run.trace, &reference) * 1e3)
     });
     Ok(Finding {
@@ -239,7 +239,7 @@ fn path(start: Pose, t: f64, hold_s: f64) -> BaseCommand {
     moved(start, offset, linear)
 }
 
-/// The hand palm down over the object, which stands on a pedestal 1 mm before the palm.
+/// The hand palm down over the object, on a pedestal 1 mm before the palm.
 ///
 /// # Errors
 /// A shape without volume.

@@ -1,4 +1,4 @@
-//! The scene of a grasp: the hand palm down before the object, which stands on a pedestal.
+//! The scene of a grasp: the hand palm down before the object, on a pedestal.
 
 use anyhow::{Context, Result};
 
@@ -12,9 +12,9 @@ use parry3d_f64::shape::SharedShape;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// The object is moved away from the palm in steps of this until it is free, m.
+/// Step in which the object is moved away from the palm until it is free, m.
 const SEARCH_M: f64 = 5e-4;
-/// Edge of the pedestal's half, m, and how far the object starts above it, m.
+/// Half the edge of the pedestal, m, and the gap between pedestal and object at the start, m.
 const PEDESTAL_M: f64 = 0.02;
 const ABOVE_M: f64 = 1e-5;
 
@@ -28,20 +28,20 @@ pub struct Scene {
     pub start: Pose,
 }
 
-/// Where an object lies before a hand. The grip's frame has the palm's normal as x and the fingers along z.
+/// An object and its pose before a hand. The grip's frame has the palm's normal as x and the fingers along z.
 #[derive(Clone, Debug)]
 pub struct Lie {
-    /// What is grasped.
+    /// The grasped object.
     pub object: Arc<Object>,
     /// Turns the hand's frame into the grip's.
     pub hand_from_grip: Rotation,
-    /// How the object is turned in the grip's frame.
+    /// Rotation of the object in the grip's frame.
     pub grip_from_object: Rotation,
-    /// Where the object's frame is, along the fingers, m.
+    /// Position of the object's frame along the fingers, m.
     pub along_m: f64,
-    /// ... and along the knuckles, m.
+    /// Position of the object's frame along the knuckles, m.
     pub across_m: f64,
-    /// How far the object is before the hand, m; half a millimetre more at most.
+    /// Gap between hand and object, m; half a millimetre more at most.
     pub gap_m: f64,
     /// Friction coefficient of the pedestal's surface.
     pub pedestal_friction: f64,
@@ -81,7 +81,7 @@ pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
         if missing <= 0.0 {
             break;
         }
-        // No surface comes nearer by more than the object moves: steps that cannot be enough are not looked at.
+        // No surface comes nearer by more than the object moves: steps that cannot be enough are skipped.
         for _ in 0..(missing / SEARCH_M).ceil() as usize {
             x += SEARCH_M;
         }

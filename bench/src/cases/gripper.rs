@@ -20,24 +20,24 @@ pub const CASES: &[Case] = &[Case::ours(
     gripper_analytic,
 )];
 
-/// Of the ball: m, kg
+/// Mass of the ball, kg.
 const BALL_KG: f64 = 0.2;
-/// ... and r, m.
+/// Radius of the ball, m.
 const RADIUS_M: f64 = 0.05;
-/// Of a jaw, kg; the carriage has as much.
+/// Mass of a jaw, and of the carriage, kg.
 const JAW_KG: f64 = 2.0;
-/// Of jaws and ball.
+/// Friction coefficient of jaws and ball.
 const FRICTION: f64 = 0.3;
-/// What closes a jaw, N.
+/// Force that closes a jaw, N.
 const CLOSE_N: f64 = 14.0;
-/// What lifts the carriage, N.
+/// Force that lifts the carriage, N.
 const LIFT_N: f64 = 10.0;
-/// Between jaw and ball at first, m.
+/// Gap between jaw and ball at the start, m.
 const GAP_M: f64 = 0.2 * RADIUS_M;
-/// How far the carriage can rise, m.
+/// Stroke of the carriage, m.
 const STROKE_M: f64 = RADIUS_M;
 
-/// Where the carriage's top plate is, m: well above the jaws.
+/// Height of the carriage's top plate, m: well above the jaws.
 const TOP_M: f64 = 0.15;
 /// Half the thickness of a plate, m.
 const HALF_PLATE_M: f64 = 0.01;
@@ -77,11 +77,11 @@ fn gripper() -> Result<Hand> {
     Ok(hand)
 }
 
-/// How far the ball has risen at a time, m.
+/// Rise of the ball at a time, m.
 ///
-/// The jaws meet it at `t_g = √(2 gap m_j/u_x)`, when the weightless gripper of m_g rises with `u_z t_g/m_g`; the impact
-/// leaves the common momentum, and both go on with `(u_z − m g)/(m + m_g)`. From where the carriage hits its stop the
-/// ball slips on, braked by friction and weight: `2 μ u_x/m + g`.
+/// The jaws meet it at `t_g = √(2 gap m_j/u_x)`, when the weightless gripper of m_g rises with `u_z t_g/m_g`.
+/// The impact leaves the common momentum, then both accelerate with `(u_z − m g)/(m + m_g)`. Once the
+/// carriage hits its stop, the ball slips upwards, braked by friction and weight: `2 μ u_x/m + g`.
 fn exact(t: f64) -> f64 {
     let gripper = 3.0 * JAW_KG;
     let together = gripper + BALL_KG;

@@ -1,6 +1,5 @@
-//! Scenes that break simulators: light fingers against heavy objects, stiff cables and springs, commands that jump,
-//! hands that start inside of things. Each reports the fastest speed that was seen, and how fast anything may be: nothing
-//! explodes.
+//! Scenes that break simulators: light fingers against heavy objects, stiff cables and springs, commands that
+//! jump, hands that start inside of things. Each reports the fastest speed and its bound: nothing explodes.
 
 use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, scene};
@@ -54,11 +53,11 @@ pub const CASES: &[Case] = &[
     Case::ours("hard_flip", "the motor's command flips between 0 and 1 every 20 ms around an object", flip),
 ];
 
-/// What was seen of a scene.
+/// The measured course of a scene.
 struct PlayResult {
     /// The fastest that an object or the base ever was, m/s.
     fastest_m_s: f64,
-    /// The books of energy; only our own engine keeps those of its forces.
+    /// The audit of energy; only our own engine has that of its forces.
     monitor: Option<Monitor>,
     invariants: Invariants,
     end: State,
@@ -89,7 +88,7 @@ fn play(
     Ok(PlayResult { fastest_m_s, monitor, invariants, end: engine.state().clone() })
 }
 
-/// Nothing may get faster than what is there can make it.
+/// Nothing may become faster than the forces and heights of the scene allow.
 fn finding(seen: &PlayResult, held: Option<bool>, within_m_s: f64) -> Finding {
     Finding {
         error: Figure::bounded("fastest body", seen.fastest_m_s, "m/s", within_m_s),
@@ -133,7 +132,7 @@ pub fn heavy_object(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(finding(&seen, None, 3.0))
 }
 
-/// The hand lies palm up on the floor; the ball falls by 11 cm.
+/// The hand is palm up on the floor; the ball falls by 11 cm.
 pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
     // The palm's back reaches 4 cm behind the base frame.
@@ -170,7 +169,7 @@ pub fn tendons(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(finding(&worst, Some(held), 1.0))
 }
 
-/// Springs of 60 to 100 N m/rad, a cable of 200 N m, which closes on 0.1 kg; what is thrown falls 0.3 m.
+/// Springs of 60 to 100 N m/rad, a cable of 200 N m, which closes on 0.1 kg; a thrown object falls 0.3 m.
 pub fn springs(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut hand = Hand::clone(&*softhand()?);
     for c in &mut hand.coordinates {
@@ -196,7 +195,7 @@ pub fn pressed_base(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         command.base = BaseCommand::stay(Pose::from_parts(at, top.rotation));
         command.sigma[0] = if t < 2.0 { 0.0 } else { 1.0 };
     })?;
-    // Neither the wrist nor the palm may have gone through.
+    // Wrist and palm must not have gone through.
     let at = seen.end.base.translation;
     Ok(finding(&seen, Some(at.z >= 0.0 && at.x <= 0.2), 10.0))
 }
@@ -244,8 +243,8 @@ pub fn flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(finding(&seen, None, 5.0))
 }
 
-/// Falls 5 mm and tumbles for 3 s. It holds 2 J of rotation at the start; touching may take of it, never add. The
-/// figure is the energy from nowhere in percent of what it began with.
+/// Falls 5 mm and tumbles for 3 s. It has 2 J of rotation at the start; contact may take energy, never add.
+/// The figure is the energy from nowhere in percent of the energy at the start.
 pub fn spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut model = Model::new(Config::with_step(setup.dt_s), None)?;
     add_floor(&mut model, 0.0)?;

@@ -21,9 +21,10 @@ pub const CASES: &[Case] = &[
     Case::new("kapla", "tower of 102 planks in 34 crossed layers stands for 5 s", kapla),
 ];
 
-/// Mean over steps of the sum of squared overlaps, m², of 216 spheres (10 kg, R = 0.1 m) 0.21 m apart, each off its place by up to
-/// a millimetre, that fall on a floor and apart, for 3 s. Exact: none, for they are rigid; their contacts stand for that
-/// ([`RIGID`](crate::engine::RIGID)), as in `sphere_stack`. Published at 1 ms (SimBenchmark): ODE 1.5e-4, MuJoCo 0.095, Bullet 0.38.
+/// Mean over steps of the sum of squared overlaps, m², of 216 spheres (10 kg, R = 0.1 m) with centres at 0.21
+/// m, each shifted by up to a millimetre. For 3 s they fall on a floor and spread. Exact: none, as rigid
+/// spheres; the contacts are [`RIGID`](crate::engine::RIGID), as in `sphere_stack`. Published at 1 ms
+/// (SimBenchmark): ODE 1.5e-4, MuJoCo 0.095, Bullet 0.38.
 pub fn six_cubed(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (n, radius, apart) = (6, 0.1, 0.21);
     let mut random = Random::new(6);
@@ -59,8 +60,9 @@ fn overlaps(engine: &dyn Engine, radius: f64) -> f64 {
     sum
 }
 
-/// How far the top of a tower of 34 crossed layers of three planks (117.5 x 23.5 x 7.8 mm, 13 g, μ = 0.5) has moved after
-/// 5 s, mm: sunk by its springs (0.02 mm) if it stands, 265 mm high. SimBenchmark lets it stand for up to 600 s and asks when it falls.
+/// Displacement, mm, of the top of a tower of 34 crossed layers of three planks (117.5 x 23.5 x 7.8 mm, 13 g,
+/// μ = 0.5) after 5 s: 0.02 mm on its springs if it holds, 265 mm high. SimBenchmark waits up to 600 s and
+/// reports when it falls.
 pub fn kapla(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let [length, width, height] = [0.1175, 0.0235, 0.0078];
     let mut scene = Scene::new(awake(setup.dt_s))?.floor(0.5)?;

@@ -36,8 +36,9 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// How far a block of 0.3 kg creeps in a minute, µm, between two jaws that press with 20 N (μ = 0.63) on a base that moves up and
-/// down by 30 mm once a second, with a target each 10 ms. Friction holds 25 N, of which 4 N are needed. Exact: 0.
+/// Creep, µm, of a block of 0.3 kg in a minute between two jaws that press with 20 N (μ = 0.63) on a base
+/// that moves up and down by 30 mm once a second, with a target each 10 ms. Friction holds 25 N, of which 4 N
+/// are needed. Exact: 0.
 pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mu = 0.63;
     let jaw = |side: f64| Finger {
@@ -61,7 +62,7 @@ pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
     let mut heights = [0.0; 2];
     let place = |state: &palmares_sim::State| (state.base.inverse() * state.objects[0]).translation.z;
-    // Compared where the base is at the same place of its way.
+    // Compared at the same place of the base's way.
     for (k, height) in heights.iter_mut().enumerate() {
         let seconds = if k == 0 { 1.0 } else { 60.0 };
         for step in 0..steps(seconds, setup.dt_s) {
@@ -75,7 +76,7 @@ pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("creep in a minute", (heights[1] - heights[0]).abs() * 1e6, "um")))
 }
 
-/// How far a cylinder and a capsule that lie on a level plate of the hand come in a minute, µm. Exact: 0.
+/// Displacement, µm, of a cylinder and a capsule on a level plate of the hand in a minute. Exact: 0.
 pub fn roller_on_palm(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let plate = Geom {
         link_from_geom: Pose::translation(0.0, 0.0, -0.01),

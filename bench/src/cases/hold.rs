@@ -35,8 +35,8 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// Motion of the box against the jaws: how far it moved from 0.5 s on, m, and its mean acceleration from 0.05 s to
-/// 0.35 s, m/s².
+/// Motion of the box against the jaws: its displacement from 0.5 s on, m, and its mean acceleration from 0.05
+/// s to 0.35 s, m/s².
 struct Slid {
     after_settling_m: f64,
     acceleration: f64,

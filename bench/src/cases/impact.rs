@@ -73,8 +73,9 @@ pub fn bounce_elastic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
-/// Largest relative error, in percent, of the first six apexes `h_n = e^(2 n) h₀` and of the time at which a ball with
-/// e = 0.8 comes to rest, `√(2 h₀/g) (1 + e)/(1 − e)` = 4.06 s, from h₀ = 1 m. At rest: no faster than 1 mm/s ever after.
+/// Largest relative error, in percent, of the first six apexes `h_n = e^(2 n) h₀` and of the time after which
+/// a ball with e = 0.8 rests, `√(2 h₀/g) (1 + e)/(1 − e)` = 4.06 s, from h₀ = 1 m. At rest: never again
+/// faster than 1 mm/s.
 pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, e, h0) = (0.05, 0.8, 1.0);
     let (mut engine, command) = Scene::new(awake(setup.dt_s))?
@@ -86,7 +87,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     for t in ends_of_steps(6.0, setup.dt_s) {
         recorder.step(&mut *engine, &command)?;
         let (z, rate) = (engine.state().objects[0].translation.z - radius, velocity(&*engine, 0).0.z);
-        // The apex lies between two steps: where it would be with what is left of the speed.
+        // The apex is between two steps: it follows from the remaining speed.
         top = if rate >= 0.0 { z + rate * rate / (2.0 * G) } else { top };
         if rising && rate < 0.0 {
             apexes.push(top);
@@ -127,15 +128,15 @@ fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
     Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
-/// Largest error of a ball's speed, in percent of v₀ = 1 m/s, after the first of five (0.1 kg, 2 cm, e = 1) that are a tenth of
-/// a millimetre apart has hit the second. Exact: a chain of impacts of two, of which the last ball takes all.
-/// `energy_gain_j` is the change of the 0.05 J.
+/// Largest error of a ball's speed, in percent of v₀ = 1 m/s, after the first of five (0.1 kg, 2 cm, e = 1)
+/// with gaps of a tenth of a millimetre has hit the second. Exact: a chain of impacts of two, of which the
+/// last ball takes all. `energy_gain_j` is the change of the 0.05 J.
 pub fn newton_cradle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     cradle(setup, recorder, 1e-4)
 }
 
-/// The same without gaps. Rigid bodies that touch leave open what happens; the answer asked for is that of impacts of two,
-/// one after another, which is what a cradle does.
+/// The same balls without gaps. Rigid bodies that touch leave the result open; the reference is impacts of
+/// two, one after another, as in a cradle.
 pub fn newton_cradle_touching(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     cradle(setup, recorder, 0.0)
 }

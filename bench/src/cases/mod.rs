@@ -40,7 +40,7 @@ use crate::case_report::CaseReport;
 use crate::recorder::Recorder;
 use anyhow::{Result, bail};
 
-/// Every case there is, by subject.
+/// Every case, by subject.
 pub const GROUPS: &[&[Case]] = &[
     synergy::CASES,
     grasp::CASES,
@@ -70,7 +70,7 @@ pub const GROUPS: &[&[Case]] = &[
     held::CASES,
 ];
 
-/// Every case there is.
+/// Every case.
 pub fn all() -> impl Iterator<Item = &'static Case> {
     GROUPS.iter().copied().flatten()
 }

@@ -32,18 +32,18 @@ pub const CASES: &[Case] = &[
 const HALF_M: f64 = 0.14;
 const HEIGHT_M: f64 = 0.25;
 
-/// ... and of the box that objects are poured into: that of the 2016 scenes.
+/// Half width of the box that objects are poured into, m: that of the 2016 scenes.
 const WIDE_HALF_M: f64 = 0.25;
 const WIDE_HEIGHT_M: f64 = 0.3;
-/// How long the pile settles before the case begins, s, and the step it does so with: every run of the case starts
-/// from the same pile.
+/// Time, s, and step with which the pile settles before the case begins: every run of the case starts from
+/// the same pile.
 const SETTLE_S: f64 = 2.5;
 const SETTLE_STEP_S: f64 = 1e-3;
 
 /// Convex parts of an object that fits into a sphere of 4.5 cm radius.
 type Parts = Vec<(Pose, Shape)>;
 
-/// An object of one of six kinds, by turns.
+/// An object of one of six kinds, in turn.
 fn parts(kind: usize, random: &mut Random) -> Parts {
     let whole = |shape| vec![(Pose::IDENTITY, shape)];
     let rounded = |half_extents| Shape::Box { half_extents, rounding: 2e-3 };
@@ -103,7 +103,7 @@ pub(super) fn add_box(model: &mut Model, (w, height): (f64, f64)) -> Result<()> 
     Ok(())
 }
 
-/// `count` random objects and where they lie when our own world has settled them.
+/// `count` random objects and their poses after they settled in our own world.
 fn settled(count: usize, seed: u64) -> Result<(Vec<Arc<Object>>, Vec<Pose>)> {
     let mut random = Random::new(seed);
     let mut model = Model::new(Config::with_step(SETTLE_STEP_S), None)?;
@@ -115,7 +115,7 @@ fn settled(count: usize, seed: u64) -> Result<(Vec<Arc<Object>>, Vec<Pose>)> {
             Object::new(format!("object_{k}"), parts(k, &mut random), mass, 0.6, 5e-4)?
                 .with_torsional_friction(5e-4)?,
         );
-        // Layers of nine, none of which can touch another.
+        // Layers of nine that cannot touch one another.
         let (column, row, layer) = (k % 3, k / 3 % 3, k / 9);
         let at = Vec3::new(column as f64 - 1.0, row as f64 - 1.0, layer as f64 + 0.55) * 0.092;
         let place = Pose::from_parts(at + random.cube() * 1e-3, random.rotation());
@@ -133,9 +133,9 @@ fn settled(count: usize, seed: u64) -> Result<(Vec<Arc<Object>>, Vec<Pose>)> {
     Ok((objects, rest))
 }
 
-/// The hand comes down into the pile, closes and rises, over 4.5 s. The figure is how far the centre of an object
-/// got out of the box's inner planes: nothing may pass through a wall or the floor. What the hand has carried
-/// above the rim may fall anywhere but through the floor.
+/// The hand comes down into the pile, closes and rises, over 4.5 s. The figure is the largest distance of an
+/// object's centre beyond the box's inner planes: nothing may pass through a wall or the floor. An object
+/// that the hand has carried above the rim may fall anywhere but through the floor.
 pub fn dense_heap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (objects, poses) = settled(30, 30)?;
     let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
@@ -190,7 +190,7 @@ pub fn poured(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         poses.push(Pose::from_parts(at, random.rotation()));
     }
     let palm_down = Rotation::from_rotation_y(FRAC_PI_2);
-    // Beside the layers that are still to fall.
+    // Next to the layers that are still to fall.
     let top = Pose::from_parts(Vec3::new(-0.17, 0.0, 0.6), palm_down);
     let state = State::at_rest(&model, top, &poses);
     let mut world = setup.start(model, state)?;
@@ -208,8 +208,8 @@ pub fn poured(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(escape.figure()))
 }
 
-/// How far the centre of an object got out of a box. What was above the rim once may fall anywhere but through the
-/// floor.
+/// Largest distance of an object's centre beyond a box. An object that was above the rim once may fall
+/// anywhere but through the floor.
 pub(super) struct Escape {
     half_m: f64,
     height_m: f64,

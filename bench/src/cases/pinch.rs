@@ -24,9 +24,9 @@ pub const CASES: &[Case] = &[Case::ours(
 /// Radius of the ball, m, and its mass, kg.
 const RADIUS_M: f64 = 0.02;
 const MASS_KG: f64 = 0.05;
-/// How far the ball is from the wrist flange, m: before the middle of the closed fingertips.
+/// Distance of the ball from the wrist flange, m: before the middle of the closed fingertips.
 const ALONG_FINGERS_M: f64 = 0.122;
-/// Where the closing motor goes: the tendon is at its limit then. The curling motor stays open.
+/// Set point of the closing motor, at which the tendon is at its limit. The curling motor stays open.
 const CLOSED: f64 = 0.8;
 const HOLD_FROM_S: f64 = 2.5;
 const END_S: f64 = 4.5;
@@ -64,7 +64,7 @@ pub fn ball(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(Finding { error: Figure::new("creep over 2 s", slip, "mm/s"), invariants })
 }
 
-/// The hand, fingers down, around the ball, which lies on a pedestal.
+/// The hand, fingers down, around the ball on a pedestal.
 fn scene(hand: &Arc<Hand>, config: Config) -> Result<(Model, State, Pose)> {
     let mut model = Model::new(config, Some(Arc::clone(hand)))?;
     let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: RADIUS_M })];

@@ -30,13 +30,15 @@ pub const CASES: &[Case] = &[
 /// Inner half width of the box, m, and its height: nothing comes over its rim.
 const BOX_M: (f64, f64) = (0.3, 5.0);
 
-/// Bodies start in layers of 8 x 8, so far apart along x and y, and along z, m, that none touches another.
+/// Distances of bodies at the start, along x and y, and along z, m: layers of 8 x 8 in which none touches
+/// another.
 const APART_M: [f64; 2] = [0.07, 0.08];
 
 /// kg/m³
 const DENSITY: f64 = 500.0;
 
-/// A body of one of four kinds, by turns, and its volume, m³; none reaches farther than 3.4 cm from its centre.
+/// A body of one of four kinds, in turn, and its volume, m³; none reaches farther than 3.4 cm from its
+/// centre.
 fn body(kind: usize, random: &mut Random) -> (Shape, f64) {
     let r = random.between(0.015, 0.024);
     match kind % 4 {
@@ -45,7 +47,7 @@ fn body(kind: usize, random: &mut Random) -> (Shape, f64) {
         2 => (Shape::Cylinder { radius: 0.8 * r, half_length: r }, 2.0 * PI * 0.64 * r.powi(3)),
         _ => {
             let point = |random: &mut Random| (random.direction() * r).to_array();
-            // As heavy as a cube that fits into the sphere of its points.
+            // The mass of a cube that fits into the sphere of its points.
             (
                 Shape::Hull { points: (0..12).map(|_| point(random)).collect(), rounding: 0.0 },
                 1.54 * r.powi(3),
@@ -54,7 +56,8 @@ fn body(kind: usize, random: &mut Random) -> (Shape, f64) {
     }
 }
 
-/// How far the centre of any of `count` bodies gets out of the box within `time_s`. A world that has a fault is an error.
+/// Largest distance of the centre of any of `count` bodies beyond the box within `time_s`. A fault of the
+/// world is an error.
 pub(crate) fn poured(setup: &Setup, recorder: &mut Recorder, count: usize, time_s: f64) -> Result<Finding> {
     let mut random = Random::new(500);
     let mut model = Model::new(Config::with_step(setup.dt_s), None)?;

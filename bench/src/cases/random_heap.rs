@@ -1,4 +1,4 @@
-//! Random heaps in a box: 3 to 12 spheres, boxes, cylinders and capsules of 10 g to 5 kg, and kicks that they get.
+//! Random heaps in a box: 3 to 12 spheres, boxes, cylinders and capsules of 10 g to 5 kg, and kicks.
 
 use super::scene::{Scene, awake, cuboid};
 use super::setup::Setup;
@@ -13,7 +13,7 @@ use proptest::test_runner::TestRunner;
 
 /// Inner half width of the box, m.
 const HALF_M: f64 = 0.15;
-/// Height of its walls, m: what is kicked stays far below.
+/// Height of its walls, m: kicked bodies stay far below.
 const HEIGHT_M: f64 = 1.0;
 /// No object reaches farther than this from its centre, m.
 const REACH_M: f64 = 0.045;
@@ -30,9 +30,9 @@ pub struct Body {
 /// A sudden change of a body's velocities.
 #[derive(Clone, Debug)]
 pub struct Kick {
-    /// When, as a part of the run.
+    /// Time, as a part of the run.
     pub(crate) at: f64,
-    /// Whom; modulo the number of bodies.
+    /// Number of the body, modulo the number of bodies.
     pub(crate) body: usize,
     /// m/s
     pub(crate) linear: [f64; 3],
@@ -40,7 +40,7 @@ pub struct Kick {
     pub(crate) angular: [f64; 3],
 }
 
-/// A heap and what is done to it.
+/// A heap and its kicks.
 #[derive(Clone, Debug)]
 pub struct Heap {
     pub(crate) bodies: Vec<Body>,
@@ -75,7 +75,7 @@ fn kick() -> impl Strategy<Value = Kick> {
         .prop_map(|(at, body, linear, angular)| Kick { at, body, linear, angular })
 }
 
-/// Heaps of so many bodies.
+/// Heaps with a number of bodies in this range.
 pub fn heap(bodies: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = Heap> {
     (prop::collection::vec(body(), bodies), prop::collection::vec(kick(), 0..6))
         .prop_map(|(bodies, kicks)| Heap { bodies, kicks })
@@ -86,7 +86,7 @@ pub fn thirty() -> Result<Heap> {
     heaps_of_thirty(1)?.pop().context("one heap was asked for")
 }
 
-/// So many heaps of thirty, always the same; the first is [`thirty`].
+/// `count` heaps of thirty, always the same; the first is [`thirty`].
 pub fn heaps_of_thirty(count: u32) -> Result<Vec<Heap>> {
     let mut runner = TestRunner::deterministic();
     let tree = |_| heap(30..=30).new_tree(&mut runner).map_err(|reason| anyhow!("{reason}"));
@@ -94,7 +94,7 @@ pub fn heaps_of_thirty(count: u32) -> Result<Vec<Heap>> {
 }
 
 impl Heap {
-    /// How far the farthest centre is beyond a wall or the floor, m; negative when all are inside.
+    /// Largest distance of a centre beyond a wall or the floor, m; negative when all are inside.
     pub fn escaped(&self, state: &State) -> f64 {
         let beyond = |pose: &Pose| {
             let p = pose.translation;
@@ -127,7 +127,7 @@ impl Heap {
     }
 }
 
-/// An orientation, evenly over all of them but for the corners of a cube of quaternions.
+/// An orientation, evenly over all except the corners of a cube of quaternions.
 pub(crate) fn rotation() -> impl Strategy<Value = Rotation> {
     prop::array::uniform4(-1.0..1.0f64)
         .prop_filter("a direction needs a length", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01)

@@ -57,16 +57,16 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 /// Radius of the ball, m.
 const RADIUS_M: f64 = 0.05;
 
-/// Where the ball's centre is in the hand's frame before closing, and what the motors do.
+/// Position of the ball's centre in the hand's frame before closing, and set points of the motors.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     /// From the palm's frame towards fingers 1 and 2, m.
     pub x_m: f64,
     /// From the bottom of the housing, m.
     pub z_m: f64,
-    /// Where the preshape drive goes.
+    /// Set point of the preshape drive.
     pub preshape: f64,
-    /// Where the fingers' motors go.
+    /// Set point of the fingers' motors.
     pub sigma: f64,
 }
 
@@ -76,7 +76,7 @@ pub const CHOSEN: Placement = Placement { x_m: 0.015, z_m: 0.15, preshape: 0.4, 
 /// Preshape until 1 s, close until 2.2 s, lift by 0.1 m until 3.2 s, hold.
 const CLOSE_S: f64 = 1.0;
 const LIFT_S: f64 = 2.2;
-/// From here on the ball must stand still in the hand.
+/// From this time on the ball must not move in the hand, s.
 const SETTLED_S: f64 = 3.7;
 const END_S: f64 = 5.7;
 
@@ -87,7 +87,7 @@ pub fn ball(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(Finding { error: Figure::new("creep over 2 s", slip, "mm/s"), invariants })
 }
 
-/// The hand palm down over the ball, which stands on a post at the world's origin.
+/// The hand palm down over the ball, on a post at the world's origin.
 fn scene(dt_s: f64, placement: Placement) -> Result<(Model, State, Pose)> {
     let hand = reflex()?;
     let mut model = Model::new(Config::with_step(dt_s), Some(hand))?;
@@ -102,7 +102,7 @@ fn scene(dt_s: f64, placement: Placement) -> Result<(Model, State, Pose)> {
     Ok((model, state, start))
 }
 
-/// What the hand is told for the step that ends at time t.
+/// Sets the command for the step that ends at time t.
 fn instruct(command: &mut Command, placement: Placement, start: Pose, t: f64) {
     command.sigma[..3].fill(placement.sigma * ramp(t - CLOSE_S).0);
     command.sigma[3] = placement.preshape * ramp(t / CLOSE_S).0;
@@ -136,7 +136,7 @@ pub fn play(setup: &Setup, placement: Placement, recorder: &mut Recorder) -> Res
     })
 }
 
-/// The ball grasp after `time_s` of its path, and the command that keeps doing what it did.
+/// The ball grasp after `time_s` of its path, and the command that continues it.
 #[cfg(test)]
 pub(crate) fn grasping(time_s: f64) -> (World, Command) {
     let dt_s = 1e-3;

@@ -35,9 +35,8 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// How far the farthest centre gets beyond the walls or the floor in 2 s, mm; negative when all stay inside, as they must,
-/// kicked and pressed as they may be. The rise of
-/// energy goes to `energy_gain_j`.
+/// Largest distance of a centre beyond the walls or the floor in 2 s, mm, although the objects are kicked and
+/// pressed; negative when all stay inside, as they must. The rise of energy goes to `energy_gain_j`.
 pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let heap = thirty()?;
     let (mut engine, command) = heap.start(setup)?;
@@ -51,7 +50,7 @@ pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     Ok(recorder.finding(error).with_energy_gain(audit.gain_j()))
 }
 
-/// What the contacts of a step violate.
+/// Violations of the contact laws in a step.
 #[derive(Default)]
 struct Residuals {
     /// Largest of the dimensionless ones.
@@ -81,12 +80,12 @@ impl Residuals {
             };
             let (approach, slip) =
                 (relative(contact.position).dot(contact.normal), relative(contact.friction_at));
-            // Signorini: it presses, and only where the step ends touching.
+            // Signorini: it presses, and only if the surfaces touch at the step's end.
             self.worst = self.worst.max(-normal / contact.force.length());
             self.hover_m = self.hover_m.max(contact.distance + h * approach);
-            // Coulomb: inside the cone ...
+            // Coulomb: inside the cone.
             self.worst = self.worst.max((tangential.length() - mu * normal) / contact.force.length());
-            // ... and against the slip.
+            // Coulomb: against the slip.
             let slip = slip - contact.normal * slip.dot(contact.normal);
             if tangential.length() >= 0.999 * mu * normal {
                 self.power[0] -= tangential.dot(slip);
@@ -99,7 +98,7 @@ impl Residuals {
                 }
             }
         }
-        // Newton: what contacts and weight give is what a body gets.
+        // Newton: contacts and weight give each body its momentum.
         let moving = |(k, object): (usize, &Arc<Object>)| object.mass * velocity(engine, k).0.length();
         let momenta: f64 = model.objects().iter().enumerate().map(moving).sum();
         let total = momenta.max(pressed.iter().sum());
@@ -141,18 +140,19 @@ pub fn contact_residuals(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
     Ok(recorder.finding(Figure::new("largest residual", residuals.worst, "")))
 }
 
-/// Widest gap, mm, over which a contact of a falling heap carries force at the end of a step, in 1.5 s. Exact: none. The
-/// convex law lifts a contact that slides off by μ h |v_t|, and learns how fast it slides from the step before.
+/// Widest gap, mm, over which a contact of a falling heap carries force at the end of a step, in 1.5 s.
+/// Exact: none. The convex law lifts a contact that slides off by μ h |v_t|, and takes its sliding speed from
+/// the step before.
 pub fn contact_hover(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
     Ok(recorder.finding(Figure::new("widest gap under force", residuals.hover_m * 1e3, "mm")))
 }
 
-/// Power that sliding friction fails to take, in percent of |f_t| |v_t| summed over all sliding contacts of 1.5 s of
-/// 32 falling heaps: the law of maximal dissipation. What is missing is what the springs of contacts hold: they turn
-/// into the new direction of slip over some micrometres, and relax when an impact ends. The hardest few impacts
-/// are most of it: single heaps show 0.3 to 1.5 %, eight together 0.8 to 1.0, and
-/// 32 differ from 128 by a tenth.
+/// Power that sliding friction fails to take, in percent of |f_t| |v_t| summed over all sliding contacts of
+/// 1.5 s of 32 falling heaps: the law of maximal dissipation. The springs of contacts hold the missing part:
+/// they turn into the new direction of slip over some micrometres, and relax when an impact ends. The hardest
+/// few impacts are most of it: single heaps show 0.3 to 1.5 %, eight together 0.8 to 1.0, and 32 differ from
+/// 128 by a tenth.
 pub fn contact_dissipation(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let [taken, most] = residuals(setup, recorder, 32)?.power;
     Ok(recorder.finding(Figure::new("friction not opposing slip", 100.0 * (1.0 - taken / most), "%")))

@@ -32,10 +32,11 @@ pub const CASES: &[Case] = &[
     Case::new("painleve_rod", "rod sliding on its tip where rigid bodies have no solution", painleve_rod),
 ];
 
-/// Fastest body, m/s, within a second in which bodies that start in each other part: spheres and boxes by half their
-/// size, a capsule across a cylinder, a sphere and a box half in the floor, a box in a corner of walls. Nothing
-/// else moves them but, in the floor's scenes, their weight. Whoever sets bodies so has no speed in mind: ours are led apart
-/// at 0.2 m/s, and a light body is moved by a heavy one's turning too. More than 1 m/s would be an explosion.
+/// Fastest body, m/s, within a second in which bodies that start in each other separate: spheres and boxes by
+/// half their size, a capsule across a cylinder, a sphere and a box half in the floor, a box in a corner of
+/// walls. Nothing else moves them but, in the floor's scenes, their weight. Such a start has no intended
+/// speed: ours separate at 0.2 m/s, and a heavy body that turns also moves a light one. More than 1 m/s would
+/// be an explosion.
 pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let at = Pose::translation;
     let ball = || Shape::Sphere { radius: 0.05 };
@@ -69,17 +70,17 @@ pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             recorder.step(&mut *engine, &command)?;
             worst = worst.max(fastest(&*engine));
         }
-        // It parts for all that: no deeper in than a contact at rest.
+        // They must also separate: no deeper in each other than a contact at rest.
         anyhow::ensure!(engine.outcome().penetration_m < 1e-3, "they are still in each other");
     }
     let error = Figure::bounded("fastest body", worst, "m/s", 1.0);
     Ok(recorder.finding(error))
 }
 
-/// Deepest overlap, mm, after 2 s of a slab of 5 kg that lies on four spheres of a gram (r = 1 cm), then on four cubes of
-/// a gram. Exact: none, for all are rigid; their contacts stand for that ([`RIGID`](crate::engine::RIGID)). Ours sink by
-/// m g/(4 k) = 12 nm under the balls and a quarter of it under the cubes, at any step; MuJoCo's keep the stiffness of all
-/// cases.
+/// Deepest overlap, mm, after 2 s of a slab of 5 kg on four spheres of a gram (r = 1 cm), then on four cubes
+/// of a gram. Exact: none, as rigid bodies; the contacts are [`RIGID`](crate::engine::RIGID). Ours sink by m
+/// g/(4 k) = 12 nm under the balls and a quarter of it under the cubes, at any step; MuJoCo's keep the
+/// stiffness of all cases.
 pub fn heavy_on_grams(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut deepest: f64 = 0.0;
     for shape in [Shape::Sphere { radius: 0.01 }, cuboid(0.02, 0.02, 0.02)] {
@@ -130,10 +131,10 @@ pub fn spin_and_tumble(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
     Ok(recorder.finding(error).with_energy_gain(audit.gain_j()))
 }
 
-/// Largest way, mm, that a box of 2 x 2 x 4 cm moves in 1 s that stands tilted between planes 4.2 cm apart (μ = 0.9), an edge
-/// on each, and is pushed with 2 N at 1.5 cm off its centre, so that the push wedges it. The line between the edges is
-/// 20° off the normal and the friction cone 42°: it does not move, though how hard it is wedged is open (Horak &
-/// Trinkle 2019, exp_wedging.m). Its contact springs yield some µm.
+/// Largest displacement, mm, in 1 s of a box of 2 x 2 x 4 cm that is tilted between planes at a distance of
+/// 4.2 cm (μ = 0.9), an edge on each, and pushed with 2 N at 1.5 cm off its centre, so that the push wedges
+/// it. The line between the edges is 20° off the normal and the friction cone 42°: it does not move, though
+/// the force of the wedging is open (Horak & Trinkle 2019, exp_wedging.m). Its contact springs yield some µm.
 pub fn wedged_box(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (hx, hz, half_gap) = (0.01f64, 0.02f64, 0.021);
     let tilt = hx.atan2(hz) - (half_gap / hx.hypot(hz)).acos();
@@ -158,11 +159,11 @@ pub fn wedged_box(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("largest motion", moved * 1e3, "mm")))
 }
 
-/// Impulse on the rod, N s, in the 50 ms after its tip begins to slide at 3 m/s; the larger of μ = 5/3 and 1.3. Half
-/// length 1 m, 1 kg, g = 10 m/s² (Glocker 1995). It leans by p = 0.9 rad over the tip that leads: with
-/// `1 + 3 cos p (cos p − μ sin p) < 0` (μ > 1.48 here) friction drives the tip into the ground and rigid bodies have no solution
-/// without an impact. What holds for any: no energy is gained (`energy_gain_j`) and the impulse stays bounded however short
-/// the step; to stop the tip takes less than m v = 3 N s, and to throw the rod over twice that.
+/// Impulse on the rod, N s, in the 50 ms after its tip begins to slide at 3 m/s; the larger of μ = 5/3 and
+/// 1.3. Half length 1 m, 1 kg, g = 10 m/s² (Glocker 1995). It leans by p = 0.9 rad over the tip that leads:
+/// with `1 + 3 cos p (cos p − μ sin p) < 0` (μ > 1.48 here) friction drives the tip into the ground and rigid
+/// bodies have no solution without an impact. For every step no energy is gained (`energy_gain_j`) and the
+/// impulse stays bounded: to stop the tip takes less than m v = 3 N s, and to throw the rod over twice that.
 pub fn painleve_rod(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (lean, radius, v, g) = (0.9f64, 0.01, 3.0, 10.0);
     let (mut most, mut gain): (f64, f64) = (0.0, 0.0);

@@ -35,9 +35,9 @@ pub const CASES: &[Case] = &[
 
 const LYING: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Relative loss of speed of a cylinder rolling for 10 s at 0.05 m/s, in percent; what the mean
-/// kinetic energy of any of the ten seconds has above that of the start goes to `energy_gain_j`. Means, because
-/// the contact springs breathe: kinetic energy wavers by a millionth. Exact: neither loss nor gain.
+/// Relative loss of speed of a cylinder rolling for 10 s at 0.05 m/s, in percent. The largest mean kinetic
+/// energy of any of the ten seconds above that of the start goes to `energy_gain_j`. Means, because the
+/// contact springs make the kinetic energy oscillate by a millionth. Exact: no loss, no gain.
 pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, v0) = (0.04, 0.05);
     let pose = Pose::from_parts(Vec3::new(0.0, 0.0, radius), Rotation::from_rotation_x(LYING));
@@ -94,9 +94,9 @@ pub fn incline_sphere(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     Ok(recorder.finding(Figure::new("acceleration error", 100.0 * worst, "%")))
 }
 
-/// Largest relative error, in percent, of the final speed 5 v₀/7 and of the time 2 v₀/(7 μ g) from which a sphere
-/// (R = 0.1 m, 1 kg, μ = 0.3) thrown at v₀ = 2 m/s without spin rolls. The time is where the line through the
-/// sliding speeds at a quarter and three quarters of it meets zero. Ball and floor are rigid.
+/// Largest relative error, in percent, of the final speed 5 v₀/7 and of the time 2 v₀/(7 μ g) from which a
+/// sphere (R = 0.1 m, 1 kg, μ = 0.3) thrown at v₀ = 2 m/s without spin rolls. The time follows from the line
+/// through the sliding speeds at a quarter and three quarters of it. Ball and floor are rigid.
 pub fn bowling(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mu, v0) = (0.1, 0.3, 2.0);
     let (speed, time) = (5.0 / 7.0 * v0, 2.0 * v0 / (7.0 * mu * G));
@@ -144,7 +144,8 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         let direction = Vec3::new(cos, sin, 0.0);
         let (length, height, radius) = (20.0, 0.1, 0.1);
         let at = Pose::translation(0.0, 0.0, 0.5 * height);
-        // Friction of a pair is the geometric mean: box and balls have that of each other, the floor what makes μ₁.
+        // Friction of a pair is the geometric mean: box and balls have their mutual one, the floor one that
+        // results in μ₁.
         let floor = ground * ground / top;
         let mut scene = Scene::new(rigid(setup.dt_s))?.floor(floor)?.body(
             cuboid(length, length, height),
@@ -173,11 +174,12 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
     Ok(recorder.finding(Figure::new("mean squared velocity error", worst, "(m/s)^2")))
 }
 
-/// Largest error, in percent of x₀, of a cylinder (R = 0.05 m, 0.5 kg) on a spring of k = 100 N/m at its axis, released
-/// at x₀ = 0.1 m, in 5 s; the larger of rolling (μ = 1, `x = x₀ cos(√(k/(1.5 m)) t)`) and sliding (μ = 0,
-/// `x = x₀ cos(√(k/m) t)`). What the energy gains goes to `energy_gain_j`. After Castro, Permenter, Han 2022,
-/// VI-B, contact k = 10⁴ N/m and 0.02 s. It sinks by δ and rolls on the middle of the overlap, R − δ/2, which after
-/// 9 periods is 4 % of x₀; the answer has it in. The spring acts as an impulse by its elongation at the start of the step.
+/// Largest error, in percent of x₀, of a cylinder (R = 0.05 m, 0.5 kg) on a spring of k = 100 N/m at its
+/// axis, released at x₀ = 0.1 m, in 5 s; the larger of rolling (μ = 1, `x = x₀ cos(√(k/(1.5 m)) t)`) and
+/// sliding (μ = 0, `x = x₀ cos(√(k/m) t)`). The gain of energy goes to `energy_gain_j`. After Castro,
+/// Permenter, Han 2022, VI-B, contact k = 10⁴ N/m and 0.02 s. It sinks by δ and rolls on the middle of the
+/// overlap, R − δ/2, which after 9 periods is 4 % of x₀; the answer includes it. The spring acts as an
+/// impulse by its elongation at the start of the step.
 pub fn spring_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mass, k, x0) = (0.05, 0.5, 100.0, 0.1);
     let (mut worst, mut gain): (f64, f64) = (0.0, 0.0);

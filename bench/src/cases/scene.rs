@@ -10,15 +10,16 @@ use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
 
-/// Gravity where a case does not say otherwise, m/s².
+/// Gravity of a case without another value, m/s².
 pub(crate) const G: f64 = 9.81;
 
-/// Our constants without sleep: a sleeping body neither creeps nor loses speed, which these cases ask about.
+/// Our constants without sleep: a sleeping body would hide creep and loss of speed, which these cases
+/// measure.
 pub(crate) fn awake(dt_s: f64) -> Config {
     Config { sleeping: false, ..Config::with_step(dt_s) }
 }
 
-/// ... and whose contacts stand for those of rigid bodies.
+/// Our constants without sleep, with contacts as stiff as those of rigid bodies.
 pub(crate) fn rigid(dt_s: f64) -> Config {
     Config { contact_stiffness: RIGID, anchor_stiffness: RIGID, ..awake(dt_s) }
 }
@@ -28,7 +29,7 @@ pub(crate) fn weightless(dt_s: f64) -> Config {
     Config { gravity: Vec3::ZERO, ..awake(dt_s) }
 }
 
-/// Gravity as a level plane feels it when it is tilted by atan(`tan`) down the x axis.
+/// Gravity in the frame of a plane that is tilted by atan(`tan`) down the x axis.
 pub(crate) fn tilted(config: Config, tan: f64) -> Config {
     let cos = 1.0 / (1.0 + tan * tan).sqrt();
     Config { gravity: Vec3::new(G * cos * tan, 0.0, -G * cos), ..config }
@@ -95,7 +96,7 @@ impl Scene {
     }
 }
 
-/// Lets a scene come to rest before a case begins: what is not recorded.
+/// Runs a scene until it rests before a case begins, unrecorded.
 pub(crate) fn settle(engine: &mut dyn Engine, command: &Command, time_s: f64) -> Result<()> {
     let count = steps(time_s, engine.model().config().step_s);
     (0..count).try_for_each(|_| engine.step(command).map(drop))
@@ -113,7 +114,7 @@ pub(crate) fn fastest(engine: &dyn Engine) -> f64 {
     objects.chain(base).fold(0.0, f64::max)
 }
 
-/// Sets them.
+/// Sets the velocities of a body.
 pub(crate) fn set_velocity(engine: &mut dyn Engine, body: usize, linear: Vec3, angular: Vec3) {
     let at = engine.model().object_dofs(body);
     let v = &mut engine.state_mut().v[at..at + 6];
@@ -121,8 +122,7 @@ pub(crate) fn set_velocity(engine: &mut dyn Engine, body: usize, linear: Vec3, a
     v[3..].copy_from_slice(&angular.to_array());
 }
 
-/// Lets a force act on a body during the next step. `arm` is where it acts, from the centre of mass, in the world's
-/// axes.
+/// Applies a force to a body during the next step at `arm` from the centre of mass, in the world's axes.
 pub(crate) fn push(engine: &mut dyn Engine, body: usize, force: Vec3, arm: Vec3) {
     engine.push(body, force, arm.cross(force));
 }

@@ -25,7 +25,8 @@ pub struct Setup {
     pub start: u32,
 }
 
-/// Largest shift of objects for another start, m, along x and along y: finer than anybody could place them.
+/// Largest shift of objects for another start, m, along x and along y: finer than objects can be placed by
+/// hand.
 pub const ASIDE_M: f64 = 1e-4;
 
 impl Setup {

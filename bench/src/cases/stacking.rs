@@ -1,4 +1,4 @@
-//! Bodies at rest on each other: depth, forces, and how heavy may lie on light.
+//! Bodies at rest on each other: depth, forces, and heavy bodies on light ones.
 
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, push, rigid};
@@ -26,8 +26,8 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// Force between two bodies in the last step, on the one with the higher number, N; zero if they do not touch,
-/// nothing if the engine does not tell forces.
+/// Force between two bodies in the last step, on the one with the higher number, N; zero if they do not
+/// touch, none if the engine does not report forces.
 pub(crate) fn force_between(engine: &dyn Engine, a: Owner, b: Owner) -> Option<Vec3> {
     let mut sum = Vec3::ZERO;
     for contact in engine.world()?.contact_forces() {
@@ -69,11 +69,12 @@ pub fn rest_penetration(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
     Ok(recorder.finding(error).with_force_error(wrong))
 }
 
-/// How far the dragged cubes are wrong, as the largest way, in mm, that the upper cube (0.2 m, √r kg) moved on the
-/// lower one (0.2 m, 1/√r kg), over r = 1 … 10⁶: for 1 s at rest, then 1 s dragged with half of `μ m₂ g`. Exact: no
-/// motion. The largest error of the two contact forces, `(m₁ + m₂) g` and `m₂ g`, goes to `force_error_percent`. After
-/// ContactBench (Le Lidec et al. 2023, arXiv:2304.06372), where per-contact solvers fail from 10⁶ on. The contacts
-/// are stiff in proportion to the load, so that a ton sinks no deeper than a kilogram.
+/// Error of the dragged cubes: the largest way, in mm, that the upper cube (0.2 m, √r kg) moved on the lower
+/// one (0.2 m, 1/√r kg), over r = 1 … 10⁶: for 1 s at rest, then 1 s dragged with half of `μ m₂ g`. Exact: no
+/// motion. The largest error of the two contact forces, `(m₁ + m₂) g` and `m₂ g`, goes to
+/// `force_error_percent`. After ContactBench (Le Lidec et al. 2023, arXiv:2304.06372), where per-contact
+/// solvers fail from 10⁶ on. The contacts are stiff in proportion to the load, so that a ton sinks no deeper
+/// than a kilogram.
 pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mut moved, mut wrong): (f64, f64) = (0.0, 0.0);
     let side = 0.2;
@@ -115,12 +116,12 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(error).with_force_error(wrong))
 }
 
-/// Deepest overlap, mm, in columns of n = 1 … 15 spheres (r = 0.05 m, 0.2 kg, μ = 0.3) that stand for 1 s (Horak &
-/// Trinkle 2019). Exact: none, for the spheres are rigid. How stiff contacts are is the scene's to say, not the
-/// solver's: they stand for rigid ones ([`RIGID`](crate::engine::RIGID)) instead of for pads. Ours sink `n m g/k` at the bottom, rapier's are
-/// as hard as its sub-steps resolve, and MuJoCo's those of all cases: with harder ones the columns do not come to rest
-/// within the second, and overlap by far more. The largest relative error of a contact force at the end,
-/// `(n − k + 1) m g`, goes to `force_error_percent`.
+/// Deepest overlap, mm, in columns of n = 1 … 15 spheres (r = 0.05 m, 0.2 kg, μ = 0.3) after 1 s (Horak &
+/// Trinkle 2019). Exact: none, as rigid spheres. The scene sets the stiffness of contacts, not the solver:
+/// here rigid bodies ([`RIGID`](crate::engine::RIGID)) instead of pads. Ours sink `n m g/k` at the bottom,
+/// rapier's are as hard as its sub-steps resolve, and MuJoCo's those of all cases: with harder ones the
+/// columns still move after the second, and overlap by far more. The largest relative error of a contact
+/// force at the end, `(n − k + 1) m g`, goes to `force_error_percent`.
 pub fn sphere_stack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mass) = (0.05, 0.2);
     let (mut deepest, mut wrong): (f64, f64) = (0.0, 0.0);

@@ -37,7 +37,7 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// Parts of a free hand are at least this far apart, m.
+/// Smallest distance between parts of a free hand, m.
 const FREE_M: f64 = 5e-4;
 
 /// A hand alone in the world.

@@ -52,7 +52,7 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     }
     let tendon = &hand.tendons[0];
     let state = world.state();
-    // The clamp yields a little under the tendon: where it holds the joint is read, the rest is predicted.
+    // The clamp yields a little under the tendon: the joint's place is read, the rest is predicted.
     let mut stretch = wound(&hand.motors[0], sigma);
     let mut compliance = 1.0 / tendon.stiffness;
     for &(c, r) in &tendon.moment_arms {
@@ -78,8 +78,8 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
-/// Largest joint error over half a second after the cable was let go, against the damped oscillator
-/// `q₀ e^{−ζωt} (cos ω_d t + ζω/ω_d sin ω_d t)`. A cable that pushed, or pulled while slack, is a failure.
+/// Largest joint error over half a second after the cable's release, against the damped oscillator `q₀
+/// e^{−ζωt} (cos ω_d t + ζω/ω_d sin ω_d t)`. A cable that pushed, or pulled while slack, is a failure.
 pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (inertia, k, d) = (2e-4, 0.5, 2e-3);
     let finger = Finger {
@@ -127,10 +127,11 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("largest joint error", worst, "rad")))
 }
 
-/// Energy audit of a cycle: the hand closes on a fixed bar, squeezes it and opens again. What the motor put in
-/// over the closed cycle, `∮ f ds`, is what dampers, friction and servo took and springs still hold. The figure is
-/// what is missing of it, in percent of all the work the motor did while closing; `energy_gain_j` what appeared.
-/// Missing is what the integrator itself and the impacts on joint limits take: the books do not see them.
+/// Energy audit of a cycle: the hand closes on a fixed bar, squeezes it and opens again. Dampers, friction
+/// and servo took the motor's work over the closed cycle, `∮ f ds`, or springs still hold it. The figure is
+/// the missing part, in percent of all the work the motor did while closing; a surplus goes to
+/// `energy_gain_j`. The integrator itself and the impacts on joint limits take the missing part: the audit
+/// does not count them.
 pub fn cycle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let bar = Shape::Capsule { radius: 0.0225, half_length: 0.06 };
     let across = Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2);

@@ -23,17 +23,17 @@ pub const CASES: &[Case] = &[
 /// Edge of the plates, m, and their mass, kg.
 const PLATE: (f64, f64) = (0.6, 1.0);
 
-/// How often each thing is thrown.
+/// Throws of each thing.
 const TRIES: usize = 20;
 
-/// How far a step of more than a millisecond takes what is thrown, m, and how fast it is at least and at most, m/s.
+/// Way of a thrown thing in a step of more than a millisecond, m, and its least and largest speed, m/s.
 const WAY_M: f64 = 0.01;
 const SPEEDS: [f64; 2] = [2.0, 10.0];
 
-/// It starts so far before the plate, m; no point of it is as far from its centre.
+/// Distance from the plate at the start, m; every point of a thing is nearer to its centre.
 const BEFORE_M: f64 = 0.08;
 
-/// A throw ends after so many ways over that distance.
+/// Length of a throw, in multiples of that distance.
 const LONG: f64 = 8.0;
 
 /// Something small.
@@ -45,7 +45,7 @@ struct Thing {
 /// A rod of 62 mm.
 const ROD: Thing = Thing { mass: 2e-3, shape: |_| Shape::Capsule { radius: 1e-3, half_length: 0.03 } };
 
-/// Others.
+/// Other small things.
 const THINGS: &[Thing] = &[
     Thing { mass: 0.5e-3, shape: |_| Shape::Cylinder { radius: 0.5e-3, half_length: 0.03 } },
     Thing { mass: 2e-3, shape: |_| cuboid(2e-3, 0.06, 2e-3) },
@@ -61,7 +61,8 @@ const THINGS: &[Thing] = &[
     },
 ];
 
-/// Whether a thing thrown at `speed`, m/s, with a `spin`, rad/s, comes to the other side of a plate that is `thick`, m.
+/// Whether a thing thrown at `speed`, m/s, with a `spin`, rad/s, passes through a plate of thickness `thick`,
+/// m.
 fn passes(
     setup: &Setup,
     recorder: &mut Recorder,
@@ -71,7 +72,7 @@ fn passes(
 ) -> Result<bool> {
     let shape = (thing.shape)(random);
     let way = speed * setup.dt_s;
-    // Anywhere within a step before it is near.
+    // A random place within a step, at least one step farther away than `BEFORE_M`.
     let at = Vec3::new(
         -BEFORE_M - way * random.between(1.0, 2.0),
         random.between(-0.1, 0.1),
@@ -104,8 +105,8 @@ fn speed(setup: &Setup) -> f64 {
     (WAY_M / setup.dt_s).clamp(SPEEDS[0], SPEEDS[1])
 }
 
-/// How many of 40 rods of 2 g pass through a free plate of 1 kg, 20 of them with spins of 3 rad/s and 20 with 60: at 10 m/s with steps
-/// up to 1 ms, at 2 m/s with 10 ms.
+/// Number of rods, out of 40 of 2 g, that pass through a free plate of 1 kg, 20 of them with spins of 3 rad/s
+/// and 20 with 60: at 10 m/s with steps up to 1 ms, at 2 m/s with 10 ms.
 pub fn thin_plate(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut random = Random::new(1);
     let mut through = 0;
@@ -118,8 +119,8 @@ pub fn thin_plate(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::bounded("rods that pass through", f64::from(through), "of 40", 0.0)))
 }
 
-/// How many of 280 things of 0.3 to 20 g pass through: seven kinds, each thrown 20 times at a plate of 1 mm and of half a millimetre,
-/// twice as fast as the rods of `thin_plate`, with spins of 60 rad/s.
+/// Number of things, out of 280 of 0.3 to 20 g, that pass through: seven kinds, each thrown 20 times at a
+/// plate of 1 mm and of half a millimetre, twice as fast as the rods of `thin_plate`, with spins of 60 rad/s.
 pub fn thin_things(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut random = Random::new(2);
     let mut through = 0;

@@ -33,9 +33,10 @@ pub const CASES: &[Case] = &[
     Case::new("disc_contensou", "disc that slides and spins on a plane: both end together", disc_contensou),
 ];
 
-/// Error, in percent, of the largest distance from its centre of mass at which a rod (0.2 kg) can be pinched with N = 20 N by
-/// two round pads (R_c = 1 cm, μ = 0.5) without tilting, against `m g e = 2 · ⅔ μ N R_c`, e = 68 mm, for evenly pressing pads.
-/// Whoever presses at the rims alone holds up to 102 mm, half as far again.
+/// Error, in percent, of the largest distance from its centre of mass at which a rod (0.2 kg) can be pinched
+/// with N = 20 N by two round pads (R_c = 1 cm, μ = 0.5) without tilting, against `m g e = 2 · ⅔ μ N R_c`,
+/// `e` = 68 mm, for evenly pressing pads. Pads that press at the rims alone hold up to 102 mm, half as far
+/// again.
 pub fn pinch_tilt_torsion(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let radius = 0.01;
     let tips = Tips { shape: Shape::Cylinder { radius, half_length: 0.005 }, half: 0.005, pad: None };
@@ -90,7 +91,8 @@ pub fn round_tips(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("largest error of the time", 100.0 * worst, "%")))
 }
 
-/// How far the ends of the same rod move in a minute, µm, that the same tips hold 15 mm off its middle. Exact: 0.
+/// Displacement, µm, of the ends of the same rod in a minute, held 15 mm off its middle by the same tips.
+/// Exact: 0.
 pub fn soft_tip_creep(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut worst: f64 = 0.0;
     for tips in soft_tips() {
@@ -126,15 +128,15 @@ const MU: f64 = 0.5;
 const ROD_KG: f64 = 0.2;
 const ROD_HALF_M: f64 = 0.01;
 
-/// What a rod is pinched with.
+/// The tips that pinch a rod.
 struct Tips {
     shape: Shape,
-    /// From a tip's middle to where it touches, m.
+    /// From a tip's middle to its surface, m.
     half: f64,
     pad: Option<Pad>,
 }
 
-/// A rod between two tips, so far beside its middle, m.
+/// A rod between two tips, `offset` from its middle, m.
 fn between(setup: &Setup, config: Config, tips: &Tips, offset: f64) -> Result<(Box<dyn Engine>, Command)> {
     let tip = |link_from_geom| Geom { link_from_geom, shape: tips.shape.clone(), friction: MU };
     let across = Rotation::from_rotation_y(-FRAC_PI_2);
@@ -171,9 +173,9 @@ fn tilts(setup: &Setup, recorder: &mut Recorder, tips: &Tips, offset: f64) -> Re
     Ok(false)
 }
 
-/// v/(R ω) at the end of a disc (R = 0.05 m, 0.1 kg, μ = 0.3) that starts with v = 0.5 m/s and ω = 10 rad/s, as error in percent of
-/// 0.6530, towards which it goes under an even pressure (Farkas et al. 2003, Phys. Rev. Lett. 90, 248302). Ours presses at
-/// single points of the rim, for which the answer is another.
+/// v/(R ω) at the end of a disc (R = 0.05 m, 0.1 kg, μ = 0.3) that starts with v = 0.5 m/s and ω = 10 rad/s,
+/// as error in percent of 0.6530, the limit under an even pressure (Farkas et al. 2003, Phys. Rev. Lett. 90,
+/// 248302). Ours presses at single points of the rim, for which the limit is another.
 pub fn disc_contensou(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let radius = 0.05;
     let disc = Shape::Cylinder { radius, half_length: 0.005 };
@@ -187,7 +189,7 @@ pub fn disc_contensou(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     for _ in 0..steps(2.0, setup.dt_s) {
         recorder.step(&mut *engine, &command)?;
         let (linear, angular) = velocity(&*engine, 0);
-        // Until a fiftieth of the speeds is left: what comes after is the deadband's and the anchors'.
+        // Until a fiftieth of the speeds is left: below it the deadband and the anchors act.
         if linear.length() > 0.01 && angular.z.abs() > 0.2 {
             ratio = linear.length() / (radius * angular.z.abs());
         }
@@ -225,7 +227,7 @@ pub fn patch_spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("largest error of the time", 100.0 * worst, "%")))
 }
 
-/// When the first object's spin has fallen to a tenth of ω, s; 0 if that takes more than a second.
+/// Time until the first object's spin has fallen to a tenth of ω, s; 0 if that takes more than a second.
 fn time_to_a_tenth(
     engine: &mut dyn Engine,
     command: &Command,

@@ -40,7 +40,7 @@ pub trait Engine {
     fn step(&mut self, command: &Command) -> Result<Cost>;
     /// Poses, coordinates, velocities and tensions now.
     fn state(&self) -> &State;
-    /// Poses and velocities to set; the engine goes on from them.
+    /// Poses and velocities to set; the engine continues from them.
     fn state_mut(&mut self) -> &mut State;
     /// Applies a force and a torque about its centre of mass to an object during the next step, in the world's axes. The
     /// default applies their impulse over the step, as a semi-implicit engine does.

@@ -38,7 +38,7 @@ fn cpu_s() -> f64 {
     ProcessTime::now().as_duration().as_secs_f64()
 }
 
-/// A run of a peer did not end in time: it says nothing, neither good nor bad.
+/// A run of a peer did not end in time: it says nothing, good or bad.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("not finished within {allowed_s} s")]
 pub struct NotFinished {
@@ -117,7 +117,7 @@ impl Engine for Limited {
         let cost = self.0.step(command)?;
         // MuJoCo steps in another process, and reports its time.
         spend(cost.total_s.max(begin.elapsed().as_secs_f64()));
-        // A run with a failed step is of no use; to go on would take a report an hour.
+        // A run with a failed step is of no use; finishing it would take a report an hour.
         if LIMIT.get().is_some() && !self.0.outcome().converged {
             return Err(
                 StepFailed { at_s: self.0.state().step as f64 * self.0.model().config().step_s }.into()
@@ -153,7 +153,7 @@ mod tests {
     use crate::cases::{self, Setup};
     use crate::engine::{EngineFactory, OwnFactory};
 
-    /// Ours as if it were a peer.
+    /// Ours under a peer's rules.
     #[derive(Debug)]
     struct Peer;
 

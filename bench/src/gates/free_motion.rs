@@ -10,7 +10,7 @@ fn a_thrown_box_flies_the_parabola() {
 
 #[test]
 fn a_tumbling_box_keeps_its_angular_momentum_and_energy() {
-    // L is kept but for rounding, E to the fourth order in h. Published at 1 ms: 6.4e-3 and 6.2e-3 J.
+    // L is constant except for rounding, E to the fourth order in h. Published at 1 ms: 6.4e-3 and 6.2e-3 J.
     for (dt, momentum, energy) in [(1e-3, 1e-10, 1e-9), (8e-3, 1e-10, 4e-6)] {
         gains(&at_most("box_tumble", &[(dt, momentum)])[0], energy);
     }

@@ -4,7 +4,7 @@ use super::{at_most, creeps};
 
 #[test]
 fn a_block_on_a_critical_slope_stays_and_on_a_steeper_one_slides() {
-    // What glides in the deadband of the correction is a part in ten thousand of friction's pull.
+    // The glide in the deadband of the correction is a part in ten thousand of friction's pull.
     for report in at_most("incline_critical", &[(1e-3, 0.1), (4e-3, 0.1)]) {
         creeps(&report, 1e-6);
     }

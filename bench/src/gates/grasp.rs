@@ -7,8 +7,9 @@ use crate::cases::{Setup, run};
 
 const GRASPS: [&str; 2] = ["softhand_cylinder", "softhand_box"];
 
-/// Overlap of the object with the hand at the end, mm: the median of three starts, of which `first` is the first. The place
-/// where a finger comes to rest is chance: of six starts at 8 ms one ended a quarter less deep than the others.
+/// Overlap of the object with the hand at the end, mm: the median of three starts, of which `first` is the
+/// first. The resting place of a finger is chance: of six starts at 8 ms one ended a quarter less deep than
+/// the others.
 fn depth_of_hold(first: &CaseReport) -> f64 {
     let depth =
         |report: &CaseReport| report.invariants.hold_penetration_mm.expect("grasps report this depth");
@@ -83,8 +84,8 @@ fn both_objects_are_held_wherever_they_lie_in_the_hand() {
         }
         lost
     });
-    // The cylinder is in reach everywhere. Boxes at the edge of the reach turn out between two fingers, with an even pressure
-    // in their contacts. Which of them is chance. 2 of 25 are lost; the 95 % interval of such a count (Clopper and Pearson)
-    // ends at 26 %, which is 6.
+    // The cylinder is in reach everywhere. Boxes at the edge of the reach turn out between two fingers, with
+    // an even pressure in their contacts. It is chance which boxes are lost. 2 of 25 are; the 95 % interval
+    // of such a count (Clopper and Pearson) ends at 26 %, which is 6.
     assert!(lost[0].is_empty() && lost[1].len() <= 6, "lost cylinders and boxes, mm: {lost:?}");
 }

@@ -3,8 +3,8 @@
 use super::{at_most, converged, gains, held, report, within};
 use crate::case_report::CaseReport;
 
-/// Runs a case at short and long steps: every step converges, no number breaks, no energy appears and no body gets
-/// faster than what is there can make it.
+/// Runs a case at short and long steps: every step converges, all numbers are finite, no energy appears and
+/// no body becomes faster than the forces and heights of the scene allow.
 fn sound(case: &str, from_nowhere_j: f64) -> Vec<CaseReport> {
     [0.5e-3, 1e-3, 4e-3, 16e-3]
         .into_iter()
@@ -58,8 +58,8 @@ fn commands_may_jump() {
 
 #[test]
 fn a_fast_spinning_capsule_does_not_explode() {
-    // It hops, slides and spins at 100 rad/s, and takes some percent of its energy from nowhere; see docs/physics.md.
-    // When its turning was stepped to the first order it took a thousand times all it had.
+    // It hops, slides and spins at 100 rad/s, and takes some percent of its energy from nowhere; see
+    // docs/physics.md. Rotation stepped to the first order took a thousand times its whole energy.
     at_most("hard_spin", &[0.25e-3, 1e-3, 4e-3, 16e-3].map(|dt| (dt, 10.0)));
 }
 

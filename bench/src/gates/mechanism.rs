@@ -12,7 +12,7 @@ fn a_pendulum_keeps_its_period_and_energy_for_a_hundred_periods() {
 
 #[test]
 fn a_heavy_top_precesses_steadily() {
-    // Where accelerations are zero every stage says the same: rounding is left.
+    // All joint accelerations are zero, so every stage gives the same: only rounding is left.
     for report in at_most("heavy_top", &[0.25e-3, 1e-3, 8e-3, 16e-3].map(|dt| (dt, 1e-9))) {
         gains(&report, 1e-8);
     }

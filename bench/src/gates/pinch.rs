@@ -1,4 +1,4 @@
-//! The pinch hand, which is data only, holds what it takes.
+//! The pinch hand, which is data only, holds its object.
 
 use super::{at_most, held};
 

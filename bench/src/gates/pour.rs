@@ -3,8 +3,8 @@
 use crate::cases::{Setup, pour};
 use crate::recorder::Recorder;
 
-/// Half a second at the middle one of the usual steps. From the middle on, a step computes more than the limit of a world of
-/// a hundred. `palmares-bench case poured_500` plays the whole case.
+/// Half a second at the middle one of the usual steps. In its second half, a step computes more than the
+/// limit of a world of a hundred. `palmares-bench case poured_500` plays the whole case.
 #[test]
 fn five_hundred_bodies_are_poured_without_a_fault() {
     let setup = Setup::own(4e-3);

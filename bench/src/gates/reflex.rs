@@ -1,4 +1,4 @@
-//! The ReFlex rests where its R(q) says and holds what it closes on.
+//! The ReFlex rests at the equilibrium of R(q) and holds what it closes on.
 
 use super::{at_most, held};
 use crate::cases::Setup;
@@ -26,7 +26,7 @@ fn a_ball_is_held_without_creep_at_every_step() {
     }
 }
 
-/// The grasp is no lucky one.
+/// The grasp also holds in other placements.
 #[test]
 fn the_ball_is_held_wherever_it_lies_between_the_fingers() {
     let setup = Setup::own(4e-3);

@@ -37,7 +37,7 @@ fn a_rod_in_painleves_paradox_stops_with_a_bounded_impulse() {
         let report = report("painleve_rod", dt);
         converged(&report);
         within(&report);
-        // Of 12.3 J; the audit knows the energy in its contact springs to a part in ten thousand.
+        // The energy is 12.3 J; the audit knows the part in its contact springs to a part in ten thousand.
         gains(&report, 1.2e-3);
     }
 }
@@ -48,7 +48,7 @@ fn thirty_objects_fall_into_a_box_and_none_leaves_it() {
         let report = report("thirty_objects", dt);
         converged(&report);
         within(&report);
-        // Of some 60 J of falls and kicks.
+        // Falls and kicks have some 60 J.
         gains(&report, 1e-2);
     }
 }
@@ -68,6 +68,6 @@ fn friction_opposes_slip() {
 
 #[test]
 fn a_contact_that_slides_off_and_on_carries_little_at_a_gap() {
-    // It was 2.4 mm while a point that had carried nothing was taken for stuck.
+    // It was 2.4 mm while a point without load counted as stuck.
     at_most("contact_hover", &[(1e-3, 0.8)]);
 }

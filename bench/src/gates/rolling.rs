@@ -6,7 +6,8 @@ use super::{at_most, gains};
 fn a_rolling_cylinder_neither_gains_nor_loses_energy() {
     // At a quarter of a millisecond it turns by less than a manifold of flat shapes may be old.
     for report in at_most("rolling_cylinder", &[0.25e-3, 1e-3, 8e-3].map(|dt| (dt, 2e-3))) {
-        // Of its 1.9e-4 J, some 3e-10 J come and go with the contact springs, which store 1.2e-6 J under its weight.
+        // The energy is 1.9e-4 J, of which some 3e-10 J oscillate with the contact springs, which store
+        // 1.2e-6 J under its weight.
         gains(&report, 1e-9);
     }
 }

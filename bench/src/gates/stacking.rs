@@ -26,7 +26,7 @@ fn a_cube_a_million_times_heavier_stands_on_a_light_one_and_is_not_dragged_off()
 
 #[test]
 fn columns_of_up_to_fifteen_spheres_stand_at_every_step() {
-    // 15 m g/k = 0.029 µm; ten percent for what has not come to rest.
+    // 15 m g/k = 0.029 µm; ten percent for the motion that is left.
     forces_are_right(&at_most("sphere_stack", &[0.25e-3, 1e-3, 4e-3, 10e-3, 16e-3].map(|dt| (dt, 3.2e-5))));
 }
 

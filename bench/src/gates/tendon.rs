@@ -9,7 +9,7 @@ fn a_blocked_joint_leaves_the_others_to_the_closed_form() {
 
 #[test]
 fn a_slack_cable_neither_pushes_nor_pulls() {
-    // The case itself fails when it does. The swing's error falls with the step.
+    // The case itself fails if the cable pushes or pulls while slack. The swing's error falls with the step.
     let (coarse, fine) = (report("syn_slack", 1e-3), report("syn_slack", 0.25e-3));
     converged(&coarse);
     converged(&fine);

@@ -178,9 +178,9 @@ impl Piece {
 }
 
 impl Outcome {
-    /// Checks the bounds of every grasp. Energy from nowhere is at most a hundredth of what motors, servo and pushes gave,
-    /// plus 1 mJ; objects stay below 10 m/s, the base below 5 m/s, joints below 1000 rad/s. The base may hook onto the
-    /// pedestal and be let go under the servo's full force.
+    /// Checks the bounds of every grasp. Energy from nowhere is at most a hundredth of the input of motors,
+    /// servo and pushes, plus 1 mJ; objects stay below 10 m/s, the base below 5 m/s, joints below 1000 rad/s.
+    /// The base may hook onto the pedestal and come free under the servo's full force.
     fn judge(&self) -> Result<()> {
         let w = &self.monitor;
         ensure!(w.broken == 0, "{} steps not finite", w.broken);

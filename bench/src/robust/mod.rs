@@ -17,8 +17,8 @@ pub const SEED: u64 = 1;
 /// Number of smaller scenes that are tried when one fails.
 const SHRINKS: u32 = 200;
 
-/// Checks `count` values of `strategy`. Where one does not hold, the error names the seed, the fault and the smallest value
-/// with this fault that was found.
+/// Checks `count` values of `strategy`. The error names the seed, the fault and the smallest value with this
+/// fault that was found.
 pub fn all_hold<S: Strategy>(
     seed: u64,
     count: u32,

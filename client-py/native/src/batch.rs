@@ -20,31 +20,31 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 thread_local! {
-    /// What a thread lends to the world that it steps.
+    /// The scratch memory that a thread lends to the world that it steps.
     static WORKSPACE: RefCell<SharedScratch> = RefCell::default();
 }
 
-/// A world of the batch, and what it has to tell.
+/// A world of the batch, with its results.
 struct Slot {
     run: Option<Run>,
     seed: u64,
-    /// The observation, and of it what stays as it is.
+    /// The observation, and its constant part.
     row: Vec<f64>,
     constant: Vec<f64>,
     score: f64,
     reward: f64,
-    /// Where rewards are shaped.
+    /// Shapes rewards, if they are shaped.
     shaper: Option<Shaper>,
     shaping: f64,
     /// Time spent stepping.
     physics: Duration,
-    /// When it is over.
+    /// Outcome of a run that is over.
     outcome: Option<Outcome>,
-    /// Of the last step.
+    /// Events of the last step.
     events: Vec<(u64, String, Option<usize>)>,
 }
 
-/// How the runs of a batch are opened.
+/// Options of the runs of a batch.
 struct How<'a> {
     task: &'a Arc<Task>,
     hand: &'a Arc<Hand>,
@@ -130,7 +130,8 @@ impl Batch {
         self.fields.iter().map(|field| (field.name, field.shape.clone())).collect()
     }
 
-    /// Opens a run in each world of `mask`, by its place in `seeds`; `told` is told how many are open.
+    /// Opens a run in each world of `mask`, by its place in `seeds`; calls `told` with the number of open
+    /// ones.
     #[pyo3(signature = (seeds, mask, told=None))]
     fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>, told: Told<'_>) -> PyResult<()> {
         self.fits("seeds", seeds.len())?;
@@ -144,7 +145,7 @@ impl Batch {
         let mut chosen: Vec<(&mut Slot, u64, Result<(), String>)> =
             chosen.map(|((slot, seed), _)| (slot, seed, Ok(()))).collect();
         let mut opened = 0;
-        // So many at once that somebody looks for Ctrl-C in between.
+        // A small portion, so that Ctrl-C is checked in between.
         for some in chosen.chunks_mut(2 * workers.count()) {
             py.detach(|| workers.each(some, |(slot, seed, built)| *built = slot.open(&how, *seed)));
             for (_, _, built) in &mut *some {
@@ -157,8 +158,8 @@ impl Batch {
         Ok(())
     }
 
-    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a world that is over stands still. `told` is
-    /// told how many ticks are done.
+    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a finished world does not
+    /// move. Calls `told` with the number of ticks done.
     #[pyo3(signature = (actions, ticks, mask, told=None))]
     fn step(
         &mut self,
@@ -193,7 +194,7 @@ impl Batch {
             .map(|((slot, numbers), _)| (slot, action(numbers)))
             .collect();
         moving.iter_mut().for_each(|(slot, _)| slot.begin());
-        // So many in one go that Ctrl-C does not wait long.
+        // Small portions, so that Ctrl-C does not wait long.
         let portion = (500 * workers.count() / count).clamp(1, 10) as u32;
         let mut left = ticks;
         let mut interrupted = Ok(());
@@ -220,8 +221,8 @@ impl Batch {
         interrupted
     }
 
-    /// The first action that is clipped where base velocities may be so long, m/s and rad/s: its world, and which of its
-    /// fields: linear velocity, angular velocity, σ.
+    /// The first action that is clipped under these largest base velocities, m/s and rad/s: its world, and
+    /// the number of its field: linear velocity, angular velocity, σ.
     fn clipped(&self, actions: PyReadonlyArray2<'_, f64>, limits: [f64; 2]) -> Option<(usize, usize)> {
         let actions = actions.as_array();
         let length = |world, first: usize| {
@@ -238,7 +239,7 @@ impl Batch {
         })
     }
 
-    /// s that threads have spent in the physics and the referee, all of them together.
+    /// Time that all threads together have spent in the physics and the referee, s.
     #[getter]
     fn physics_s(&self) -> f64 {
         self.slots.iter().map(|slot| slot.physics.as_secs_f64()).sum()
@@ -260,7 +261,8 @@ impl Batch {
         Ok(told)
     }
 
-    /// Reward of the last step, score so far, whether it is complete, whether it was cut short: arrays (N,).
+    /// Reward of the last step, score until now, whether it is complete, whether it was cut short: arrays
+    /// (N,).
     #[allow(clippy::type_complexity)]
     fn progress<'py>(
         &self,
@@ -335,7 +337,7 @@ impl Batch {
         self.slots.iter().map(hash).collect()
     }
 
-    /// What the referee noted in the last step of a world: (tick, kind, object).
+    /// The referee's events in the last step of a world: (tick, kind, object).
     fn events(&self, world: usize) -> PyResult<Vec<(u64, String, Option<usize>)>> {
         Ok(self.slot(world)?.events.clone())
     }
@@ -368,7 +370,7 @@ impl Batch {
         Ok(Snapshot { run: run.snapshot(), history: None })
     }
 
-    /// Lets a world go on from a snapshot of the same task, hand, seed and noise.
+    /// Continues a world from a snapshot of the same task, hand, seed and noise.
     fn restore(&mut self, world: usize, from: &Bound<'_, Snapshot>) -> PyResult<()> {
         self.slot(world)?;
         let sensing = self.sensing;
@@ -416,7 +418,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Whether it moves no more.
+    /// Whether it does not move any more.
     fn is_over(&self) -> bool {
         let ended = |run: &Run| run.over().is_some() || run.fault().is_some();
         self.outcome.is_some() || self.run.as_ref().is_none_or(ended)
@@ -445,7 +447,7 @@ impl Slot {
         *physics += begun.elapsed();
     }
 
-    /// Counts what is over, and observes.
+    /// Observes, and sets the outcome if the run is over.
     fn end(&mut self, sensing: Sensing, objects: usize) {
         let Slot { run: Some(run), outcome, score, reward, row, constant, shaper, shaping, .. } = self else {
             return;

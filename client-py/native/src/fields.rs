@@ -12,7 +12,7 @@ use std::iter::repeat_n;
 #[derive(Clone, Debug)]
 pub(crate) struct Field {
     pub(crate) name: &'static str,
-    /// Of one world.
+    /// Shape in one world.
     pub(crate) shape: Vec<usize>,
     /// Numbers of one world.
     pub(crate) len: usize,

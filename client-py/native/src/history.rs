@@ -1,11 +1,11 @@
-//! The actions of a run so far, to be played again for a replay. Copies share what they have in common, so that snapshots
-//! and forks of long runs cost next to nothing.
+//! The past actions of a run, to be played again for a replay. Copies share their common part, so that
+//! snapshots and forks of long runs cost next to nothing.
 
 use palmares_tasks::Action;
 use palmares_tasks::observation::Wrench;
 use std::sync::Arc;
 
-/// Actions in a part that is shared. What is not yet in one is copied with every snapshot.
+/// Actions in a shared part. Later actions are copied with every snapshot.
 const PART: usize = 8;
 
 /// A push that begins with the next tick.
@@ -16,7 +16,7 @@ pub(crate) struct Push {
     pub(crate) duration_s: f64,
 }
 
-/// What happened in a tick.
+/// The inputs of a tick.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) pushes: Vec<Push>,

@@ -1,4 +1,4 @@
-//! Long work that Ctrl-C ends, and that tells how far it has got.
+//! Long work that Ctrl-C ends, and that reports its progress.
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -7,19 +7,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How often a long call looks whether it is to end.
+/// Interval at which a long call checks whether it is to end.
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
 
-/// A callable of Python's that is told how much is done.
+/// A Python function that is called with the progress.
 pub(crate) type Told<'py> = Option<Bound<'py, PyAny>>;
 
-/// Tells how much is done, if somebody wants to know.
+/// Reports the progress if there is a function for it.
 pub(crate) fn tell(told: &Told<'_>, done: u64) -> PyResult<()> {
     told.as_ref().map_or(Ok(()), |told| told.call1((done,)).map(|_| ()))
 }
 
-/// Does `work` on a thread of its own, without the interpreter's lock. When a signal raises an exception meanwhile, that is
-/// raised at once, and what the work gives is dropped.
+/// Does `work` on a thread of its own, without the interpreter's lock. If a signal raises an exception
+/// meanwhile, this is raised at once, and the result of the work is dropped.
 ///
 /// # Errors
 /// The exception of the signal handler; the work panicked.
@@ -30,7 +30,7 @@ pub(crate) fn interruptible<T: Send + 'static>(
     interruptible_told(py, &None, |_| work())
 }
 
-/// The same, and `told` is told again and again what `work` counts.
+/// Like `interruptible`, and calls `told` repeatedly with the count of `work`.
 ///
 /// # Errors
 /// The exception of the signal handler or of `told`; the work panicked.
@@ -43,7 +43,7 @@ pub(crate) fn interruptible_told<T: Send + 'static>(
     let counter = Arc::clone(&counted);
     let (done, result) = channel();
     let thread = std::thread::Builder::new().name("palmares".into()).spawn(move || {
-        // Nobody waits for it any more, if the call was interrupted.
+        // After an interrupted call there is no receiver.
         let _ = done.send(work(&counter));
     });
     thread.map_err(|error| PyRuntimeError::new_err(format!("no thread: {error}")))?;

@@ -1,7 +1,7 @@
-//! `palmares._native`: the engine and the program in a Python process. `palmares.sim` makes of it what people use; there is
+//! `palmares._native`: the engine and the program in a Python process. Users call `palmares.sim`, which has
 //! the documentation.
 //!
-//! The very crates that score a run on a server step it here: same inputs, same bits.
+//! The same crates as on a server step it here: same inputs, same bits.
 
 mod batch;
 mod fields;

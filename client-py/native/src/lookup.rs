@@ -22,8 +22,8 @@ fn builtin_tasks() -> &'static [Arc<Task>] {
     TASKS.get_or_init(Task::builtin)
 }
 
-/// What a server says to a client's hello, for runs in this process: the message `welcome`, with the tasks and hands of the
-/// program and those of one's own at these paths.
+/// A server's answer to a client's hello, for runs in this process: the message `welcome`, with the tasks and
+/// hands of the program and those of one's own at these paths.
 #[pyfunction]
 pub(crate) fn welcome(
     py: Python<'_>,
@@ -71,13 +71,13 @@ pub(crate) fn welcome(
     message::of(py, 0, Ok(Reply::Welcome(Box::new(welcome))))
 }
 
-/// What a world can fail of: code, and what it means and what to try.
+/// The faults of a world: code, meaning and advice.
 #[pyfunction]
 pub(crate) fn faults() -> Vec<(&'static str, String)> {
     Fault::ALL.iter().map(|fault| (fault.code(), fault.in_words())).collect()
 }
 
-/// A hand in full, as JSON: what `GET /v1/hands/{name}` tells.
+/// A hand in full, as JSON, like `GET /v1/hands/{name}`.
 #[pyfunction]
 pub(crate) fn describe_hand(name: &str) -> PyResult<String> {
     serde_json::to_string(&hand(name)?.describe()).map_err(|error| PyRuntimeError::new_err(error.to_string()))
@@ -142,7 +142,7 @@ pub(crate) fn noise(word: &str) -> PyResult<Noise> {
     }
 }
 
-/// A seed that JSON can tell.
+/// Checks that JSON can represent a seed.
 pub(crate) fn seed(seed: u64) -> PyResult<u64> {
     if seed > LARGEST_SEED {
         return Err(PyValueError::new_err(format!("seed: found {seed}; wanted 0 to 2**53 - 1")));

@@ -16,7 +16,7 @@ pub(crate) struct Snapshot {
 
 #[pymethods]
 impl Snapshot {
-    /// Reads what `bytes(snapshot)` gave.
+    /// Reads the result of `bytes(snapshot)`.
     #[new]
     fn new(data: &[u8]) -> PyResult<Self> {
         let run =

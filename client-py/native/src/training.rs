@@ -1,11 +1,11 @@
-//! What a learner asks of a world: `palmares.sim.Training`.
+//! A learner's options for a world: `palmares.sim.Training`.
 
 use palmares_tasks::training::{Options, Quantity, Shaper};
 use palmares_tasks::{Noise, Outcome, Reason, Run, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// As Python has it.
+/// The options as Python passes them.
 #[derive(FromPyObject)]
 pub(crate) struct Asked {
     shaping: bool,
@@ -14,14 +14,14 @@ pub(crate) struct Asked {
     fraction: f64,
 }
 
-/// Everything, nothing, or what is named.
+/// Everything, nothing, or the named quantities.
 #[derive(FromPyObject)]
 enum Randomise {
     All(bool),
     Names(Vec<String>),
 }
 
-/// As runs are opened with it.
+/// The options as runs use them.
 pub(crate) struct Training {
     pub(crate) options: Options,
     shaping: bool,
@@ -29,7 +29,7 @@ pub(crate) struct Training {
 }
 
 impl Training {
-    /// What is asked for, of a task and sensors.
+    /// The chosen options, checked for a task and sensors.
     pub(crate) fn of(asked: Option<Asked>, task: &Task, noise: Noise) -> PyResult<Self> {
         let options = Options::none(task);
         let Some(Asked { shaping, discount, randomise, fraction }) = asked else {
@@ -58,7 +58,7 @@ impl Training {
         Ok(Training { options: options.map_err(PyValueError::new_err)?, shaping, discount })
     }
 
-    /// What shapes the rewards of a run, if that is asked for.
+    /// Shapes the rewards of a run, if this is chosen.
     pub(crate) fn shaper(&self, run: &Run) -> Option<Shaper> {
         if self.shaping { Shaper::new(run, self.discount) } else { None }
     }
@@ -75,7 +75,7 @@ impl Training {
     }
 }
 
-/// What a run that is over counts as: those that differ from the task's are for learners alone.
+/// The status of a run that is over: runs that differ from the task's are for learners alone.
 pub(crate) fn status(outcome: &Outcome, varied: bool) -> &'static str {
     match (outcome.reason, varied) {
         (Reason::WorldFault, _) => "voided",

@@ -1,9 +1,9 @@
-//! Threads that work through a list together with the thread that asks: it would wait else, and waking it takes as long as a
-//! world's tick.
+//! Threads that work through a list together with the calling thread: it would only wait, and waking it takes
+//! as long as a world's tick.
 //!
-//! For the same reason nobody falls asleep between two lists that follow each other closely, nor while another thread ends
-//! its last item: two threads took 19.6 µs for a tick of one of 64 worlds of the ReFlex in the air when they slept, and take
-//! 18.6 µs awake. Who waits yields, so that whatever else wants the core has it.
+//! For the same reason no thread sleeps between two lists in close succession, or while another thread ends
+//! its last item: two threads took 19.6 µs for a tick of one of 64 worlds of the ReFlex in the air when they
+//! slept, and take 18.6 µs awake. A waiting thread yields, so that other programs get the core.
 
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
@@ -13,15 +13,15 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// So long a thread waits awake.
+/// The longest time that a thread waits awake.
 const AWAKE: Duration = Duration::from_micros(200);
 
-/// As many threads as are asked for, the asking one among them.
+/// The chosen number of threads, including the calling one.
 pub(crate) struct Workers {
     /// The others, if there are any.
     pool: Option<ThreadPool>,
     count: usize,
-    /// How many lists there have been.
+    /// Number of lists until now.
     lists: Arc<AtomicU64>,
 }
 
@@ -82,7 +82,7 @@ fn stay_awake(for_it: impl Fn() -> bool) {
     }
 }
 
-/// What a panic leaves in a queue is sound: an item is taken out before its work begins.
+/// A panic leaves the queue sound: an item is taken out before its work begins.
 fn lock<T>(queue: &Mutex<T>) -> MutexGuard<'_, T> {
     queue.lock().unwrap_or_else(PoisonError::into_inner)
 }

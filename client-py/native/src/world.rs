@@ -33,7 +33,7 @@ pub(crate) struct World {
     /// Unknown after going on from bytes.
     history: Option<History>,
     pushes: Vec<Push>,
-    /// Where rewards are shaped, and the shaped part of the last step's.
+    /// Shapes rewards, if they are shaped; the shaped part of the last step's reward.
     shaper: Option<Shaper>,
     shaping: f64,
     /// Set when the run was stopped.
@@ -88,7 +88,7 @@ impl World {
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
 
-    /// Answers a request; `told` is told how many ticks of a step are done.
+    /// Answers a request; calls `told` with the number of ticks of a step that are done.
     #[pyo3(signature = (request, told=None))]
     fn answer<'py>(
         &mut self,
@@ -111,7 +111,7 @@ impl World {
         message::of(py, id, reply)
     }
 
-    /// What is seen now, as the message `obs`.
+    /// The observation now, as the message `obs`.
     fn observe<'py>(
         &mut self,
         py: Python<'py>,
@@ -129,7 +129,7 @@ impl World {
         Snapshot { run: self.run.snapshot(), history: self.history.clone() }
     }
 
-    /// Goes on from a snapshot of this world, or of another of the same task, hand, seed and noise.
+    /// Continues from a snapshot of this world, or of another of the same task, hand, seed and noise.
     fn restore(&mut self, from: &Bound<'_, Snapshot>) -> PyResult<()> {
         let from = from.get();
         self.run.restore(&from.run).map_err(|error| PyValueError::new_err(error.to_string()))?;
@@ -141,7 +141,7 @@ impl World {
         Ok(())
     }
 
-    /// Another world that goes on from here on its own.
+    /// Another world that continues from here on its own.
     fn fork(&self) -> World {
         World {
             run: self.run.fork(),
@@ -196,8 +196,8 @@ impl World {
         self.outcome.as_ref().map_or_else(|| self.run.score(), |outcome| outcome.score)
     }
 
-    /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten. `told` is told how
-    /// many ticks are played.
+    /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten.
+    /// Calls `told` with the number of ticks played.
     #[pyo3(signature = (path, team, told=None))]
     fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String, told: Told<'_>) -> PyResult<()> {
         let Some(history) = &self.history else {
@@ -260,7 +260,7 @@ impl World {
         Obs { id: Some(id), run_id, session_left_s: None, observation, late_s: None, run: None, scene: None }
     }
 
-    /// What is seen now.
+    /// The observation now.
     fn seen(&mut self, cameras: &[String]) -> Result<Observation, Refusal> {
         let shots = self.shots(cameras)?;
         Ok(self.looked(&shots))
@@ -278,7 +278,7 @@ impl World {
         observation
     }
 
-    /// Ticks, without the interpreter's lock, but it is looked for Ctrl-C.
+    /// Steps without the interpreter's lock, and checks for Ctrl-C.
     fn step(
         &mut self,
         py: Python<'_>,
@@ -325,7 +325,7 @@ impl World {
         self.run.check(&step.action).map_err(|error| Refusal::new(Code::BadAction, error.to_string()))
     }
 
-    /// As many as there is time for until somebody looks for signals.
+    /// Steps until it is time to look for signals.
     fn ticks(&mut self, action: &Action, left: &mut u32, events: &mut Vec<palmares_tasks::Event>) {
         let begun = Instant::now();
         while *left > 0 && self.run.over().is_none() && self.run.fault().is_none() && begun.elapsed() < LOOK {

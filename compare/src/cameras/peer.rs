@@ -11,7 +11,7 @@ use std::process::Command;
 
 const PROGRAM: &str = include_str!("../../python/mujoco_camera.py");
 
-/// What it took, and what it saw.
+/// Time and content of the picture.
 pub(super) struct Drawn {
     pub(super) version: String,
     /// ms of a picture of depth, of bodies, of colours.
@@ -60,7 +60,7 @@ fn place(pose: &Pose) -> String {
     format!("pos='{x:?} {y:?} {z:?}' quat='{:?} {:?} {:?} {:?}'", q.w, q.x, q.y, q.z)
 }
 
-/// Everything stands still. Roundings of boxes are left out, those of hulls are 26 corners about each point.
+/// Nothing moves. Roundings of boxes are left out, those of hulls are 26 corners about each point.
 fn mjcf(scene: &Scene, lens: &Intrinsics) -> Result<String> {
     let (mut geoms, mut assets, mut hulls) = (String::new(), String::new(), 0);
     for ((body, pose), color) in scene.bodies.iter().zip(&scene.poses).zip(&scene.colors) {

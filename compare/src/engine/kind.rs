@@ -40,12 +40,12 @@ impl EngineKind {
         self.factory().settings()
     }
 
-    /// Whether each of its steps surely comes to an end: rapier does not return from some.
+    /// Whether each of its steps ends: rapier does not return from some.
     pub fn always_returns(self) -> bool {
         !matches!(self, EngineKind::Rapier(_))
     }
 
-    /// What these settings are, and why anybody would choose them.
+    /// Description of these settings, with the reason to choose them.
     pub fn about_settings(self) -> &'static str {
         match self {
             EngineKind::Own => "the constants of `sim/src/config.rs`",
@@ -77,7 +77,7 @@ impl EngineKind {
         })
     }
 
-    /// What starts it.
+    /// Starts this engine with these settings.
     pub fn factory(self) -> &'static dyn EngineFactory {
         match self {
             EngineKind::Own => &OwnFactory,

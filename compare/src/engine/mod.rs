@@ -1,4 +1,4 @@
-//! Engines that step our scenes beside ours.
+//! Other engines that step our scenes.
 
 mod kind;
 pub mod mujoco;

@@ -7,7 +7,7 @@ use palmares_models::Pose;
 use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
 
-/// Where a hand is after 0.32 s of closing on air, with steps of 8 ms.
+/// Coordinates of a hand after 0.32 s of closing on air, with steps of 8 ms.
 fn closing(engine: EngineKind) -> Vec<f64> {
     let hand = softhand().expect("built in");
     let model = Arc::new(Model::new(Config::with_step(8e-3), Some(hand)).expect("a sound hand"));

@@ -10,7 +10,7 @@ use palmares_bench::cases::Setup;
 use std::fs;
 use std::path::PathBuf;
 
-/// What to play, and where to write it.
+/// Options of a plan of grasps.
 #[derive(Args, Clone, Debug)]
 pub struct Options {
     /// Hands, by commas: softhand, reflex. Peers play the SoftHand alone.
@@ -28,26 +28,26 @@ pub struct Options {
     /// Steps, ms, by commas.
     #[arg(long, value_delimiter = ',', default_value = "0.25,0.5,1,2,4")]
     steps_ms: Vec<f64>,
-    /// How many grasps of each family, the first of the draw.
+    /// Number of grasps of each family, the first of the draw.
     #[arg(long, default_value_t = 24)]
     placements: usize,
-    /// How far each object lies aside of its drawn place, along the fingers, µm: an outcome that a micrometre changes is
-    /// nothing that a step could get right.
+    /// Shift of each object from its drawn place, along the fingers, µm: if a micrometre changes an outcome,
+    /// no step could get it right.
     #[arg(long, default_value_t = 0.0)]
     aside_um: f64,
-    /// How many are played at once.
+    /// Number of grasps that are played at once.
     #[arg(long, default_value_t = 1)]
     jobs: usize,
     /// Folder of the page and its JSON.
     #[arg(long, default_value = "docs/report/grasps")]
     out: PathBuf,
-    /// File of single runs, from which a plan that was stopped goes on if the program is of the same commit.
+    /// File of single runs, from which a stopped plan continues if the program is of the same commit.
     #[arg(long, default_value = "target/grasps.jsonl")]
     runs: PathBuf,
-    /// Take the file's runs of peers whatever their commit.
+    /// Use the file's runs of peers from any commit.
     #[arg(long)]
     reuse_peers: bool,
-    /// Play nothing: count what the file of runs knows of the plan.
+    /// Play nothing: count the plan's runs in the file.
     #[arg(long)]
     count_only: bool,
     /// Keep the rows of peers that the page has and for which nothing is played now.
@@ -56,10 +56,10 @@ pub struct Options {
     /// CPU time of a peer's run, s; beyond it the run is not finished and is not counted.
     #[arg(long, default_value_t = 120.0)]
     run_limit_s: f64,
-    /// Play only this grasp of one hand and family, and print how it goes.
+    /// Play only this grasp of one hand and family, and print its course.
     #[arg(long)]
     one: Option<usize>,
-    /// With `--one`: how often something is printed, ms.
+    /// With `--one`: interval of the prints, ms.
     #[arg(long, default_value_t = 20.0)]
     every_ms: f64,
 }
@@ -113,7 +113,7 @@ impl Options {
     }
 }
 
-/// Plays what was asked for.
+/// Plays the chosen grasps.
 ///
 /// # Errors
 /// Unknown names, an engine that is missing or fails, a file that cannot be written.

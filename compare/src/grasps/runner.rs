@@ -1,4 +1,4 @@
-//! Plays many grasps on several threads, keeps what is done in a file, and goes on from there.
+//! Plays many grasps on several threads, keeps the finished ones in a file, and continues from there.
 
 use crate::child;
 use crate::engine::{EngineKind, mujoco};
@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-/// How often progress is told.
+/// Interval of the progress messages.
 const TOLD_EVERY: Duration = Duration::from_secs(10);
 
 /// One grasp in one engine at one step.
@@ -33,12 +33,12 @@ pub struct Run {
     pub settings: String,
     /// ms
     pub step_ms: f64,
-    /// How far aside of its drawn place the object lay, µm.
+    /// Shift of the object from its drawn place, µm.
     #[serde(default)]
     pub aside_um: f64,
-    /// What became of it.
+    /// The outcome.
     pub fate: Fate,
-    /// How long it took, s, by the clock on the wall: for the estimate of the time left.
+    /// Wall-clock time of the run, s: for the estimate of the time left.
     pub wall_s: f64,
 }
 
@@ -49,7 +49,7 @@ struct Line {
     run: Run,
 }
 
-/// What is to be played.
+/// The grasps to play.
 pub struct Plan {
     /// Hands.
     pub hands: Vec<HandKind>,
@@ -61,15 +61,15 @@ pub struct Plan {
     pub steps_ms: Vec<f64>,
     /// Grasps of each family.
     pub placements: usize,
-    /// How far aside of their drawn places objects lie, µm.
+    /// Shift of objects from their drawn places, µm.
     pub aside_um: f64,
     /// Threads.
     pub jobs: usize,
     /// CPU time of a peer's run, s; beyond it the run is not finished.
     pub run_limit_s: f64,
-    /// Whether the file's runs of peers count whatever the commit.
+    /// Whether the file's runs of peers count from any commit.
     pub reuse_peers: bool,
-    /// Whether nothing is played: what the file knows is counted.
+    /// Whether nothing is played: only the runs in the file are counted.
     pub count_only: bool,
 }
 
@@ -116,7 +116,7 @@ impl Task<'_> {
     }
 }
 
-/// Plays what the file does not know yet, adds it there, and returns all runs of the plan in its order.
+/// Plays the runs that the file lacks, adds them there, and returns all runs of the plan in its order.
 ///
 /// # Errors
 /// An engine is missing or fails, or the file cannot be written.
@@ -165,7 +165,7 @@ fn trials(plan: &Plan) -> Result<Vec<Trial>> {
     Ok(trials)
 }
 
-/// What the file knows of this commit. A program with changed files is no commit: its runs are played again.
+/// Runs of this commit in the file. A program with changed files has no commit: its runs are played again.
 fn known(file: &Path, commit: &str, reuse_peers: bool) -> Result<BTreeMap<Key, Run>> {
     let mut known = BTreeMap::new();
     let Ok(text) = fs::read_to_string(file) else { return Ok(known) };
@@ -213,14 +213,14 @@ fn play_all(plan: &Plan, open: &[&Task], mut done: impl FnMut(Run) -> Result<()>
     })
 }
 
-/// Tells how many grasps are done and how long the others take.
+/// Prints the number of finished grasps and the time left.
 struct Progress {
     begin: Instant,
     told: Instant,
     done: usize,
     all: usize,
-    /// Of every engine and settings: steps a millisecond of simulated time that are left, that are done, and how long those
-    /// took, s.
+    /// By engine and settings: steps per millisecond of simulated time that are left, that are done, and the
+    /// time of the latter, s.
     left: BTreeMap<String, [f64; 3]>,
     jobs_s: f64,
 }

@@ -13,14 +13,14 @@ use std::path::Path;
 /// Version of the JSON.
 const FORMAT: u32 = 1;
 
-/// What the page and the JSON say.
+/// The content of the page and the JSON.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Table {
     /// [`FORMAT`].
     pub format: u32,
     /// Commit of the program.
     pub commit: String,
-    /// Where it ran.
+    /// The machine that played it.
     pub machine: Machine,
     /// Grasps of each family.
     pub placements: usize,
@@ -39,7 +39,7 @@ pub(crate) struct Table {
     pub rows: Vec<Row>,
 }
 
-/// What an engine made of a family with a hand.
+/// Outcomes of an engine with a family and a hand.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Row {
     /// The hand.
@@ -52,9 +52,9 @@ pub(crate) struct Row {
     pub settings: String,
     /// At each step.
     pub cells: Vec<Cell>,
-    /// How often the outcome changes with the step.
+    /// Changes of the outcome with the step.
     pub flips: Flips,
-    /// Of the program that played it, if it was kept from an earlier table.
+    /// Commit of the program that played it, if it was kept from an earlier table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commit: Option<String>,
 }
@@ -64,8 +64,8 @@ pub(crate) struct Row {
 pub(crate) struct Cell {
     /// ms
     pub step_ms: f64,
-    /// How each grasp ended, in the order of the draw: k kept, o overlapping too deeply, l not lifted, h lost while held, s
-    /// lost while shaken, d diverged, n not finished.
+    /// Ending of each grasp, in the order of the draw: k kept, o overlapping too deeply, l not lifted, h lost
+    /// while held, s lost while shaken, d diverged, n not finished.
     pub endings: String,
     /// Counts.
     pub count: Count,
@@ -152,7 +152,7 @@ impl Table {
     }
 }
 
-/// What an engine made of several families together.
+/// Outcomes of an engine over several families.
 pub(crate) struct Sum<'a> {
     /// The engine.
     pub engine: &'a str,
@@ -160,7 +160,7 @@ pub(crate) struct Sum<'a> {
     pub settings: &'a str,
     /// At each step.
     pub counts: Vec<Count>,
-    /// How often the outcome changes with the step.
+    /// Changes of the outcome with the step.
     pub flips: Flips,
 }
 
@@ -172,7 +172,7 @@ impl Sum<'_> {
 }
 
 impl Table {
-    /// Reads what was written.
+    /// Reads a written table.
     ///
     /// # Errors
     /// No such file, or not of this format.
@@ -202,7 +202,7 @@ impl Table {
     }
 }
 
-/// Of each peer the settings with which it keeps the largest part, over all steps that were played.
+/// The settings of each peer with which it keeps the largest part, over all steps that were played.
 pub(crate) fn best<'a, 'b>(sums: &'b [Sum<'a>]) -> Vec<&'b Sum<'a>> {
     let mut peers: Vec<&str> = sums.iter().map(|sum| sum.engine).filter(|it| *it != "own").collect();
     peers.dedup();

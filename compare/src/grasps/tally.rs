@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Add;
 
-/// 95 % of a normal distribution lie within so many standard deviations.
+/// Half width of the interval with 95 % of a normal distribution, in standard deviations.
 const Z: f64 = 1.959_963_984_540_054;
 
 /// Bounds of a proportion at 95 % (Wilson 1927).
@@ -22,12 +22,12 @@ pub fn wilson(kept: usize, of: usize) -> [f64; 2] {
     [(middle - half).max(0.0), (middle + half).min(1.0)]
 }
 
-/// What an engine made of a family at one step.
+/// Outcomes of an engine with a family at one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Count {
     /// Grasps kept.
     pub kept: usize,
-    /// ... and those that would be, were they not too deep in the hand.
+    /// Grasps that would be kept if they were not too deep in the hand.
     pub overlapping: usize,
     /// Grasps that diverged.
     pub diverged: usize,
@@ -69,7 +69,7 @@ impl Add for Count {
     }
 }
 
-/// How often kept turns into lost, or the other way round, when the step changes.
+/// Changes from kept to lost, or the other way round, when the step changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Flips {
     /// Changes from one step to the next longer one.
@@ -83,7 +83,7 @@ pub struct Flips {
 }
 
 impl Flips {
-    /// Of the runs of one engine, hand and family.
+    /// Counts the runs of one engine, hand and family.
     pub fn of<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
         // Kept or not of every grasp, by its step in µs.
         let mut outcomes: BTreeMap<usize, BTreeMap<u64, bool>> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! One grasp, told as it goes.
+//! The trace of one grasp.
 
 use crate::trials::family::Trial;
 use crate::trials::play::{in_palm, play};
@@ -10,8 +10,7 @@ use palmares_sim::Owner;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Plays a grasp and prints, every so many milliseconds, where the object is in the palm and what each link presses on it
-/// with.
+/// Plays a grasp and prints, every `every_ms`, the object's place in the palm and the force of each link.
 ///
 /// # Errors
 /// The engine fails.

@@ -1,5 +1,5 @@
-//! What README.md and docs/physics.md say of the peers: written from the committed reports between two marks, and held
-//! against them by a test. ARCHITECTURE.md says nothing of them.
+//! Statements of README.md and docs/physics.md about the peers: written from the committed reports between
+//! two marks, and compared with them by a test. ARCHITECTURE.md has none.
 
 use super::comparison::Comparison;
 use super::dominance::PeerResult;
@@ -13,18 +13,18 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// What stands before a document's claims.
+/// The mark before a document's claims.
 pub const BEGIN: &str = "<!-- claims: written by `palmares-compare claims --write`; do not edit -->";
-/// ... and behind them.
+/// The mark after them.
 pub const END: &str = "<!-- end of claims -->";
 
 /// The reports and the counted grasps, in the repository.
 const REPORTS: [&str; 2] = ["docs/report/report.json", "docs/report/further/report.json"];
 const GRASPS: &str = "docs/report/grasps/grasps.json";
-/// The step at which grasps are told, ms.
+/// The step of the grasps in the claims, ms.
 const GRASPS_MS: f64 = 1.0;
 
-/// The documents whose claims differ from what the committed reports say.
+/// The documents whose claims differ from the committed reports.
 ///
 /// # Errors
 /// A report or document cannot be read, or has no marks.

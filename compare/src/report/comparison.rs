@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 /// Version of this format.
 pub const FORMAT: u32 = 2;
 
-/// Everything the report says.
+/// The content of the report.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Comparison {
     /// [`FORMAT`].
     pub format: u32,
     /// Fewer cases, steps and repeats than a full report.
     pub quick: bool,
-    /// Where it ran.
+    /// The machine that ran it.
     pub machine: Machine,
     /// Commit of the repository; ends in `+` if files were changed.
     pub commit: String,
@@ -40,7 +40,7 @@ pub struct Comparison {
     pub ticks: Vec<Ticks>,
     /// Cases that were left out, and why.
     pub left_out: Vec<String>,
-    /// How long the report took, s.
+    /// Duration of the report, s.
     pub took_s: f64,
 }
 
@@ -50,7 +50,7 @@ impl Comparison {
         self.engines.iter().filter(|note| note.ran).map(|note| &*note.name).collect()
     }
 
-    /// What an engine's note says where its runs are taken from here.
+    /// The source that an engine's note names for runs that are taken from here.
     pub(super) fn origin(&self) -> KeptFrom {
         KeptFrom {
             commit: self.commit.clone(),
@@ -66,7 +66,7 @@ impl Comparison {
     }
 }
 
-/// An engine and how it was set.
+/// An engine and its settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EngineNote {
     /// As on the command line.
@@ -80,7 +80,7 @@ pub struct EngineNote {
     pub kept_from: Option<KeptFrom>,
     /// Step of its reference runs, ms.
     pub reference_ms: f64,
-    /// What holds for all its settings.
+    /// Notes on all its settings.
     pub notes: Vec<String>,
     /// Its settings.
     pub settings: Vec<Choice>,
@@ -91,7 +91,7 @@ pub struct EngineNote {
 pub struct KeptFrom {
     /// Its commit.
     pub commit: String,
-    /// Where it was made.
+    /// The processor of its machine.
     pub processor: String,
     /// Time that a run had at most, s, and by which clock.
     pub run_limit_s: f64,
@@ -99,19 +99,19 @@ pub struct KeptFrom {
     pub run_limit_by: Clock,
 }
 
-/// Which time of a run is limited.
+/// The clock that limits a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Clock {
-    /// That of the clock on the wall, as in reports before there was another.
+    /// Wall-clock time, as in all reports before CPU time could be limited.
     #[default]
     Wall,
-    /// That of the processor.
+    /// CPU time.
     Cpu,
 }
 
 impl Clock {
-    /// What a limit by it is measured in.
+    /// The unit of its limit in words.
     pub(super) fn words(self) -> &'static str {
         match self {
             Clock::Wall => "by the clock on the wall",
@@ -125,28 +125,28 @@ impl Clock {
 pub struct Choice {
     /// As on the command line.
     pub name: String,
-    /// What they are, and why.
+    /// Description, with the reason for the values.
     pub about: String,
 }
 
 /// One case on one engine with one step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Run {
-    /// Which case.
+    /// The case.
     pub case: String,
-    /// Which engine.
+    /// The engine.
     pub engine: String,
     /// Name of its settings.
     pub settings: String,
     /// Step, ms.
     pub dt_ms: f64,
-    /// The case's figure; none when it did not get to an end.
+    /// The case's figure; none if the run did not end.
     pub error: Option<Figure>,
     /// Its checks.
     pub invariants: Invariants,
-    /// Why the run cannot be used; none when it can.
+    /// Why the run cannot be used; none if it can.
     pub trouble: Option<String>,
-    /// Whether it cannot be used because it did not come to an end in its time.
+    /// Whether it cannot be used because it did not end in its time.
     #[serde(default)]
     pub unfinished: bool,
     /// The same from many starts, in scenes that are judged by them.
@@ -156,18 +156,18 @@ pub struct Run {
     pub cpu_s: f64,
     /// Least and most of them.
     pub cpu_s_between: [f64; 2],
-    /// CPU time per step of the median run; the split where the engine tells.
+    /// CPU time per step of the median run; split if the engine reports parts.
     pub us_per_step: Times,
 }
 
-/// How a scene went from many starts that differ by at most a tenth of a millimetre.
+/// Results of a scene from many starts that differ by at most a tenth of a millimetre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Starts {
-    /// How many there were.
+    /// Number of starts.
     pub tried: u32,
-    /// From how many of them the run does what the scene asks for.
+    /// Number of starts from which the run solves the scene.
     pub done: u32,
-    /// Median of the deepest overlaps, mm; none where half of the runs came to no end.
+    /// Median of the deepest overlaps, mm; none if half of the runs did not end.
     pub median_overlap_mm: Option<f64>,
 }
 
@@ -190,13 +190,13 @@ impl Run {
         }
     }
 
-    /// Whether it does what the scene asks for, from at least half of the starts where there are many.
+    /// Whether it solves the scene, from at least half of the starts if there are many.
     pub fn does_it(&self) -> bool {
         self.starts.map_or(self.trouble.is_none(), |starts| 2 * starts.done >= starts.tried)
     }
 
-    /// The error without its sign, at least the [`floor`] of its unit, of a run that does what the scene asks for. What lies
-    /// within a bound is no error: see [`Run::judged`].
+    /// The error without its sign, at least the [`floor`] of its unit, of a run that solves the scene. An
+    /// error within a bound counts as none: see [`Run::judged`].
     pub fn usable_error(&self) -> Option<f64> {
         let figure = self.error.as_ref().filter(|_| self.does_it())?;
         let value = figure.value.filter(|x| x.is_finite())?;
@@ -214,7 +214,7 @@ impl Run {
         self.usable_error().map(|error| if bounded { 0.0 } else { error })
     }
 
-    /// How far it is from the engine's own run at a far smaller step, where that is what its figure says.
+    /// Difference from the engine's own run at a far smaller step, if that is the figure.
     pub fn difference(&self) -> Option<f64> {
         self.error.as_ref().filter(|figure| figure.from_own_fine_run)?.value
     }

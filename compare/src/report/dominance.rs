@@ -1,4 +1,4 @@
-//! Is a peer ever faster than ours at an error that is not larger, with any of its settings?
+//! Decides whether a peer is faster than ours at an error that is not larger, with any of its settings.
 
 use super::comparison::{Run, distinct};
 pub use super::peer_result::{PeerResult, SettingsResult};
@@ -63,7 +63,7 @@ fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
     }
 }
 
-/// Least and most difference of the runs that do it from their own fine ones.
+/// Least and most difference of the usable runs from their own fine ones.
 fn differences(runs: &[&Run]) -> Option<[f64; 2]> {
     let all = runs.iter().filter(|run| run.does_it()).filter_map(|run| run.difference());
     all.fold(None, |range, x| {

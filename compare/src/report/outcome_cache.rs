@@ -1,5 +1,5 @@
-//! Outcomes of a report's runs, kept in a file: nothing in them depends on the clock, so that they can be gathered beside
-//! other work and in several goes. Timings are never kept.
+//! Outcomes of a report's runs, kept in a file. They do not depend on the clock, so that they can be gathered
+//! in several parts while the machine does other work. Timings are never kept.
 
 use super::comparison::Run;
 use crate::engine::EngineKind;
@@ -14,7 +14,7 @@ use std::path::Path;
 #[derive(Serialize, Deserialize)]
 struct Line {
     commit: String,
-    /// Of a quick report: its references are coarser.
+    /// Whether the report is quick: its references are coarser.
     quick: bool,
     run: Run,
 }
@@ -26,7 +26,7 @@ fn key(case: &str, engine: &str, settings: &str, dt_ms: f64) -> Key {
     (case.to_owned(), engine.to_owned(), settings.to_owned(), (dt_ms * 1e6).round() as u64)
 }
 
-/// The file, and what it knows.
+/// The file, and its outcomes.
 pub(super) struct OutcomeCache {
     commit: String,
     quick: bool,
@@ -35,8 +35,8 @@ pub(super) struct OutcomeCache {
 }
 
 impl OutcomeCache {
-    /// Reads what the file knows of this commit; with `reuse_peers` what it knows of peers whatever the commit. A program
-    /// with changed files is no commit: its runs are played again.
+    /// Reads the outcomes of this commit from the file; with `reuse_peers` also those of peers from any
+    /// commit. A program with changed files has no commit: its runs are played again.
     ///
     /// # Errors
     /// The file cannot be made or written.

@@ -132,7 +132,7 @@ fn range(of: Option<[f64; 2]>, unit: &str) -> String {
     })
 }
 
-/// A difference with its unit. Beyond a metre it is not how far two outcomes are apart, but that there are two.
+/// A difference with its unit. Beyond a metre the number has no meaning: there are two outcomes.
 fn difference(value: f64, unit: &str) -> String {
     if unit == "mm" && value > 1e3 { "ends otherwise".to_owned() } else { format!("{value:.2e} {unit}") }
 }
@@ -237,7 +237,7 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
     put!(page, "Largest step that does it: {}.\n", largest.collect::<Vec<_>>().join(", "));
 }
 
-/// What each of a peer's settings comes to.
+/// The results of a peer by its settings.
 fn by_settings(page: &mut String, result: &PeerResult) {
     put!(page, "| {} | does it: steps | deepest overlap | least time beside ours | ahead at |", result.peer);
     put!(page, "|---|---|---|---|---|");

@@ -1,4 +1,4 @@
-//! The passes of a report: what came out, from how many starts, and how long it took.
+//! The passes of a report: outcomes, starts and times.
 
 use super::comparison::{Run, Starts};
 use super::outcome_cache::OutcomeCache;
@@ -22,7 +22,8 @@ pub(super) const BY_STARTS: [&str; 4] =
 
 /// Number of starts of each.
 pub(super) const STARTS: u32 = 8;
-/// Number in a quick report, at steps below 1 ms, which would take as long as all others together, and where these agree.
+/// Number in a quick report, at steps below 1 ms, which would take as long as all others together, if these
+/// agree.
 pub(super) const FEW_STARTS: u32 = 4;
 
 /// A timing run ends after this much CPU time, s; hardly any run takes longer. The second is that of a quick report.
@@ -35,13 +36,13 @@ pub(super) const ENOUGH_S: f64 = 4.0;
 /// Number of runs at once while the engines take turns with their timings: MuJoCo has a process for each.
 const TURNS: usize = 4;
 
-/// Runs one case on one engine with all steps; several of them side by side, for nothing is timed.
+/// Runs one case on one engine with all steps; several jobs run at once, since nothing is timed.
 pub(super) struct Job {
     pub case: &'static Case,
     pub kind: EngineKind,
 }
 
-/// How to run.
+/// Options of the runs.
 #[derive(Clone, Copy)]
 pub(super) struct Conduct<'a> {
     pub steps_ms: &'a [f64],
@@ -51,8 +52,8 @@ pub(super) struct Conduct<'a> {
     pub run_limit_s: f64,
 }
 
-/// Step of the reference runs of cases without an analytic answer, s. Peers take up to half a millisecond of CPU a step
-/// with a hand, so that theirs are coarser: a fifth to a tenth of their finest step is left.
+/// Step of the reference runs of cases without an analytic answer, s. Peers take up to half a millisecond of
+/// CPU a step with a hand, so their references are coarser: a fifth to a tenth of their finest step.
 pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
     match (engine, quick) {
         (EngineKind::Own, false) => 2e-5,
@@ -162,8 +163,8 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     }))
 }
 
-/// Runs for the clock alone, one at a time, of what does what its scene asks for. The engines take turns: where the machine
-/// is slower for a while, it is so for all.
+/// Runs for the clock alone, one at a time, only of runs that solve their scene. The engines take turns: if
+/// the machine is slower for a while, it is slower for all.
 pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, progress: &Mutex<Progress>) {
     let mut by_case: Vec<Vec<(&Job, &mut Vec<Run>)>> = Vec::new();
     for (job, runs) in jobs.iter().zip(runs) {
@@ -175,7 +176,7 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
     for mut of_case in by_case {
         for step in 0..conduct.steps_ms.len() {
             let here = of_case.iter_mut().map(|(job, runs)| (*job, &mut runs[step]));
-            // How long it takes to lose an object is of no interest.
+            // The time to lose an object is of no interest.
             let (mut timed, others): (Vec<_>, Vec<_>) = here.partition(|(_, run)| run.does_it());
             locked(progress).done += others.len();
             while !timed.is_empty() {

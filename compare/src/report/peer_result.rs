@@ -1,19 +1,19 @@
-//! The result of one peer in one case: is it ahead of ours?
+//! The result of one peer in one case, and whether it is ahead of ours.
 
 use serde::{Deserialize, Serialize};
 
 /// One peer in one case.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct PeerResult {
-    /// Which case.
+    /// The case.
     pub case: String,
-    /// Which peer.
+    /// The peer.
     pub peer: String,
     /// Its results with each of its settings, the best first.
     pub settings: Vec<SettingsResult>,
-    /// Steps of ours that do what the scene asks for.
+    /// Steps of ours that solve the scene.
     pub own_done: usize,
-    /// Least and most difference of those from our own fine run, where that is what the figure of the case says.
+    /// Least and most difference of those from our own fine run, if that is the case's figure.
     pub own_differs: Option<[f64; 2]>,
     /// Unit of these differences.
     pub unit: String,
@@ -24,19 +24,19 @@ pub struct PeerResult {
 pub struct SettingsResult {
     /// Name of the settings.
     pub settings: String,
-    /// Steps with which it does what the scene asks for, out of those tried.
+    /// Steps with which it solves the scene, out of those tried.
     pub done: usize,
     /// Steps tried.
     pub tried: usize,
-    /// Steps with which it did not come to an end in its time: they say nothing.
+    /// Steps with which it did not end in its time: they say nothing.
     pub unfinished: usize,
     /// Steps, ms, at which no run of ours has at most its error in at most its time.
     pub ahead_ms: Vec<f64>,
     /// Least ratio of its time to that of our fastest run with at most its error; none when nothing compares.
     pub least_advantage: Option<f64>,
-    /// Deepest overlap of the runs that do it, mm.
+    /// Deepest overlap of the usable runs, mm.
     pub overlap_mm: Option<f64>,
-    /// Least and most difference of those from its own fine run, where that is what the figure of the case says.
+    /// Least and most difference of those from its own fine run, if that is the case's figure.
     pub differs: Option<[f64; 2]>,
 }
 
@@ -49,17 +49,17 @@ impl SettingsResult {
 }
 
 impl PeerResult {
-    /// The peer's best settings for this scene, if it does it with any.
+    /// The peer's best settings for this scene, if any solve it.
     pub fn best(&self) -> Option<&SettingsResult> {
         self.settings.first().filter(|best| best.done > 0)
     }
 
-    /// Ours was never slower at an equal or smaller error, whatever the settings.
+    /// Ours was never slower at an equal or smaller error, with any settings.
     pub fn holds(&self) -> bool {
         self.settings.iter().all(|outcome| outcome.ahead_ms.is_empty())
     }
 
-    /// Steps at which the peer is ahead, with the settings that make it so.
+    /// Steps at which the peer is ahead, with the settings of each.
     pub fn ahead(&self) -> String {
         let ahead = self.settings.iter().filter(|outcome| !outcome.ahead_ms.is_empty()).map(|outcome| {
             let steps: Vec<String> = outcome.ahead_ms.iter().map(|ms| format!("{ms}")).collect();

@@ -10,7 +10,7 @@ use std::path::Path;
 
 const FONT: &[u8] = include_bytes!("../../../hand-tools/assets/dejavu-sans/DejaVuSans.ttf");
 const SANS: &str = "sans-serif";
-/// Where horizontal bars begin.
+/// Left end of horizontal bars.
 const LEFT: i32 = 215;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -24,7 +24,7 @@ fn colour(engine: &str) -> RGBColor {
     }
 }
 
-/// What plotters says went wrong, for `anyhow`.
+/// An error of plotters for `anyhow`.
 fn failed(error: impl std::fmt::Display) -> anyhow::Error {
     anyhow!("cannot draw: {error}")
 }
@@ -168,12 +168,12 @@ fn label_of(runs: &[&Run], engine: &str) -> String {
     run.map_or(engine.to_owned(), |run| format!("{engine} {}", run.settings))
 }
 
-/// A number as short as it can be said.
+/// The shortest text of a number.
 fn number(x: &f64) -> String {
     if (1e-2..1e4).contains(x) { format!("{}", (x * 1e3).round() / 1e3) } else { format!("{x:.0e}") }
 }
 
-/// Largest step at which an engine does what the scene asks for, with any of its settings.
+/// Largest step at which an engine solves the scene, with any of its settings.
 pub(super) fn largest_usable(report: &Comparison, case: &str, engine: &str) -> Option<f64> {
     let runs = report.runs.iter().filter(|run| run.case == case && run.engine == engine);
     runs.filter(|run| run.error.is_some() && run.does_it()).map(|run| run.dt_ms).reduce(f64::max)
@@ -209,7 +209,7 @@ fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Horizontal bars: where the time of our step goes, at 1 ms or the nearest step there is.
+/// Horizontal bars: the parts of the time of our step, at 1 ms or the nearest step there is.
 fn split(area: &Area, report: &Comparison) -> Result<()> {
     let area = area.titled("own engine: time of a step at 1 ms [µs]", (SANS, 17)).map_err(failed)?;
     let phases = ["dynamics", "collision", "solver"];
@@ -219,7 +219,7 @@ fn split(area: &Area, report: &Comparison) -> Result<()> {
     let (width, _) = area.dim_in_pixel();
     let (left, top, row) = (LEFT, 30, 20);
     key(&area, phases.into_iter().zip(inks))?;
-    // Square roots, so that 2 µs are to be seen beside 2 ms.
+    // Square roots, so that 2 µs are visible next to 2 ms.
     let scale = |us: f64| ((width as i32 - left - 70) as f64 * (us / most).sqrt()) as i32;
     for (i, run) in rows.iter().enumerate() {
         let y = top + row * i as i32;

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// What to compare, and where to put it.
+/// Content and output of a report.
 #[derive(Args, Clone, Debug)]
 pub struct Options {
     /// Folder of the report.
@@ -33,7 +33,7 @@ pub struct Options {
     /// Timing runs, of which the median counts.
     #[arg(long, default_value_t = 5)]
     pub repeats: usize,
-    /// How many outcomes are gathered at once; as many as the machine has threads if not given.
+    /// Number of outcomes that are gathered at once; as many as the machine has threads if not given.
     #[arg(long)]
     pub jobs: Option<usize>,
     /// Few cases and steps, coarse references: under three minutes.
@@ -42,10 +42,10 @@ pub struct Options {
     /// CPU time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
     #[arg(long, default_value_t = 60.0)]
     pub run_limit_s: f64,
-    /// File that keeps outcomes, from which a report that was stopped goes on if the program is of the same commit.
+    /// File of outcomes, from which a stopped report continues if the program is of the same commit.
     #[arg(long, default_value = "target/report.jsonl")]
     pub runs: PathBuf,
-    /// Reuse the file's outcomes of peers whatever their commit.
+    /// Reuse the file's outcomes of peers from any commit.
     #[arg(long)]
     pub reuse_peers: bool,
     /// A report's JSON from which the runs of engines that are not played, and their times, are taken; the page says so.
@@ -58,7 +58,7 @@ const STEPS_MS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 const QUICK_STEPS_MS: [f64; 3] = [2.0, 4.0, 8.0];
 const QUICK_CASES: [&str; 3] = ["softhand_free", "softhand_cylinder", "slide_stop"];
 
-/// Why a case is not in a report unless it is asked for by name.
+/// Reason why a case is in a report only if it is named.
 fn left_out(name: &str) -> Option<&'static str> {
     match name {
         _ if name.starts_with("self_consistency") => Some("says again, at dt/64, what the other rows say"),
@@ -72,7 +72,8 @@ fn left_out(name: &str) -> Option<&'static str> {
 /// No run's limit is longer than this, s.
 const LONGEST_LIMIT_S: f64 = 86400.0;
 
-/// Gathers the outcomes into the file of [`Options::runs`] and times nothing: beside whatever else the machine does.
+/// Gathers the outcomes into the file of [`Options::runs`] and times nothing, so that the machine may do
+/// other work.
 ///
 /// # Errors
 /// As [`write`].
@@ -99,7 +100,7 @@ impl Options {
     }
 }
 
-/// What a report is made of.
+/// The plan of a report.
 struct Planned {
     engines: Vec<EngineNote>,
     jobs: Vec<Job>,
@@ -175,7 +176,7 @@ pub fn write(options: &Options) -> Result<Comparison> {
     Ok(comparison)
 }
 
-/// Engines that ran, but for ours.
+/// Engines that ran, without ours.
 fn peers(engines: &[EngineNote]) -> Vec<String> {
     let ran = engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
     ran.map(|note| note.name.clone()).collect()
@@ -210,7 +211,7 @@ fn keep(
         *note = EngineNote { kept_from: Some(kept_from), ..known.clone() };
         runs.extend(kept);
     }
-    // As if all had been played now: by case, ours first.
+    // The order of a report of new runs: by case, ours first.
     let place = |run: &Run| cases.iter().position(|case| *case == run.case);
     let engine = |run: &Run| EngineKind::NAMES.iter().position(|name| *name == run.engine);
     runs.sort_by_key(|run| (place(run), engine(run)));
@@ -264,7 +265,7 @@ pub fn check(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What each engine is, and whether it can run.
+/// A note on each engine, and whether it can run.
 fn notes(options: &Options) -> Vec<EngineNote> {
     let note = |kind: EngineKind| {
         let (version, notes) = match kind {

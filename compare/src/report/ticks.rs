@@ -21,7 +21,7 @@ use std::sync::Arc;
 const STEP_S: f64 = 1e-3;
 const TICK_S: f64 = 1e-2;
 const TIME_S: f64 = 3.0;
-/// Where the pan's disc is along its handle, m.
+/// Position of the pan's disc along its handle, m.
 const DISC_M: f64 = 0.115;
 
 /// One way to close the hand.
@@ -29,7 +29,7 @@ const DISC_M: f64 = 0.115;
 pub struct Ticks {
     /// `tendon` or `joints`.
     pub name: String,
-    /// What it is.
+    /// Description.
     pub about: String,
     /// CPU time of every tick, ms; the median over the repeats.
     pub ms: Vec<f64>,
@@ -59,7 +59,7 @@ pub fn measure(repeats: usize) -> Result<Vec<Ticks>> {
     Ok(all)
 }
 
-/// The same hand without the transmission: every joint follows by itself where the tendon would take it.
+/// The same hand without the transmission: every joint follows the tendon's path by itself.
 fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     let motor = hand.motors.first().context("the hand has a motor")?;
     let tendon = hand.tendons.first().context("the hand has a tendon")?;
@@ -68,7 +68,7 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     let mut plain = hand.clone();
     (plain.motors, plain.tendons) = (Vec::new(), Vec::new());
     for (i, c) in hand.coordinates.iter().enumerate() {
-        // The servo's spring gives in to the joint's own, which it is to hold at q.
+        // The servo's spring yields to the joint's own, against which it must hold q.
         let stretch = c.stiffness * (q[i] - c.rest) / tendon.stiffness;
         plain.motors.push(Motor {
             name: c.name.clone(),
@@ -87,8 +87,8 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     Ok(plain)
 }
 
-/// A pan of 0.3 kg: a thick handle where the grasp cases have their capsule, and a disc of 10 cm beside the hand.
-/// CPU time of every tick, and whether it was lifted.
+/// A pan of 0.3 kg: a thick handle in place of the capsule of the grasp cases, and a disc of 10 cm outside
+/// the hand. CPU time of every tick, and whether it was lifted.
 fn play(hand: &Arc<Hand>) -> Result<(Vec<f64>, bool)> {
     let grasp = Grasp::capsule();
     let config = Config::with_step(STEP_S);

@@ -1,4 +1,4 @@
-//! Which grasps are tried: families of objects, and where they lie in the hand, drawn from a fixed seed.
+//! The tried grasps: families of objects and their poses in the hand, drawn from a fixed seed.
 //!
 //! The ranges and the seed were written down before any engine had played a grasp. Every number of a draw is uniform and
 //! independent, so that the first n grasps of a family are a sample of it for every n.
@@ -23,8 +23,8 @@ const FRICTION: f64 = 0.8;
 /// Wall of the cups, m, and the number of slabs it is made of.
 const WALL_M: f64 = 0.003;
 const WALL_SIDES: usize = 12;
-/// How many objects of the catalogue are drawn, of those that a hand can close around: no wider across the fingers than
-/// this, no flatter, no heavier (m, m, kg).
+/// Number of objects of the catalogue that are drawn, of those that a hand can close around: no wider across
+/// the fingers than this, no flatter, no heavier (m, m, kg).
 const CATALOGUE: usize = 20;
 const WIDEST_M: f64 = 0.1;
 const FLATTEST_M: f64 = 0.02;
@@ -41,8 +41,8 @@ pub enum HandKind {
     ReFlex,
 }
 
-/// Where a hand grasps: a frame whose x is the palm's normal, whose y runs along the knuckles and whose z along the
-/// fingers; and where objects are put in it.
+/// The grip of a hand: a frame with the palm's normal as x, the knuckles along y and the fingers along z; and
+/// the range of objects' places in it.
 struct Grip {
     hand_from_grip: Rotation,
     along_m: [f64; 2],
@@ -97,7 +97,7 @@ impl HandKind {
     }
 }
 
-/// What is grasped.
+/// The families of objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Family {
     /// Cylinders, their axis along the knuckles.
@@ -114,7 +114,7 @@ pub enum Family {
     Catalogue,
     /// The cylinder of the grasp cases at the placements of `robust --placements`.
     CaseCylinder,
-    /// ... and the box.
+    /// The box of the grasp cases at these placements.
     CaseBox,
 }
 
@@ -200,15 +200,15 @@ fn one_of<T: Copy>(what: &str, name: &str, all: &[T], of: impl Fn(T) -> &'static
 pub struct Trial {
     /// By which hand.
     pub hand: HandKind,
-    /// Of which family.
+    /// Family of its object.
     pub family: Family,
     /// Its place in the family.
     pub index: usize,
-    /// What is grasped, and where it lies before the hand.
+    /// The object, and its pose before the hand.
     pub lie: Lie,
-    /// How far the motors of the fingers close.
+    /// Set point of the fingers' motors.
     pub sigma: f64,
-    /// How far the preshape drive goes, where there is one.
+    /// Set point of the preshape drive, if there is one.
     pub preshape: f64,
 }
 
@@ -286,7 +286,7 @@ fn drawn(hand: HandKind, family: Family, count: usize) -> Result<Vec<Trial>> {
         .collect()
 }
 
-/// The object, and how it is turned before it is turned about the palm's normal. `sizes` and `mass` are in [0, 1).
+/// The object, and its rotation before the one about the palm's normal. `sizes` and `mass` are in [0, 1).
 fn object(
     family: Family,
     sizes: [f64; 3],
@@ -366,7 +366,7 @@ fn longest_along_knuckles(size: [f64; 3]) -> Rotation {
     order.sort_by(|a, b| size[*a].total_cmp(&size[*b]));
     let axis = |k: usize| Vec3::from_array([0, 1, 2].map(|j| f64::from(u8::from(j == k))));
     let (short, middle, long) = (axis(order[0]), axis(order[1]), axis(order[2]));
-    // Its rows are where x, y and z of the grip come from; z with the sign that makes it a rotation.
+    // Its rows are the sources of x, y and z of the grip; z with the sign that makes it a rotation.
     let middle = if long.cross(middle).dot(short) < 0.0 { -middle } else { middle };
     Rotation::from_mat3(&Mat3::from_cols(short, long, middle).transpose()).normalize()
 }

@@ -19,19 +19,19 @@ const LIFT_M: f64 = 0.1;
 const LIFTED_M: f64 = 0.05;
 /// From the end of the settling on the object may move in the palm by less than this, m.
 pub const MOVED_M: f64 = 0.03;
-/// From the end of the settling on it may overlap the hand by at most this, m: a tenth of what is held.
+/// From the end of the settling on it may overlap the hand by at most this, m: a tenth of the held object.
 pub const OVERLAP_M: f64 = 0.005;
 /// An object this far from where it started in the palm is lost, m: no need to watch it fall.
 const GONE_M: f64 = 0.15;
-/// How often overlap is looked at, s.
+/// Interval of the overlap checks, s.
 const LOOK_S: f64 = 0.02;
-/// The shaking: amplitude, m, frequency, Hz, and how long it takes to set in, s.
+/// The shaking: amplitude, m, frequency, Hz, and time of its onset, s.
 const SHAKE_M: f64 = 0.03;
 const SHAKE_HZ: f64 = 3.0;
 const ONSET_S: f64 = 0.1;
 
-/// When what happens, s: the fingers close from `close` to `closed`, the hand rises until `lifted`; from `settled` on the
-/// object must stay where it is; it is shaken from `shaken` until `end`.
+/// Times, s: the fingers close from `close` to `closed`, the hand rises until `lifted`; from `settled` on the
+/// object must not move in the hand; it is shaken from `shaken` until `end`.
 #[derive(Clone, Copy, Debug)]
 pub struct Schedule {
     close: f64,
@@ -56,7 +56,7 @@ impl Schedule {
         }
     }
 
-    /// What the hand is told for the step that ends at `t`.
+    /// Sets the command for the step that ends at `t`.
     fn instruct(&self, command: &mut Command, trial: &Trial, start: Pose, t: f64) {
         let closed = trial.sigma * ramp((t - self.close) / (self.closed - self.close)).0;
         match trial.hand {
@@ -81,7 +81,7 @@ impl Schedule {
     }
 }
 
-/// How a grasp ended.
+/// The ending of a grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
@@ -91,7 +91,7 @@ pub enum Ending {
     Overlapping,
     /// Not lifted, or lost before it had settled.
     NotLifted,
-    /// Lost while the hand stood still.
+    /// Lost while the hand did not move.
     LostHeld,
     /// Lost while it was shaken.
     LostShaken,
@@ -101,21 +101,21 @@ pub enum Ending {
     NotFinished,
 }
 
-/// What became of a grasp.
+/// The outcome of a grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fate {
-    /// How it ended.
+    /// The ending.
     pub ending: Ending,
-    /// When, s.
+    /// Time of the ending, s.
     pub end_s: f64,
     /// Deepest overlap of the object and the hand after it had settled, mm.
     pub overlap_mm: f64,
-    /// How far the object's centre moved in the palm after it had settled, mm.
+    /// Displacement of the object's centre in the palm after it had settled, mm.
     pub moved_mm: f64,
 }
 
 impl Fate {
-    /// Of a run that did not come to an end in its time, and of which nothing else is known.
+    /// The outcome of a run that did not end in its time.
     pub fn unknown() -> Self {
         Fate { ending: Ending::NotFinished, end_s: 0.0, overlap_mm: 0.0, moved_mm: 0.0 }
     }
@@ -129,7 +129,7 @@ pub fn in_palm(state: &State) -> Pose {
 /// Plays a grasp; `watch` sees the engine after every step, with the time.
 ///
 /// # Errors
-/// The engine is not there or fails; not that it diverges.
+/// The engine is not there or fails; divergence is no error.
 pub fn play(
     setup: &Setup,
     trial: &Trial,

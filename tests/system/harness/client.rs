@@ -37,7 +37,7 @@ pub(crate) fn handshake_to(server: &Server, path: &str, protocols: Option<&str>)
 }
 
 impl Client {
-    /// A connection that has said nothing yet.
+    /// A connection without a message yet.
     pub(crate) async fn connect(server: &Server) -> Self {
         Self::connect_to(server, "/v1/control").await
     }
@@ -70,7 +70,7 @@ impl Client {
         (client, welcome)
     }
 
-    /// A new connection that takes a session up again; and the welcome.
+    /// A new connection that resumes a session; and the welcome.
     pub(crate) async fn resume(server: &Server, token: &Value) -> (Self, Value) {
         let mut client = Self::connect(server).await;
         // The server may not have noticed yet that the old connection is gone.
@@ -110,7 +110,7 @@ impl Client {
         }
     }
 
-    /// The next observation that comes unasked.
+    /// The next observation that is no reply.
     pub(crate) async fn streamed(&mut self) -> Value {
         let mut message = self.next().await;
         while message["op"] != "obs" {
@@ -120,7 +120,7 @@ impl Client {
         message
     }
 
-    /// Takes whatever comes, and answers pings, for a while.
+    /// Takes all messages, and answers pings, for a while.
     pub(crate) async fn listen_for(&mut self, span: Duration) {
         let end = tokio::time::Instant::now() + span;
         while let Ok(message) = tokio::time::timeout_at(end, self.socket.next()).await {

@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
-/// What the server answered.
+/// An answer of the server.
 pub(crate) struct Response {
     /// 200, 404, …
     pub(crate) status: u16,
@@ -61,7 +61,7 @@ pub(crate) fn send(server: &Server, method: &str, path: &str, headers: &str, bod
         format!("{method} {path} HTTP/1.0\r\nHost: {host}\r\n{headers}Content-Length: {length}\r\n\r\n");
     // A server that refuses may not read the body to its end.
     let _ = stream.write_all(&[head.as_bytes(), body].concat());
-    // Nor is it an error that it closes the connection with unread bytes of it.
+    // It may also close the connection with unread bytes.
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
     let answer = String::from_utf8(answer).expect("text");

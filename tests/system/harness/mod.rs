@@ -1,4 +1,4 @@
-//! What every test needs: a server of its own, a client that speaks raw frames, plain HTTP.
+//! Parts of every test: a server of its own, a client that sends raw frames, plain HTTP.
 
 mod client;
 mod http;

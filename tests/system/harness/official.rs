@@ -24,7 +24,7 @@ pub(crate) struct Official {
     pub(crate) server: Server,
     /// The first organizer's token.
     pub(crate) organizer: String,
-    /// Where the database is, when it is no file.
+    /// URL of the database, if it is not a file.
     pub(crate) database_url: Option<String>,
 }
 
@@ -69,7 +69,7 @@ impl Official {
         Self::start_on(folder, &rules, database_url)
     }
 
-    /// What a SIGKILL leaves: the data directory; and the rules.
+    /// Kills the server with SIGKILL; returns the data directory and the rules.
     pub(crate) fn killed(self) -> (TempDir, String) {
         let folder = self.server.kill();
         let rules = fs::read_to_string(folder.path().join("competition.toml")).expect("rules");
@@ -91,7 +91,7 @@ impl Official {
         send(&self.server, "POST", path, &bearer(token), body.to_string().as_bytes())
     }
 
-    /// An organizer's deed that must succeed.
+    /// An organizer's order that must succeed.
     pub(crate) fn order(&self, path: &str, body: Value) -> Value {
         let answer = self.post(&format!("/v1/admin/{path}"), &self.organizer, &body);
         assert_eq!(answer.status, 200, "{path} {body}: {}", answer.body);
@@ -125,7 +125,7 @@ impl Official {
         request
     }
 
-    /// A connection of a team that has said nothing yet.
+    /// A connection of a team without a message yet.
     pub(crate) async fn connect(&self, token: &str) -> Client {
         let (socket, _) = connect_async(self.handshake("/v1/control", token)).await.expect("connects");
         Client::over(socket)
@@ -150,7 +150,7 @@ impl Official {
         }
     }
 
-    /// Waits until the server has played a run's replay again, which must come to the same.
+    /// Waits until the server has played a run's replay again with the same result.
     pub(crate) async fn verified(&self, run_id: &Value) {
         let path = format!("/v1/runs/{}", run_id.as_str().expect("an id"));
         let mut run = self.get(&path, &self.organizer).json();

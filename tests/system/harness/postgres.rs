@@ -50,7 +50,7 @@ fn start() -> Result<Postgres, String> {
     Ok(Postgres { folder: folder.trim().to_owned(), _script: (script, stdin) })
 }
 
-/// The URL of a new, empty database; none, and a word why, without Postgres.
+/// The URL of a new, empty database; none without Postgres, with the reason printed.
 pub(crate) async fn postgres_database() -> Option<String> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     match postgres() {

@@ -101,7 +101,7 @@ impl Server {
         Server { child, address, folder, log: Some(log) }
     }
 
-    /// Where it listens: `127.0.0.1:43211`.
+    /// Its address: `127.0.0.1:43211`.
     pub(crate) fn address(&self) -> &str {
         &self.address
     }

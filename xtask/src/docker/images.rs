@@ -74,7 +74,8 @@ fn from_source(engine: &Engine, runtime: &str, compilers: &[String]) -> Result<(
     output(build.arg(workspace::root())).map(drop)
 }
 
-/// The Dockerfile's stage with all but the program, and the program in it. Neither server nor viewer is compiled.
+/// The Dockerfile's stage with all but the program, and the program in it. It compiles no server and no
+/// viewer.
 fn around(engine: &Engine, runtime: &str, program: &Path) -> Result<()> {
     let dockerfile = File::open(workspace::root().join("Dockerfile")).context("Dockerfile")?;
     let mut stage = engine.build(WITHOUT_PROGRAM, runtime);

@@ -37,7 +37,7 @@ class Reply(msgspec.Struct, kw_only=True, gc=False, tag_field="op"):
     """`id` of the request it answers; ``None`` for a message that answers none"""
 "#;
 
-/// Where Python's name is not that of the schema. A request is called after its `op`.
+/// Types whose name in Python differs from the schema's. A request is called after its `op`.
 const NAMES: [(&str, &str); 11] = [
     ("ActuatorObservation", "Actuator"),
     ("Contacts", "ContactTables"),
@@ -51,8 +51,8 @@ const NAMES: [(&str, &str); 11] = [
     ("TimeReport", "Time"),
     ("Warning", "SessionWarning"),
 ];
-/// Types that have subclasses with methods, which are written by hand. A list of them is a `Sequence` here, for which
-/// the list of a subclass may stand.
+/// Types that have subclasses with methods, which are written by hand. A list of them is a `Sequence` here,
+/// so that a list of the subclass is valid.
 const SUBCLASSED: [&str; 12] = [
     "BodyState",
     "CameraImage",
@@ -67,7 +67,7 @@ const SUBCLASSED: [&str; 12] = [
     "Specs",
     "Truth",
 ];
-/// Fields for which a method of the same name stands.
+/// Fields that a method of the same name replaces.
 const HIDDEN: [(&str, &str); 3] = [("Observation", "cameras"), ("Truth", "objects"), ("Truth", "contacts")];
 /// Types whose arrays are made when they are first read, and kept.
 const CACHED: [&str; 3] = ["CameraImage", "Joints", "Truth"];
@@ -167,8 +167,8 @@ impl Module<'_> {
         Ok(())
     }
 
-    /// The fields of a type that is a class in Python. Of a union of objects these are the fields of all: which of them
-    /// there are depends on the variant.
+    /// The fields of a type that is a class in Python. A union of objects has the fields of all; it depends
+    /// on the variant which of them exist.
     fn object(&self, name: &str) -> Result<Option<Vec<Field>>> {
         let variants = match &self.types.get(name)?.value {
             Type::Object(fields) => return Ok(Some(fields.clone())),
@@ -299,7 +299,7 @@ fn words(value: &Type) -> Option<Vec<&str>> {
     }
 }
 
-/// What a field has that is not given, if it may be left out. A client always sends the words that decide how the server
+/// The default of a field that may be left out. A client always sends the words that decide how the server
 /// acts; a server may be of an earlier version, without a field that has a default.
 fn default(Field { required, default, value, .. }: &Field, sent: bool) -> Option<String> {
     match (value, default) {

@@ -17,7 +17,7 @@ pub(super) enum Type {
     Word(String),
     /// Base64 in JSON, bytes in MessagePack.
     Bytes,
-    /// A list of numbers, or of rows of so many numbers, that is a byte string in MessagePack.
+    /// A list of numbers, or of rows of this many numbers, that is a byte string in MessagePack.
     Table(Option<u64>),
     List(Box<Type>),
     /// A list of fixed length.

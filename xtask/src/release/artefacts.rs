@@ -19,7 +19,7 @@ const GLIBC: (u32, u32) = (2, 28);
 /// Links against an older glibc than this machine's; reads what a wheel needs.
 const TOOLS: [&str; 2] = ["ziglang==0.17.1", "auditwheel==6.8.2"];
 
-/// Where they are, and what they are called.
+/// Their folder and their names.
 pub(super) struct Artefacts {
     version: Version,
     folder: PathBuf,

@@ -14,7 +14,7 @@ pub(crate) fn released(changelog: &str, version: Version, date: &str) -> Result<
     Ok(format!("{before}{UNRELEASED}\n## [{version}] - {date}\n{rest}"))
 }
 
-/// What is written of a version.
+/// The changelog's section on a version.
 pub(crate) fn section(changelog: &str, version: Version) -> Option<&str> {
     let (_, rest) = changelog.split_once(&format!("\n## [{version}]"))?;
     Some(section_of(rest.split_once('\n')?.1))

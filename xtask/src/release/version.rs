@@ -1,4 +1,4 @@
-//! Where the version is written.
+//! The files that contain the version.
 
 use crate::workspace;
 use anyhow::{Context, Result, bail, ensure};

@@ -12,6 +12,6 @@ pub struct Exported {
     pub qpos: Vec<f64>,
     /// Velocities to begin from.
     pub qvel: Vec<f64>,
-    /// What drove it: a row of set points for each step.
+    /// The commands: a row of set points for each step.
     pub ctrl: Vec<Vec<f64>>,
 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// A fixed box this large in two directions, m, is a plane.
 const PLANE_M: f64 = 1.0;
 
-/// How the base is held.
+/// The hold of the base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Base {
     /// No hand.
@@ -50,7 +50,7 @@ pub(super) struct Document {
     pub hinges: Vec<HingeDof>,
     /// The hinge that carries each coordinate.
     pub masters: Vec<usize>,
-    /// Whose the shape of each name is: `g` and its place here.
+    /// Owner of the shape of each name: `g` and its place here.
     pub owners: Vec<Owner>,
 }
 
@@ -73,7 +73,7 @@ struct Writer<'a> {
     assets: String,
 }
 
-/// What holds for all settings, for the report.
+/// Notes on all settings, for the report.
 pub(super) fn notes() -> Vec<String> {
     [
         "elliptic cones, Newton, default tolerances; joint limits are as soft as contacts",
@@ -308,7 +308,7 @@ impl Writer<'_> {
         for hinge in hinges {
             let coordinate = link.joint.as_ref()?.coordinate;
             frame *= hinge.parent_from_hinge;
-            // Of the hinge in the link's own frame, all hinges at zero.
+            // The hinge in the link's own frame, all hinges at zero.
             let here = at.inverse() * frame;
             self.joint(coordinate, hinge.kind, &here, hinge.axis, hinge.ratio, hinge.offset)?;
         }
@@ -467,7 +467,7 @@ impl Levers {
         Levers { torsional: self.torsional.max(other.torsional), rolling: self.rolling.max(other.rolling) }
     }
 
-    /// How many directions MuJoCo's contact resists.
+    /// Number of directions that MuJoCo's contact resists.
     fn condim(self) -> u32 {
         match self {
             Levers { rolling, .. } if rolling > 0.0 => 6,
@@ -497,7 +497,7 @@ mod tests {
     use palmares_bench::rigs::softhand;
     use palmares_sim::Config;
 
-    /// Two objects of unlike friction beside a hand.
+    /// Two objects of unlike friction and a hand.
     fn written(settings: &Settings) -> String {
         let mut model =
             Model::new(Config::with_step(1e-3), Some(softhand().expect("built in"))).expect("sound");

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use worker::{Touch, Worker};
 pub use worker::{python, version};
 
-/// What holds for all settings, for the report.
+/// Notes on all settings, for the report.
 pub fn notes() -> Vec<String> {
     mjcf::notes()
 }
@@ -32,8 +32,8 @@ thread_local! {
 
 type SharedWorker = Rc<RefCell<Worker>>;
 
-/// The scenes that MuJoCo has played in a case, to be played again in a tight loop of its own: between two steps on
-/// request a process goes cold, which would be held against it.
+/// The scenes that MuJoCo has played in a case, to be played again in a tight loop of its own: a process that
+/// waits for requests has cold caches, which would count against it.
 pub struct Recording(Vec<SharedWorker>);
 
 impl Recording {
@@ -73,7 +73,7 @@ pub fn export(
     let (qpos, qvel) = engine.positions();
     let mut ctrl = Vec::with_capacity(commands.len());
     for command in commands {
-        // Asked of a copy of the state: the step itself moves the motors, too.
+        // From a copy of the state: the step itself also moves the motors.
         let before = engine.state.clone();
         ctrl.push(engine.control(command));
         engine.state = before;
@@ -228,7 +228,7 @@ fn free(pose: &Pose, velocity: &[f64], q: &mut Vec<f64>, v: &mut Vec<f64>) {
     v.extend(angular.to_array());
 }
 
-/// ... and back.
+/// The pose and velocity of a floating body from its part of qpos and qvel.
 fn placed(velocity: &mut [f64], q: &[f64], v: &[f64]) -> Pose {
     let rotation = Rotation::from_xyzw(q[4], q[5], q[6], q[3]).normalize();
     let angular = rotation * Vec3::new(v[3], v[4], v[5]);

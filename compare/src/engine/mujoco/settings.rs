@@ -1,14 +1,14 @@
-//! Named settings of MuJoCo. What its documentation says is in the chapters "Modeling" (solver parameters, preventing slip,
-//! tuning) and "Computation" (integrators) of version 4.0.
+//! Named settings of MuJoCo. They follow the chapters "Modeling" (solver parameters, preventing slip, tuning)
+//! and "Computation" (integrators) of its documentation, version 4.0.
 
 use std::fmt::Display;
 
-/// What can be chosen in MuJoCo; the rest is as it comes.
+/// The options of MuJoCo that settings choose; the others keep MuJoCo's defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// As on the command line.
     pub name: &'static str,
-    /// What they are, and why.
+    /// Description, with the reason for the values.
     pub about: &'static str,
     /// `integrator`.
     pub(super) integrator: &'static str,
@@ -20,7 +20,7 @@ pub struct Settings {
     pub(super) coupling: Softness,
 }
 
-/// How soft a constraint is.
+/// Softness of a constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Softness {
     /// `solref[0]`, time constant, s; the damping ratio is 1.
@@ -47,9 +47,10 @@ const RECOMMENDED_COUPLING: Softness = Softness { time_s: 0.004, impedance: [0.9
 
 /// All of them.
 ///
-/// The integrator is `discrete` where nothing else is said: "for stiff springs and servos", which tendons and base are;
-/// it alone is implicit in position. Cones are elliptic, "a better model of the physical reality", and without them
-/// impratio means nothing. MuJoCo advises impratio 10 for manipulation and up to 100 against slow slip.
+/// The integrator is `discrete` unless stated otherwise: "for stiff springs and servos", which tendons and
+/// base are; it alone is implicit in position. Cones are elliptic, "a better model of the physical reality",
+/// and without them impratio means nothing. MuJoCo advises impratio 10 for manipulation and up to 100 against
+/// slow slip.
 pub const SETTINGS: &[Settings] = &[
     Settings {
         name: "default",

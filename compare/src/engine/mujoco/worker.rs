@@ -34,7 +34,7 @@ pub(super) struct Worker {
     from: BufReader<ChildStdout>,
     /// nq, nv, nu.
     pub sizes: [usize; 3],
-    /// Steps so far.
+    /// Steps until now.
     pub steps: u64,
 }
 
@@ -98,7 +98,7 @@ impl Worker {
         Ok(numbers.chunks_exact(TOUCH).filter_map(|it| it.try_into().ok()).collect())
     }
 
-    /// CPU time per step, s, of a run of all steps so far, of at most `longest_s`.
+    /// CPU time per step, s, of a run of all steps until now, of at most `longest_s`.
     pub(super) fn replay(&mut self, longest_s: f64) -> Result<f64> {
         self.write(b'R', &[&[longest_s]])?;
         Ok(self.read(1)?[0])

@@ -19,7 +19,7 @@ use std::sync::Arc;
 const COUPLER_KG: f64 = 1e-4;
 const COUPLER_KGM2: f64 = 1e-9;
 
-/// Where the hand is in rapier.
+/// The hand's bodies and joints in rapier.
 pub(super) struct HandBody {
     joint: MultibodyJointHandle,
     bodies: Vec<RigidBodyHandle>,
@@ -205,7 +205,7 @@ impl HandBody {
         multibody.update_rigid_bodies(&mut world.bodies, true);
     }
 
-    /// ... and back.
+    /// Pose and velocities from rapier into the state.
     pub(super) fn pull(&self, world: &PhysicsWorld, state: &mut State) {
         let Some((multibody, _)) = world.multibody_joints.get(self.joint) else { return };
         state.base = *multibody.root().local_to_world();

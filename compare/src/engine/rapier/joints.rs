@@ -8,7 +8,7 @@ pub(super) struct HingeDof {
     pub link: usize,
     /// Free axis: 0 … 2 linear, 3 … 5 angular.
     pub axis: usize,
-    /// Which coordinate it follows, `x = ratio · q + offset`.
+    /// The coordinate that it follows, `x = ratio · q + offset`.
     pub coordinate: usize,
     pub ratio: f64,
     pub offset: f64,

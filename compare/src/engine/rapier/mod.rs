@@ -24,10 +24,10 @@ pub use settings::{SETTINGS, STIFF120, Settings};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-/// What reading the clock costs.
+/// Time to read the clock.
 static OVERHEAD: OnceLock<Duration> = OnceLock::new();
 
-/// What holds for all settings, for the report.
+/// Notes on all settings, for the report.
 pub fn notes() -> Vec<String> {
     [
         "rapier3d-f64 0.36.1, enhanced-determinism, one thread",
@@ -104,7 +104,7 @@ impl Rapier {
         self.touched = false;
     }
 
-    /// ... and back.
+    /// Poses and velocities from rapier into the state.
     fn pull_state(&mut self) {
         if let Some(hand) = &self.hand {
             hand.pull(&self.world, &mut self.state);

@@ -64,7 +64,7 @@ pub(super) fn penetration(world: &PhysicsWorld) -> f64 {
     points.fold(0.0, |deepest: f64, point| deepest.max(-point.dist))
 }
 
-/// Which shapes of the hand may touch each other, and the friction of every pair, as in the model.
+/// The pairs of shapes of the hand that may touch, and the friction of every pair, as in the model.
 pub(super) struct Surfaces {
     model: Arc<Model>,
 }

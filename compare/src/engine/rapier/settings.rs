@@ -5,7 +5,7 @@ use rapier3d_f64::dynamics::{FrictionModel, IntegrationParameters, SpringCoeffic
 use palmares_bench::engine::RIGID;
 use palmares_sim::Model;
 
-/// How hard rapier's solver tries.
+/// Effort of rapier's solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Effort {
     friction: FrictionModel,
@@ -15,20 +15,20 @@ pub(super) struct Effort {
     sweeps: usize,
 }
 
-/// What can be chosen in rapier; the rest is as it comes.
+/// The options of rapier that settings choose; the others keep rapier's defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// As on the command line.
     pub name: &'static str,
-    /// What they are, and why.
+    /// Description, with the reason for the values.
     pub about: &'static str,
     /// Typical length of the scene, m: rapier's tolerances are multiples of it.
     length_unit_m: f64,
     /// Frequency of contact springs, Hz: between free bodies, and with fixed ones.
     contact_hz: [f64; 2],
-    /// ... and their damping ratio.
+    /// Damping ratio of contact springs.
     damping_ratio: f64,
-    /// Whether friction acts in the pass that takes back overlap, too.
+    /// Whether friction also acts in the pass that removes overlap.
     friction_in_bias_pass: bool,
     /// Whether contacts are foreseen as far as ours, and those of rigid bodies are as hard as the sub-steps resolve.
     fitted: bool,

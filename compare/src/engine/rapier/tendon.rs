@@ -1,6 +1,6 @@
 //! Tendons as implicit cables: `f = clamp(K (s_ref − s − h ṡ₁) − b ṡ₁, 0, f_max)` with the tendon's speed ṡ₁
-//! at the end of the step foreseen from rapier's own reduced inertia, and applied as torques through the springs
-//! of the joints. Contact impulses of the last step stand for those of the next.
+//! at the end of the step, predicted from rapier's own reduced inertia, and applied as torques through the
+//! springs of the joints. Contact impulses of the last step approximate those of the next.
 
 use super::joints::{Joints, dof};
 use palmares_models::hand::{Hand, Tendon};
@@ -10,7 +10,7 @@ use rapier3d_f64::dynamics::{Multibody, MultibodyJointHandle};
 use rapier3d_f64::na::{DMatrix, DVector, Vector6};
 use rapier3d_f64::pipeline::PhysicsWorld;
 
-/// Stiffness of the spring that carries a torque where the coordinate has none of its own, N·m/rad.
+/// Stiffness of the spring that carries a torque if the coordinate has no stiffness, N·m/rad.
 const CARRIER: f64 = 1e-6;
 
 /// Generalized impulse of all contacts on the hand in the last step.
@@ -127,7 +127,7 @@ fn foresee(
     let mut response = rows.tr_mul(&moved);
     let drift = rows.tr_mul(&velocity);
     let mut free = response.column(nc + nt) + drift;
-    // Eliminate the couplings, which keep their two hinges together whatever pulls.
+    // Eliminate the couplings, which keep their two hinges together under every load.
     if nc > 0 {
         let within = response.view((0, 0), (nc, nc)).into_owned().lu();
         let to_tendons = response.view((nc, 0), (nt, nc)).into_owned();

@@ -23,9 +23,8 @@ const DEEPER_M: f64 = 1e-6;
 /// Lever of a line, and of areas as thin.
 pub(super) const LINE: f64 = 0.5;
 
-/// Factor on the distance of friction compared with an even pressure. Pure spin is braked 3 % too much; in
-/// return displacement, turn and time of a disc that slides and spins, and the ratio of slip to spin at which
-/// both end, are within 5 %.
+/// Factor on the distance of friction compared with an even pressure. Pure spin stops 2 to 3 % early; in return
+/// distance, turn and time of a disc that slides and spins, and the final ratio of slip to spin, are within 3.2 %.
 const SPREAD: f64 = 1.03;
 
 /// An area below this part of the square of its circumference is a line.
