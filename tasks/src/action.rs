@@ -19,7 +19,7 @@ pub struct Action {
 }
 
 impl Action {
-    /// Whether a run with this hand would take the action.
+    /// Checks that the action is valid for this hand.
     pub fn check(&self, hand: &Hand) -> Result<(), ActionError> {
         let finite = |field: &str, values: &[f64]| match values.iter().position(|x| !x.is_finite()) {
             Some(k) => Err(ActionError::NotFinite { field: format!("{field}[{k}]") }),
@@ -106,7 +106,7 @@ pub enum BaseTarget {
     },
 }
 
-/// What actions are clipped to.
+/// Limits to which actions are clipped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActionLimits {
     /// Largest |x|, |y|, |z| of a base position, m.
@@ -133,7 +133,7 @@ impl Default for ActionLimits {
     }
 }
 
-/// Why an action was refused. A refused action changes nothing.
+/// Error of a refused action, which changes nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ActionError {
     /// NaN or infinite number.

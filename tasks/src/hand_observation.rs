@@ -9,7 +9,7 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 use serde_json::{Map, Value, json};
 use std::borrow::Cow;
 
-/// What the hand's own sensors read.
+/// Readings of the hand's own sensors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HandObservation {
     readings: SensorReadings,

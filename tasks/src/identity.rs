@@ -1,4 +1,4 @@
-//! Names for what a run's bits depend on, beside the task and the hand, which hash themselves.
+//! Names of everything else that a run's bits depend on; task and hand have hashes of their own.
 
 use crate::action::{Action, ActionError, BaseTarget};
 use crate::run::Run;

@@ -63,7 +63,7 @@ pub struct CameraImage {
     pub cy: f64,
     /// Origin of the optical frame (x right, y down, z forward) in the world when it was exposed, m.
     pub position: [f64; 3],
-    /// Its orientation, x, y, z, w.
+    /// Orientation of the optical frame, x, y, z, w.
     pub quat_xyzw: [f64; 4],
     /// Unit of `depth`, m.
     pub depth_unit: f64,
@@ -73,7 +73,7 @@ pub struct CameraImage {
     /// sRGB, three bytes a pixel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rgb: Option<Pixels>,
-    /// Id of the body that is seen, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with
+    /// Id of the visible body, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with
     /// sensing `truth`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Pixels>,

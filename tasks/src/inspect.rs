@@ -1,5 +1,5 @@
-//! What an organizer is told of a hand: its figures beside those of the hands that come with the program and the
-//! competition's limits, and what it would touch where it starts.
+//! Inspection of a hand for organizers: its figures, those of the built-in hands, the competition's limits, and overlaps at the
+//! start.
 
 use crate::start::may_overlap;
 use crate::task::Task;
@@ -14,28 +14,28 @@ use std::sync::Arc;
 /// Maximum number of reported reasons.
 const MAX_REASONS: usize = 12;
 
-/// A figure of a hand beside those of others.
+/// A figure of a hand with those of other hands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FigureRow {
-    /// Its name, also as a field of `[hand_limits]`.
+    /// Name of the figure, also as a field of `[hand_limits]`.
     pub figure: String,
-    /// Its unit; empty for a count or a ratio.
+    /// Unit of the figure; empty for a count or a ratio.
     pub unit: String,
-    /// What it is, in words.
+    /// Description of the figure.
     pub what: String,
-    /// The hand's; none where it has nothing of the kind.
+    /// Value of the hand; absent if it has nothing of the kind.
     pub value: Option<f64>,
     /// File and element that it was found in.
     pub place: Option<String>,
-    /// Those of the hands that come with the program, by their names.
+    /// Values of the built-in hands, by their names.
     pub others: BTreeMap<String, f64>,
-    /// The competition's limit; none where there is none.
+    /// The competition's limit; absent if there is none.
     pub limit: Option<f64>,
     /// `most` or `least`.
     pub bound: String,
-    /// Whether the limit allows it.
+    /// Whether the limit allows the value.
     pub allowed: bool,
-    /// Whether no hand that comes with the program goes as far.
+    /// Whether the value is beyond those of all built-in hands.
     pub beyond_others: bool,
 }
 
@@ -101,7 +101,7 @@ pub fn beyond_limits(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Vec
     limits.excesses(&hand.figures(), sources).iter().map(ToString::to_string).collect()
 }
 
-/// What the hand would touch where it starts, in each task. A hand that cannot be simulated is told of as well.
+/// Overlaps of the hand at its start in each task, and errors of a hand that cannot be simulated.
 pub fn in_the_way(hand: &Arc<Hand>, tasks: &[Arc<Task>]) -> Vec<String> {
     let mut out = Vec::new();
     for task in tasks {
@@ -119,7 +119,7 @@ pub fn in_the_way(hand: &Arc<Hand>, tasks: &[Arc<Task>]) -> Vec<String> {
     out
 }
 
-/// Reasons as one text: not all of them, if there are many.
+/// The first reasons as one text, and the number of further ones.
 pub fn join_reasons(reasons: &[String]) -> String {
     let more = reasons.len().saturating_sub(MAX_REASONS);
     let mut text = reasons[..reasons.len() - more].join("\n");
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_of_the_program_stands_out_nowhere() {
+    fn a_builtin_hand_is_within_the_range_of_all() {
         let rows = rows(|_| ());
         assert_eq!(rows.len(), SPECS.len());
         assert!(rows.iter().all(|row| row.allowed));
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_out_is_told_with_its_place_and_its_peers() {
+    fn an_unusual_figure_is_reported_with_place_and_other_hands() {
         let rows = rows(|hand| hand.links[2].geoms[0].friction = 2.4);
         let out: Vec<&FigureRow> = rows.iter().filter(|row| row.beyond_others).collect();
         let [row] = out.as_slice() else { panic!("{out:?}") };

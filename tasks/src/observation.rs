@@ -1,4 +1,4 @@
-//! What a controller sees after a tick.
+//! The observation of a controller after a tick.
 
 use crate::action::Action;
 use crate::hand_observation::HandObservation;
@@ -15,17 +15,17 @@ pub struct Observation {
     pub tick: u64,
     /// s since reset.
     pub sim_time_s: f64,
-    /// The action as applied: clipped to the spec, with what was left out filled in.
+    /// The action as applied: clipped to the spec, with omitted fields filled in.
     pub applied_action: Action,
     /// The hand.
     pub hand: HandObservation,
-    /// What the cameras saw that were asked for.
+    /// Images of the requested cameras.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<CameraImage>,
     /// The full state, when the run's sensing is `truth`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<Truth>,
-    /// What the referee noted in this tick.
+    /// Events of this tick.
     pub events: Vec<Event>,
     /// Score if the run ended now, without the settling rule.
     pub score: f64,
@@ -33,7 +33,7 @@ pub struct Observation {
     pub terminated: bool,
     /// The run was cut short by a limit.
     pub truncated: bool,
-    /// Why, when `terminated` or `truncated`.
+    /// The reason, when `terminated` or `truncated`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
@@ -69,7 +69,7 @@ pub struct Truth {
     pub joints: Joints,
     /// Every touching contact.
     pub contacts: Contacts,
-    /// Where the free hand would rest at the present motor position, rad; empty if that is not defined.
+    /// Equilibrium of the free hand at the present motor position, rad; empty if it is not defined.
     pub predicted_equilibrium: Numbers,
 }
 
@@ -108,21 +108,20 @@ pub struct Contacts {
     pub force: Table<3>,
 }
 
-/// Something the referee noted.
+/// An event of the referee.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Event {
-    /// When, in ticks.
+    /// Time of the event, ticks.
     pub tick: u64,
-    /// `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`; where objects are
-    /// arranged, the name of the goal that has been reached.
+    /// Kind of the event: section 4 of docs/tasks.md lists them.
     pub kind: String,
-    /// Which object: told with sensing `truth`, and in a run's result.
+    /// Index of the object: with sensing `truth`, and in a run's result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<usize>,
 }
 
 impl Event {
-    /// As a controller is told of it: with `sensors` not of which object, for then it would know what it holds.
+    /// The event as a controller gets it: with `sensors` without the object, which would identify the held one.
     pub fn redacted_for(&self, sensing: Sensing) -> Event {
         Event { object: self.object.filter(|_| sensing == Sensing::Truth), ..self.clone() }
     }

@@ -1,17 +1,17 @@
-//! What a hand touches where it starts.
+//! Overlaps of a hand at its start.
 
 use std::fmt;
 
-/// What a part of a hand overlaps.
+/// Kind of thing that a hand overlaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
     /// Furniture or a container.
     Furniture,
     /// An object of the scene.
     Object,
-    /// A region that the rules speak of.
+    /// A region of the rules.
     Region,
-    /// Where objects may be placed, by whatever seed.
+    /// The volume in which any seed may place objects.
     Placing,
 }
 
@@ -20,7 +20,7 @@ pub enum Obstacle {
 pub struct Overlap {
     /// Name of the link.
     pub link: String,
-    /// What kind of thing it touches.
+    /// Kind of the touched thing.
     pub obstacle: Obstacle,
     /// Name of the thing: `shelf`, `ball_3`.
     pub name: String,

@@ -49,7 +49,7 @@ pub struct SceneBody {
 }
 
 impl Scene {
-    /// What a controller is told: with `sensors` all but where the free bodies are.
+    /// The scene as a controller gets it: with `sensors` without the poses of free bodies.
     pub fn redacted_for(mut self, sensing: Sensing) -> Self {
         if sensing == Sensing::Sensors {
             for body in self.bodies.iter_mut().filter(|body| body.free) {

@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 pub struct Seed(pub [u8; 32]);
 
 impl Seed {
-    /// The seed a practice client asked for: SHA-256("palmares practice seed" ‖ little-endian number).
+    /// The seed that a practice client requests: SHA-256("palmares practice seed" ‖ little-endian number).
     pub fn from_u64(number: u64) -> Self {
         let mut hash = Sha256::new();
         hash.update(b"palmares practice seed");

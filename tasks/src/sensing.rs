@@ -1,26 +1,26 @@
-//! The sensors of a run: what they show, and how good they are.
+//! The sensors of a run: their selection and their errors.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How much a controller may see.
+/// Observations that a controller gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sensing {
-    /// What real sensors give: actuators, wrist, touch.
+    /// Those of real sensors: actuators, wrist, touch.
     Sensors,
     /// The full state as well: the `truth` block.
     #[default]
     Truth,
 }
 
-/// How good the sensors are.
+/// Errors of the sensors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Noise {
     /// Every reading is exact and of this very tick.
     #[default]
     None,
-    /// As real sensors are: with resolution, noise, bias, drift, latency and drop-outs.
+    /// Those of real sensors: resolution, noise, bias, drift, latency and drop-outs.
     Real,
 }

@@ -21,7 +21,7 @@ const DRAWS: usize = 20;
 /// The most that coming to rest may compute over all placements, in the unit of [`palmares_sim::bounds`]: some seconds.
 pub const SCENE_WORK: u64 = 2_000_000_000;
 
-/// Why a scene could not be built.
+/// Error of a scene that cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The task has no sound scene, or the hand no sound state.
@@ -29,7 +29,7 @@ pub enum SceneError {
     Unsound {
         /// Name of the task.
         task: String,
-        /// What went wrong.
+        /// The problem.
         message: String,
     },
     /// The hand does not fit where it starts: its parts touch what is there, or reach into a region of the rules.
@@ -37,7 +37,7 @@ pub enum SceneError {
     HandInTheWay {
         /// Name of the task.
         task: String,
-        /// What touches what; never empty.
+        /// The overlaps; never empty.
         overlaps: Vec<Overlap>,
     },
 }
@@ -61,7 +61,7 @@ fn first_of(overlaps: &[Overlap]) -> String {
 pub struct Built {
     /// The world, its objects at rest.
     pub world: World,
-    /// The same in words.
+    /// The description of the world.
     pub scene: Scene,
     /// Name of the body of every collider, in the model's order.
     pub body_names: Vec<String>,

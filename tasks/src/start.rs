@@ -1,7 +1,7 @@
-//! The hand where it starts: how it gets into a scene that knows nothing of it, and what it must not touch there.
+//! The start of a hand: its way into a scene that does not depend on it, and the bodies that it must not touch.
 //!
 //! A scene settles without a hand, or a hand could choose its scene by what it touches. The hand settles alone, in
-//! the air, and is then put beside the objects: these stay as they are, bit for bit.
+//! the air, and is then added to the objects, which stay as they are, bit for bit.
 
 use crate::overlap::{Obstacle, Overlap};
 use crate::place::placing_room;
@@ -24,8 +24,8 @@ pub fn start_pose(task: &Task) -> Pose {
     Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
 }
 
-/// What a hand overlaps at its start, whatever the seed: furniture and regions of the rules. Empty: it fits. Objects
-/// depend on the seed; [`crate::build::build`] looks at them as well, and [`may_overlap`] at where any seed may put them.
+/// Furniture and regions of the rules that a hand overlaps at its start, with every seed; empty if it fits. Objects depend on
+/// the seed: [`crate::build::build`] also checks these, and [`may_overlap`] the volume in which any seed may put them.
 ///
 /// # Errors
 /// The hand cannot be simulated, or finds no rest that is finite.
@@ -34,11 +34,11 @@ pub fn overlaps(task: &Task, hand: Arc<Hand>) -> Result<Vec<Overlap>, SceneError
     Ok(overlapping(task, &world, &names, None))
 }
 
-/// What [`overlaps`] finds, and which links reach into the room that objects may be placed in. Empty: the hand fits with
-/// every seed.
+/// The result of [`overlaps`], and the links that reach into the volume of initial objects. Empty if the hand fits with every
+/// seed.
 ///
 /// # Errors
-/// As [`overlaps`].
+/// The same as of [`overlaps`].
 pub fn may_overlap(task: &Task, hand: Arc<Hand>) -> Result<Vec<Overlap>, SceneError> {
     let (world, names) = joined(task, &furnished(task)?, hand)?;
     let room = placing_room(task);
@@ -105,7 +105,7 @@ struct Standing<'a> {
     shape: SharedShape,
 }
 
-/// What the hand overlaps, each link and thing once, in the order of the model, then regions and `room`.
+/// The overlaps of the hand, each pair once, in the order of the model, then regions and `room`.
 fn overlapping(task: &Task, world: &World, names: &[String], room: Option<Standing<'_>>) -> Vec<Overlap> {
     let (model, state) = (world.model(), world.state());
     let Some(hand) = model.hand() else { return Vec::new() };

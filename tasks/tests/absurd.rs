@@ -1,4 +1,4 @@
-//! Hands that nobody can build, played with actions that nobody means: every tick ends, within the work a step may take,
+//! Impossible hands, played with random actions: every tick ends, within the work a step may take,
 //! without a panic, and a world that is not sound says so.
 
 use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
@@ -270,7 +270,7 @@ fn absurd_hands_end_every_step_or_fail_with_a_reason() {
     assert!(count(&format!("{:?}", Fault::OutOfBounds)) > 0, "{ends:?}");
 }
 
-/// Whole runs: the scene is built or refused, what is seen are numbers, and a run whose world failed says so in the end.
+/// Whole runs: the scene is built or refused, observations are finite, and the outcome of a failed world names the fault.
 #[test]
 fn runs_of_absurd_hands_are_built_and_end() {
     let balls = include_str!("../balls/task.toml")
@@ -310,7 +310,7 @@ fn runs_of_absurd_hands_are_built_and_end() {
     assert!(ends.len() > 1, "{ends:?}");
 }
 
-/// What hands that come with the program compute among thirty objects stays far below what a step may.
+/// The computation of the built-in hands among thirty objects is far below the budget of a step.
 #[test]
 fn a_step_of_thirty_objects_takes_a_small_part_of_what_it_may() {
     let text = include_str!("../balls/task.toml")

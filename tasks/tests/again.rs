@@ -31,7 +31,7 @@ fn actions() -> impl Strategy<Value = Vec<Action>> {
             6 => -1.0..1.0f64,
             2 => -9.0..9.0f64,
             1 => Just(-0.0),
-            // Of any size that there is, down to subnormal ones.
+            // All magnitudes, down to subnormal ones.
             2 => prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO,
             1 => prop::sample::select(vec![1e200, -1e200, f64::MAX, f64::MIN, 1e154, 5e-324, 1e-200]),
         ]
@@ -47,11 +47,11 @@ fn actions() -> impl Strategy<Value = Vec<Action>> {
 }
 
 fn bits(action: &Action) -> String {
-    // Debug prints floats so that they read back as the same bits, and tells -0 from 0.
+    // Debug prints floats so that they read back as the same bits, and distinguishes -0 from 0.
     format!("{action:?}")
 }
 
-/// Whether what was applied is within the limits, and as near to what was asked for as they allow.
+/// Whether the applied action is within the limits, and as near to the requested one as they allow.
 fn within_limits(asked: &Action, applied: &Action) -> bool {
     let limits = ActionLimits::default();
     let cosine = |a: &[f64], b: &[f64]| {

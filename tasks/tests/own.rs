@@ -48,7 +48,7 @@ fn with_files() -> String {
     );
     let mesh = "parts = [{ shape = \"mesh\", file = \"meshes/post.stl\", scale = [0.001, 0.001, 0.001], at = [0.0, 0.0, 0.03] }]";
     let text = text.replace("parts = [{ shape = \"cylinder\", radius = 0.03, height = 0.1 }]", mesh);
-    // As a mesh the post stands on a corner: it starts in a hole of its own, between the furniture.
+    // As a mesh the post is on a corner: it starts in a hole of its own, between the furniture.
     let holder = "[[furniture]]\nname = \"holder\"\nfriction = 0.5\ncolor = [0.5, 0.5, 0.5]\nparts = [\
         { position = [0.24, 0.0, 0.02], half_extents = [0.03, 0.1, 0.02] },\
         { position = [0.36, 0.0, 0.02], half_extents = [0.03, 0.1, 0.02] },\
@@ -75,7 +75,7 @@ fn a_folder_with_a_mesh_and_a_urdf_is_read_and_built() {
     assert_eq!((cube.name.as_str(), cube.mass, cube.com[2]), ("cube", 0.2, 0.005), "as the URDF says");
     let half = post.half_extents();
     assert!((half[0] - 0.08).abs() < 2e-3 && post.mass == 1.0, "{half:?}, a mesh in mm");
-    // What lies in the files counts, not only what the task says.
+    // The content of the files counts, not only that of the task.
     std::fs::write(folder.path().join("meshes/post.stl"), stl(81.0)).expect("written");
     assert_ne!(Task::load(folder.path()).expect("valid").task.content_hash(), task.content_hash());
     std::fs::write(folder.path().join("meshes/post.stl"), stl(80.0)).expect("written");
@@ -199,7 +199,7 @@ fn what_stands_on_another_object_moves_and_turns_with_it() {
         let [pan, lid, ..] = scene.bodies.as_slice() else { panic!("a pan and its lid") };
         let (pan, lid) = (pan.position.expect("told"), lid.position.expect("told"));
         let apart = ((pan[0] - lid[0]).powi(2) + (pan[1] - lid[1]).powi(2)).sqrt();
-        // It lies where it is put: nothing else holds it up or pushes it aside.
+        // It rests at its initial place: nothing else supports or pushes it.
         assert!(apart < 1e-3 && (lid[2] - pan[2] - 0.06).abs() < 5e-4, "{pan:?} {lid:?}");
     }
 }

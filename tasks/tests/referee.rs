@@ -1,4 +1,4 @@
-//! What must hold of every referee, whatever it is shown in whatever order.
+//! Invariants of every referee, for any objects in any order.
 
 use palmares_models::{Pose, Vec3};
 use palmares_tasks::referee::{ObjectSnapshot, Referee};
@@ -10,7 +10,7 @@ fn task(name: &str) -> Arc<Task> {
     Task::builtin().into_iter().find(|task| task.name == name).expect("built in")
 }
 
-/// Anywhere: in either region, between them, far away, and now and then no number at all.
+/// Any position: in either region, between them, far away, and sometimes not finite.
 fn position(task: &Task) -> BoxedStrategy<[f64; 3]> {
     let regions: Vec<_> = task.regions().map(|(_, corners)| corners).collect();
     let inside = (prop::sample::select(regions), prop::array::uniform3(0.0..=1.0f64))
@@ -35,8 +35,8 @@ fn story(name: &'static str) -> BoxedStrategy<(Arc<Task>, Vec<Vec<ObjectSnapshot
     prop::collection::vec(sightings(&task), 2..60).prop_map(move |frames| (Arc::clone(&task), frames)).boxed()
 }
 
-/// The state of an object as its events tell it.
-fn told(kind: &str) -> &'static str {
+/// The place of an object after an event.
+fn place_after(kind: &str) -> &'static str {
     match kind {
         "in_goal" => "goal",
         "outside" => "outside",
@@ -47,9 +47,9 @@ fn told(kind: &str) -> &'static str {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
-    /// Goals are told in their order, each once, and they alone tell count and score; who goes on from memory sees the same.
+    /// Goals are reported in their order, each once, and they alone give count and score. A restored referee gives the same.
     #[test]
-    fn arranging_is_told_goal_by_goal((task, frames) in story("pan")) {
+    fn arranging_is_reported_goal_by_goal((task, frames) in story("pan")) {
         let Rules::Arrange(rules) = &task.rules else { panic!("a pan and its lid are arranged") };
         let mut referee = Referee::new(&task, &frames[0]);
         let mut told: Vec<String> = Vec::new();
@@ -69,7 +69,7 @@ proptest! {
         }
     }
 
-    /// Events alone tell the count; the count alone tells the score; a rested last frame is what the verdict says.
+    /// Events alone give the count; the count alone gives the score; the final result is that of a last frame at rest.
     #[test]
     fn collecting((task, frames) in prop_oneof![story("balls"), story("shelf")]) {
         let Rules::Collect(rules) = &task.rules else { panic!("objects are collected") };
@@ -80,7 +80,7 @@ proptest! {
             for event in referee.watch(tick as u64, frame) {
                 prop_assert_eq!(event.tick, tick as u64);
                 let object = event.object.expect("it is about an object");
-                let now = told(&event.kind);
+                let now = place_after(&event.kind);
                 prop_assert_ne!(places[object], now, "nothing happened, yet it was noted");
                 if event.kind == "left_goal" { prop_assert_eq!(places[object], "goal"); }
                 if event.kind == "back_inside" { prop_assert_eq!(places[object], "outside"); }
@@ -106,7 +106,7 @@ proptest! {
         prop_assert!(referee.watch(frames.len() as u64 + 1, &last).is_empty(), "the same again is no news");
     }
 
-    /// The order in which objects stand in the scene gives no one an advantage.
+    /// The order of objects in the scene gives no advantage.
     #[test]
     fn the_order_of_objects_does_not_matter((task, frames) in story("shelf"), turn in 0usize..10) {
         let turned: Vec<Vec<ObjectSnapshot>> = frames

@@ -48,7 +48,7 @@ fn the_prediction_is_where_the_hand_comes_to_rest() {
     assert!(tensions[3].abs() < 1e-6);
 }
 
-/// Where a ball's centre is in the hand's frame when the fingers close on it: midway between them, off the palm.
+/// Centre of a ball in the hand's frame when the fingers close on it: midway between them, off the palm.
 const BALL_IN_HAND: Vec3 = Vec3::new(0.015, 0.0, 0.155);
 const BALL_RADIUS: f64 = 0.05;
 /// Half the inner width of a box.

@@ -1,4 +1,4 @@
-//! Scenes as they are handed over: at rest, apart, where they should be, and the same on every machine.
+//! Initial scenes: at rest, without overlaps, in their regions, and equal on every machine.
 
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
@@ -67,7 +67,7 @@ fn audit(task: &Task, built: &Built, seed: u64) {
     }
 }
 
-/// How far any object moves in half a second of being left alone, awake.
+/// Maximum motion of an object in half a second without a hand, awake.
 fn drift(built: &Built) -> f64 {
     let model = built.world.model();
     let mut state = built.world.state().clone();

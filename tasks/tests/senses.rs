@@ -13,7 +13,7 @@ fn run(hand: &str, seed: u64, noise: Noise) -> Run {
     Run::new(task, hand, Seed::from_u64(seed)).expect("a scene").with_noise(noise)
 }
 
-/// What the hand does at a tick: it goes down into the balls while it opens and closes.
+/// The action of a tick: the hand goes down into the balls while it opens and closes.
 fn action(tick: u64, run: &Run) -> Action {
     let phase = tick as f64 * 0.01;
     let base = BaseTarget::Twist { linear: [0.05 * libm::sin(phase), 0.0, -0.12], angular: [0.0, 0.0, 0.1] };
@@ -76,7 +76,7 @@ fn noise_belongs_to_run_and_tick_and_not_to_who_asked_before() {
     let mut silent = played(Noise::Real, |_, _| {});
     assert_eq!(asked.observe(Sensing::Sensors), silent.observe(Sensing::Sensors));
     assert_eq!(images(&mut asked, &CAMERAS), images(&mut silent, &CAMERAS));
-    assert_eq!(images(&mut asked, &["wrist"])[0], last[0], "the same picture until the next comes");
+    assert_eq!(images(&mut asked, &["wrist"])[0], last[0], "the same image until the next comes");
     for _ in 0..4 {
         asked.step(&Action::default()).expect("valid");
     }

@@ -1,4 +1,4 @@
-//! A run goes on from a snapshot as it did before, bit for bit, and everything that it tells is the same.
+//! A run continues from a snapshot as it did before, bit for bit, with the same outputs.
 
 use flate2::Compression;
 use flate2::read::DeflateDecoder;
@@ -28,7 +28,7 @@ fn action(tick: u64, motors: usize) -> Action {
     }
 }
 
-/// What a run tells of itself in `ticks` ticks.
+/// The outputs of a run in `ticks` ticks.
 fn told(run: &mut Run, ticks: u64) -> Vec<(String, u64, String)> {
     let motors = run.hand().motors.len();
     let wrist = run.shots(&["wrist".to_owned()], Sensing::Truth).unwrap_or_default();
@@ -109,7 +109,7 @@ fn bytes_that_are_no_snapshot_are_refused() {
     refused(&[bytes.as_slice(), b"x"].concat());
 }
 
-/// What a snapshot's bytes hold, unpacked.
+/// The unpacked content of a snapshot's bytes.
 fn unpacked(bytes: &[u8], head: usize) -> Vec<u8> {
     let mut whole = Vec::new();
     DeflateDecoder::new(&bytes[head..]).read_to_end(&mut whole).expect("packed");
@@ -145,7 +145,7 @@ fn damaged(whole: &[u8], random: &mut ChaCha12Rng) -> Vec<u8> {
     changed
 }
 
-/// Whoever changes the bytes and their digest gets a run that goes on from somewhere else, or an error; nothing panics.
+/// Changed bytes with a valid digest give a run in another state, or an error; nothing panics.
 #[test]
 fn forged_snapshots_are_refused_or_harmless() {
     const DIGEST: usize = 32;

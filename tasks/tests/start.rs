@@ -1,4 +1,4 @@
-//! Where the hand starts: the scene does not depend on it, and it must not be in the way.
+//! The initial pose of the hand: the scene does not depend on it, and it must not be in the way.
 
 use palmares_models::hand::{Geom, Hand};
 use palmares_models::shape::Shape;
@@ -26,7 +26,7 @@ fn hands() -> Vec<Arc<Hand>> {
     ["softhand", "reflex", "pinch"].map(|name| Hand::builtin(name).expect("built in")).to_vec()
 }
 
-/// Every bit of where the objects are, whether they sleep, and what is told of the scene.
+/// Every bit of the objects' poses and sleep, and of the scene's description.
 fn bits(built: &Built) -> String {
     let state = built.world.state();
     // Debug prints floats so that they read back as the same bits.
@@ -114,14 +114,14 @@ fn a_plate_in_the_shelf_is_refused_for_every_seed() {
 fn what_touches_furniture_or_objects_is_refused() {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
     let pinch = &hands()[2];
-    // Half into the table, beside where objects are put.
+    // Half in the table, next to the objects' region.
     let low = with_plate(pinch, &task, Vec3::new(0.4, 0.4, 0.0), [0.05, 0.05, 0.01]);
     let found = overlaps(&task, low).expect("it can be simulated");
     assert_eq!(
         found.iter().map(|o| (o.obstacle, o.name.as_str())).collect::<Vec<_>>(),
         [(Obstacle::Furniture, "table")]
     );
-    // Over the table and through whatever object stands there.
+    // Over the table and through any object there.
     let high = with_plate(pinch, &task, Vec3::new(0.0, 0.0, 0.03), [0.12, 0.12, 0.01]);
     assert_eq!(overlaps(&task, high.clone()).expect("it can be simulated"), [], "no seed, no object");
     let known: Vec<Obstacle> = may_overlap(&task, high.clone())
@@ -136,7 +136,7 @@ fn what_touches_furniture_or_objects_is_refused() {
     }
 }
 
-/// No object of any seed stands outside the room that hands are kept out of, and the hands of the program are outside.
+/// No object of any seed is outside the volume that hands must avoid, and the built-in hands are outside.
 #[test]
 fn objects_are_placed_in_the_room_that_hands_keep_out_of() {
     for task in Task::builtin() {

@@ -1,4 +1,4 @@
-//! What learners have: rewards that climb, and runs that differ from the task's, beside scored play and never in it.
+//! Training: shaped rewards, and runs that differ from the task's; scored runs have neither.
 
 use palmares_models::catalogue::Catalogue;
 use palmares_models::hand::Hand;
@@ -69,7 +69,7 @@ fn the_potential_of_a_complete_run_is_zero() {
     assert_eq!(shaper.terms(), Terms::default());
 }
 
-/// The first goal is reached by what lies there, the second is a place farther on.
+/// The first goal is reached at the start, the second is a place farther on.
 #[test]
 fn goals_that_are_reached_in_turn_are_climbed_in_turn() {
     let text = include_str!("../pan/task.toml").replacen("above_m = 0.05", "above_m = -1.0", 1);
@@ -157,7 +157,7 @@ fn a_variation_is_a_function_of_seed_and_options() {
     assert_eq!(varied(&task, 5, &all).digest(), first.digest());
     let (other, elsewhere) = numbers(&varied(&task, 6, &all));
     assert!(objects.iter().zip(&other).all(|(a, b)| (0..4).all(|k| a[k] != b[k])) && base != elsewhere);
-    // What a quantity is does not hang on whether another is drawn.
+    // A quantity does not depend on the draw of another one.
     let some = Options::none(&task).randomise(&task, &["friction"]).expect("declared");
     let (some, at) = numbers(&varied(&task, 5, &some));
     assert_eq!(some.len(), 10);
@@ -176,7 +176,7 @@ fn factors_fill_their_ranges_and_keep_within() {
     for (seed, (_, base)) in (0..).zip(&plain) {
         let run = varied(&task, seed, &all);
         let (found, at) = numbers(&run);
-        // Where the seed's first object finds no rest as it is turned, there is another.
+        // If the seed's first object does not come to rest in its drawn pose, another is drawn.
         let body = run.scene().bodies.iter().find(|body| body.free).expect("an object");
         let object = &Catalogue::builtin().find(&body.name).expect("in the catalogue").object;
         let (low, high) = object.bounds();

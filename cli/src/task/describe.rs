@@ -3,7 +3,7 @@
 use palmares_hand_tools::table::table;
 use palmares_tasks::Task;
 use palmares_tasks::scene::Scene;
-use palmares_tasks::task::{Goal, Placing, Rules};
+use palmares_tasks::task::Placing;
 use std::fmt::Write;
 
 /// Rows of a table.
@@ -44,7 +44,7 @@ pub(super) fn describe(task: &Task) -> String {
         rows.push(row(&[name, task.rules.role(name).unwrap_or("none"), &mm(min), &mm(max)]));
     }
     out += &table(&rows);
-    let _ = writeln!(out, "\nRules\n{}", rules(&task.rules));
+    let _ = writeln!(out, "\nRules\n  {}", task.rules.describe().join("\n  "));
     let cameras: Vec<String> =
         task.cameras.iter().map(|c| format!("{} ({} x {})", c.name, c.width, c.height)).collect();
     let cameras = if cameras.is_empty() { "none".to_owned() } else { cameras.join(", ") };
@@ -67,53 +67,6 @@ fn placing(place: &Placing) -> String {
             each.collect::<Vec<_>>().join("; ")
         }
     }
-}
-
-fn rules(rules: &Rules) -> String {
-    match rules {
-        Rules::Collect(rules) => format!(
-            "  collect: from `{}` to `{}`; {} for each in the goal, {} for each in neither",
-            rules.start, rules.goal, rules.in_goal, rules.outside
-        ),
-        Rules::Hold(rules) => format!(
-            "  hold: lift by {} mm, hold for {} s, slip by less than {} mm, through a shake",
-            rules.lift_m * 1e3,
-            rules.hold_s,
-            rules.slip_m * 1e3
-        ),
-        Rules::Arrange(rules) => {
-            let goals = rules.goals.iter().enumerate().map(|(k, goal)| format!("  {}. {}", k + 1, aim(goal)));
-            goals.collect::<Vec<_>>().join("\n")
-        }
-    }
-}
-
-/// A goal in one line.
-fn aim(goal: &Goal) -> String {
-    let mut asks = Vec::new();
-    if let Some(region) = &goal.inside {
-        asks.push(format!("in `{region}`"));
-    }
-    if let Some(within) = &goal.within {
-        asks.push(format!("within ({}) to ({}) mm of `{}`", mm(within.min), mm(within.max), within.object));
-    }
-    if let Some(above_m) = goal.above_m {
-        asks.push(format!("raised by {} mm", above_m * 1e3));
-    }
-    if let Some(upright_deg) = goal.upright_deg {
-        asks.push(format!("upright within {upright_deg}°"));
-    }
-    if goal.at_rest {
-        asks.push("at rest".to_owned());
-    }
-    if let Some(hand_off_m) = goal.hand_off_m {
-        asks.push(format!("{} mm or more from the hand's base", hand_off_m * 1e3));
-    }
-    if goal.for_s > 0.0 {
-        asks.push(format!("for {} s", goal.for_s));
-    }
-    let point = goal.point.map_or(String::new(), |point| format!(", its point ({}) mm", mm(point)));
-    format!("{}: `{}`{point} {}: {} points", goal.name, goal.object, asks.join(", "), goal.points)
 }
 
 /// The bodies of a scene.

@@ -234,15 +234,14 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Event(msgspec.Struct, kw_only=True, gc=False):
-    """Something the referee noted."""
+    """An event of the referee."""
 
     tick: int
-    """When, in ticks."""
+    """Time of the event, ticks."""
     kind: str
-    """``in_goal``, ``left_goal``, ``outside``, ``back_inside``, ``lifted``, ``dropped``, ``slipped``,
-    ``held``, ``shaken``; where objects are arranged, the name of the goal that has been reached."""
+    """Kind of the event: section 4 of docs/tasks.md lists them."""
     object: int | None = None
-    """Which object: told with sensing ``truth``, and in a run's result."""
+    """Index of the object: with sensing ``truth``, and in a run's result."""
 
 
 class CameraImage(msgspec.Struct, kw_only=True, dict=True):
@@ -269,7 +268,7 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
     position: Vec3
     """Origin of the optical frame (x right, y down, z forward) in the world when it was exposed, m."""
     quat_xyzw: Quat
-    """Its orientation, x, y, z, w."""
+    """Orientation of the optical frame, x, y, z, w."""
     depth_unit: float
     """Unit of ``depth``, m."""
     _bodies: bytes | None = msgspec.field(name="bodies", default=None)
@@ -455,9 +454,9 @@ class Truth(msgspec.Struct, kw_only=True, dict=True):
 
     @cached_property
     def predicted_equilibrium(self) -> Array:
-        """Shape (n,); Where the free hand would rest at the present motor position, rad.
+        """Shape (n,); Equilibrium of the free hand at the present motor position, rad.
 
-        empty if that is not defined.
+        empty if it is not defined.
         """
         return array(self._predicted_equilibrium)
 
@@ -474,11 +473,11 @@ class Observation(Reply, kw_only=True, gc=False, tag="obs"):
     sim_time_s: float
     """s since reset."""
     applied_action: Action
-    """The action as applied: clipped to the spec, with what was left out filled in."""
+    """The action as applied: clipped to the spec, with omitted fields filled in."""
     hand: HandState
     """The hand."""
     events: list[Event]
-    """What the referee noted in this tick."""
+    """Events of this tick."""
     score: float
     """Score if the run ended now, without the settling rule."""
     terminated: bool
@@ -489,7 +488,7 @@ class Observation(Reply, kw_only=True, gc=False, tag="obs"):
     late_s: float | None = None
     """In a realtime run: how long after the tick was due this was sent, s."""
     reason: str | None = None
-    """Why, when ``terminated`` or ``truncated``."""
+    """The reason, when ``terminated`` or ``truncated``."""
     run: Opened | None = None
     """How the run was opened; in the reply to ``reset`` only."""
     scene: Scene | None = None

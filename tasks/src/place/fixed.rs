@@ -5,7 +5,7 @@ use super::rng::SceneRng;
 use crate::task::{Fixed, Kind};
 use palmares_models::{Pose, Rotation, Vec3, rotation};
 
-/// Poses for the objects, in their order. The list is in its own: what stands on another object comes after it.
+/// Poses for the objects, in their order. In the list an object comes after the one on which it is.
 pub(super) fn fixed(list: &[Fixed], objects: &[Placed], dice: &mut SceneRng) -> Vec<Pose> {
     let mut put: Vec<(&str, Pose)> = Vec::new();
     for one in list {

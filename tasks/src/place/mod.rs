@@ -34,9 +34,8 @@ pub fn place(task: &Task, dice: &mut SceneRng) -> Result<Vec<Placed>, String> {
     Ok(chosen)
 }
 
-/// Lowest and highest corner of the room that objects may be placed in, by whatever seed, m: as wide as the region they
-/// go into, and as high as the tallest of them stands or is dropped from; where each has a pose of its own, all that they
-/// can fill.
+/// Lowest and highest corner of the volume in which any seed may place objects, m. It is as wide as their region, and as high as
+/// the tallest object or its drop. With `place.fixed` it is the union of what each object can fill.
 pub fn placing_room(task: &Task) -> Option<([f64; 3], [f64; 3])> {
     let sizes = task.objects.kinds.iter().map(|kind| {
         let (min, max) = kind.object.bounds();

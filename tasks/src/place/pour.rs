@@ -95,7 +95,7 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Scen
     }
     let poses = bodies.iter().zip(objects).map(|(body, Placed { object, .. })| {
         let at = *world.bodies[*body].position();
-        // A ball has no orientation to tell.
+        // A ball has no visible orientation.
         let ball = matches!(object.parts.as_slice(), [(_, Shape::Sphere { .. })]);
         if ball { Pose::from_translation(at.translation) } else { at }
     });

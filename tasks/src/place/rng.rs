@@ -4,7 +4,7 @@ use crate::seed::Seed;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// The randomness of a scene. What is drawn again goes on where the last draw ended.
+/// The randomness of a scene. Each draw continues where the last one ended.
 pub struct SceneRng(ChaCha12Rng);
 
 impl SceneRng {

@@ -58,7 +58,7 @@ impl Standing {
     }
 }
 
-/// Poses for the objects, all of them apart and within the region; or that there is no room.
+/// Poses without overlap within the region; an error if there is no space.
 pub(super) fn scatter(
     task: &Task,
     scatter: &Scatter,

@@ -10,7 +10,7 @@ use palmares_models::Vec3;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A goal, with what its names stand for.
+/// A goal, with its names resolved.
 #[derive(Clone, Debug)]
 struct Aim {
     goal: Goal,
@@ -19,7 +19,7 @@ struct Aim {
     region: Option<([f64; 3], [f64; 3])>,
     /// Index of the object in whose frame the goal is given, in scene order.
     other: Option<usize>,
-    /// Height of the point that is looked at, at tick 0, m.
+    /// Height of the measured point at tick 0, m.
     start_m: f64,
 }
 
@@ -28,7 +28,7 @@ struct Aim {
 pub struct ArrangeReferee {
     aims: Arc<[Aim]>,
     tick_s: f64,
-    pub(super) seen: ArrangeState,
+    pub(super) state: ArrangeState,
 }
 
 /// State of the referee.
@@ -41,7 +41,7 @@ pub(super) struct ArrangeState {
 }
 
 impl Aim {
-    /// The point that is looked at, m.
+    /// The measured point, m.
     fn point(&self, seen: &ObjectSnapshot) -> Vec3 {
         match self.goal.point {
             Some(point) => seen.frame * Vec3::from_array(point),
@@ -49,7 +49,7 @@ impl Aim {
         }
     }
 
-    /// Everything that the goal asks of the objects, and whether it holds. `speed` of the object, m/s.
+    /// Every condition of the goal, measured. `speed` of the object, m/s.
     fn measure(&self, objects: &[ObjectSnapshot], speed: Option<f64>) -> Vec<Measured> {
         let Some(seen) = objects.get(self.object) else { return Vec::new() };
         let (goal, point) = (&self.goal, self.point(seen));
@@ -84,7 +84,7 @@ impl Aim {
 }
 
 impl ArrangeReferee {
-    /// A referee at tick 0, when the objects are where they are shown.
+    /// A referee at tick 0, with the objects at these poses.
     pub fn new(task: &Task, rules: &Arrange, objects: &[ObjectSnapshot]) -> Self {
         let names = task.objects.certain().unwrap_or_default();
         // The task has been checked: every name is there.
@@ -103,56 +103,56 @@ impl ArrangeReferee {
         ArrangeReferee {
             aims: rules.goals.iter().filter_map(aim).collect(),
             tick_s: task.tick_s,
-            seen: ArrangeState::default(),
+            state: ArrangeState::default(),
         }
     }
 
-    /// Looks at every object, in scene order, at a tick; returns what changed.
+    /// Updates with all objects, in scene order, at a tick; returns new events.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         // The state that reaches one goal may also reach the next one.
-        while let Some(aim) = self.aims.get(self.seen.reached) {
+        while let Some(aim) = self.aims.get(self.state.reached) {
             if !aim.measure(objects, None).iter().all(|rule| rule.holds) {
-                self.seen.since = None;
+                self.state.since = None;
                 break;
             }
-            let since = *self.seen.since.get_or_insert(tick);
+            let since = *self.state.since.get_or_insert(tick);
             if tick.saturating_sub(since) < (aim.goal.for_s / self.tick_s).round() as u64 {
                 break;
             }
             events.push(Event { tick, kind: aim.goal.name.clone(), object: Some(aim.object) });
-            self.seen = ArrangeState { reached: self.seen.reached + 1, since: None };
+            self.state = ArrangeState { reached: self.state.reached + 1, since: None };
         }
         events
     }
 
-    /// Whether there are as many goals as have been reached.
-    pub(super) fn can_have(&self, seen: &ArrangeState) -> bool {
-        seen.reached <= self.aims.len()
+    /// Whether a state has at most as many goals.
+    pub(super) fn fits(&self, state: &ArrangeState) -> bool {
+        state.reached <= self.aims.len()
     }
 
     /// Number of reached goals.
     pub fn count(&self) -> Count {
-        Count { in_goal: self.seen.reached as u32, outside: 0 }
+        Count { in_goal: self.state.reached as u32, outside: 0 }
     }
 
     /// Points of the goals that have been reached.
     pub fn score(&self) -> f64 {
         // An empty sum is -0.
-        self.aims.iter().take(self.seen.reached).fold(0.0, |sum, aim| sum + aim.goal.points)
+        self.aims.iter().take(self.state.reached).fold(0.0, |sum, aim| sum + aim.goal.points)
     }
 
     /// Whether all goals have been reached.
     pub fn complete(&self) -> bool {
-        self.seen.reached == self.aims.len()
+        self.state.reached == self.aims.len()
     }
 
-    /// How far each object is: of its goals the first that has not been reached.
+    /// The status of each object by its first goal that is not reached.
     pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
         let verdict = |object: usize| {
             let mut own = self.aims.iter().enumerate().filter(|(_, aim)| aim.object == object).peekable();
             let concerned = own.peek().is_some();
-            let Some((k, aim)) = own.find(|(k, _)| *k >= self.seen.reached) else {
+            let Some((k, aim)) = own.find(|(k, _)| *k >= self.state.reached) else {
                 let place = if concerned { "done" } else { "none" };
                 return ObjectStatus {
                     object,
@@ -161,10 +161,10 @@ impl ArrangeReferee {
                     reasons: Vec::new(),
                 };
             };
-            let now = k == self.seen.reached;
+            let now = k == self.state.reached;
             let mut reasons = aim.measure(objects, speeds.get(object).copied());
             if aim.goal.for_s > 0.0 {
-                let since = self.seen.since.filter(|_| now);
+                let since = self.state.since.filter(|_| now);
                 let held_s = since.map_or(0.0, |since| tick.saturating_sub(since) as f64 * self.tick_s);
                 let (holds, limit) = (held_s >= aim.goal.for_s, aim.goal.for_s);
                 reasons.push(Measured::new("held", holds, Some(held_s), limit, "s"));
@@ -182,7 +182,7 @@ mod tests {
     use crate::task::Rules;
     use palmares_models::{Pose, Rotation};
 
-    /// A cube that is to be lifted for 0.1 s, then put upright and at rest into a tray, then beside a post, and the post.
+    /// A cube that is to be lifted for 0.1 s, then put upright and at rest into a tray, then next to a post, and the post.
     fn start() -> ArrangeReferee {
         let text = include_str!("../../tests/cube.toml");
         let task = Task::parse("cube.toml", text).expect("valid");
@@ -199,7 +199,7 @@ mod tests {
         ObjectSnapshot { frame: Pose::from_parts(seen.frame.translation, rotation), ..seen }
     }
 
-    /// The cube, and the post where it stands.
+    /// The cube, and the post at its place.
     fn scene(cube: ObjectSnapshot) -> Vec<ObjectSnapshot> {
         vec![cube, at([0.3, 0.0, 0.05])]
     }

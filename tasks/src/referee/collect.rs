@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// Place of an object under the rules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Place {
+enum Place {
     /// In the box it came from, or on its way.
     Start,
     /// At rest in the goal box.
@@ -20,13 +20,20 @@ pub(super) enum Place {
     Outside,
 }
 
+/// State of the referee.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct CollectState {
+    /// Place of each object.
+    places: Vec<Place>,
+}
+
 /// Watches the objects of a run.
 #[derive(Clone, Debug)]
 pub struct CollectReferee {
     rules: Arc<Collect>,
     goal: ([f64; 3], [f64; 3]),
     start: ([f64; 3], [f64; 3]),
-    pub(super) places: Vec<Place>,
+    pub(super) state: CollectState,
 }
 
 impl CollectReferee {
@@ -36,7 +43,7 @@ impl CollectReferee {
         CollectReferee {
             goal: volume(&rules.goal),
             start: volume(&rules.start),
-            places: vec![Place::Start; objects],
+            state: CollectState { places: vec![Place::Start; objects] },
             rules: Arc::new(rules.clone()),
         }
     }
@@ -44,7 +51,7 @@ impl CollectReferee {
     /// Updates with all objects, in scene order, at a tick; returns new events.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
-        for (k, (seen, place)) in objects.iter().zip(&mut self.places).enumerate() {
+        for (k, (seen, place)) in objects.iter().zip(&mut self.state.places).enumerate() {
             let inside = contains(self.goal, seen.position);
             let now = if inside {
                 // An object that only passes through the goal has not arrived; one that has arrived may be nudged.
@@ -73,15 +80,20 @@ impl CollectReferee {
         events
     }
 
+    /// Whether a state has as many objects.
+    pub(super) fn fits(&self, state: &CollectState) -> bool {
+        self.state.places.len() == state.places.len()
+    }
+
     /// The current count.
     pub fn count(&self) -> Count {
-        let number = |place| self.places.iter().filter(|p| **p == place).count() as u32;
+        let number = |place| self.state.places.iter().filter(|p| **p == place).count() as u32;
         Count { in_goal: number(Place::Goal), outside: number(Place::Outside) }
     }
 
     /// For each object, the rules that decide whether it counts.
     pub fn explain(&self, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
-        let each = objects.iter().zip(speeds).zip(&self.places).enumerate();
+        let each = objects.iter().zip(speeds).zip(&self.state.places).enumerate();
         each.map(|(object, ((seen, speed), place))| {
             let (to_goal, to_start) = (away(self.goal, seen.position), away(self.start, seen.position));
             let in_start = contains(self.start, seen.position);
@@ -110,7 +122,7 @@ impl CollectReferee {
 
     /// Whether every object is in the goal.
     pub fn complete(&self) -> bool {
-        self.places.iter().all(|place| *place == Place::Goal)
+        self.state.places.iter().all(|place| *place == Place::Goal)
     }
 
     /// The count at the end of a run, after settling: by position alone.
@@ -189,8 +201,8 @@ mod tests {
         let _ = referee.watch(1, &seen);
         let mut speeds = [0.0; 10];
         (speeds[2], speeds[4]) = (0.2, 0.3);
-        let told = referee.explain(&seen, &speeds);
-        let short = |verdict: &ObjectStatus| (verdict.counts, verdict.place.clone());
+        let statuses = referee.explain(&seen, &speeds);
+        let short = |status: &ObjectStatus| (status.counts, status.place.clone());
         let expected = [
             (false, "start"),
             (true, "goal"),
@@ -198,25 +210,28 @@ mod tests {
             (false, "outside"),
             (false, "on_the_way"),
         ];
-        for (verdict, (counts, place)) in told.iter().zip(expected) {
-            assert_eq!(short(verdict), (counts, place.to_owned()), "{verdict:?}");
+        for (status, (counts, place)) in statuses.iter().zip(expected) {
+            assert_eq!(short(status), (counts, place.to_owned()), "{status:?}");
         }
-        let fast = &told[2].reasons[1];
+        let fast = &statuses[2].reasons[1];
         assert_eq!(
             (fast.rule.as_str(), fast.holds, fast.value, fast.limit, fast.unit.as_str()),
             ("at_rest", false, Some(0.2), REST_SPEED, "m/s")
         );
-        assert!(told[2].reasons[0].holds && told[2].reasons[0].value == Some(0.0));
-        let far = &told[3].reasons[0];
+        assert!(statuses[2].reasons[0].holds && statuses[2].reasons[0].value == Some(0.0));
+        let far = &statuses[3].reasons[0];
         assert!(!far.holds && far.value.is_some_and(|away| away > 0.1 && away < 1.0), "{far:?}");
         // Nudged, it still counts.
         let nudged = ObjectSnapshot { position: IN_B, at_rest: false, ..seen[1] };
         seen[1] = nudged;
         let _ = referee.watch(2, &seen);
         speeds[1] = 0.1;
-        let told = &referee.explain(&seen, &speeds)[1];
-        assert!(told.counts && told.reasons[1].holds && told.reasons[1].value == Some(0.1), "{told:?}");
-        assert_eq!(told.counts, referee.count().in_goal == 1);
+        let status = &referee.explain(&seen, &speeds)[1];
+        assert!(
+            status.counts && status.reasons[1].holds && status.reasons[1].value == Some(0.1),
+            "{status:?}"
+        );
+        assert_eq!(status.counts, referee.count().in_goal == 1);
     }
 
     #[test]

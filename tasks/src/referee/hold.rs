@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub struct Slip {
     /// Position in the frame of the hand's base at the start of the hold, m.
     from: [f64; 3],
-    /// The farthest it has been from there, m.
+    /// Maximum distance from it, m.
     most: f64,
 }
 
@@ -24,7 +24,7 @@ impl Slip {
     fn see(&mut self, at: [f64; 3]) -> f64 {
         let [x, y, z] = [at[0] - self.from[0], at[1] - self.from[1], at[2] - self.from[2]];
         let distance = (x * x + y * y + z * z).sqrt();
-        // A number that is none is no hold.
+        // NaN is not a hold.
         self.most = if distance.is_nan() { f64::INFINITY } else { self.most.max(distance) };
         self.most
     }
@@ -52,7 +52,7 @@ pub struct HoldReferee {
     tick_s: f64,
     /// Height of the object at tick 0, m.
     start_m: f64,
-    pub(super) seen: HoldState,
+    pub(super) state: HoldState,
 }
 
 /// State of the referee.
@@ -71,11 +71,11 @@ impl HoldReferee {
             rules: rules.clone(),
             tick_s,
             start_m: objects.first().map_or(0.0, |seen| seen.position[2]),
-            seen: HoldState { stage: Stage::Down, lifted: false, held: None },
+            state: HoldState { stage: Stage::Down, lifted: false, held: None },
         }
     }
 
-    /// Looks at the object at a tick; returns what changed.
+    /// Updates with the object at a tick; returns new events.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         let Some(seen) = objects.first() else { return events };
@@ -83,11 +83,11 @@ impl HoldReferee {
         let risen = seen.position[2] - self.start_m;
         let up = risen >= self.rules.lift_m;
         let ticks = |seconds: f64| (seconds / self.tick_s).round() as u64;
-        self.seen.stage = match self.seen.stage {
+        self.state.stage = match self.state.stage {
             Stage::Down if up => {
-                if !self.seen.lifted {
+                if !self.state.lifted {
                     note("lifted");
-                    self.seen.lifted = true;
+                    self.state.lifted = true;
                 }
                 Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
             }
@@ -101,7 +101,7 @@ impl HoldReferee {
                     Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
                 } else if tick.saturating_sub(since) >= ticks(self.rules.hold_s) {
                     note("held");
-                    self.seen.held = Some(tick);
+                    self.state.held = Some(tick);
                     Stage::Shaking { since: tick, slip }
                 } else {
                     Stage::Up { since, slip }
@@ -127,19 +127,19 @@ impl HoldReferee {
 
     /// One object in the goal when it was kept.
     pub fn count(&self) -> Count {
-        Count { in_goal: u32::from(matches!(self.seen.stage, Stage::Kept { .. })), outside: 0 }
+        Count { in_goal: u32::from(matches!(self.state.stage, Stage::Kept { .. })), outside: 0 }
     }
 
     /// The current points.
     pub fn score(&self) -> f64 {
         let points = &self.rules.points;
         let mut sum = 0.0;
-        if self.seen.lifted {
+        if self.state.lifted {
             sum += points.lifted;
         }
-        let Some(held) = self.seen.held else { return sum };
+        let Some(held) = self.state.held else { return sum };
         sum += points.held;
-        if let Stage::Kept { slip } = self.seen.stage {
+        if let Stage::Kept { slip } = self.state.stage {
             let part = |x: f64| (1.0 - x).clamp(0.0, 1.0);
             sum += points.shaken;
             sum += points.firm * part(slip.most / self.rules.slip_m);
@@ -155,7 +155,7 @@ impl HoldReferee {
         let risen = seen.position[2] - self.start_m;
         let since_s = |since: u64| (tick.saturating_sub(since)) as f64 * self.tick_s;
         let shake_s = 3.0 * rules.shake.axis_s;
-        let (place, held_s, slip, shaken_s) = match self.seen.stage {
+        let (place, held_s, slip, shaken_s) = match self.state.stage {
             Stage::Down => ("down", None, None, None),
             Stage::Up { since, slip } => ("up", Some(since_s(since)), Some(slip), None),
             Stage::Shaking { since, slip } => {
@@ -165,10 +165,10 @@ impl HoldReferee {
             Stage::Kept { slip } => ("kept", Some(rules.hold_s), Some(slip), Some(shake_s)),
         };
         let slip_m = slip.map(|slip| slip.most);
-        let kept = matches!(self.seen.stage, Stage::Kept { .. });
+        let kept = matches!(self.state.stage, Stage::Kept { .. });
         let reasons = vec![
             Measured::new("lifted", risen >= rules.lift_m || kept, Some(risen), rules.lift_m, "m"),
-            Measured::new("held", self.seen.held.is_some(), held_s, rules.hold_s, "s"),
+            Measured::new("held", self.state.held.is_some(), held_s, rules.hold_s, "s"),
             Measured::new(
                 "no_slip",
                 slip_m.is_some_and(|slip| slip < rules.slip_m),
@@ -181,14 +181,14 @@ impl HoldReferee {
         vec![ObjectStatus { object: 0, counts: kept, place: place.to_owned(), reasons }]
     }
 
-    /// Whether the shake has been.
+    /// Whether the shake is over.
     pub fn complete(&self) -> bool {
-        matches!(self.seen.stage, Stage::Lost | Stage::Kept { .. })
+        matches!(self.state.stage, Stage::Lost | Stage::Kept { .. })
     }
 
     /// Seconds since the shake began, while it lasts.
     pub fn shaking(&self, tick: u64) -> Option<f64> {
-        match self.seen.stage {
+        match self.state.stage {
             Stage::Shaking { since, .. } => Some(tick.saturating_sub(since) as f64 * self.tick_s),
             _ => None,
         }

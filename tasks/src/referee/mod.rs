@@ -11,7 +11,7 @@ mod status;
 pub use arrange::ArrangeReferee;
 use arrange::ArrangeState;
 pub use collect::CollectReferee;
-use collect::Place;
+use collect::CollectState;
 pub use count::Count;
 use hold::HoldState;
 pub use hold::{HoldReferee, Slip};
@@ -36,13 +36,13 @@ pub enum Referee {
 
 /// The state of a referee.
 #[derive(Clone, Serialize, Deserialize)]
-pub struct RefereeState(Seen);
+pub struct RefereeState(KindState);
 
 /// The state by kind of rules.
 #[derive(Clone, Serialize, Deserialize)]
-enum Seen {
-    /// Where each object is.
-    Collect(Vec<Place>),
+enum KindState {
+    /// Place of each object.
+    Collect(CollectState),
     /// Stage of the object.
     Hold(HoldState),
     /// Number of goals that have been reached.
@@ -59,21 +59,21 @@ impl Referee {
         }
     }
 
-    /// Its state.
+    /// The present state.
     pub fn state(&self) -> RefereeState {
         RefereeState(match self {
-            Referee::Collect(referee) => Seen::Collect(referee.places.clone()),
-            Referee::Hold(referee) => Seen::Hold(referee.seen),
-            Referee::Arrange(referee) => Seen::Arrange(referee.seen),
+            Referee::Collect(referee) => KindState::Collect(referee.state.clone()),
+            Referee::Hold(referee) => KindState::Hold(referee.state),
+            Referee::Arrange(referee) => KindState::Arrange(referee.state),
         })
     }
 
     /// Whether a state fits this referee: the same kind of rules, with the same numbers of objects and goals.
     pub fn fits(&self, state: &RefereeState) -> bool {
         match (self, &state.0) {
-            (Referee::Collect(referee), Seen::Collect(places)) => referee.places.len() == places.len(),
-            (Referee::Hold(_), Seen::Hold(_)) => true,
-            (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.can_have(seen),
+            (Referee::Collect(referee), KindState::Collect(state)) => referee.fits(state),
+            (Referee::Hold(_), KindState::Hold(_)) => true,
+            (Referee::Arrange(referee), KindState::Arrange(state)) => referee.fits(state),
             _ => false,
         }
     }
@@ -81,9 +81,9 @@ impl Referee {
     /// Continues from a state.
     pub fn restore(&mut self, state: &RefereeState) {
         match (self, &state.0) {
-            (Referee::Collect(referee), Seen::Collect(places)) => referee.places.clone_from(places),
-            (Referee::Hold(referee), Seen::Hold(seen)) => referee.seen = *seen,
-            (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.seen = *seen,
+            (Referee::Collect(referee), KindState::Collect(state)) => referee.state.clone_from(state),
+            (Referee::Hold(referee), KindState::Hold(state)) => referee.state = *state,
+            (Referee::Arrange(referee), KindState::Arrange(state)) => referee.state = *state,
             // A state of another kind of task.
             (Referee::Collect(_) | Referee::Hold(_) | Referee::Arrange(_), _) => {}
         }
@@ -98,7 +98,7 @@ impl Referee {
         }
     }
 
-    /// The count by its state.
+    /// The present count.
     pub fn count(&self) -> Count {
         match self {
             Referee::Collect(referee) => referee.count(),
@@ -107,7 +107,7 @@ impl Referee {
         }
     }
 
-    /// Points by its state.
+    /// The present points.
     pub fn score(&self) -> f64 {
         match self {
             Referee::Collect(referee) => referee.score(referee.count()),

@@ -1,43 +1,40 @@
-//! Why an object counts or does not, in the rules' own numbers.
+//! Status of an object under the rules, with the measured values.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What the referee thinks of an object.
+/// Status of an object under the rules.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "Verdict")]
 pub struct ObjectStatus {
-    /// Which object, in scene order.
+    /// Index of the object, in scene order.
     pub object: usize,
-    /// Whether it gives points for being where it should be.
+    /// Whether the object gives points for its place.
     pub counts: bool,
-    /// Where it is, as far as the rules care: `goal`, `start`, `outside`, `on_the_way`; where one object is held: `down`,
-    /// `up`, `shaking`, `lost`, `kept`; where objects are arranged: the name of the goal that comes next, `later` if that
-    /// is another object's, `done`, `none` for an object of no goal.
+    /// Place or stage of the object: section 4 of docs/tasks.md lists them.
     pub place: String,
-    /// The rules it is measured by.
+    /// The conditions that decide.
     pub reasons: Vec<Measured>,
 }
 
-/// A rule and what was measured.
+/// A condition with its measured value.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Measured {
-    /// `in_goal`, `at_rest`, `in_start`; `lifted`, `held`, `no_slip`, `shaken`; `inside`, `within`, `above`, `upright`,
-    /// `at_rest`, `let_go`, `held`.
+    /// Name of the condition: section 4 of docs/tasks.md lists them.
     pub rule: String,
-    /// Whether it holds.
+    /// Whether the condition holds.
     pub holds: bool,
-    /// What was measured; none before there is anything to measure.
+    /// The measured value; absent before the first measurement.
     pub value: Option<f64>,
-    /// What it is compared with.
+    /// The limit of the value.
     pub limit: f64,
-    /// Unit of both.
+    /// Unit of value and limit.
     pub unit: String,
 }
 
 impl Measured {
     pub(super) fn new(rule: &str, holds: bool, value: Option<f64>, limit: f64, unit: &str) -> Self {
-        // What is no number is told as none.
+        // JSON has no infinity and no NaN.
         let value = value.filter(|value| value.is_finite());
         Measured { rule: rule.to_owned(), holds, value, limit, unit: unit.to_owned() }
     }

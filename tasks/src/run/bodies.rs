@@ -1,4 +1,4 @@
-//! Where everything that moves is, for recorders and viewers.
+//! Poses of all moving bodies, for recorders and viewers.
 
 use super::Run;
 use super::hand_body::HandBody;
@@ -6,7 +6,7 @@ use crate::scene::ScenePart;
 use palmares_models::Pose;
 
 impl Run {
-    /// The hand's links as bodies. Their ids go on where those of the scene end.
+    /// The hand's links as bodies. Their ids follow those of the scene.
     pub fn hand_bodies(&self) -> Vec<HandBody> {
         let first = self.scene.bodies.len();
         let links = self.hand.links.iter().enumerate();

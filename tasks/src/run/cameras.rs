@@ -91,7 +91,7 @@ pub(super) struct PoseHistory {
 }
 
 impl PoseHistory {
-    /// Whether all of its bodies are in a world of so many.
+    /// Whether all of its bodies are in a world of `bodies` bodies.
     pub(super) fn fits(&self, bodies: usize) -> bool {
         self.poses
             .iter()

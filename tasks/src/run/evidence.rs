@@ -1,8 +1,8 @@
-//! What the referee knows at a moment, for those who ask why an object counts.
+//! The knowledge of the referee after a tick, which explains why an object counts.
 
 use crate::referee::{ObjectSnapshot, ObjectStatus, Referee};
 
-/// A copy of what the referee knows, to be explained where no world waits.
+/// A copy of the referee and its input, so that another thread than the world's can explain it.
 #[derive(Clone, Debug)]
 pub struct Evidence {
     pub(super) tick: u64,

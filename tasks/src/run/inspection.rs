@@ -65,7 +65,7 @@ impl Run {
         }
     }
 
-    /// Why each object counts or does not, if the run ended now, without the settling.
+    /// The status of each object if the run ended now, without the settling.
     pub fn explain(&self) -> Vec<ObjectStatus> {
         self.evidence().explain()
     }

@@ -133,7 +133,7 @@ impl Run {
         Ok(run.with_noise(Noise::None))
     }
 
-    /// The same run at tick 0 with the errors of sensors that `noise` selects. The world takes the same course, bit for bit.
+    /// This run at tick 0 with the errors of sensors that `noise` selects. The world takes the same course, bit for bit.
     #[must_use]
     pub fn with_noise(mut self, noise: Noise) -> Self {
         (self.noise, self.key) = (noise, OnceLock::new());
@@ -217,7 +217,7 @@ impl Run {
         self.referee.count()
     }
 
-    /// Why the run is over: `Complete` or `TimeLimit`; None if it is not. Cheap.
+    /// The reason if the run is over: `Complete` or `TimeLimit`. Cheap.
     pub fn over(&self) -> Option<Reason> {
         if self.referee.complete() {
             Some(Reason::Complete)

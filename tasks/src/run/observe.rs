@@ -1,4 +1,4 @@
-//! What a controller learns of a run.
+//! Observations of a run.
 
 use super::{Reason, Run};
 use crate::hand_observation::HandObservation;
@@ -36,7 +36,7 @@ impl Run {
         self.sensors.read_into(&self.world, row);
     }
 
-    /// Which numbers of a row are whose.
+    /// The channels of a row of numbers.
     pub fn sensor_table(&self) -> &SensorTable {
         self.sensors.table()
     }
@@ -71,7 +71,7 @@ impl Run {
         })
     }
 
-    /// The same as tables of numbers.
+    /// [`Run::object_states`] as tables of numbers.
     pub fn objects(&self) -> Objects {
         let count = self.world.state().objects.len();
         let mut objects = Objects {

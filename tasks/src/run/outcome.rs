@@ -1,11 +1,11 @@
-//! How a run ends.
+//! The end of a run.
 
 use crate::observation::Event;
 use palmares_sim::Fault;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Why a run ended.
+/// Reason of the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
@@ -15,7 +15,7 @@ pub enum Reason {
     Complete,
     /// The session's time was up.
     SessionOver,
-    /// The client went away and did not come back.
+    /// The client disconnected and did not come back.
     Disconnected,
     /// The run's own time limit.
     TimeLimit,
@@ -26,7 +26,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// As on the wire.
+    /// Name on the wire.
     pub fn as_str(self) -> &'static str {
         match self {
             Reason::Stopped => "stopped",
@@ -40,25 +40,25 @@ impl Reason {
     }
 }
 
-/// What a finished run is worth.
+/// Outcome of a finished run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Outcome {
     /// Points.
     pub score: f64,
-    /// Objects in the goal box; where objects are arranged, goals reached.
+    /// Objects in the goal; under rules `arrange`, reached goals.
     pub in_goal: u32,
-    /// Objects outside both boxes.
+    /// Objects outside goal and start.
     pub outside: u32,
-    /// Why the run ended.
+    /// Reason of the end.
     pub reason: Reason,
-    /// What the world failed of; absent when it did not.
+    /// Fault of the world; absent if it did not fail.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
     /// Ticks played, without the settling.
     pub ticks: u64,
     /// s of simulated time played, without the settling.
     pub sim_time_s: f64,
-    /// Everything the referee noted.
+    /// All events of the referee.
     pub events: Vec<Event>,
     /// Hash of the final state, 16 hexadecimal digits.
     pub state_hash: String,

@@ -1,5 +1,4 @@
-//! Where the free hand would rest: a function of the motors' positions alone, so that whoever shows it computes it
-//! where no world waits.
+//! Equilibrium of the free hand: a function of the motors' positions alone, which another thread than the world's can compute.
 
 use palmares_models::hand::Hand;
 use palmares_sim::actuation::motor::wound;

@@ -14,15 +14,15 @@ impl Run {
     /// Greatest force of a push, N, and greatest torque, N·m.
     pub const PUSH_LIMITS: (f64, f64) = (200.0, 20.0);
 
-    /// Most pushes at once.
+    /// Maximum number of pushes at once.
     pub const MAX_PUSHES: usize = MAX_PUSHES;
 
-    /// Longest push, s.
+    /// Maximum duration of a push, s.
     pub const MAX_PUSH_S: f64 = 60.0;
 
     /// Pushes a link from the next tick on, for a duration rounded up to whole ticks. Force and torque are in the
     /// world frame, the torque about the link's origin, where the force acts. Pushes add up. They are no part of
-    /// the applied actions: whoever plays a run again has to push again before the same tick.
+    /// the applied actions: to replay a run, push again before the same tick.
     pub fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
         let Some(index) = self.hand.link(link) else {
             let known: Vec<&str> = self.hand.links.iter().map(|link| link.name.as_str()).collect();
@@ -60,7 +60,7 @@ impl Run {
         self.pushing.retain(|pushing| pushing.ticks_left > 0);
     }
 
-    /// What acts now, as forces: a torque is a couple.
+    /// The active pushes as forces: a torque is a couple.
     pub(super) fn pushes_into(&self, pushes: &mut Vec<Push>) {
         pushes.clear();
         if self.pushing.is_empty() {

@@ -1,6 +1,6 @@
 //! Errors of a push.
 
-/// Most pushes at once.
+/// Maximum number of pushes at once.
 pub(super) const MAX_PUSHES: usize = 32;
 
 /// Error of a refused push, which changes nothing.
@@ -11,12 +11,12 @@ pub enum PushError {
     UnknownLink {
         /// Name of the hand.
         hand: String,
-        /// What was asked for.
+        /// The requested name.
         link: String,
-        /// The names there are.
+        /// The existing names.
         known: String,
     },
-    /// As many as there may be.
+    /// The limit is reached.
     #[error("{} pushes act already; wait until one has ended", MAX_PUSHES)]
     TooMany,
     /// A number that cannot be used.
@@ -24,7 +24,7 @@ pub enum PushError {
     BadNumber {
         /// Path of the field.
         field: &'static str,
-        /// What would be valid.
+        /// Valid values.
         expected: &'static str,
     },
 }

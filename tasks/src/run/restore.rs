@@ -9,7 +9,7 @@ use crate::action::Action;
 use palmares_sim::World;
 use std::sync::{Arc, OnceLock};
 
-/// More ticks than any run makes.
+/// Bound on the ticks of a run.
 const MAX_TICKS: u64 = 1 << 40;
 
 impl Run {
@@ -36,7 +36,7 @@ impl Run {
     /// Continues from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
     ///
     /// # Errors
-    /// It is of another run, or its bytes have been changed. The run stays as it was.
+    /// The snapshot is of another run, or its bytes have been changed. The run stays as it was.
     pub fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
         let own = self.key();
         if !Arc::ptr_eq(own, &from.key)

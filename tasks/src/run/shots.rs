@@ -9,9 +9,9 @@ use palmares_senses::channels::cameras::{DEPTH, IMAGES, ImageChannel};
 /// The images of one exposure of a camera that are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shot {
-    /// Its place among the task's cameras and, after them, the hand's.
+    /// Index of the camera: the task's, then the hand's.
     pub(super) camera: usize,
-    /// By their place in [`IMAGES`].
+    /// The wanted images, in the order of [`IMAGES`].
     images: [bool; IMAGES.len()],
 }
 
@@ -22,7 +22,7 @@ impl Shot {
     }
 }
 
-/// Why images cannot be taken.
+/// Error of an image that cannot be taken.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShotError {
     /// There is no such camera.

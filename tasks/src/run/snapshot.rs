@@ -19,7 +19,7 @@ use std::sync::Arc;
 const MAGIC: &str = concat!("palmares snapshot ", env!("CARGO_PKG_VERSION"), "\n");
 /// Bytes of the SHA-256 after it.
 const DIGEST: usize = 32;
-/// More bytes than any snapshot has, unpacked.
+/// Maximum size of an unpacked snapshot.
 const MAX_BYTES: u64 = 64 << 20;
 
 /// A run after a tick, without its constants, the scene and the hand.
@@ -43,7 +43,7 @@ pub struct Snapshot {
     pub(super) motor_work_j: Vec<f64>,
 }
 
-/// Why a run cannot continue from a snapshot.
+/// Error of a snapshot from which a run cannot continue.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// The bytes are of something else, or incomplete.
@@ -52,16 +52,16 @@ pub enum SnapshotError {
         /// Their number.
         bytes: usize,
     },
-    /// It is of another run.
+    /// The snapshot is of another run.
     #[error("the snapshot has another {what} than this run")]
     Other {
         /// `task`, `hand`, `seed` or `noise`.
         what: &'static str,
     },
-    /// It names this run, but is not one of its snapshots: its bytes and their digest were changed.
+    /// The snapshot names this run, but its bytes and their digest were changed.
     #[error("the snapshot's {what} cannot be this run's: its bytes have been changed")]
     Unfit {
-        /// Which part of it.
+        /// The changed part.
         what: &'static str,
     },
 }
@@ -128,7 +128,7 @@ impl Snapshot {
         self.tick
     }
 
-    /// As bytes, for this version of the program on any machine: [`Snapshot::from_bytes`] reads them.
+    /// Encodes the snapshot, for this version of the program on any machine: [`Snapshot::from_bytes`] reads them.
     pub fn to_bytes(&self) -> Vec<u8> {
         let head = MAGIC.len() + DIGEST;
         let mut bytes = MAGIC.as_bytes().to_vec();

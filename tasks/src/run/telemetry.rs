@@ -28,7 +28,7 @@ pub struct RunSample {
     pub(super) readings: Vec<f64>,
 }
 
-/// What a motor is told and does.
+/// State of a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Motor {
     /// Commanded σ.
@@ -42,7 +42,7 @@ pub struct Motor {
     pub motor_work_j: f64,
 }
 
-/// What a finger bears.
+/// Load of a finger.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FingerWrench {
     /// Name of the finger's first link.
@@ -53,7 +53,7 @@ pub struct FingerWrench {
     pub torque: [f64; 3],
 }
 
-/// What goes on in a hand.
+/// Telemetry of a hand.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Telemetry {
     /// Every motor, in the hand's order.
@@ -62,9 +62,9 @@ pub struct Telemetry {
     pub tension: Vec<f64>,
     /// The hand's coordinates, rad.
     pub q: Vec<f64>,
-    /// Where the free hand would rest at the present motor position, rad; empty if that is not defined.
+    /// Equilibrium of the free hand at the present motor position, rad; empty if it is not defined.
     pub predicted: Vec<f64>,
-    /// What each finger bears.
+    /// Load of each finger.
     pub fingers: Vec<FingerWrench>,
     /// Force on every taxel without the errors of a sensor, N: along x and y of its patch, and into it.
     pub touch: Vec<[f64; 3]>,
@@ -83,7 +83,7 @@ pub struct Contact {
     pub position: [f64; 3],
     /// Force on `b`, N.
     pub force: [f64; 3],
-    /// How much of its friction is used, |f_t| / (μ f_n): at 1 it slips.
+    /// Used part of its friction, |f_t| / (μ f_n): at 1 it slips.
     #[serde(rename = "use")]
     pub friction_use: f64,
 }

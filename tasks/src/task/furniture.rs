@@ -66,7 +66,7 @@ impl Ground {
     /// Thickness of what is drawn, m.
     const THICKNESS_M: f64 = 0.1;
 
-    /// Its drawn shapes.
+    /// The drawn shapes.
     pub fn slab(&self) -> Slab {
         let ([x, y], [width, depth], half) = (self.center, self.size, 0.5 * Self::THICKNESS_M);
         Slab { position: [x, y, self.height - half], half_extents: [0.5 * width, 0.5 * depth, half] }

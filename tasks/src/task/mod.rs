@@ -1,6 +1,5 @@
 //! A task as data: furniture, containers, objects, how they are placed, and what counts.
 
-mod arrange;
 mod furniture;
 mod objects;
 mod placing;
@@ -9,15 +8,15 @@ mod training;
 mod variation;
 
 pub(crate) use objects::Kind;
+pub(crate) use rules::{Aim, Target};
 pub(crate) use variation::Variation;
 
 use objects::ObjectError;
 
-pub use arrange::{Arrange, Goal, Within};
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
-pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
+pub use rules::{Arrange, Collect, Goal, Hold, HoldPoints, Rules, Shake, Within};
 pub use training::{
     Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
 };
@@ -47,7 +46,7 @@ pub struct Task {
     pub time_limit_s: f64,
     /// Initial pose of the hand.
     pub hand: Start,
-    /// What everything falls on in the end.
+    /// The ground, a plane below everything.
     pub ground: Ground,
     /// Fixed bodies made of boxes.
     #[serde(default)]
@@ -58,7 +57,7 @@ pub struct Task {
     /// Further regions.
     #[serde(default)]
     pub regions: Vec<Space>,
-    /// Cameras that stand still.
+    /// Fixed cameras.
     #[serde(default)]
     pub cameras: Vec<Camera>,
     /// The objects to move.
@@ -88,12 +87,12 @@ pub struct TaskError {
     pub message: String,
 }
 
-/// A task from a folder, and what its author should know.
+/// A task from a folder, with warnings for its author.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The task.
     pub task: Task,
-    /// What is odd about the files it names.
+    /// Warnings about the files that it names.
     pub warnings: Vec<LoadWarning>,
 }
 
@@ -146,13 +145,13 @@ impl Task {
         Ok(loaded)
     }
 
-    /// What the file of a task is called.
+    /// File name of a task.
     pub const FILE: &str = "task.toml";
 
     /// Reads and checks a `task.toml` that names no other file.
     ///
     /// # Errors
-    /// As [`Task::load`].
+    /// The same as of [`Task::load`].
     pub fn parse(file: &str, text: &str) -> Result<Task, TaskError> {
         Ok(Task::read(file, text, None)?.task)
     }
@@ -184,7 +183,7 @@ impl Task {
         task.check_regions().map_err(error)?;
         task.place.check(task.objects.certain().as_deref()).map_err(error)?;
         task.check_cameras().map_err(error)?;
-        task.training.check(task.rules.has_destination(), &task.place).map_err(error)?;
+        task.training.check(task.rules.has_destination(&task.objects), &task.place).map_err(error)?;
         let mut table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
         table.remove("training");
         let mut hash = ContentHash::of("palmares task 1");
@@ -194,7 +193,7 @@ impl Task {
         Ok(Loaded { task, warnings })
     }
 
-    /// That it does not bear the name of one that comes with the program, unless it is that one.
+    /// Its name is not that of a built-in task, unless it is that task.
     fn check_own_name(&self) -> Result<(), String> {
         match Task::builtin().iter().find(|task| task.name == self.name) {
             Some(known) if known.content_hash != self.content_hash => {
@@ -204,7 +203,7 @@ impl Task {
         }
     }
 
-    /// That fixed bodies have names of their own and sizes.
+    /// Fixed bodies have unique names and valid sizes.
     fn check_furniture(&self) -> Result<(), String> {
         let mut names: Vec<&str> = vec![Ground::NAME];
         let bodies =
@@ -250,7 +249,7 @@ impl Task {
         Ok(())
     }
 
-    /// That every region spoken of is there, once, and has a size.
+    /// Every named region exists once and has a size.
     fn check_regions(&self) -> Result<(), String> {
         let mut names: Vec<&str> = Vec::new();
         for (name, (min, max)) in self.regions() {
@@ -265,27 +264,11 @@ impl Task {
             names.push(name);
         }
         let known = names.join(", ");
-        let mut spoken_of: Vec<(&str, &str)> =
+        let mut named: Vec<(&str, &str)> =
             self.place.into_region().into_iter().map(|region| ("place.*.into", region)).collect();
-        match &self.rules {
-            Rules::Collect(rules) => {
-                spoken_of
-                    .extend([("rules.goal", rules.goal.as_str()), ("rules.start", rules.start.as_str())]);
-            }
-            Rules::Hold(_) if self.objects.count != 1 => {
-                return Err(format!(
-                    "rules of kind `hold` need objects.count = 1, not {}",
-                    self.objects.count
-                ));
-            }
-            Rules::Hold(_) => {}
-            Rules::Arrange(rules) => {
-                rules.check_names(self.objects.certain().as_deref())?;
-                let inside = rules.goals.iter().filter_map(|goal| goal.inside.as_deref());
-                spoken_of.extend(inside.map(|name| ("rules.goals.inside", name)));
-            }
-        }
-        for (field, name) in spoken_of {
+        self.rules.check_objects(&self.objects)?;
+        named.extend(self.rules.regions());
+        for (field, name) in named {
             if !names.contains(&name) {
                 return Err(format!("{field} = \"{name}\" is no region; regions: {known}"));
             }

@@ -52,7 +52,7 @@ pub struct Pour {
     pub layer_height: f64,
 }
 
-/// Objects put down side by side as they stand, at random places and with random yaw.
+/// Upright objects put down side by side, at random places and with random yaw.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
@@ -68,7 +68,7 @@ pub struct Scatter {
 pub struct Fixed {
     /// Name of the object.
     pub object: String,
-    /// Name of an object that stands higher up in the list, in whose frame the pose is meant; left out, the world.
+    /// Name of an earlier object in the list, in whose frame the pose is; omitted, the world.
     #[serde(default)]
     pub on: Option<String>,
     /// Position of its frame, m.
@@ -132,7 +132,7 @@ fn check_fixed(list: &[Fixed], certain: Option<&[String]>) -> Result<(), String>
     }
 }
 
-/// Names stand in addresses, messages and file names.
+/// Names are used in addresses, messages and file names.
 pub(crate) fn plain_name(field: &str, name: &str) -> Result<(), String> {
     const MAX_LENGTH: usize = 64;
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');

@@ -19,18 +19,18 @@ pub struct Training {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rewards {
-    /// γ of a learner that names no other: what the potential after a step is multiplied by.
+    /// Default γ of a learner: the factor of the potential after a step.
     pub discount: f64,
-    /// How near the hand is.
+    /// Distance of the hand.
     #[serde(default)]
     pub distance: Option<Distance>,
-    /// How much of the hand touches.
+    /// Contact of the hand.
     #[serde(default)]
     pub contact: Option<Touching>,
-    /// How high the object is.
+    /// Height of the object.
     #[serde(default)]
     pub lift: Option<Lift>,
-    /// How far the object has come towards the goal.
+    /// Way of the object towards the goal.
     #[serde(default)]
     pub transport: Option<Transport>,
 }
@@ -49,7 +49,7 @@ pub struct Distance {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Touching {
-    /// Points when so many touch.
+    /// Points when `links` links touch.
     pub weight: f64,
     /// Number of links that suffices.
     pub links: u32,
@@ -92,10 +92,10 @@ pub struct Ranges {
     /// Factor of the errors of all sensors, in runs with real ones.
     #[serde(default)]
     pub sensor_noise: Option<[f64; 2]>,
-    /// Where the hand starts.
+    /// Initial pose of the hand.
     #[serde(default)]
     pub hand_pose: Option<HandPoses>,
-    /// Where the objects are let go, beside what the seed draws anyway.
+    /// Initial poses of the objects, in addition to the seed's draw.
     #[serde(default)]
     pub object_poses: Option<ObjectPoses>,
 }
@@ -110,7 +110,7 @@ pub struct HandPoses {
     pub turn_deg: f64,
 }
 
-/// How objects may be let go.
+/// Range of the initial poses of objects.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectPoses {
@@ -133,9 +133,9 @@ pub enum Quantity {
     Size,
     /// Errors of sensors.
     SensorNoise,
-    /// Where the hand starts.
+    /// Initial pose of the hand.
     HandPose,
-    /// How objects are let go.
+    /// Initial poses of objects.
     ObjectPoses,
 }
 
@@ -150,7 +150,7 @@ impl Quantity {
         Quantity::ObjectPoses,
     ];
 
-    /// As it stands in a `task.toml`.
+    /// Name in a `task.toml`.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Mass => "mass",

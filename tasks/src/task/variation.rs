@@ -48,7 +48,7 @@ impl Variation {
         range.map_or(1.0, |range| self.draws.factor(Quantity::SensorNoise, 0, range))
     }
 
-    /// Where the hand starts that the task has start at `from`, if that is drawn.
+    /// The drawn initial pose of the hand, if it is drawn; `from` is the task's.
     pub(crate) fn hand_pose(&self, from: Pose) -> Option<Pose> {
         let poses = self.ranges.hand_pose?;
         let mut drawn = self.draws.of(Quantity::HandPose, 0);
@@ -74,7 +74,7 @@ struct Draws {
 }
 
 impl Draws {
-    /// Those of a run's seed; they tell nothing of its scene, nor of the noise of its sensors.
+    /// The draws of a run's seed, independent of its scene and of the noise of its sensors.
     fn new(seed: Seed, attempt: u64) -> Self {
         Draws { numbers: Noise::keyed("palmares training", &seed.0), attempt }
     }

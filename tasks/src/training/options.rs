@@ -1,6 +1,6 @@
 //! Options of a learner.
 
-use crate::task::{Placing, Quantity, Ranges, Rules, Task};
+use crate::task::{Placing, Quantity, Ranges, Task};
 
 /// In what runs differ from those of their task.
 #[derive(Clone, Debug)]
@@ -9,9 +9,9 @@ pub struct Options {
     pub(super) ranges: Ranges,
     /// Number of objects.
     pub(super) count: usize,
-    /// How many the task has.
+    /// Number of objects of the task.
     whole: usize,
-    /// Name of the task, if it speaks of its objects one by one.
+    /// Name of the task, if it names its objects one by one.
     needs_all: Option<String>,
 }
 
@@ -19,7 +19,7 @@ impl Options {
     /// Nothing differs.
     pub fn none(task: &Task) -> Self {
         let count = task.objects.count;
-        let named = matches!(task.rules, Rules::Arrange(_)) || matches!(task.place, Placing::Fixed(_));
+        let named = task.rules.in_order() || matches!(task.place, Placing::Fixed(_));
         let needs_all = named.then(|| task.name.clone());
         Options { ranges: Ranges::default(), count, whole: count, needs_all }
     }
@@ -63,7 +63,7 @@ impl Options {
     /// Leaves this part of the task's objects, in (0, 1], rounded to a whole number and at least one.
     ///
     /// # Errors
-    /// It is no such part, or the task needs all of its objects.
+    /// The part is out of range, or the task needs all of its objects.
     pub fn fraction(self, part: f64) -> Result<Self, String> {
         if !(part > 0.0 && part <= 1.0) {
             return Err(format!("fraction: found {part}; wanted a number above 0 and at most 1"));

@@ -3,7 +3,7 @@
 use super::grasp_centre::grasp_centre;
 use crate::run::Run;
 use crate::scene::SceneBody;
-use crate::task::{Goal, Rewards, Rules, Task};
+use crate::task::{self, Rewards, Task};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::Owner;
 
@@ -33,12 +33,12 @@ impl Terms {
     }
 }
 
-/// Something that an object is to be brought to, and where it was at tick 0.
+/// An aim of an object, with its place at tick 0.
 #[derive(Clone, Debug)]
 struct Aim {
     /// In scene order.
     object: usize,
-    /// The point of it that is to get there, in its own frame, m; none: its centre of mass.
+    /// The point that must reach the target, in the object's frame, m; None: its centre of mass.
     point: Option<Vec3>,
     target: Option<Target>,
     /// Height of its centre of mass at tick 0, m.
@@ -58,10 +58,10 @@ struct Target {
 
 /// The potential Φ of a run's states: a function of where hand and objects are and what of the hand touches which object.
 ///
-/// Where all objects belong in one region, each that is not there has a value, the sum of the terms of [`Rewards`]; Φ is the
-/// largest of these values, and for each object in the region what the terms are at most. Where goals are reached one after
-/// the other, Φ is the value of the next goal's object, and for each goal that has been reached what the terms are at most.
-/// So it climbs from the hand's way to an object over grasp, lift and transport, and then from there with the next.
+/// An object has a value, the sum of the terms of [`Rewards`]. If all objects belong in one region, Φ is the largest value of the
+/// objects outside of it, plus the maximum of the terms for each object in it. If goals have an order, Φ is the value of the next
+/// goal's object, plus the maximum of the terms for each reached goal. So Φ climbs through approach, grasp, lift and transport of
+/// one object, and continues with the next.
 #[derive(Clone, Debug)]
 pub struct Potential {
     rewards: Rewards,
@@ -83,7 +83,7 @@ impl Potential {
         let rewards = task.training.rewards.clone()?;
         let objects: Vec<(Pose, Vec3)> =
             run.scene().bodies.iter().filter(|body| body.free).map(at_tick_0).collect();
-        let mut aims = aims(task, objects.len());
+        let mut aims = aims(task);
         for aim in &mut aims {
             let (_, com) = objects.get(aim.object)?;
             aim.height = com.z;
@@ -99,7 +99,7 @@ impl Potential {
             full: weights.into_iter().flatten().sum(),
             grasp_centre: grasp_centre(run.hand()),
             touching: vec![0; objects.len()],
-            in_turn: matches!(task.rules, Rules::Arrange(_)),
+            in_turn: task.rules.in_order(),
             aims,
             rewards,
         })
@@ -157,30 +157,26 @@ impl Aim {
     }
 }
 
-/// Targets of the objects under the rules of a task; heights and distances are not set yet.
-fn aims(task: &Task, objects: usize) -> Vec<Aim> {
-    let aim = |object, point, target| Aim { object, point, target, height: 0.0, away: 0.0 };
-    let region = |name: &str| {
-        let (low, high) = task.region(name)?;
-        Some(Target { on: None, low: Vec3::from_array(low), high: Vec3::from_array(high) })
-    };
-    match &task.rules {
-        Rules::Hold(_) => (0..objects).map(|k| aim(k, None, None)).collect(),
-        Rules::Collect(rules) => (0..objects).map(|k| aim(k, None, region(&rules.goal))).collect(),
-        Rules::Arrange(rules) => {
-            let names = task.objects.certain().unwrap_or_default();
-            let index = |name: &str| names.iter().position(|known| known == name);
-            let of = |goal: &Goal| {
-                let within = goal.within.as_ref().and_then(|within| {
-                    let (low, high) = (Vec3::from_array(within.min), Vec3::from_array(within.max));
-                    Some(Target { on: Some(index(&within.object)?), low, high })
-                });
-                let target = within.or_else(|| goal.inside.as_deref().and_then(region));
-                Some(aim(index(&goal.object)?, goal.point.map(Vec3::from_array), target))
-            };
-            rules.goals.iter().filter_map(of).collect()
+/// Aims of the objects under the rules of a task; heights and distances are not set yet.
+fn aims(task: &Task) -> Vec<Aim> {
+    let (corner, region) = (Vec3::from_array, |name: &str| task.region(name));
+    let target = |target| match target {
+        task::Target::Region(name) => {
+            region(name).map(|(min, max)| Target { on: None, low: corner(min), high: corner(max) })
         }
-    }
+        task::Target::Box { object, min, max } => {
+            Some(Target { on: Some(object), low: corner(min), high: corner(max) })
+        }
+    };
+    let aims = task.rules.aims(&task.objects).into_iter();
+    aims.map(|task::Aim { object, point, target: goal }| Aim {
+        object,
+        point: point.map(Vec3::from_array),
+        target: goal.and_then(target),
+        height: 0.0,
+        away: 0.0,
+    })
+    .collect()
 }
 
 /// Frame and centre of mass of a body at tick 0.

@@ -37,7 +37,7 @@ impl Shaper {
 
     /// F of the step that has led here from where it was called the last time.
     pub fn step(&mut self, run: &Run) -> f64 {
-        // A world that has failed has no state to be told of.
+        // A failed world has no valid state.
         if run.fault().is_some() {
             return 0.0;
         }

@@ -8,7 +8,7 @@ use palmares_models::content::ContentHash;
 
 impl Task {
     /// The task as it is in the run of a seed. What is drawn is a function of seed, attempt and options alone; its content
-    /// hash tells it from the task.
+    /// hash differs from the task's.
     pub(super) fn varied(&self, seed: Seed, attempt: u64, options: &Options) -> Task {
         let Options { ranges, count, .. } = options;
         let variation = Variation::new(seed, attempt, ranges.clone());

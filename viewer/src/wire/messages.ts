@@ -175,11 +175,11 @@ export interface CameraImage {
   cy: number;
   /** Origin of the optical frame (x right, y down, z forward) in the world when it was exposed, m. */
   position: [number, number, number];
-  /** Its orientation, x, y, z, w. */
+  /** Orientation of the optical frame, x, y, z, w. */
   quat_xyzw: [number, number, number, number];
   /** Unit of `depth`, m. */
   depth_unit: number;
-  /** Id of the body that is seen, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with sensing `truth`. */
+  /** Id of the visible body, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with sensing `truth`. */
   bodies?: string;
   /** Distance along the optical axis, 16 bits a pixel; 0 where there is no reading. */
   depth?: string;
@@ -337,7 +337,7 @@ export interface Contact {
   position: [number, number, number];
   /** Force on `b`, N. */
   force: [number, number, number];
-  /** How much of its friction is used, |f_t| / (μ f_n): at 1 it slips. */
+  /** Used part of its friction, |f_t| / (μ f_n): at 1 it slips. */
   use: number;
 }
 
@@ -506,13 +506,13 @@ export interface ErrorReply {
   retry_after_s?: number;
 }
 
-/** Something the referee noted. */
+/** An event of the referee. */
 export interface Event {
-  /** When, in ticks. */
+  /** Time of the event, ticks. */
   tick: number;
-  /** `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`; where objects are arranged, the name of the goal that has been reached. */
+  /** Kind of the event: section 4 of docs/tasks.md lists them. */
   kind: string;
-  /** Which object: told with sensing `truth`, and in a run's result. */
+  /** Index of the object: with sensing `truth`, and in a run's result. */
   object?: number;
 }
 
@@ -541,27 +541,27 @@ export interface Field {
   maximum: number | null;
 }
 
-/** A figure of a hand beside those of others. */
+/** A figure of a hand with those of other hands. */
 export interface FigureRow {
-  /** Its name, also as a field of `[hand_limits]`. */
+  /** Name of the figure, also as a field of `[hand_limits]`. */
   figure: string;
-  /** Its unit; empty for a count or a ratio. */
+  /** Unit of the figure; empty for a count or a ratio. */
   unit: string;
-  /** What it is, in words. */
+  /** Description of the figure. */
   what: string;
-  /** The hand's; none where it has nothing of the kind. */
+  /** Value of the hand; absent if it has nothing of the kind. */
   value: number | null;
   /** File and element that it was found in. */
   place: string | null;
-  /** Those of the hands that come with the program, by their names. */
+  /** Values of the built-in hands, by their names. */
   others: Record<string, number>;
-  /** The competition's limit; none where there is none. */
+  /** The competition's limit; absent if there is none. */
   limit: number | null;
   /** `most` or `least`. */
   bound: string;
-  /** Whether the limit allows it. */
+  /** Whether the limit allows the value. */
   allowed: boolean;
-  /** Whether no hand that comes with the program goes as far. */
+  /** Whether the value is beyond those of all built-in hands. */
   beyond_others: boolean;
 }
 
@@ -581,7 +581,7 @@ export interface Final {
   sim_time_s: number;
 }
 
-/** What a finger bears. */
+/** Load of a finger. */
 export interface FingerWrench {
   /** Name of the finger's first link. */
   name: string;
@@ -896,24 +896,24 @@ export interface LinkPose {
 /** `list`: lists the open runs. */
 export type List = Record<string, never>;
 
-/** A rule and what was measured. */
+/** A condition with its measured value. */
 export interface Measured {
-  /** `in_goal`, `at_rest`, `in_start`; `lifted`, `held`, `no_slip`, `shaken`; `inside`, `within`, `above`, `upright`, `at_rest`, `let_go`, `held`. */
+  /** Name of the condition: section 4 of docs/tasks.md lists them. */
   rule: string;
-  /** Whether it holds. */
+  /** Whether the condition holds. */
   holds: boolean;
-  /** What was measured; none before there is anything to measure. */
+  /** The measured value; absent before the first measurement. */
   value: number | null;
-  /** What it is compared with. */
+  /** The limit of the value. */
   limit: number;
-  /** Unit of both. */
+  /** Unit of value and limit. */
   unit: string;
 }
 
 /** How the world of a run is clocked. */
 export type Mode = 'lockstep' | 'realtime';
 
-/** What a motor is told and does. */
+/** State of a motor. */
 export interface Motor {
   /** Commanded σ. */
   command: number;
@@ -967,7 +967,7 @@ export interface NewToken {
   reason?: string;
 }
 
-/** How good the sensors are. */
+/** Errors of the sensors. */
 export type Noise = 'none' | 'real';
 
 /** Pose and velocity of the free objects in the world frame: in every table one row for each. */
@@ -992,11 +992,11 @@ export interface Obs {
   tick: number;
   /** s since reset. */
   sim_time_s: number;
-  /** The action as applied: clipped to the spec, with what was left out filled in. */
+  /** The action as applied: clipped to the spec, with omitted fields filled in. */
   applied_action: Action;
   /** The hand. */
   hand: HandObservation;
-  /** What the referee noted in this tick. */
+  /** Events of this tick. */
   events: Event[];
   /** Score if the run ended now, without the settling rule. */
   score: number;
@@ -1004,13 +1004,13 @@ export interface Obs {
   terminated: boolean;
   /** The run was cut short by a limit. */
   truncated: boolean;
-  /** What the cameras saw that were asked for. */
+  /** Images of the requested cameras. */
   cameras?: CameraImage[];
   /** Of the request; absent when it was streamed. */
   id?: number;
   /** In a realtime run: how long after the tick was due this was sent, s. */
   late_s?: number;
-  /** Why, when `terminated` or `truncated`. */
+  /** The reason, when `terminated` or `truncated`. */
   reason?: string;
   /** How the run was opened; in the reply to `reset` only. */
   run?: Opened;
@@ -1156,7 +1156,7 @@ export interface Ranking {
   rows: LeaderboardRow[];
 }
 
-/** Why a run ended. */
+/** Reason of the end of a run. */
 export type Reason = 'stopped' | 'complete' | 'session_over' | 'disconnected' | 'time_limit' | 'world_fault' | 'voided';
 
 /** An axis-aligned region that the rules refer to, such as the inside of `box_b`. */
@@ -1426,7 +1426,7 @@ export interface Score {
   score: number;
 }
 
-/** How much a controller may see. */
+/** Observations that a controller gets. */
 export type Sensing = 'sensors' | 'truth';
 
 /** Properties of the sensors of a hand, and its sensors besides those of the motors. The arm that carries it has the sensors of its wrist. */
@@ -1699,7 +1699,7 @@ export interface Teams {
   teams: TeamRow[];
 }
 
-/** What goes on in a hand. */
+/** Telemetry of a hand. */
 export interface Telemetry {
   /** Every motor, in the hand's order. */
   motors: Motor[];
@@ -1707,9 +1707,9 @@ export interface Telemetry {
   tension: number[];
   /** The hand's coordinates, rad. */
   q: number[];
-  /** Where the free hand would rest at the present motor position, rad; empty if that is not defined. */
+  /** Equilibrium of the free hand at the present motor position, rad; empty if it is not defined. */
   predicted: number[];
-  /** What each finger bears. */
+  /** Load of each finger. */
   fingers: FingerWrench[];
   /** Force on every taxel without the errors of a sensor, N: along x and y of its patch, and into it. */
   touch: [number, number, number][];
@@ -1830,7 +1830,7 @@ export interface Truth {
   joints: Joints;
   /** Every touching contact. */
   contacts: Contacts;
-  /** Where the free hand would rest at the present motor position, rad; empty if that is not defined. */
+  /** Equilibrium of the free hand at the present motor position, rad; empty if it is not defined. */
   predicted_equilibrium: number[];
 }
 
@@ -1841,15 +1841,15 @@ export interface Vector3 {
   z: number;
 }
 
-/** What the referee thinks of an object. */
+/** Status of an object under the rules. */
 export interface Verdict {
-  /** Which object, in scene order. */
+  /** Index of the object, in scene order. */
   object: number;
-  /** Whether it gives points for being where it should be. */
+  /** Whether the object gives points for its place. */
   counts: boolean;
-  /** Where it is, as far as the rules care: `goal`, `start`, `outside`, `on_the_way`; where one object is held: `down`, `up`, `shaking`, `lost`, `kept`; where objects are arranged: the name of the goal that comes next, `later` if that is another object's, `done`, `none` for an object of no goal. */
+  /** Place or stage of the object: section 4 of docs/tasks.md lists them. */
   place: string;
-  /** The rules it is measured by. */
+  /** The conditions that decide. */
   reasons: Measured[];
 }
 

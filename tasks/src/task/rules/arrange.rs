@@ -1,15 +1,18 @@
-//! Goals for objects, one after the other, as data.
+//! Rules `arrange`, as data: goals for objects, one after the other.
 
-use super::placing::plain_name;
+use super::kind::{Aim, RuleKind, Target, mm};
+use super::limits::{MAX_POINTS, settle_s};
+use crate::task::objects::Objects;
+use crate::task::placing::plain_name;
 use serde::Deserialize;
 
 /// Goals that are reached one after the other. A goal that has been reached stays so.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arrange {
-    /// In their order.
+    /// The goals, in their order.
     pub goals: Vec<Goal>,
-    /// Longest settling after a run, with the hand frozen, s.
+    /// Maximum settling time after a run, with the hand frozen, s.
     pub settle_s: f64,
 }
 
@@ -17,14 +20,14 @@ pub struct Arrange {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Goal {
-    /// Its name, which is also the kind of its event.
+    /// Name of the goal, and kind of its event.
     pub name: String,
     /// Name of the object.
     pub object: String,
-    /// The point of the object that is looked at, in its own frame, m; left out, its centre of mass.
+    /// The measured point of the object, in its own frame, m; omitted, its centre of mass.
     #[serde(default)]
     pub point: Option<[f64; 3]>,
-    /// Name of the region that the point is to be in.
+    /// Name of the region that must contain the point.
     #[serde(default)]
     pub inside: Option<String>,
     /// A box in another object's frame that must contain the point.
@@ -33,10 +36,10 @@ pub struct Goal {
     /// Required rise of the point above its height at tick 0, m.
     #[serde(default)]
     pub above_m: Option<f64>,
-    /// The most that the object's z may lean from the vertical, degrees.
+    /// Maximum angle of the object's z from the vertical, degrees.
     #[serde(default)]
     pub upright_deg: Option<f64>,
-    /// Whether the object is to be at rest.
+    /// Whether the object must be at rest.
     #[serde(default)]
     pub at_rest: bool,
     /// Minimum distance of the object's centre of mass from the hand's base, m: the hand has released it.
@@ -61,18 +64,12 @@ pub struct Within {
     pub max: [f64; 3],
 }
 
-/// The most points that one thing is worth, or costs: a score stays a number that everybody can write.
-pub(super) const MAX_POINTS: f64 = 1e6;
-
-/// Most goals of a task.
+/// Maximum number of goals of a task.
 const MAX_GOALS: usize = 64;
 
-impl Arrange {
-    /// Checks it without the other parts of the task.
-    pub(super) fn check(&self) -> Result<(), String> {
-        if !(0.0..=60.0).contains(&self.settle_s) {
-            return Err(format!("rules.settle_s = {}; it must be in [0, 60]", self.settle_s));
-        }
+impl RuleKind for Arrange {
+    fn check(&self) -> Result<(), String> {
+        settle_s(self.settle_s)?;
         if !(1..=MAX_GOALS).contains(&self.goals.len()) {
             return Err(format!("rules.goals: {} of them; 1 to {MAX_GOALS} are possible", self.goals.len()));
         }
@@ -89,9 +86,9 @@ impl Arrange {
         Ok(())
     }
 
-    /// That the objects it speaks of are there, when these are with every seed.
-    pub(crate) fn check_names(&self, certain: Option<&[String]>) -> Result<(), String> {
-        let Some(names) = certain else {
+    /// Every object that a goal names exists with every seed.
+    fn check_objects(&self, objects: &Objects) -> Result<(), String> {
+        let Some(names) = objects.certain() else {
             let valid = "objects.count as large as the list objects.from";
             return Err(format!(
                 "rules of kind `arrange` need objects that are there with every seed: {valid}"
@@ -110,9 +107,71 @@ impl Arrange {
         }
         Ok(())
     }
+
+    fn regions(&self) -> Vec<(&'static str, &str)> {
+        let inside = self.goals.iter().filter_map(|goal| goal.inside.as_deref());
+        inside.map(|name| ("rules.goals.inside", name)).collect()
+    }
+
+    fn role(&self, region: &str) -> Option<&'static str> {
+        self.goals.iter().any(|goal| goal.inside.as_deref() == Some(region)).then_some("goal")
+    }
+
+    fn settle_s(&self) -> f64 {
+        self.settle_s
+    }
+
+    fn aims(&self, _: usize, names: &[String]) -> Vec<Aim<'_>> {
+        let index = |name: &str| names.iter().position(|known| known == name);
+        let aims = self.goals.iter().filter_map(|goal| {
+            let within = goal.within.as_ref().and_then(|within| {
+                Some(Target::Box { object: index(&within.object)?, min: within.min, max: within.max })
+            });
+            let target = within.or_else(|| goal.inside.as_deref().map(Target::Region));
+            Some(Aim { object: index(&goal.object)?, point: goal.point, target })
+        });
+        aims.collect()
+    }
+
+    fn in_order(&self) -> bool {
+        true
+    }
+
+    fn describe(&self) -> Vec<String> {
+        self.goals.iter().enumerate().map(|(k, goal)| format!("{}. {}", k + 1, goal.describe())).collect()
+    }
 }
 
 impl Goal {
+    fn describe(&self) -> String {
+        let mut conditions = Vec::new();
+        if let Some(region) = &self.inside {
+            conditions.push(format!("in `{region}`"));
+        }
+        if let Some(within) = &self.within {
+            let (min, max) = (mm(within.min), mm(within.max));
+            conditions.push(format!("within ({min}) to ({max}) mm of `{}`", within.object));
+        }
+        if let Some(above_m) = self.above_m {
+            conditions.push(format!("raised by {} mm", above_m * 1e3));
+        }
+        if let Some(upright_deg) = self.upright_deg {
+            conditions.push(format!("upright within {upright_deg}°"));
+        }
+        if self.at_rest {
+            conditions.push("at rest".to_owned());
+        }
+        if let Some(hand_off_m) = self.hand_off_m {
+            conditions.push(format!("{} mm or more from the hand's base", hand_off_m * 1e3));
+        }
+        if self.for_s > 0.0 {
+            conditions.push(format!("for {} s", self.for_s));
+        }
+        let point = self.point.map_or(String::new(), |point| format!(", its point ({}) mm", mm(point)));
+        let (name, object, conditions) = (&self.name, &self.object, conditions.join(", "));
+        format!("{name}: `{object}`{point} {conditions}: {} points", self.points)
+    }
+
     fn check(&self) -> Result<(), String> {
         let Goal {
             object,
