@@ -125,7 +125,9 @@ pub struct ChannelInfo {
     /// Columns along the array's last axis. Where a column has a name, `obs.hand` has an object with these names, or a list
     /// of such objects, one for each row.
     pub columns: Vec<ColumnInfo>,
-    /// It is only in observations with sensing `truth`.
+    /// Present and true if the channel is only in observations with sensing `truth`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub truth: bool,
     /// For people.
     pub description: &'static str,

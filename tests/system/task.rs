@@ -220,7 +220,7 @@ fn a_copy_of_each_task_is_a_task_of_ones_own() {
         let file = own.join("task.toml");
         std::fs::write(&file, "changed since").expect("written");
         let (code, printed) = palmares(&["task", "copy", task, text(&own)]);
-        assert!(code != 0 && printed.contains("is there already"), "{printed}");
+        assert!(code != 0 && printed.contains("exists already; nothing was written"), "{printed}");
         assert_eq!(std::fs::read_to_string(&file).expect("read"), "changed since");
     }
 }
@@ -231,7 +231,7 @@ fn a_copy_needs_a_task_of_the_program_and_a_name_of_its_own() {
     let own = into.path().join("mine");
     for (arguments, told) in [
         (["task", "copy", "bals", text(&own)].as_slice(), "balls, shelf, grasp, pan, peg"),
-        (&["task", "copy", "balls", text(&own), "--name", "pan"], "`pan` comes with the program"),
+        (&["task", "copy", "balls", text(&own), "--name", "pan"], "`pan` is a built-in task"),
         (&["task", "copy", "balls", text(&own), "--name", "a\"b"], "valid: 1 to 64 letters"),
     ] {
         let (code, printed) = palmares(arguments);

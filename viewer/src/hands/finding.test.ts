@@ -16,7 +16,7 @@ it('splits a warning', () => {
 
 it('keeps a message without an element', () => {
   expect(finding('hand.zip: not valid ZIP: invalid Zip archive')).toEqual({ file: 'hand.zip', element: null, text: 'not valid ZIP: invalid Zip archive', valid: null });
-  expect(finding('name the team of the hand: ?team=name').text).toBe('say whose hand it is: ?team=name');
+  expect(finding('name the team of the hand: ?team=name').text).toBe('name the team of the hand: ?team=name');
 });
 
 it('splits several messages at line ends', () => {

@@ -11,7 +11,10 @@ fn routes(folder: &Path, found: &mut Vec<(PathBuf, usize)>) {
         if path.is_dir() {
             routes(&path, found);
         } else if !path.ends_with("openapi/tests.rs") {
-            let calls = std::fs::read_to_string(&path).expect("a source file").matches(".route(").count();
+            let source = std::fs::read_to_string(&path).expect("a source file");
+            // A test module at the end of a file may serve routes of its own.
+            let program = source.split("#[cfg(test)]").next().unwrap_or_default();
+            let calls = program.matches(".route(").count();
             if calls > 0 {
                 found.push((path, calls));
             }
@@ -26,10 +29,10 @@ fn every_route_is_in_the_document_and_nothing_else() {
     routes(&folder, &mut there);
     assert_eq!(there, [(folder.join("http/openapi/routes.rs"), 1)], "routes that the document does not know");
     let document = document();
-    let told = document["paths"].as_object().expect("paths");
-    let told: usize = told.values().map(|item| item.as_object().expect("methods").len()).sum();
-    assert_eq!(told, operations().len());
-    assert!(told > 10, "{told}");
+    let described = document["paths"].as_object().expect("paths");
+    let described: usize = described.values().map(|item| item.as_object().expect("methods").len()).sum();
+    assert_eq!(described, operations().len());
+    assert!(described > 10, "{described}");
 }
 
 /// Every `$ref` in a value.

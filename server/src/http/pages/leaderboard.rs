@@ -270,9 +270,13 @@ mod tests {
     #[test]
     fn the_rules_of_the_tasks_are_on_the_page() {
         let page = shown(&[row("a")], &["balls", "shelf"], "h", "t", Some(CompetitionPhase::Open));
-        for part in
-            ["Do balls.", "Do shelf.", "at most 10:00 of simulated time", "✓ verified", "… provisional"]
-        {
+        for part in [
+            "Do balls.",
+            "Do shelf.",
+            "Time limit of a run: 10:00 of simulated time",
+            "✓ verified",
+            "… provisional",
+        ] {
             assert!(page.contains(part), "{part}: {page}");
         }
     }
