@@ -138,7 +138,7 @@ pub struct ChannelInfo {
 pub struct ColumnInfo {
     /// Absent where the channel's numbers have no names.
     #[serde(skip_serializing_if = "str::is_empty")]
-    #[schemars(default)]
+    #[schemars(extend("default" = ""))]
     pub name: &'static str,
     /// How many numbers.
     pub width: usize,
