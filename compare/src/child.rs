@@ -55,7 +55,7 @@ struct Request {
     limit_s: f64,
 }
 
-/// Why there is no answer.
+/// Reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{said}")]
 pub struct Failure {

@@ -70,7 +70,7 @@ pub(crate) struct Closure {
     pub(crate) fastest: Option<(String, f64, &'static str)>,
     /// The joint with the largest limit excess during the motion, the excess, and its unit.
     pub(crate) outside: Option<(String, f64, &'static str)>,
-    /// Why the simulation ended before the hand came to rest; None if it did not.
+    /// Reason why the simulation ended before the hand came to rest; None if it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) broken_off: Option<BrokenOff>,
 }
@@ -310,7 +310,7 @@ pub(crate) struct Comparison {
     pub(crate) predicted: Option<Equilibrium>,
     /// Largest |q − predicted|.
     pub(crate) error: Option<f64>,
-    /// Why the prediction does not apply; empty when it does.
+    /// Reason why the prediction does not apply; empty when it does.
     pub(crate) beyond: Vec<String>,
 }
 

@@ -85,13 +85,13 @@ impl Code {
     }
 }
 
-/// Why a request is refused.
+/// Reason why a request is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}: {message}", code.name())]
 pub struct Refusal {
     /// The code.
     pub code: Code,
-    /// What is wrong, and what would be right.
+    /// The problem, and the valid values.
     pub message: String,
     /// The connection closes after this error.
     pub fatal: bool,

@@ -22,7 +22,7 @@ pub enum Payload {
     Binary(Vec<u8>),
 }
 
-/// Why a message cannot be written.
+/// Reason why a message cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// As JSON.

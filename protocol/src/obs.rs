@@ -7,14 +7,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde::ser::{SerializeStruct, Serializer};
 
-/// How a run was opened.
+/// Inputs of the run.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Opened {
     /// Name of the task.
     pub task: String,
     /// Name of the hand.
     pub hand: String,
-    /// How time passes.
+    /// Pace of the run.
     pub mode: Mode,
     /// `sensors` or `truth`.
     pub sensing: Sensing,
@@ -31,7 +31,7 @@ pub struct Opened {
 /// `obs`: the state after `reset` or `step`, or after a tick of a realtime run.
 #[derive(Clone, Debug, JsonSchema)]
 pub struct Obs {
-    /// Of the request; absent when it was streamed.
+    /// Id of the request; absent if the observation was streamed.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
     /// Identifies the run.
@@ -44,10 +44,10 @@ pub struct Obs {
     /// In a realtime run: how long after the tick was due this was sent, s.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub late_s: Option<f64>,
-    /// How the run was opened; in the reply to `reset` only.
+    /// Inputs of the run; only in the reply to `reset`.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub run: Option<Opened>,
-    /// What stands in the world; in the reply to `reset` only.
+    /// Contents of the world; only in the reply to `reset`.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub scene: Option<Scene>,
 }

@@ -114,13 +114,13 @@ pub struct Limits {
     pub requests_per_s: f64,
     /// Requests that a connection may send at once above that rate.
     pub requests_burst: f64,
-    /// How long a session without a connection waits for its client, s.
+    /// Time that a session without a connection waits for its client, s.
     pub resume_grace_s: f64,
     /// Period of the server's pings, s.
     pub ping_interval_s: f64,
     /// A connection that is silent, or does not read a message, for this long is closed, s.
     pub ping_timeout_s: f64,
-    /// How long a connection may be open before `hello`, s.
+    /// Largest time between the opening of a connection and `hello`, s.
     pub hello_timeout_s: f64,
     /// Realtime: after this number of ticks without an action, the hand holds still.
     pub hold_ticks: u32,
@@ -250,7 +250,7 @@ pub struct RunInfo {
     pub task: String,
     /// Its hand.
     pub hand: String,
-    /// How its world is clocked.
+    /// Pace of its world.
     #[schemars(default)]
     pub mode: Mode,
     /// The current tick, which the next `step` must name.
@@ -283,7 +283,7 @@ pub struct RunResult {
     pub task_hash: String,
     /// Its hand.
     pub hand: String,
-    /// How its world was clocked.
+    /// Pace of its world.
     #[schemars(default)]
     pub mode: Mode,
     /// `practice`; `training` for a run with training options; in a competition `provisional`; `aborted` if it ended
@@ -295,12 +295,12 @@ pub struct RunResult {
     pub in_goal: u32,
     /// Objects outside both boxes.
     pub outside: u32,
-    /// Why the run ended.
+    /// Reason why the run ended.
     pub reason: Reason,
     /// The fault of its world; absent if there was none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
-    /// What the fault means and what to try, for people; absent without a fault.
+    /// Meaning of the fault and advice, for display; absent without a fault.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     /// Number of ticks.
@@ -407,7 +407,7 @@ pub struct ErrorReply {
     pub id: Option<u64>,
     /// The kind of the error, for programs.
     pub code: Code,
-    /// What is wrong, and what would be right.
+    /// The problem, and the valid values.
     pub message: String,
     /// Whether the connection closes after this error.
     pub fatal: bool,

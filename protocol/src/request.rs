@@ -89,10 +89,10 @@ pub struct Reset {
     pub task: String,
     /// Name of a hand, see `welcome.hands`.
     pub hand: String,
-    /// How the world is clocked.
+    /// Pace of the world.
     #[serde(default)]
     pub mode: Mode,
-    /// How much of the state the observations have.
+    /// Part of the state that the observations have.
     #[serde(default)]
     pub sensing: Sensing,
     /// The errors of the sensors; without it, those of `welcome.competition`, which a competition prescribes.
@@ -109,7 +109,7 @@ pub struct Reset {
     pub options: Map<String, Value>,
 }
 
-/// How the world of a run is clocked.
+/// Pace of the world of a run.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, strum::IntoStaticStr,
 )]

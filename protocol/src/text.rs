@@ -9,7 +9,7 @@ use unicode_security::general_security_profile::IdentifierType;
 /// BRAILLE PATTERN BLANK is a symbol by its category, but shows nothing.
 const BRAILLE_BLANK: char = '\u{2800}';
 
-/// Why a character must not be shown: it is invisible, or it changes the direction of the text around it.
+/// Reason why a character must not be shown: it is invisible, or it changes the direction of the text around it.
 pub fn hidden(c: char) -> Option<&'static str> {
     use GeneralCategory as Is;
     match c.general_category() {

@@ -24,7 +24,7 @@ pub enum CompetitionMode {
     Official,
 }
 
-/// How the world is clocked.
+/// Pace of the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pacing {
@@ -43,9 +43,9 @@ pub struct Header {
     pub team: String,
     /// Practice or official.
     pub mode: CompetitionMode,
-    /// How the world was clocked.
+    /// Pace of the world.
     pub pacing: Pacing,
-    /// How much of the state the observations had.
+    /// Part of the state that the observations had.
     pub sensing: Sensing,
     /// The errors of the sensors.
     pub noise: Noise,

@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::sync::Arc;
 
-/// Why images cannot be exported.
+/// Reason why images cannot be exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// There are no such cameras.

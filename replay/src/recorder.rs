@@ -22,7 +22,7 @@ const MAX_BATCHES: usize = 8;
 /// While more items than this are queued, poses are left out; actions never are.
 const MAX_ITEMS_FOR_POSES: usize = 4_000;
 
-/// Why there is no replay.
+/// Reason why there is no replay.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("replay {}: {message}", path.display())]
 pub struct RecordError {

@@ -13,7 +13,7 @@ use std::str::FromStr;
 /// Prefix of every signed message, so that a signature of something else never fits a replay.
 const CONTEXT: &[u8] = b"palmares replay 1\0";
 
-/// Why there is no key.
+/// Reason why there is no key.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyError {
     /// The file cannot be read or created.

@@ -1,6 +1,6 @@
-//! Why a replay is not accepted.
+//! Reason why a replay is not accepted.
 
-/// Why a replay is not accepted. Every reason has a [name](VerifyError::name).
+/// Reason why a replay is not accepted. Every reason has a [name](VerifyError::name).
 #[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum VerifyError {

@@ -1,4 +1,4 @@
-//! How a channel is declared.
+//! Form of the declaration of a channel.
 
 use palmares_models::hand::{Hand, TactilePatch};
 use std::ops;
@@ -10,7 +10,7 @@ pub struct Channel {
     pub name: &'static str,
     /// Its key in `obs.hand`. A new channel has its name here.
     pub key: &'static str,
-    /// How many rows it has.
+    /// Number of its rows.
     pub rows: Rows,
     /// The columns of a row.
     pub columns: &'static [Column],
@@ -22,11 +22,11 @@ pub struct Channel {
     pub truth: bool,
     /// One sentence without a full stop.
     pub doc: &'static str,
-    /// Which hands have it.
+    /// The hands that have it.
     pub hands: &'static str,
 }
 
-/// How many rows a channel has.
+/// Number of rows of a channel.
 #[derive(Debug)]
 pub enum Rows {
     /// One, with every hand.
@@ -42,7 +42,7 @@ pub enum Rows {
 pub struct Index {
     /// Its name in `welcome.specs` and in `welcome.hands`.
     pub name: &'static str,
-    /// How many there are.
+    /// Number of these.
     pub count: fn(&Hand) -> usize,
     /// Their names.
     pub names: fn(&Hand) -> Vec<String>,
@@ -92,7 +92,7 @@ pub struct Record {
 pub struct Column {
     /// Empty where the channel has no record.
     pub name: &'static str,
-    /// How many numbers.
+    /// Number of values.
     pub width: usize,
     /// Empty for a pure number; `tendon` for the unit of the tendon's force in hand.toml.
     pub unit: &'static str,

@@ -1,4 +1,4 @@
-//! What the sensors of a hand measure: the state of the hand at a moment.
+//! Input of the sensors of a hand: its state at a moment.
 
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};

@@ -12,7 +12,7 @@ use std::ops::Range;
 pub(crate) trait Sensor: Clone + Sized {
     /// The declaration.
     const CHANNEL: Channel;
-    /// What changes from tick to tick. The last reading is kept beside it.
+    /// State that changes from tick to tick. The last reading is stored next to it.
     type State: Clone + Serialize + DeserializeOwned;
 
     /// The law: writes the reading without errors. `state` is there if [`Sensor::new`] gave one.
@@ -80,7 +80,7 @@ impl<S: Sensor> Slot<S> {
         }
     }
 
-    /// What changes of it.
+    /// Its changing state.
     pub(crate) fn state(&self) -> Option<S::State> {
         self.errors.as_ref().map(|(_, state)| state.clone())
     }

@@ -19,7 +19,7 @@ pub struct Sensors {
     row: Vec<f64>,
 }
 
-/// What changes of the sensors from tick to tick. Other sensors of the same run continue from it with the same readings.
+/// State of the sensors that changes from tick to tick. Sensors of the same run that restore it continue with the same readings.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct SensorState {
     row: Vec<f64>,
@@ -44,7 +44,7 @@ impl Sensors {
         }
     }
 
-    /// Which numbers are where in a row.
+    /// Address of each channel in a row.
     pub fn table(&self) -> &Arc<SensorTable> {
         &self.table
     }
@@ -66,7 +66,7 @@ impl Sensors {
         self.slots.ideal(&Moment::of(&self.hand, world))
     }
 
-    /// What changes of them.
+    /// Their changing state.
     pub fn state(&self) -> SensorState {
         SensorState { row: self.row.clone(), states: self.slots.states() }
     }

@@ -21,7 +21,7 @@ pub struct Entry {
     pub channel: &'static Channel,
     /// Place of its first number in the row.
     pub address: usize,
-    /// How many numbers it has.
+    /// Number of its values.
     pub dimension: usize,
     /// Names of its rows, if its records have them.
     pub row_names: Vec<String>,
@@ -73,7 +73,7 @@ impl Entry {
     }
 }
 
-/// What the sensors read.
+/// Readings of the sensors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorReadings {
     table: Arc<SensorTable>,
@@ -140,7 +140,7 @@ pub struct ColumnInfo {
     #[serde(skip_serializing_if = "str::is_empty")]
     #[schemars(extend("default" = ""))]
     pub name: &'static str,
-    /// How many numbers.
+    /// Number of values.
     pub width: usize,
     /// Unit; empty for a pure number.
     pub unit: &'static str,

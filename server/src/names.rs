@@ -16,7 +16,7 @@ const MAX_CHARS: usize = 64;
 /// Most combining marks on one character (UTS 39, section 5.4): more would cover the lines above and below.
 const MAX_MARKS: usize = 4;
 
-/// Why a name is not valid.
+/// Reason why a name is not valid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum NameError {
     /// The name is too short or too long.

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p palmares-tests --example viewers -- --url ws://127.0.0.1:8080 --viewers 100`, against a practice
 //! server on which nobody else plays. It plays a realtime run with and without viewers, in turns, and compares what
-//! `GET /metrics` tells of the ticks.
+//! `GET /metrics` has the ticks.
 
 use clap::Parser;
 use futures_util::{SinkExt, StreamExt};
@@ -40,7 +40,7 @@ struct Options {
     /// Hand
     #[arg(long, default_value = "softhand")]
     hand: String,
-    /// What they want to see: telemetry, contacts, verdicts
+    /// Layers that they subscribe to: telemetry, contacts, verdicts
     #[arg(long, value_delimiter = ',')]
     overlays: Vec<String>,
     /// Play nothing: watch what others play, until interrupted
@@ -104,7 +104,7 @@ async fn play(options: Options, end: Arc<AtomicBool>) -> Result<(), Error> {
     Ok(())
 }
 
-/// What the viewers were sent.
+/// Messages sent to the viewers.
 #[derive(Debug, Default)]
 struct Sent {
     bytes: AtomicU64,

@@ -47,7 +47,7 @@ struct Report {
     task: Option<String>,
     /// SHA-256 of the task's content.
     hash: Option<String>,
-    /// Why the task is unusable.
+    /// Reason why the task is unusable.
     errors: Vec<String>,
     warnings: Vec<String>,
     /// Number of scenes that were built.

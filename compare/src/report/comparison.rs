@@ -144,7 +144,7 @@ pub struct Run {
     pub error: Option<Figure>,
     /// Its checks.
     pub invariants: Invariants,
-    /// Why the run cannot be used; none if it can.
+    /// Reason why the run cannot be used; none if it can.
     pub trouble: Option<String>,
     /// Whether it cannot be used because it did not end in its time.
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! What is refused, and how it is said.
+//! Refused messages, and their error texts.
 
 use super::*;
 use crate::request::ClientInfo;

@@ -25,11 +25,11 @@ fn what_is_only_rewritten_is_accepted() {
 fn a_changed_action_breaks_the_chain_or_the_state() {
     let scenario = Scenario::new("pinch", 130);
     let bytes = scenario.record().bytes;
-    // Signed with the server's own key even: the chain tells.
+    // Even signed with the server's own key: the chain detects it.
     let refused = check(&rewritten(&bytes, &another_action, false, &scenario.signer)).expect_err("changed");
     assert_eq!(refused.name(), "chain_broken");
     assert!(refused.to_string().contains("tick 100"), "{refused}");
-    // The chain made anew, another key: the key tells to those who know it, the simulation to everybody.
+    // A new chain and another key: the key shows it to its owner, the simulation to everyone.
     let mallory = Signer::random().expect("key");
     let forged = rewritten(&bytes, &another_action, true, &mallory);
     let replay = read(&forged).expect("in itself sound");

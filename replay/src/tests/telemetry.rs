@@ -1,4 +1,4 @@
-//! What went on in the hand, as it is written for those who look at a run.
+//! Telemetry of the hand in a replay.
 
 use super::*;
 use crate::format::{HAND_RECORD, SCENE_RECORD, TELEMETRY};

@@ -26,7 +26,7 @@ macro_rules! channels {
         #[derive(Clone)]
         pub(crate) struct Slots { $($field: Slot<$sensor>,)* }
 
-        /// What changes of them from tick to tick.
+        /// State of the sensors that changes from tick to tick.
         #[derive(Clone, Serialize, Deserialize)]
         pub(crate) struct States { $($field: Option<<$sensor as Sensor>::State>,)* }
 

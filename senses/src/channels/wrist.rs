@@ -36,11 +36,11 @@ pub(crate) struct Wrist {
     tick_s: f64,
 }
 
-/// What changes of it from tick to tick.
+/// State that changes from tick to tick.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct WristState {
     zero: [f64; 6],
-    /// What it measured in the tick before: it is read one period later.
+    /// Measurement of the tick before: it is read one period later.
     measured: Option<[f64; 6]>,
 }
 

@@ -32,7 +32,7 @@ const UNFINISHED: u8 = 3;
 /// Serves until a signal ends it.
 ///
 /// # Errors
-/// Why the server cannot start.
+/// Reason why the server cannot start.
 pub fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
     logging::start()?;
     let config = options.resolve()?;

@@ -138,7 +138,7 @@ impl Recording {
     /// The file, after the run was scored; None for a run without a tick.
     ///
     /// # Errors
-    /// Why there is no file.
+    /// Reason why there is no file.
     pub(crate) async fn file(self) -> Result<Option<ReplayFile>, String> {
         match self.0.await {
             Ok(Ok(file)) => Ok(file),

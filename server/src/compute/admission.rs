@@ -37,7 +37,7 @@ impl OpenWorlds {
     }
 }
 
-/// Why a world may not open.
+/// Reason why a world may not open.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum AdmissionError {
     /// The configured maximum is reached.

@@ -43,7 +43,7 @@ pub(crate) struct Background {
     max_hold: Duration,
 }
 
-/// Why a job has no result.
+/// Reason why a job has no result.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum JobError {
     /// The thread could not be started.

@@ -32,7 +32,7 @@ const CLOSE_NORMAL: u16 = 1000;
 /// The server is going away, RFC 6455.
 const CLOSE_AWAY: u16 = 1001;
 
-/// Why a connection ends or moves to a thread of its own.
+/// Reason why a connection ends or moves to a thread of its own.
 enum ConnectionEnd {
     /// A session has begun.
     Greeted,

@@ -99,7 +99,7 @@ pub(super) struct EquilibriumResponse {
     tension: Vec<f64>,
     /// `closed_form` or `newton`.
     law: &'static str,
-    /// Why the closed form does not hold: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds.
+    /// Reason why the closed form does not hold: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds.
     beyond_closed_form: Vec<String>,
     /// Pose of every link in the world frame.
     links: Vec<LinkPose>,

@@ -46,7 +46,7 @@ impl RunStatus {
 /// The facts about a run's end that decide its status.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunEnd {
-    /// Why it ended.
+    /// Reason why it ended.
     pub(super) reason: Reason,
     /// Whether the session is official.
     pub(super) official: bool,

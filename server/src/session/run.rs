@@ -51,7 +51,7 @@ impl Session {
     /// Carries out a request. First it closes an open run whose session is over.
     ///
     /// # Errors
-    /// Why the request is refused.
+    /// Reason why the request is refused.
     pub(crate) async fn answer(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
         self.close_if_over().await;
         match request {

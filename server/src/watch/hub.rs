@@ -28,7 +28,7 @@ const FEATURED_MS: u64 = 10_000;
 /// Ended sessions that are remembered.
 const MAX_SESSIONS: usize = 4096;
 
-/// Why a target cannot be followed.
+/// Reason why a target cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FindError {
     /// The run is not open, or the session is unknown.

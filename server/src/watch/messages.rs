@@ -31,7 +31,7 @@ pub(crate) enum WatchReply {
     Ended(Ended),
     /// The session's clock, once a second.
     Clock(Clock),
-    /// Why objects count or do not, when it has changed.
+    /// Reason why objects count or do not, when it has changed.
     Verdicts(Verdicts),
     /// The ranking: first, and whenever a result is stored.
     Leaderboard(Ranking),
@@ -205,7 +205,7 @@ pub(crate) struct Ended {
     pub(crate) run_id: String,
     /// Its outcome; null when the world failed.
     pub(crate) outcome: Option<Final>,
-    /// Why the world failed; absent when it did not.
+    /// Reason why the world failed; absent when it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) fault: Option<Fault>,
 }
@@ -219,7 +219,7 @@ pub(crate) struct Final {
     pub(crate) in_goal: u32,
     /// Objects outside.
     pub(crate) outside: u32,
-    /// Why it ended.
+    /// Reason why it ended.
     pub(crate) reason: Reason,
     /// Ticks played.
     pub(crate) ticks: u64,

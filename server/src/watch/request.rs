@@ -59,7 +59,7 @@ enum Overlay {
     Telemetry,
     /// Contacts.
     Contacts,
-    /// Why objects count or do not.
+    /// Reason why objects count or do not.
     Verdicts,
 }
 

@@ -12,7 +12,7 @@ pub(super) struct Overlays {
     pub(super) telemetry: bool,
     /// Contacts.
     pub(super) contacts: bool,
-    /// Why objects count or do not.
+    /// Reason why objects count or do not.
     pub(super) verdicts: bool,
 }
 

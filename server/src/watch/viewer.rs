@@ -39,7 +39,7 @@ const RANKING_PERIOD: Duration = Duration::from_secs(1);
 /// Longest time for a viewer to accept a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Why a connection ends: close code and reason, or None when the viewer has disconnected.
+/// Reason why a connection ends: close code and reason, or None when the viewer has disconnected.
 type ViewerEnd = Option<(u16, &'static str)>;
 
 /// One viewer's connection.

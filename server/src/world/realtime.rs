@@ -195,7 +195,7 @@ impl RealtimeWorld {
         self.notify.notify_one();
     }
 
-    /// Why the run is over, if it is; then it ticks no more.
+    /// Reason why the run is over, if it is; then it ticks no more.
     pub(crate) fn over(&self) -> Option<Reason> {
         lock(&self.stream).over
     }

@@ -70,11 +70,11 @@ impl Playable for Run {
 pub(crate) struct StepResult {
     /// The observation, with the events of all its ticks.
     pub(crate) observation: Observation,
-    /// Why the run is over, if it is.
+    /// Reason why the run is over, if it is.
     pub(crate) over: Option<Reason>,
 }
 
-/// Why a step failed.
+/// Reason why a step failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StepError {
     /// The action was refused; nothing changed.
@@ -85,7 +85,7 @@ pub(crate) enum StepError {
     Failed(Failure),
 }
 
-/// Why a world could not be opened.
+/// Reason why a world could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum OpenError {
     /// The scene could not be built.

@@ -50,7 +50,7 @@ pub struct ImpactSequence {
     /// The points; sorted by bodies once played.
     pub candidates: Vec<ImpactCandidate>,
     events: Vec<ImpactEvent>,
-    /// What the last play computed.
+    /// Computing of the last call of `play`.
     pub work: u64,
 }
 

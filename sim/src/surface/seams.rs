@@ -62,7 +62,7 @@ struct Remainder {
     edges: Vec<Vec<(Vec3, Vec3)>>,
 }
 
-/// What a contact's normal may be at a point.
+/// Rule for a contact's normal at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Verdict {
     /// The normal stays.
@@ -152,7 +152,7 @@ impl Seams {
             .is_none_or(|known| known.edges.iter().any(|edges| edges.iter().all(is_within)))
     }
 
-    /// What the contact normal of a point on the core's surface may be, if it is not a face's own: it must
+    /// Rule for the contact normal of a point on the core's surface, if it is not a face's own: it must
     /// need no face that is covered there. The normal of a point of the rounded surface that is in no other
     /// part stays.
     pub(crate) fn judge(&self, (solid, rounding): (&Solid, f64), normal: Vec3, at: Vec3) -> Verdict {

@@ -99,7 +99,7 @@ fn mean_radius(polygon: &[Overlap]) -> Option<([f64; 2], f64)> {
         return None;
     }
     let [cx, cy] = [origin.x + cx / area, origin.y + cy / area];
-    // Of the triangle that an edge at distance d spans with the centroid, between the angles of its ends:
+    // Triangle that an edge at distance d spans with the centroid, between the angles of its ends:
     // ∫∫ r dA = d³/6 [tan φ sec φ + asinh(tan φ)].
     let mut moment = 0.0;
     for k in 0..n {
