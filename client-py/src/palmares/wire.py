@@ -106,7 +106,7 @@ class ResetRequest(Request, kw_only=True, gc=False, tag="reset"):
     cameras: list[str] = []
     """Cameras whose images the observation of tick 0 has; see ``step``."""
     mode: Literal["lockstep", "realtime"]
-    """How the world is clocked. ``lockstep`` or ``realtime``."""
+    """Pace of the world. ``lockstep`` or ``realtime``."""
     noise: Literal["none", "real"] | None = None
     """The errors of the sensors; without it, those of ``welcome.competition``, which a competition
     prescribes. ``none`` or ``real``."""
@@ -115,7 +115,7 @@ class ResetRequest(Request, kw_only=True, gc=False, tag="reset"):
     seed: int | None = None
     """Practice only: number of the scene, 0 to 2⁵³ − 1; without it, the server draws one."""
     sensing: Literal["sensors", "truth"]
-    """How much of the state the observations have. ``sensors`` or ``truth``."""
+    """Part of the state that the observations have. ``sensors`` or ``truth``."""
 
 
 class StepRequest(Request, kw_only=True, gc=False, tag="step"):
@@ -153,7 +153,7 @@ class ErrorMessage(Reply, kw_only=True, gc=False, tag="error"):
     code: str
     """The kind of the error, for programs."""
     message: str
-    """What is wrong, and what would be right."""
+    """The problem, and the valid values."""
     fatal: bool
     """Whether the connection closes after this error."""
     fault: str | None = None
@@ -277,14 +277,14 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
 
 
 class Opened(msgspec.Struct, kw_only=True, gc=False):
-    """How a run was opened."""
+    """Inputs of the run."""
 
     task: str
     """Name of the task."""
     hand: str
     """Name of the hand."""
     mode: str
-    """How time passes. ``lockstep`` or ``realtime``."""
+    """Pace of the run. ``lockstep`` or ``realtime``."""
     sensing: str
     """``sensors`` or ``truth``."""
     noise: str
@@ -490,9 +490,9 @@ class Observation(Reply, kw_only=True, gc=False, tag="obs"):
     reason: str | None = None
     """The reason, when ``terminated`` or ``truncated``."""
     run: Opened | None = None
-    """How the run was opened; in the reply to ``reset`` only."""
+    """Inputs of the run; only in the reply to ``reset``."""
     scene: Scene | None = None
-    """What stands in the world; in the reply to ``reset`` only."""
+    """Contents of the world; only in the reply to ``reset``."""
     truth: Truth | None = None
     """The full state, when the run's sensing is ``truth``."""
 
@@ -518,7 +518,7 @@ class Result(Reply, kw_only=True, gc=False, tag="result"):
     hand: str
     """Its hand."""
     mode: str = "lockstep"
-    """How its world was clocked. ``lockstep`` or ``realtime``."""
+    """Pace of its world. ``lockstep`` or ``realtime``."""
     status: str
     """``practice``; ``training`` for a run with training options; in a competition ``provisional``;
     ``aborted`` if it ended at tick 0; ``voided`` after a fault of the server or by a decision of the
@@ -530,8 +530,8 @@ class Result(Reply, kw_only=True, gc=False, tag="result"):
     outside: int
     """Objects outside both boxes."""
     reason: str
-    """Why the run ended. ``stopped``, ``complete``, ``session_over``, ``disconnected``, ``time_limit``,
-    ``world_fault`` or ``voided``."""
+    """Reason why the run ended. ``stopped``, ``complete``, ``session_over``, ``disconnected``,
+    ``time_limit``, ``world_fault`` or ``voided``."""
     ticks: int
     """Number of ticks."""
     sim_time_s: float
@@ -554,7 +554,7 @@ class Result(Reply, kw_only=True, gc=False, tag="result"):
     """The fault of its world; ``None`` if there was none. ``not_finite``, ``out_of_bounds``, ``unsolvable``,
     ``work_exhausted`` or ``crashed``."""
     note: str | None = None
-    """What the fault means and what to try, for people; ``None`` without a fault."""
+    """Meaning of the fault and advice, for display; ``None`` without a fault."""
     replay: Replay | None = None
     """Its replay; ``None`` if the run was not recorded."""
 
@@ -569,7 +569,7 @@ class RunInfo(msgspec.Struct, kw_only=True, gc=False):
     hand: str
     """Its hand."""
     mode: str = "lockstep"
-    """How its world is clocked. ``lockstep`` or ``realtime``."""
+    """Pace of its world. ``lockstep`` or ``realtime``."""
     tick: int
     """The current tick, which the next ``step`` must name."""
     open: bool
@@ -646,13 +646,13 @@ class Limits(msgspec.Struct, kw_only=True, gc=False):
     requests_burst: float
     """Requests that a connection may send at once above that rate."""
     resume_grace_s: float
-    """How long a session without a connection waits for its client, s."""
+    """Time that a session without a connection waits for its client, s."""
     ping_interval_s: float
     """Period of the server's pings, s."""
     ping_timeout_s: float
     """A connection that is silent, or does not read a message, for this long is closed, s."""
     hello_timeout_s: float
-    """How long a connection may be open before ``hello``, s."""
+    """Largest time between the opening of a connection and ``hello``, s."""
     hold_ticks: int
     """Realtime: after this number of ticks without an action, the hand holds still."""
     outbox_obs: int
@@ -721,7 +721,7 @@ class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):
     """Numbers of a channel that have a unit and a range in common."""
 
     width: int
-    """How many numbers."""
+    """Number of values."""
     unit: str
     """Unit; empty for a pure number."""
     minimum: float | None = None
@@ -744,10 +744,10 @@ class ChannelInfo(msgspec.Struct, kw_only=True, gc=False):
     columns: list[ColumnInfo]
     """Columns along the array's last axis. Where a column has a name, ``obs.hand`` has an object with these
     names, or a list of such objects, one for each row."""
-    truth: bool
-    """It is only in observations with sensing ``truth``."""
     description: str
     """For people."""
+    truth: bool = False
+    """Present and true if the channel is only in observations with sensing ``truth``."""
 
 
 class HandInfo(msgspec.Struct, kw_only=True, gc=False):

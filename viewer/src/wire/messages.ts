@@ -215,10 +215,10 @@ export interface ChannelInfo {
   shape: number[];
   /** Columns along the array's last axis. Where a column has a name, `obs.hand` has an object with these names, or a list of such objects, one for each row. */
   columns: ColumnInfo[];
-  /** It is only in observations with sensing `truth`. */
-  truth: boolean;
   /** For people. */
   description: string;
+  /** Present and true if the channel is only in observations with sensing `truth`. */
+  truth?: boolean;
 }
 
 /** The client program: `"name/version"`, or an object. */
@@ -255,7 +255,7 @@ export interface Color {
 
 /** Numbers of a channel that have a unit and a range in common. */
 export interface ColumnInfo {
-  /** How many numbers. */
+  /** Number of values. */
   width: number;
   /** Unit; empty for a pure number. */
   unit: string;
@@ -420,7 +420,7 @@ export interface Ended {
   run_id: string;
   /** Its outcome; null when the world failed. */
   outcome: Final | null;
-  /** Why the world failed; absent when it did not. */
+  /** Reason why the world failed; absent when it did not. */
   fault?: Fault;
 }
 
@@ -480,7 +480,7 @@ export interface EquilibriumResponse {
   tension: number[];
   /** `closed_form` or `newton`. */
   law: string;
-  /** Why the closed form does not hold: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds. */
+  /** Reason why the closed form does not hold: joints at limits, slack tendons, varying moment arms, held points. Empty where it holds. */
   beyond_closed_form: string[];
   /** Pose of every link in the world frame. */
   links: LinkPose[];
@@ -494,7 +494,7 @@ export interface EquilibriumResponse {
 export interface ErrorReply {
   /** The kind of the error, for programs. */
   code: Code;
-  /** What is wrong, and what would be right. */
+  /** The problem, and the valid values. */
   message: string;
   /** Whether the connection closes after this error. */
   fatal: boolean;
@@ -573,7 +573,7 @@ export interface Final {
   in_goal: number;
   /** Objects outside. */
   outside: number;
-  /** Why it ended. */
+  /** Reason why it ended. */
   reason: Reason;
   /** Ticks played. */
   ticks: number;
@@ -849,13 +849,13 @@ export interface Limits {
   requests_per_s: number;
   /** Requests that a connection may send at once above that rate. */
   requests_burst: number;
-  /** How long a session without a connection waits for its client, s. */
+  /** Time that a session without a connection waits for its client, s. */
   resume_grace_s: number;
   /** Period of the server's pings, s. */
   ping_interval_s: number;
   /** A connection that is silent, or does not read a message, for this long is closed, s. */
   ping_timeout_s: number;
-  /** How long a connection may be open before `hello`, s. */
+  /** Largest time between the opening of a connection and `hello`, s. */
   hello_timeout_s: number;
   /** Realtime: after this number of ticks without an action, the hand holds still. */
   hold_ticks: number;
@@ -910,7 +910,7 @@ export interface Measured {
   unit: string;
 }
 
-/** How the world of a run is clocked. */
+/** Pace of the world of a run. */
 export type Mode = 'lockstep' | 'realtime';
 
 /** State of a motor. */
@@ -1006,27 +1006,27 @@ export interface Obs {
   truncated: boolean;
   /** Images of the requested cameras. */
   cameras?: CameraImage[];
-  /** Of the request; absent when it was streamed. */
+  /** Id of the request; absent if the observation was streamed. */
   id?: number;
   /** In a realtime run: how long after the tick was due this was sent, s. */
   late_s?: number;
   /** The reason, when `terminated` or `truncated`. */
   reason?: string;
-  /** How the run was opened; in the reply to `reset` only. */
+  /** Inputs of the run; only in the reply to `reset`. */
   run?: Opened;
-  /** What stands in the world; in the reply to `reset` only. */
+  /** Contents of the world; only in the reply to `reset`. */
   scene?: Scene;
   /** The full state, when the run's sensing is `truth`. */
   truth?: Truth;
 }
 
-/** How a run was opened. */
+/** Inputs of the run. */
 export interface Opened {
   /** Name of the task. */
   task: string;
   /** Name of the hand. */
   hand: string;
-  /** How time passes. */
+  /** Pace of the run. */
   mode: Mode;
   /** `sensors` or `truth`. */
   sensing: Sensing;
@@ -1187,7 +1187,7 @@ export interface Reset {
   hand: string;
   /** Cameras whose images the observation of tick 0 has; see `step`. */
   cameras?: string[];
-  /** How the world is clocked. */
+  /** Pace of the world. */
   mode?: Mode;
   /** The errors of the sensors; without it, those of `welcome.competition`, which a competition prescribes. */
   noise?: Noise;
@@ -1195,7 +1195,7 @@ export interface Reset {
   options?: Record<string, unknown>;
   /** Practice only: number of the scene, 0 to 2⁵³ − 1; without it, the server draws one. */
   seed?: number;
-  /** How much of the state the observations have. */
+  /** Part of the state that the observations have. */
   sensing?: Sensing;
 }
 
@@ -1230,7 +1230,7 @@ export interface RunInfo {
   task: string;
   /** Its hand. */
   hand: string;
-  /** How its world is clocked. */
+  /** Pace of its world. */
   mode: Mode;
   /** The current tick, which the next `step` must name. */
   tick: number;
@@ -1291,7 +1291,7 @@ export interface RunResult {
   task_hash: string;
   /** Its hand. */
   hand: string;
-  /** How its world was clocked. */
+  /** Pace of its world. */
   mode: Mode;
   /** `practice`; `training` for a run with training options; in a competition `provisional`; `aborted` if it ended at tick 0; `voided` after a fault of the server or by a decision of the organizer. */
   status: string;
@@ -1301,7 +1301,7 @@ export interface RunResult {
   in_goal: number;
   /** Objects outside both boxes. */
   outside: number;
-  /** Why the run ended. */
+  /** Reason why the run ended. */
   reason: Reason;
   /** Number of ticks. */
   ticks: number;
@@ -1325,7 +1325,7 @@ export interface RunResult {
   fault?: Fault;
   /** The id of the request; absent if the server closed the run. */
   id?: number;
-  /** What the fault means and what to try, for people; absent without a fault. */
+  /** Meaning of the fault and advice, for display; absent without a fault. */
   note?: string;
   /** Its replay; absent if the run was not recorded. */
   replay?: ReplayInfo;
