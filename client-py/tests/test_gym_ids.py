@@ -14,6 +14,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import palmares.gym
+import palmares.sim
+from palmares.gym import flat, ids
 from tests.real_server import RealServer, needs_server
 from tests.short_task import short_grasp
 
@@ -27,6 +29,15 @@ IDS = [
 ]
 # Half of a run of the short task, ticks.
 HALF = 60
+
+
+def test_every_built_in_task_and_hand_has_an_id() -> None:
+    known = palmares.sim.welcome()
+    tasks = {task.name for task in known.tasks}
+    assert tasks == set(ids.TASKS.values()) == set(flat.OBJECTS)
+    # The SoftHand with a skin is an argument: hand="softhand_skin".
+    assert {hand.name for hand in known.hands} - {"softhand_skin"} == set(ids.HANDS.values())
+    assert sorted(ids.names()) == sorted(IDS)
 
 
 def same(a: dict[str, Any], b: dict[str, Any]) -> bool:

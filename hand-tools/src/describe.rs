@@ -156,7 +156,8 @@ fn actuation(about: &HandDescription) -> String {
 
 fn sensors(hand: &Hand) -> String {
     let mut out = String::new();
-    let Sensors { joints, touch, accelerometer, cameras, .. } = &hand.sensors;
+    // Exhaustive, so that a new sensor is not forgotten; every motor has its sensor.
+    let Sensors { motors: _, joints, touch, accelerometer, cameras } = &hand.sensors;
     if let Some(encoders) = joints {
         let _ = writeln!(out, "  encoders of {}", encoders.on.join(", "));
     }

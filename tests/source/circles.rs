@@ -16,7 +16,7 @@ fn no_parts_of_a_folder_import_each_other_in_a_circle() {
 }
 
 /// The folders of the workspace's members.
-fn crates(workspace: &Path) -> Vec<String> {
+pub(crate) fn crates(workspace: &Path) -> Vec<String> {
     let manifest = fs::read_to_string(workspace.join("Cargo.toml")).expect("the workspace");
     let (_, members) = manifest.split_once("members = [").expect("members");
     members.split(']').next().expect("an end").split('"').skip(1).step_by(2).map(str::to_owned).collect()

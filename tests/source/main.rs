@@ -4,4 +4,5 @@ mod circles;
 mod doc_examples;
 mod imports;
 mod map;
+mod modules;
 mod training;

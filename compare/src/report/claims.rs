@@ -81,7 +81,7 @@ fn outside(text: &str) -> Result<String> {
 fn readme(reports: &[Comparison; 2], grasps: &Table) -> String {
     let mut out = said_of_all(reports) + &said_of_grasps(grasps);
     let scenes = BY_STARTS.iter().flat_map(|case| reports[0].results.iter().filter(|v| v.case == *case));
-    out += "Results in the scenes with hands, where a peer is another engine:\n\n";
+    out += "Results in the scenes with hands:\n\n";
     scenes.for_each(|result| bullet(&mut out, result));
     out
 }

@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const OFFICIAL_SHARE: f64 = 0.85;
 /// The same for practice, so that practice is refused before it slows official runs.
 const PRACTICE_SHARE: f64 = 0.75;
-/// While the worlds keep more than half of their share busy, another is refused when one realtime tick in a hundred is later
-/// than this, s. Below half, lateness has another cause, which a refusal would not remove.
+/// No further world opens while 1 % of the realtime ticks are later than this, s, and the worlds use more than half of their
+/// share. Below half, lateness has another cause, which a refusal would not remove.
 const LATE_S: f64 = 5e-3;
-/// Quarters of all places that practice may take while an official run is open; the rest is reserved for official runs.
+/// While an official run is open, practice may take this many quarters of all places; the rest is reserved.
 const PRACTICE_QUARTERS: usize = 3;
 /// Time until a refused client should try again, s: about the window of the measurement.
 pub(crate) const RETRY_S: f64 = 5.0;

@@ -1,5 +1,5 @@
-//! The open sessions: those that wait for a client that lost its connection, and the channels for commands of organizers. It is
-//! generic over the session.
+//! The open sessions, connected or waiting for their client, and the channels for commands of organizers. It is generic over
+//! the session.
 
 use super::command::{Command, PendingCommand};
 use palmares_protocol::text::shortened;

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub enum Reason {
     /// The team stopped it.
     Stopped,
-    /// Nothing more can be gained: all objects are in the goal.
+    /// Nothing more can be gained by the rules of the task.
     Complete,
     /// The session's time was up.
     SessionOver,

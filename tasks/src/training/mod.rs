@@ -1,7 +1,7 @@
 //! Only for training: shaped rewards, and runs that differ from those of the task.
 //!
-//! Nothing here is reached from a server. A run's potential is read off it and changes no bit of it; a varied run is one of
-//! a varied task, whose content hash is another, so that neither snapshot nor replay of it passes for one of the task.
+//! A server uses nothing of this. Computing the potential of a run does not change the run. A varied run belongs to a varied
+//! task with a content hash of its own, so that neither its snapshots nor its replays are accepted as those of the task.
 
 mod grasp_centre;
 mod options;
@@ -23,7 +23,7 @@ use crate::task::Task;
 use palmares_models::hand::Hand;
 use std::sync::Arc;
 
-/// Variations drawn before a run is given up: a start in which the hand touches something is drawn again.
+/// Variations drawn before a run is given up: a variation without a sound scene is drawn again.
 const ATTEMPTS: u64 = 20;
 
 /// A run of the task with these options: a function of task, hand, seed and options. With options that vary nothing it is

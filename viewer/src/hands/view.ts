@@ -241,7 +241,7 @@ export class HandView {
     this.tensions.show(rest.tension);
     this.law.show(rest);
     this.says.classList.remove('bad');
-    setText(this.says, rest.law === 'closed_form' ? 'EquilibriumResponse by the closed form' : 'EquilibriumResponse by Newton’s method');
+    setText(this.says, rest.law === 'closed_form' ? 'Equilibrium by the closed form' : 'Equilibrium by Newton’s method');
     this.tables.show(rest, question.motors);
     this.draw();
   }
@@ -282,6 +282,7 @@ export class HandView {
       ['Strongest joint', el('span', {}, name(strongest), `: up to ${figure(torque)} N·m`)],
       ['Touch', touchOf(hand)],
       ['Joint encoders', (hand.sensors?.joints?.on ?? ['none']).join(', ')],
+      ['Accelerometer', hand.sensors?.accelerometer ? `on ${hand.sensors.accelerometer.link}` : 'none'],
       ['Cameras', (hand.sensors?.cameras ?? []).map(({ name, width, height }) => `${name}, ${width} × ${height}`).join('; ') || 'none'],
     ]));
   }

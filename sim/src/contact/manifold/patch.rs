@@ -3,27 +3,26 @@
 //!
 //! Under an even pressure the friction of an area A against spin is `μ N ρ`, `ρ = 1/A ∫ |r − c| dA` about its centroid c. Points at
 //! its corners, which carry the normal forces, would give `μ N Σ|r_i − c|/n`, as if all pressure were on the
-//! rim. So friction acts at the distance `λ |r_i − c|` instead of `|r_i − c|`, with the lever `λ = ρ n/Σ|r_i
-//! − c|`: 2/3 for a disc, 1/2 for a line. Most of this distance is an offset of the point's friction; the
-//! rest is the arm of its own spin ([`super::super::narrow_phase`]). Slip and spin together are then the sum
+//! rim. So friction acts at the distance `λ |r_i − c|` instead of `|r_i − c|`, with the factor `λ = ρ n/Σ|r_i
+//! − c|`: 2/3 for a disc, 1/2 for a line. The friction of a point is offset by most of this distance; the rest
+//! is the arm at which the point itself resists spin ([`super::super::narrow_phase`]). Slip and spin together are then the sum
 //! of the friction of these points: Contensou's coupling.
 
 use super::clip::Overlap;
 
-/// Largest number of points of a patch, not counting a deepest corner that is another.
+/// Largest number of points of a patch. The deepest corner is one more if it is not among them.
 const MAX_POINTS: usize = 8;
 
-/// The same for a disc, where a rim also bears as soon as the disc tilts: its own lowest point is a further
-/// point.
+/// The same for a disc. When it tilts, the lowest point of its rim is one more.
 const MAX_POINTS_OF_DISC: usize = 4;
 
 /// A dropped corner counts if it is deeper than all others by more than this, m.
 const DEEPER_M: f64 = 1e-6;
 
-/// Lever of a line, and of areas as thin.
+/// Factor λ of a line, and of areas below [`THIN`].
 pub(super) const LINE: f64 = 0.5;
 
-/// Factor on the distance of friction compared with an even pressure. Pure spin stops 2 to 3 % early; in return
+/// λ is larger by this factor than under an even pressure. Pure spin stops 2 to 3 % early; in return
 /// distance, turn and time of a disc that slides and spins, and the final ratio of slip to spin, are within 3.2 %.
 const SPREAD: f64 = 1.03;
 
@@ -99,7 +98,7 @@ fn mean_radius(polygon: &[Overlap]) -> Option<([f64; 2], f64)> {
         return None;
     }
     let [cx, cy] = [origin.x + cx / area, origin.y + cy / area];
-    // Triangle that an edge at distance d spans with the centroid, between the angles of its ends:
+    // An edge and the centroid form a triangle of height d. Its integral, between the angles φ of the edge's ends:
     // ∫∫ r dA = d³/6 [tan φ sec φ + asinh(tan φ)].
     let mut moment = 0.0;
     for k in 0..n {
