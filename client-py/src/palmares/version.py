@@ -1,3 +1,3 @@
 """The version of this package, which `hello` sends to the server. That of the workspace's Cargo.toml."""
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"
