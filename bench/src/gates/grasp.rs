@@ -60,7 +60,7 @@ fn nothing_creeps_out_of_the_hand_in_a_minute() {
 #[test]
 fn a_grasp_hardly_depends_on_the_step() {
     for case in GRASPS {
-        let setup = Setup { reference_dt_s: Some(5e-5), ..Setup::own(1e-3) };
+        let setup = Setup { reference_dt_s: Some(2e-5), ..Setup::own(1e-3) };
         let (report, _) = run(case, &setup).expect("the case runs");
         assert!(error(&report) <= 0.4, "{case}: {} mm", error(&report));
     }
@@ -85,7 +85,7 @@ fn both_objects_are_held_wherever_they_lie_in_the_hand() {
         lost
     });
     // The cylinder is in reach everywhere. Boxes at the edge of the reach turn out between two fingers, with
-    // an even pressure in their contacts. It is chance which boxes are lost. 2 of 25 are; the 95 % interval
-    // of such a count (Clopper and Pearson) ends at 26 %, which is 6.
-    assert!(lost[0].is_empty() && lost[1].len() <= 6, "lost cylinders and boxes, mm: {lost:?}");
+    // an even pressure in their contacts: friction's torque is then a half to two thirds of that with all
+    // pressure at the rim, which kept all of them.
+    assert!(lost[0].is_empty() && lost[1].len() <= 2, "lost cylinders and boxes, mm: {lost:?}");
 }
