@@ -3,6 +3,7 @@
 use super::frame::text;
 use super::hub::Hub;
 use super::messages::{Ranking, WatchReply};
+use crate::metrics::METRICS;
 use crate::store::{LeaderboardRow, Store, StoreError};
 use axum::extract::ws::Utf8Bytes;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -131,7 +132,9 @@ impl RankingCache {
     async fn read(&self) {
         // Before reading: a change in between is read once more.
         let changes = self.hub.ranking_count();
+        let began = Instant::now();
         let read = self.store.revised_leaderboard(self.official).await;
+        METRICS.ranking_read(began.elapsed());
         {
             let mut reader = self.reader();
             *reader = Reader { running: false, not_before: Instant::now() + PERIOD };
