@@ -39,8 +39,8 @@ from palmares.wire import (
     SessionWarning,
 )
 
-# Delays between attempts to reconnect; the last one repeats. A server of version 0.2.0 refuses a new connection
-# until it has noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
+# Delays between attempts to reconnect; the last one repeats. A server of version 0.2.0 refuses a new
+# connection until it has noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
 RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0)
 # Period of the heartbeat, the thread that answers pings while the controller computes: well below
 # `Limits.ping_timeout_s`.
