@@ -12,12 +12,13 @@ use std::time::Duration;
 use tokio::sync::Mutex;
 
 /// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
-const MIGRATIONS: [(i64, &str, Statements); 6] = [
+const MIGRATIONS: [(i64, &str, Statements); 7] = [
     (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
     (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
     (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
     (4, "likeness of runs", Same(include_str!("../../migrations/0004_likeness.sql"))),
     (5, "announcements", Same(include_str!("../../migrations/0005_announcements.sql"))),
+    (7, "similar runs", Same(include_str!("../../migrations/0007_similar_runs.sql"))),
     (
         8,
         "ranking",
