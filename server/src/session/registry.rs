@@ -2,6 +2,7 @@
 //! the session.
 
 use super::command::{Command, PendingCommand};
+use crate::store::Held;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use std::collections::HashMap;
@@ -28,7 +29,21 @@ const COMMAND_QUEUE: usize = 8;
 #[derive(Debug)]
 pub(crate) struct Registry<S> {
     holders: Mutex<HashMap<String, Holder<S>>>,
-    commands: Mutex<HashMap<String, mpsc::Sender<PendingCommand>>>,
+    commands: Mutex<HashMap<String, Channel>>,
+}
+
+/// An open session, as others see it.
+#[derive(Clone, Debug)]
+struct Channel {
+    held: Held,
+    commands: mpsc::Sender<PendingCommand>,
+}
+
+impl Channel {
+    fn new(held: &Held) -> (Self, mpsc::Receiver<PendingCommand>) {
+        let (commands, receiver) = mpsc::channel(COMMAND_QUEUE);
+        (Channel { held: held.clone(), commands }, receiver)
+    }
 }
 
 impl<S> Default for Registry<S> {
@@ -43,7 +58,7 @@ impl<S> Registry<S> {
         self.holders.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn channels(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<PendingCommand>>> {
+    fn channels(&self) -> MutexGuard<'_, HashMap<String, Channel>> {
         self.commands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -53,10 +68,10 @@ impl<S> Registry<S> {
     }
 
     /// Adds a new session, held by a connection. Returns the receiver of its commands.
-    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> mpsc::Receiver<PendingCommand> {
-        let (channel, commands) = mpsc::channel(COMMAND_QUEUE);
+    pub(super) fn insert(&self, token_hash: &str, held: &Held) -> mpsc::Receiver<PendingCommand> {
+        let (channel, commands) = Channel::new(held);
         self.holders().insert(token_hash.to_owned(), Holder::Connection);
-        self.channels().insert(session_id.to_owned(), channel);
+        self.channels().insert(held.session_id.clone(), channel);
         commands
     }
 
@@ -64,10 +79,10 @@ impl<S> Registry<S> {
     pub(super) fn insert_once(
         &self,
         token_hash: &str,
-        session_id: &str,
+        held: &Held,
     ) -> Option<mpsc::Receiver<PendingCommand>> {
-        let (channel, commands) = mpsc::channel(COMMAND_QUEUE);
-        match self.channels().entry(session_id.to_owned()) {
+        let (channel, commands) = Channel::new(held);
+        match self.channels().entry(held.session_id.clone()) {
             Entry::Occupied(_) => return None,
             Entry::Vacant(free) => free.insert(channel),
         };
@@ -86,7 +101,7 @@ impl<S> Registry<S> {
         let gone = || Refusal::new(Code::NotFound, format!("no open session `{}`", shortened(session_id)));
         let channel = self.channels().get(session_id).cloned().ok_or_else(gone)?;
         let (done, result) = oneshot::channel();
-        channel.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
+        channel.commands.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
         result.await.map_err(|_| gone())?
     }
 
@@ -96,6 +111,21 @@ impl<S> Registry<S> {
         if let Some(holder) = holders.remove(old) {
             holders.insert(new.to_owned(), holder);
         }
+    }
+
+    /// The sessions that are open here.
+    pub(crate) fn held(&self) -> Vec<Held> {
+        self.channels().values().map(|channel| channel.held.clone()).collect()
+    }
+
+    /// Gives up all sessions: they end here, and continue elsewhere.
+    pub(crate) fn lose_all(&self) {
+        self.channels().values().for_each(|channel| channel.held.lose());
+    }
+
+    /// Whether a connection holds the session of this id.
+    pub(super) fn is_connected(&self, token_hash: &str) -> bool {
+        matches!(self.holders().get(token_hash), Some(Holder::Connection))
     }
 
     /// Whether a session is open here, under any token.
@@ -151,6 +181,10 @@ impl<S> Registry<S> {
 mod tests {
     use super::*;
 
+    fn held() -> Held {
+        Held::new("ses".into(), 1)
+    }
+
     type TestRegistry = Registry<&'static str>;
 
     fn code<T>(done: Result<T, Refusal>) -> Option<Code> {
@@ -160,7 +194,7 @@ mod tests {
     #[tokio::test]
     async fn only_one_client_gets_a_waiting_session() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("hash", "ses");
+        let _commands = registry.insert("hash", &held());
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken), "a connection holds it");
         let asked = registry.wait("hash");
         let keeper = tokio::spawn(async move { asked.await.map(|handover| handover.send(Box::new("it"))) });
@@ -174,7 +208,7 @@ mod tests {
     #[tokio::test]
     async fn it_is_claimed_or_withdrawn_but_not_both() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("hash", "ses");
+        let _commands = registry.insert("hash", &held());
         let asked = registry.wait("hash");
         assert!(registry.withdraw("hash"));
         drop(asked);
@@ -192,11 +226,11 @@ mod tests {
     #[tokio::test]
     async fn a_new_token_leads_to_the_same_session_and_the_old_one_nowhere() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("old", "ses");
+        let _commands = registry.insert("old", &held());
         registry.rekey("old", "new");
         assert_eq!(code(registry.claim("old").await), Some(Code::SessionOver));
         assert_eq!(code(registry.claim("new").await), Some(Code::SessionTaken));
-        assert!(registry.insert_once("third", "ses").is_none() && registry.knows("ses"));
+        assert!(registry.insert_once("third", &held()).is_none() && registry.knows("ses"));
         registry.remove("new", "ses");
         assert!(!registry.knows("ses") && registry.len() == 0);
     }
@@ -204,7 +238,7 @@ mod tests {
     #[tokio::test]
     async fn a_command_returns_when_it_is_done_or_its_session_is_gone() {
         let registry = TestRegistry::default();
-        let mut commands = registry.insert("hash", "ses");
+        let mut commands = registry.insert("hash", &held());
         let obey = async {
             let PendingCommand { command, done } = commands.recv().await.expect("asked");
             assert_eq!(command, Command::Pause);

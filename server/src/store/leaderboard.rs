@@ -59,7 +59,7 @@ impl Store {
              ) AS ranked WHERE place = 1",
         )
         .bind(i64::from(official))
-        .fetch_all(&self.pool)
+        .fetch_all(&self.pool())
         .await?;
         let mut teams: BTreeMap<String, LeaderboardRow> = BTreeMap::new();
         for (team, task, score, run_id, status, ended_unix_ms, runs, seeing) in best {

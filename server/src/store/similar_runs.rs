@@ -121,7 +121,7 @@ impl Store {
         )
         .bind(run_id.unwrap_or_default().to_owned())
         .bind(i64::from(run_id.is_none()))
-        .fetch_all(&self.pool)
+        .fetch_all(&self.pool())
         .await?;
         let mut found: BTreeMap<String, Vec<SimilarRun>> = BTreeMap::new();
         for row in &rows {
