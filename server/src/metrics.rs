@@ -30,6 +30,7 @@ pub(crate) struct Metrics {
     stale_writes: Counter,
     sessions_taken: Counter,
     runs_continued: Counter,
+    ranking_read: Histogram,
     refusals: Family<CodeLabel, Counter>,
     worlds: Gauge,
     sessions: Gauge,
@@ -68,6 +69,7 @@ impl Metrics {
             stale_writes: Counter::default(),
             sessions_taken: Counter::default(),
             runs_continued: Counter::default(),
+            ranking_read: histogram(),
             refusals: Family::default(),
             worlds: Gauge::default(),
             sessions: Gauge::default(),
@@ -90,6 +92,8 @@ impl Metrics {
         registry.register("sessions_taken", taken, metrics.sessions_taken.clone());
         let continued = "Runs of other hosts or of an earlier process that this server has continued";
         registry.register("runs_continued", continued, metrics.runs_continued.clone());
+        let ranking = "How long the ranking took to be read from the database";
+        registry.register_with_unit("ranking_read", ranking, Unit::Seconds, metrics.ranking_read.clone());
         registry.register("refusals", "Requests refused, by code", metrics.refusals.clone());
         registry.register("worlds_open", "Worlds that are open", metrics.worlds.clone());
         registry.register("sessions_open", "Sessions that are open", metrics.sessions.clone());
@@ -132,6 +136,11 @@ impl Metrics {
         }
     }
 
+    /// Counts a reading of the ranking.
+    pub(crate) fn ranking_read(&self, took: Duration) {
+        self.ranking_read.observe(took.as_secs_f64());
+    }
+
     /// Counts a refused request.
     pub(crate) fn refused(&self, code: Code) {
         self.refusals.get_or_create(&CodeLabel { code: code.name() }).inc();
@@ -161,6 +170,7 @@ mod tests {
         metrics.began(Duration::from_millis(3), false);
         metrics.began(Duration::from_micros(5), true);
         metrics.waited(Duration::from_micros(10));
+        metrics.ranking_read(Duration::from_millis(30));
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
         metrics.refused_stale_write();
@@ -178,6 +188,7 @@ mod tests {
             "palmares_stale_writes_total 1",
             "palmares_sessions_taken_total 2",
             "palmares_runs_continued_total 1",
+            "palmares_ranking_read_seconds_count 1",
             "palmares_refusals_total{code=\"bad_action\"} 2",
             "palmares_worlds_open 1",
             "palmares_sessions_open 2",

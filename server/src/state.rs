@@ -11,7 +11,7 @@ use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
 use crate::transport::InboundLimits;
-use crate::watch::{Hub, WatchContext};
+use crate::watch::{Hub, RankingCache, WatchContext};
 use axum::extract::FromRef;
 use std::sync::Arc;
 
@@ -32,6 +32,8 @@ pub(crate) struct AppState {
     pub(crate) archive: Option<Arc<Archive>>,
     /// The spectators' hub.
     pub(crate) hub: Arc<Hub>,
+    /// The ranking.
+    pub(crate) ranking: Arc<RankingCache>,
     /// Checks tokens.
     pub(crate) auth: Arc<Auth>,
     /// Limits on connections and uploads.
@@ -63,6 +65,7 @@ parts! {
     clocks: Arc<SessionClocks>,
     archive: Option<Arc<Archive>>,
     hub: Arc<Hub>,
+    ranking: Arc<RankingCache>,
     auth: Arc<Auth>,
     inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
@@ -77,6 +80,7 @@ impl FromRef<AppState> for WatchContext {
             competition: app.competition.clone(),
             clocks: app.clocks.clone(),
             hub: app.hub.clone(),
+            ranking: app.ranking.clone(),
             auth: app.auth.clone(),
             lifecycle: app.lifecycle.clone(),
         }

@@ -227,7 +227,12 @@ impl Session {
             build_hash: own.build_hash,
             header: None,
         };
-        self.shared.store.begin_run(&self.held, &row).await.map_err(store_failed("the run"))
+        self.shared.store.begin_run(&self.held, &row).await.map_err(store_failed("the run"))?;
+        if new.sensing == Sensing::Truth {
+            // The team no longer uses sensors only.
+            self.shared.hub.ranking_changed();
+        }
+        Ok(())
     }
 
     /// Starts the run's clock, and a realtime world.

@@ -3,6 +3,7 @@
 use super::error::StoreError;
 use super::hosts::{Host, HostKey};
 use super::location::{Dialect, Location, Lock, Target};
+use Statements::{Each, Same};
 use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::{Any, AnyConnection, AnyPool, Executor, SqlSafeStr, Transaction};
@@ -12,15 +13,42 @@ use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// Version, name and statements, embedded in the program.
-const MIGRATIONS: [(i64, &str, &str); 6] = [
-    (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
-    (2, "competition", include_str!("../../migrations/0002_competition.sql")),
-    (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
-    (4, "likeness of runs", include_str!("../../migrations/0004_likeness.sql")),
-    (5, "announcements", include_str!("../../migrations/0005_announcements.sql")),
-    (6, "fleet", include_str!("../../migrations/0006_fleet.sql")),
+/// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
+const MIGRATIONS: [(i64, &str, Statements); 8] = [
+    (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
+    (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
+    (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
+    (4, "likeness of runs", Same(include_str!("../../migrations/0004_likeness.sql"))),
+    (5, "announcements", Same(include_str!("../../migrations/0005_announcements.sql"))),
+    (
+        6,
+        "fleet",
+        Each {
+            sqlite: include_str!("../../migrations/0006_fleet.sql"),
+            // The snapshots of open runs are a cache that need not survive a crash of the database.
+            postgres: concat!(
+                include_str!("../../migrations/0006_fleet.sql"),
+                "ALTER TABLE run_snapshots SET UNLOGGED;"
+            ),
+        },
+    ),
+    (7, "similar runs", Same(include_str!("../../migrations/0007_similar_runs.sql"))),
+    (
+        8,
+        "ranking",
+        Each {
+            sqlite: include_str!("../../migrations/0008_ranking.sqlite.sql"),
+            postgres: include_str!("../../migrations/0008_ranking.postgres.sql"),
+        },
+    ),
 ];
+
+/// The statements of a migration.
+#[derive(Clone, Copy)]
+enum Statements {
+    Same(&'static str),
+    Each { sqlite: &'static str, postgres: &'static str },
+}
 
 /// Connections to a SQLite file.
 const SQLITE_CONNECTIONS: u32 = 4;
@@ -32,9 +60,6 @@ const SQLITE_SETUP: &str = "PRAGMA busy_timeout = 5000; PRAGMA journal_mode = WA
 /// For every connection to Postgres: a server that is stopped in the middle of a transaction must not hold its locks.
 const POSTGRES_SETUP: &str = "SET idle_in_transaction_session_timeout = '1s'; SET lock_timeout = '1500ms'; \
      SET statement_timeout = '5s'";
-
-/// The snapshots of open runs are a cache that need not survive a crash of the database.
-const POSTGRES_UNLOGGED: &str = "ALTER TABLE run_snapshots SET UNLOGGED";
 
 /// The database.
 #[derive(Clone, Debug)]
@@ -64,10 +89,7 @@ impl Store {
         if target.dialect == Dialect::Postgres {
             refuse_beside_older(&pool, &target.place).await?;
         }
-        migrator().run(&pool).await?;
-        if target.dialect == Dialect::Postgres {
-            pool.execute(POSTGRES_UNLOGGED).await?;
-        }
+        migrator(target.dialect).run(&pool).await?;
         let store = Store {
             dialect: target.dialect,
             pool: Arc::new(RwLock::new(pool)),
@@ -190,8 +212,12 @@ async fn refuse_beside_older(pool: &AnyPool, place: &str) -> Result<(), StoreErr
     }
 }
 
-fn migrator() -> Migrator {
-    let migrations = MIGRATIONS.map(|(version, name, sql)| {
+fn migrator(dialect: Dialect) -> Migrator {
+    let migrations = MIGRATIONS.map(|(version, name, statements)| {
+        let sql = match (statements, dialect) {
+            (Same(sql), _) | (Each { sqlite: sql, .. }, Dialect::Sqlite) => sql,
+            (Each { postgres: sql, .. }, Dialect::Postgres) => sql,
+        };
         Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql.into_sql_str(), false)
     });
     Migrator::with_migrations(migrations.into())
