@@ -27,6 +27,7 @@ def main() -> int:
     command.add_argument("--seed", type=int, default=1)
     command.add_argument("--teams", type=int, default=12)
     command.add_argument("--only", default="", help="kinds of faults, with commas; all when left out")
+    command.add_argument("--without-store", action="store_true", help="several hosts without an object store")
     command = commands.add_parser("board", help="the ranking of a large event")
     command.add_argument("--runs", type=int, default=500_000)
     command.add_argument("--teams", type=int, default=10_000)
@@ -46,7 +47,7 @@ def main() -> int:
                 report, holds = chaos(
                     folder,
                     program,
-                    options.moto,
+                    None if options.without_store else options.moto,
                     options.hosts,
                     options.faults,
                     options.seed,

@@ -25,7 +25,7 @@ REWOUND_TICKS = 25
 def chaos(
     folder: Path,
     program: Path,
-    moto: Path,
+    moto: Path | None,
     hosts: int,
     count: int,
     seed: int,
