@@ -18,7 +18,7 @@ const MIGRATIONS: [(i64, &str, Statements); 7] = [
     (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
     (4, "likeness of runs", Same(include_str!("../../migrations/0004_likeness.sql"))),
     (5, "announcements", Same(include_str!("../../migrations/0005_announcements.sql"))),
-    (7, "similar runs", Same(include_str!("../../migrations/0007_similar_runs.sql"))),
+    (7, "lists of organizers", Same(include_str!("../../migrations/0007_organizers.sql"))),
     (
         8,
         "ranking",
