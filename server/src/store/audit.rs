@@ -86,7 +86,7 @@ impl Store {
             "SELECT audit.*, tokens.label FROM audit LEFT JOIN tokens ON tokens.token_id = audit.actor \
              WHERE seq > $1 ORDER BY seq LIMIT $2",
         );
-        Ok(query.bind(signed(after)).bind(i64::from(limit)).fetch_all(&self.pool).await?)
+        Ok(query.bind(signed(after)).bind(i64::from(limit)).fetch_all(&self.pool()).await?)
     }
 }
 

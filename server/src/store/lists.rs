@@ -96,7 +96,7 @@ impl Store {
         for time in times {
             query = query.bind(time);
         }
-        let mut rows: Vec<T> = query.bind(i64::from(filter.limit) + 1).fetch_all(&self.pool).await?;
+        let mut rows: Vec<T> = query.bind(i64::from(filter.limit) + 1).fetch_all(&self.pool()).await?;
         let more = rows.len() > filter.limit as usize;
         rows.truncate(filter.limit as usize);
         Ok((rows, more))
