@@ -14,6 +14,8 @@ from fleet.services import BUCKET
 from fleet.shell import attempt, request, until
 
 COUNTS = ("provisional", "verified")
+# Ends by the rules of the task.
+ENDS = ("complete", "time_limit")
 
 
 def wait_for_verdicts(fleet: Fleet, limit_s: float) -> None:
@@ -94,6 +96,7 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
         "rejected": by_status["rejected"],
         "stuck": stuck + by_status["open"] + by_status["provisional"],
         "runs": dict(by_status),
+        "runs_cut": sum(not r["asked"] and r["reason"] not in ENDS for r in counted),
         "runs_lost": sum(event["event"] == "lost" for event in events),
     }
 
