@@ -16,7 +16,6 @@ mod teams;
 pub(super) use forward::to_owner;
 
 use super::openapi::operation::{Operation, Token, ZIP, get, get_json, post_json};
-use super::openapi::operation::{Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;
 use crate::auth::Auth;
 use crate::problem::Problem;
