@@ -48,7 +48,7 @@ SESSION = (
 def numbers(postgres: bool, first: int, end: int) -> str:
     """Return a table of the numbers i."""
     if postgres:
-        return f"generate_series({first}, {end - 1}) AS n(i)"
+        return f"generate_series({first}::bigint, {end - 1}) AS n(i)"
     series = f"SELECT {first} AS i UNION ALL SELECT i + 1 FROM n WHERE i < {end - 1}"
     return f"(WITH RECURSIVE n AS ({series}) SELECT i FROM n)"
 

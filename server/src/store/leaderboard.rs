@@ -4,6 +4,7 @@ use super::database::Store;
 use super::error::StoreError;
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::AnyConnection;
 use std::collections::{BTreeMap, HashMap};
 
 /// A team's row in the ranking.
@@ -88,11 +89,15 @@ impl Store {
     }
 
     /// The revision of the ranking: it grows with every change, on whichever server.
-    pub(crate) async fn leaderboard_revision(&self, official: bool) -> Result<i64, StoreError> {
+    pub(crate) async fn leaderboard_revision(
+        &self,
+        connection: &mut AnyConnection,
+        official: bool,
+    ) -> Result<i64, StoreError> {
         let query = sqlx::query_scalar(
             "SELECT CAST(COALESCE(SUM(revision), 0) AS BIGINT) FROM best WHERE official = $1",
         );
-        Ok(query.bind(i64::from(official)).fetch_one(&self.pool()).await?)
+        Ok(query.bind(i64::from(official)).fetch_one(connection).await?)
     }
 }
 

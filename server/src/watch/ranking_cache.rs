@@ -6,6 +6,7 @@ use super::messages::{Ranking, WatchReply};
 use crate::metrics::METRICS;
 use crate::store::{LeaderboardRow, Store, StoreError};
 use axum::extract::ws::Utf8Bytes;
+use sqlx::AnyConnection;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
@@ -112,12 +113,13 @@ impl RankingCache {
 
     /// Compares the ranking with its revision in the database, which changes with the writes of every server. The beat of a server calls
     /// this.
-    #[cfg_attr(not(test), expect(dead_code, reason = "one server has a database until servers have a beat"))]
-    pub(crate) async fn check(&self) -> Result<(), StoreError> {
-        let revision = self.store.leaderboard_revision(self.official).await?;
-        // A stale ranking is read again anyway.
-        if !self.is_stale() && self.readings.borrow().newest.as_ref().is_some_and(|n| n.revision != revision)
-        {
+    pub(crate) async fn follow(&self, connection: &mut AnyConnection) -> Result<(), StoreError> {
+        // A stale ranking is read again when somebody needs it.
+        if self.is_stale() {
+            return Ok(());
+        }
+        let revision = self.store.leaderboard_revision(connection, self.official).await?;
+        if self.readings.borrow().newest.as_ref().is_some_and(|newest| newest.revision != revision) {
             self.hub.ranking_changed();
         }
         Ok(())
@@ -212,17 +214,19 @@ mod tests {
     #[tokio::test]
     async fn a_change_by_another_server_is_found_by_its_revision() {
         let (cache, _folder) = cache().await;
-        cache.check().await.expect("reads");
-        assert_eq!(cache.hub.ranking_count(), 0, "nobody has needed the ranking yet");
+        let mut connection = cache.store.connection().await.expect("connects");
+        let mut count = async || {
+            cache.follow(&mut connection).await.expect("reads");
+            cache.hub.ranking_count()
+        };
+        assert_eq!(count().await, 0, "nobody has needed the ranking yet");
         cache.current().await.expect("reads");
-        cache.check().await.expect("reads");
-        assert_eq!(cache.hub.ranking_count(), 0);
+        assert_eq!(count().await, 0);
         store_a_run(&cache.store).await;
-        for _ in 0..2 {
-            cache.check().await.expect("reads");
-            assert_eq!(cache.hub.ranking_count(), 1, "counted once");
-        }
+        assert_eq!(count().await, 1);
+        assert_eq!(count().await, 1, "counted once");
         assert_eq!(cache.current().await.expect("reads").rows[0].team, "crabs");
+        assert_eq!(count().await, 1);
         cache.store.close().await;
     }
 

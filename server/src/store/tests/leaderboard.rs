@@ -126,13 +126,13 @@ async fn the_kept_ranking_is_that_of_all_runs_after_any_writes() {
     for (index, place) in places().await.into_iter().enumerate() {
         let store = place.open().await;
         let (mut draw, mut runs, mut writes) = (Draw(7), Vec::new(), Vec::new());
-        let mut revision = 0;
+        let (mut revision, mut connection) = (0, store.connection().await.expect("connects"));
         for i in 0..150 {
             let before = kept(&store, true).await;
             writes.push(random_write(&store, &mut draw, &mut runs).await);
             let last = format!("{i}: {}", writes.last().expect("one"));
             assert_kept(&store, &last).await;
-            let now = store.leaderboard_revision(true).await.expect("query");
+            let now = store.leaderboard_revision(&mut connection, true).await.expect("query");
             assert!(now > revision || now == revision && kept(&store, true).await == before, "{last}");
             assert_eq!(store.revised_leaderboard(true).await.expect("query").0, now);
             revision = now;
