@@ -4,7 +4,7 @@ use super::frame::text;
 use super::hub::Hub;
 use super::messages::{Ranking, WatchReply};
 use crate::metrics::METRICS;
-use crate::store::{LeaderboardRow, Store, StoreError};
+use crate::store::{LeaderboardRow, ReadTeams, Store, StoreError};
 use axum::extract::ws::Utf8Bytes;
 use sqlx::AnyConnection;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -57,13 +57,22 @@ pub(crate) struct RankingCache {
     hub: Arc<Hub>,
     readings: watch::Sender<Readings>,
     reader: Mutex<Reader>,
+    /// What was read last.
+    teams: tokio::sync::Mutex<ReadTeams>,
 }
 
 impl RankingCache {
     /// The ranking of a competition, or of practice.
     pub(crate) fn new(store: Store, official: bool, hub: Arc<Hub>) -> Self {
         let reader = Mutex::new(Reader { running: false, not_before: Instant::now() });
-        RankingCache { store, official, hub, readings: watch::Sender::default(), reader }
+        RankingCache {
+            store,
+            official,
+            hub,
+            readings: watch::Sender::default(),
+            reader,
+            teams: Default::default(),
+        }
     }
 
     /// The ranking with every change that was stored before this call. After a recent reading it waits for the next one.
@@ -78,13 +87,9 @@ impl RankingCache {
             }
             if seen.failed > failed {
                 // The error is this caller's own.
-                let (revision, rows) = self.store.revised_leaderboard(self.official).await?;
-                return Ok(Arc::new(ReadRanking {
-                    rows,
-                    changes: needed,
-                    revision,
-                    message: OnceLock::new(),
-                }));
+                let rows = self.store.leaderboard(self.official).await?;
+                let message = OnceLock::new();
+                return Ok(Arc::new(ReadRanking { rows, changes: needed, revision: 0, message }));
             }
             self.refresh();
             // The sender is in `self`.
@@ -135,14 +140,17 @@ impl RankingCache {
         // Before reading: a change in between is read once more.
         let changes = self.hub.ranking_count();
         let began = Instant::now();
-        let read = self.store.revised_leaderboard(self.official).await;
+        let mut teams = self.teams.lock().await;
+        let read = self.store.read_leaderboard(self.official, &mut teams).await;
+        let revision = teams.revision();
+        drop(teams);
         METRICS.ranking_read(began.elapsed());
         {
             let mut reader = self.reader();
             *reader = Reader { running: false, not_before: Instant::now() + PERIOD };
         }
         self.readings.send_modify(|readings| match read {
-            Ok((revision, rows)) => {
+            Ok(rows) => {
                 let message = OnceLock::new();
                 readings.newest = Some(Arc::new(ReadRanking { rows, changes, revision, message }));
             }
