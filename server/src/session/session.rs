@@ -13,6 +13,7 @@ use crate::metrics::Gauges;
 use crate::store::{ClockRow, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
+use crate::world::backlog::Gate;
 use crate::world::realtime::RealtimeWorld;
 use crate::world::run::World;
 use palmares_protocol::Reply;
@@ -82,6 +83,8 @@ pub(crate) struct Session {
     pub(super) upcoming: Vec<Arc<Exposure>>,
     /// The open run's replay.
     pub(super) recording: Option<Recording>,
+    /// Bounds the ticks of the open run that a failure of this host takes back; None if no other host can continue the run.
+    pub(super) gate: Option<Gate>,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
     pub(super) commands: mpsc::Receiver<PendingCommand>,
@@ -135,6 +138,7 @@ impl Session {
             stream: None,
             upcoming: Vec::new(),
             recording: None,
+            gate: None,
             unstored: None,
             commands,
             refunded_runs: Vec::new(),
@@ -234,8 +238,11 @@ impl Session {
         self.stream.as_ref()
     }
 
-    /// Updates the machine to the tick of a realtime world.
+    /// Gives back the time for which the run stood at its gate, and updates the machine to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
+        if let Some(gate) = &self.gate {
+            self.machine.stood(gate.take_stood(), self.now());
+        }
         if let OpenRun::Realtime(live) = &self.open_run {
             self.machine.stepped(live.tick_now(), self.now());
         }

@@ -28,6 +28,7 @@ mod hands;
 mod leaderboard;
 mod location;
 mod number;
+mod run_actions;
 mod runs;
 mod sessions;
 mod settings;
@@ -47,6 +48,9 @@ pub(crate) use leaderboard::LeaderboardRow;
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
+pub(crate) use run_actions::{
+    OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
+};
 pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use teams::TeamRow;
@@ -54,4 +58,4 @@ pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{UnverifiedRun, VerificationStatus};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -1,9 +1,11 @@
 //! The store with real databases: every test runs on each kind.
 
 mod competition;
+pub(crate) mod fleet_database;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;
+mod run_actions;
 mod similar_runs;
 
 use super::*;
