@@ -28,6 +28,9 @@ pub(crate) struct Metrics {
     permit_wait: Histogram,
     missed_ticks: Counter,
     stale_writes: Counter,
+    sessions_taken: Counter,
+    runs_continued: Counter,
+    ranking_read: Histogram,
     refusals: Family<CodeLabel, Counter>,
     worlds: Gauge,
     sessions: Gauge,
@@ -64,6 +67,9 @@ impl Metrics {
             permit_wait: histogram(),
             missed_ticks: Counter::default(),
             stale_writes: Counter::default(),
+            sessions_taken: Counter::default(),
+            runs_continued: Counter::default(),
+            ranking_read: histogram(),
             refusals: Family::default(),
             worlds: Gauge::default(),
             sessions: Gauge::default(),
@@ -82,6 +88,12 @@ impl Metrics {
         registry.register("missed_ticks", missed, metrics.missed_ticks.clone());
         let stale = "Writes that were refused because the session has another owner";
         registry.register("stale_writes", stale, metrics.stale_writes.clone());
+        let taken = "Sessions of other hosts or of an earlier process that this server has taken over";
+        registry.register("sessions_taken", taken, metrics.sessions_taken.clone());
+        let continued = "Runs of other hosts or of an earlier process that this server has continued";
+        registry.register("runs_continued", continued, metrics.runs_continued.clone());
+        let ranking = "How long the ranking took to be read from the database";
+        registry.register_with_unit("ranking_read", ranking, Unit::Seconds, metrics.ranking_read.clone());
         registry.register("refusals", "Requests refused, by code", metrics.refusals.clone());
         registry.register("worlds_open", "Worlds that are open", metrics.worlds.clone());
         registry.register("sessions_open", "Sessions that are open", metrics.sessions.clone());
@@ -116,6 +128,19 @@ impl Metrics {
         self.stale_writes.inc();
     }
 
+    /// Counts a session that this server has taken over, and whether its run continues.
+    pub(crate) fn took_session(&self, run_continues: bool) {
+        self.sessions_taken.inc();
+        if run_continues {
+            self.runs_continued.inc();
+        }
+    }
+
+    /// Counts a reading of the ranking.
+    pub(crate) fn ranking_read(&self, took: Duration) {
+        self.ranking_read.observe(took.as_secs_f64());
+    }
+
     /// Counts a refused request.
     pub(crate) fn refused(&self, code: Code) {
         self.refusals.get_or_create(&CodeLabel { code: code.name() }).inc();
@@ -145,9 +170,12 @@ mod tests {
         metrics.began(Duration::from_millis(3), false);
         metrics.began(Duration::from_micros(5), true);
         metrics.waited(Duration::from_micros(10));
+        metrics.ranking_read(Duration::from_millis(30));
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
         metrics.refused_stale_write();
+        metrics.took_session(false);
+        metrics.took_session(true);
         let text = metrics.text(Gauges { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
         for line in [
             "palmares_ticks_total 1",
@@ -158,6 +186,9 @@ mod tests {
             "palmares_missed_ticks_total 1",
             "palmares_permit_wait_seconds_bucket{le=\"0.00005\"} 1",
             "palmares_stale_writes_total 1",
+            "palmares_sessions_taken_total 2",
+            "palmares_runs_continued_total 1",
+            "palmares_ranking_read_seconds_count 1",
             "palmares_refusals_total{code=\"bad_action\"} 2",
             "palmares_worlds_open 1",
             "palmares_sessions_open 2",

@@ -6,11 +6,12 @@ use crate::backup;
 use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::compute::Compute;
+use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
 use crate::transport::InboundLimits;
-use crate::watch::{Hub, WatchContext};
+use crate::watch::{Hub, RankingCache, WatchContext};
 use axum::extract::FromRef;
 use std::sync::Arc;
 
@@ -31,12 +32,16 @@ pub(crate) struct AppState {
     pub(crate) archive: Option<Arc<Archive>>,
     /// The spectators' hub.
     pub(crate) hub: Arc<Hub>,
+    /// The ranking.
+    pub(crate) ranking: Arc<RankingCache>,
     /// Checks tokens.
     pub(crate) auth: Arc<Auth>,
     /// Limits on connections and uploads.
     pub(crate) inbound: Arc<InboundLimits>,
     /// The server's stop, and the tasks that it waits for.
     pub(crate) lifecycle: Arc<Lifecycle>,
+    /// This server's right to its sessions.
+    pub(crate) lease: Arc<Lease>,
     /// The files of a backup.
     pub(crate) backup: Arc<backup::Files>,
 }
@@ -60,9 +65,11 @@ parts! {
     clocks: Arc<SessionClocks>,
     archive: Option<Arc<Archive>>,
     hub: Arc<Hub>,
+    ranking: Arc<RankingCache>,
     auth: Arc<Auth>,
     inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
+    lease: Arc<Lease>,
     backup: Arc<backup::Files>,
 }
 
@@ -73,6 +80,7 @@ impl FromRef<AppState> for WatchContext {
             competition: app.competition.clone(),
             clocks: app.clocks.clone(),
             hub: app.hub.clone(),
+            ranking: app.ranking.clone(),
             auth: app.auth.clone(),
             lifecycle: app.lifecycle.clone(),
         }

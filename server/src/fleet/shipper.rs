@@ -6,7 +6,7 @@
 
 use super::shipped_tick::{ShippedTick, encode};
 use crate::metrics::METRICS;
-use crate::store::{OwnedRun, SentSnapshot, SentTicks, ShippingConnection, Store, StoreError};
+use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, ShippingConnection, Store, StoreError};
 use crate::world::RunObserver;
 use crate::world::backlog::{Backlog, Gate, Lost};
 use futures_util::FutureExt;
@@ -105,12 +105,12 @@ impl Shipper {
         Ok(Shipper { shared })
     }
 
-    /// Follows a run of the session's owner in this epoch: the observer stores its ticks from the one at which it is opened. The
-    /// gate is for the session and the world.
-    pub(crate) fn follow(&self, run_id: &str, session_id: &str, epoch: i64) -> (ShippingObserver, Gate) {
+    /// Follows a run of a session that this process owns: the observer stores its ticks from the one at which it is opened. The gate
+    /// is for the session and the world.
+    pub(crate) fn follow(&self, run_id: &str, held: &Held) -> (ShippingObserver, Gate) {
         let backlog = Backlog::new();
         let gate = backlog.gate().clone();
-        let run = OwnedRun { run_id: run_id.to_owned(), session_id: session_id.to_owned(), epoch };
+        let run = OwnedRun { run_id: run_id.to_owned(), held: held.clone() };
         let (snapshot, ended) = (Mutex::default(), AtomicBool::new(false));
         let followed = Arc::new(Followed { run, backlog, snapshot, ended });
         self.shared.runs().insert(run_id.to_owned(), followed.clone());
@@ -286,9 +286,10 @@ impl Rounds {
     }
 
     fn lose(&self, followed: &Followed) {
-        let OwnedRun { run_id, session_id, .. } = &followed.run;
-        tracing::warn!(run = run_id, session = session_id, "the session has another owner");
+        let OwnedRun { run_id, held } = &followed.run;
+        tracing::warn!(run = run_id, session = held.session_id, "the session has another owner");
         METRICS.refused_stale_write();
+        held.lose();
         self.shared.runs().remove(run_id);
         followed.backlog.lose();
     }

@@ -5,28 +5,26 @@
 
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::Held;
 use super::number::signed;
-use sqlx::{AnyConnection, AssertSqlSafe, Connection, Executor};
+use sqlx::{AnyConnection, AssertSqlSafe, Executor};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 /// Longest time for a statement, and for the connection.
 const TIMEOUT: Duration = Duration::from_secs(2);
-/// Limits of the server for the connection: a statement that was given up holds no lock for long.
-const LIMITS: &str = "SET statement_timeout = '2s'; SET lock_timeout = '1500ms'; \
-                      SET idle_in_transaction_session_timeout = '1s'";
+/// The same for the server: a statement that was given up holds no lock for long.
+const SETUP: &str = "SET statement_timeout = '2s'";
 /// Largest number of rows in a statement. It has six parameters a row, of at most 65,535.
 const MAX_ROWS: usize = 1_000;
 
-/// The owner's run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A run of a session that this process owns.
+#[derive(Clone, Debug)]
 pub(crate) struct OwnedRun {
     /// The run.
     pub(crate) run_id: String,
     /// Its session.
-    pub(crate) session_id: String,
-    /// The epoch of the session's owner.
-    pub(crate) epoch: i64,
+    pub(crate) held: Held,
 }
 
 /// Consecutive ticks of a run.
@@ -110,8 +108,8 @@ impl ShippingConnection {
                 held("from_tick, ticks, body", &types, sent.len())
             );
             let mut query = sqlx::query_scalar(AssertSqlSafe(sql));
-            for SentTicks { run: OwnedRun { run_id, session_id, epoch }, from_tick, ticks, body } in sent {
-                query = query.bind(run_id).bind(session_id).bind(*epoch);
+            for SentTicks { run: OwnedRun { run_id, held }, from_tick, ticks, body } in sent {
+                query = query.bind(run_id).bind(&held.session_id).bind(held.epoch);
                 query = query.bind(signed(*from_tick)).bind(signed(*ticks)).bind(body);
             }
             let rows: Vec<String> = within(query.fetch_all(&mut self.0)).await?;
@@ -135,8 +133,9 @@ impl ShippingConnection {
                 held("tick, body", &types, sent.len())
             );
             let mut query = sqlx::query_scalar(AssertSqlSafe(sql));
-            for SentSnapshot { run: OwnedRun { run_id, session_id, epoch }, tick, body } in sent {
-                query = query.bind(run_id).bind(session_id).bind(*epoch).bind(signed(*tick)).bind(body);
+            for SentSnapshot { run: OwnedRun { run_id, held }, tick, body } in sent {
+                query = query.bind(run_id).bind(&held.session_id).bind(held.epoch);
+                query = query.bind(signed(*tick)).bind(body);
             }
             let rows: Vec<String> = within(query.fetch_all(&mut self.0)).await?;
             stored.extend(rows);
@@ -145,10 +144,10 @@ impl ShippingConnection {
     }
 }
 
-/// The result of a query, or an error after [`TIMEOUT`]: then its connection is not usable any more.
-async fn within<T>(query: impl Future<Output = Result<T, sqlx::Error>>) -> Result<T, StoreError> {
-    match tokio::time::timeout(TIMEOUT, query).await {
-        Ok(done) => Ok(done?),
+/// The result, or an error after [`TIMEOUT`]: then the connection is not usable any more.
+async fn within<T, E: Into<StoreError>>(work: impl Future<Output = Result<T, E>>) -> Result<T, StoreError> {
+    match tokio::time::timeout(TIMEOUT, work).await {
+        Ok(done) => done.map_err(Into::into),
         Err(_) => Err(sqlx::Error::Io(std::io::ErrorKind::TimedOut.into()).into()),
     }
 }
@@ -157,13 +156,12 @@ async fn within<T>(query: impl Future<Output = Result<T, sqlx::Error>>) -> Resul
 impl Store {
     /// Opens the connection for the ticks of all runs.
     pub(crate) async fn shipping_connection(&self) -> Result<ShippingConnection, StoreError> {
-        let options = self.pool.connect_options();
         let open = async {
-            let mut connection = AnyConnection::connect_with(&options).await?;
-            connection.execute(LIMITS).await?;
-            Ok(connection)
+            let mut connection = self.connection().await?;
+            connection.execute(SETUP).await?;
+            Ok::<_, StoreError>(ShippingConnection(connection))
         };
-        Ok(ShippingConnection(within(open).await?))
+        within(open).await
     }
 
     /// The ticks of a run, and its snapshot. The caller owns the session: no other host adds ticks.
@@ -171,9 +169,9 @@ impl Store {
         let query = sqlx::query_as(
             "SELECT from_tick, ticks, body FROM run_actions WHERE run_id = $1 ORDER BY from_tick",
         );
-        let ticks = query.bind(run_id).fetch_all(&self.pool).await?;
+        let ticks = query.bind(run_id).fetch_all(&self.pool()).await?;
         let query = sqlx::query_scalar("SELECT body FROM run_snapshots WHERE run_id = $1");
-        let snapshot = query.bind(run_id).fetch_optional(&self.pool).await?;
+        let snapshot = query.bind(run_id).fetch_optional(&self.pool()).await?;
         Ok(ShippedRun { ticks, snapshot })
     }
 

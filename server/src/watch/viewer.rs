@@ -6,13 +6,15 @@ use super::channel::{Following, QueuedMessage};
 use super::context::WatchContext;
 use super::frame::text;
 use super::hub::FindError;
-use super::messages::{Clock, Ranking, Runs, Score, Subscribed, WatchReply};
+use super::messages::{Clock, Runs, Score, Subscribed, WatchReply};
+use super::ranking_cache::Readings;
 use super::request::{Request, Target, parse};
 use super::sample::Overlays;
 use crate::auth::Identity;
+use crate::config::settings::MESSAGE_BYTES;
 use crate::metrics::METRICS;
 use crate::store::Announcement;
-use crate::transport::close_handshake;
+use crate::transport::{FrameError, answer_close, close_handshake};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use palmares_protocol::reply::ErrorReply;
@@ -34,13 +36,24 @@ const KEY_PERIOD: Duration = Duration::from_secs(10);
 const CLOCK_PERIOD: Duration = Duration::from_secs(1);
 /// Shortest time between two messages `verdicts`.
 const VERDICTS_PERIOD: Duration = Duration::from_millis(500);
-/// Shortest time between two rankings.
-const RANKING_PERIOD: Duration = Duration::from_secs(1);
 /// Longest time for a viewer to accept a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Reason why a connection ends: close code and reason, or None when the viewer has disconnected.
-type ViewerEnd = Option<(u16, &'static str)>;
+/// Reason why a connection ends.
+enum ViewerEnd {
+    /// The viewer is gone.
+    Lost,
+    /// The viewer closed the connection.
+    Closed,
+    /// The server closes it: code and reason of the close frame.
+    Close(u16, Utf8Bytes),
+}
+
+impl ViewerEnd {
+    fn close(code: u16, reason: &'static str) -> Self {
+        ViewerEnd::Close(code, Utf8Bytes::from_static(reason))
+    }
+}
 
 /// One viewer's connection.
 pub(super) struct Viewer {
@@ -52,7 +65,9 @@ pub(super) struct Viewer {
     /// The run and the score that were sent last.
     sent_score: Option<(String, f64)>,
     changes: watch::Receiver<u64>,
+    /// Changes of the ranking, and the rankings that were read after some of them.
     ranking: watch::Receiver<u64>,
+    rankings: watch::Receiver<Readings>,
     announced: watch::Receiver<Option<Announcement>>,
     /// Whether poses are binary frames.
     binary: bool,
@@ -69,7 +84,8 @@ pub(super) struct Viewer {
     verdicts_due: bool,
     next_verdicts: Instant,
     next_frame: Instant,
-    next_ranking: Instant,
+    /// Number of changes before the ranking that was sent last.
+    sent_ranking: Option<u64>,
     heard: Instant,
 }
 
@@ -98,9 +114,8 @@ async fn next(following: &mut Option<Following>, not_before: Instant) -> Next {
     }
 }
 
-/// Returns when the value has changed, and not before `not_before`.
-async fn changed<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
-    sleep_until(not_before).await;
+/// Returns when the value has changed.
+async fn changed<T>(changes: &mut watch::Receiver<T>) {
     if changes.changed().await.is_err() {
         pending::<()>().await;
     }
@@ -109,10 +124,9 @@ async fn changed<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
 impl Viewer {
     pub(super) fn new(socket: WebSocket, context: WatchContext, watcher: Watcher, binary: bool) -> Self {
         let now = Instant::now();
-        let (changes, mut ranking) = (context.hub.changes(), context.hub.ranking_changes());
-        let mut announced = context.hub.announcements();
-        // Every new viewer gets the current ones.
-        ranking.mark_changed();
+        let (changes, ranking) = (context.hub.changes(), context.hub.ranking_changes());
+        let (rankings, mut announced) = (context.ranking.readings(), context.hub.announcements());
+        // Every new viewer gets the current one.
         announced.mark_changed();
         Viewer {
             socket,
@@ -123,6 +137,7 @@ impl Viewer {
             sent_score: None,
             changes,
             ranking,
+            rankings,
             announced,
             binary,
             overlays: None,
@@ -134,7 +149,7 @@ impl Viewer {
             verdicts_due: false,
             next_verdicts: now,
             next_frame: now,
-            next_ranking: now,
+            sent_ranking: None,
             heard: now,
         }
     }
@@ -151,7 +166,7 @@ impl Viewer {
         let end = loop {
             let flow = tokio::select! {
                 biased;
-                () = &mut stopping => ControlFlow::Break(Some((1001, "server_shutdown"))),
+                () = &mut stopping => ControlFlow::Break(ViewerEnd::close(1001, "server_shutdown")),
                 () = &mut revoked => {
                     let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
                     self.refuse(None, &refusal).await
@@ -161,11 +176,15 @@ impl Viewer {
                 changed = self.changes.changed(), if self.target.is_some() && self.following.is_none() => {
                     match changed {
                         Ok(()) => self.follow().await,
-                        Err(_) => ControlFlow::Break(None),
+                        Err(_) => ControlFlow::Break(ViewerEnd::Lost),
                     }
                 }
-                () = changed(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.send_ranking().await,
-                () = changed(&mut self.announced, Instant::now()), if self.target.is_some() => self.send_announcement().await,
+                () = changed(&mut self.ranking), if self.target.is_some() => {
+                    self.context.ranking.refresh();
+                    ControlFlow::Continue(())
+                }
+                () = changed(&mut self.rankings), if self.target.is_some() => self.send_ranking().await,
+                () = changed(&mut self.announced), if self.target.is_some() => self.send_announcement().await,
                 () = sleep_until(self.next_clock), if self.following.is_some() && self.has_extensions() => self.send_clock().await,
                 () = sleep_until(self.next_verdicts), if self.verdicts_due => self.send_verdicts().await,
                 next = next(&mut self.following, self.next_frame) => match next {
@@ -177,14 +196,16 @@ impl Viewer {
                 break end;
             }
         };
-        if let Some((code, reason)) = end {
-            close_handshake(self.socket, code, reason).await;
+        match end {
+            ViewerEnd::Lost => {}
+            ViewerEnd::Closed => answer_close(self.socket).await,
+            ViewerEnd::Close(code, reason) => close_handshake(self.socket, code, reason).await,
         }
     }
 
     async fn ping(&mut self) -> ControlFlow<ViewerEnd> {
         if self.heard.elapsed() >= self.context.competition.settings.ping_timeout {
-            return ControlFlow::Break(None);
+            return ControlFlow::Break(ViewerEnd::Lost);
         }
         self.send_message(Message::Ping(Bytes::new())).await
     }
@@ -192,7 +213,18 @@ impl Viewer {
     async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<ViewerEnd> {
         self.heard = Instant::now();
         let text = match message {
-            None | Some(Ok(Message::Close(_)) | Err(_)) => return ControlFlow::Break(None),
+            None => return ControlFlow::Break(ViewerEnd::Lost),
+            Some(Ok(Message::Close(_))) => return ControlFlow::Break(ViewerEnd::Closed),
+            Some(Err(error)) => match FrameError::of(&error) {
+                FrameError::TooLarge => {
+                    let message = format!("a message may have at most {MESSAGE_BYTES} bytes");
+                    return self.refuse(None, &Refusal::new(Code::TooLarge, message).fatal()).await;
+                }
+                FrameError::Violation(code, reason) => {
+                    return ControlFlow::Break(ViewerEnd::Close(code, reason.into()));
+                }
+                FrameError::Lost => return ControlFlow::Break(ViewerEnd::Lost),
+            },
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return ControlFlow::Continue(()),
             Some(Ok(Message::Binary(_))) => {
                 let message = "requests are text frames, in JSON";
@@ -208,7 +240,7 @@ impl Viewer {
                 let runs = self.context.hub.list(&self.watcher);
                 self.send(&WatchReply::Runs(Runs { id, runs })).await
             }
-            (_, Ok(Request::Bye)) => ControlFlow::Break(Some((1000, "bye"))),
+            (_, Ok(Request::Bye)) => ControlFlow::Break(ViewerEnd::close(1000, "bye")),
             (id, Err(refusal)) => self.refuse(id, &refusal).await,
             // The parser returns no request without an id.
             (None, Ok(_)) => ControlFlow::Continue(()),
@@ -246,7 +278,12 @@ impl Viewer {
             (Err(FindError::Unknown), Target::Featured | Target::Leaderboard) => None,
         };
         if self.target.is_none() {
-            self.ranking.mark_changed();
+            // The current ranking; if it has changed since it was read, after the next reading.
+            self.sent_ranking = None;
+            match self.context.ranking.is_stale() {
+                true => self.context.ranking.refresh(),
+                false => self.rankings.mark_changed(),
+            }
         }
         self.target = Some(target);
         self.overlays = overlays;
@@ -386,15 +423,16 @@ impl Viewer {
         }
     }
 
+    /// Sends the ranking that was read last, and has it read again if it has changed since.
     async fn send_ranking(&mut self) -> ControlFlow<ViewerEnd> {
-        self.next_ranking = Instant::now() + RANKING_PERIOD;
-        match self.context.store.leaderboard(self.context.competition.rules.official()).await {
-            Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
-            Err(error) => {
-                // The viewer keeps the last ranking and gets the next one.
-                tracing::error!(%error, "the database failed");
-                ControlFlow::Continue(())
+        let newest = self.rankings.borrow_and_update().newest.clone();
+        self.context.ranking.refresh();
+        match newest {
+            Some(newest) if self.sent_ranking != Some(newest.changes) => {
+                self.sent_ranking = Some(newest.changes);
+                self.send_text(newest.message()).await
             }
+            _ => ControlFlow::Continue(()),
         }
     }
 
@@ -410,7 +448,7 @@ impl Viewer {
         METRICS.refused(refusal.code);
         self.send(&WatchReply::Error(ErrorReply::of(id, refusal))).await?;
         if refusal.fatal {
-            return ControlFlow::Break(Some((refusal.code.close_code(), refusal.code.name())));
+            return ControlFlow::Break(ViewerEnd::close(refusal.code.close_code(), refusal.code.name()));
         }
         ControlFlow::Continue(())
     }
@@ -426,7 +464,7 @@ impl Viewer {
     async fn send_message(&mut self, message: Message) -> ControlFlow<ViewerEnd> {
         match timeout(SEND_TIMEOUT, self.socket.send(message)).await {
             Ok(Ok(())) => ControlFlow::Continue(()),
-            Ok(Err(_)) | Err(_) => ControlFlow::Break(None),
+            Ok(Err(_)) | Err(_) => ControlFlow::Break(ViewerEnd::Lost),
         }
     }
 }

@@ -68,6 +68,8 @@ export interface ActuatorObservation {
 /** The hands of all teams, oldest first. */
 export interface AllHands {
   hands: HandRow[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** An announcement of an organizer. */
@@ -88,6 +90,8 @@ export interface Announcements {
 /** Records of the audit, oldest first. */
 export interface Audit {
   records: AuditEntry[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** A record. */
@@ -98,10 +102,14 @@ export interface AuditEntry {
   unix_ms: number;
   /** Id of the token that was used, or `server`. */
   actor: string;
+  /** Label of this token: its holder. */
+  label: string | null;
   /** The action. */
   action: string;
   /** Its object. */
   subject: string;
+  /** Granted time, s; for `session.grant`. */
+  seconds: number | null;
   /** The reason. */
   reason: string | null;
 }
@@ -1043,6 +1051,20 @@ export interface Opened {
 /** Data that can be sent in addition to the poses. */
 export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
 
+/** A run of a pair. */
+export interface PairedRun {
+  /** Its id. */
+  run_id: string;
+  /** Its team. */
+  team: string;
+  /** As in `GET /v1/runs/{id}`. */
+  status: string;
+  /** Its score. */
+  score: number | null;
+  /** Time of its begin, ms since 1970 UTC. */
+  started_unix_ms: number;
+}
+
 /** A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards. */
 export interface PatchDescription {
   /** Name. */
@@ -1236,6 +1258,13 @@ export interface RunInfo {
   tick: number;
   /** False if the server closed it (time limit, end of the session): `stop` returns the result. */
   open: boolean;
+}
+
+/** Runs, newest first. */
+export interface RunList {
+  runs: RunRecord[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** A run, as in `GET /v1/runs/{id}`. */
@@ -1525,6 +1554,20 @@ export interface ShownHand {
   description: HandDescription;
 }
 
+/** Two runs with the same actions over a long stretch. */
+export interface SimilarPair {
+  /** Number of consecutive changes of the action that are the same, a lower bound. */
+  changes: number;
+  /** Number of changes of the run with fewer. */
+  of_changes: number;
+  /** Task of both. */
+  task: string;
+  /** Number of each among its team's runs of the task: both have the same scene. */
+  k: number | null;
+  /** The run that began first, and the other. */
+  runs: [PairedRun, PairedRun];
+}
+
 /** Another team's run with the same actions over a long stretch. */
 export interface SimilarRun {
   /** The other run. */
@@ -1535,6 +1578,13 @@ export interface SimilarRun {
   k: number | null;
   /** Number of consecutive changes of the action that are the same, a lower bound. */
   changes: number;
+}
+
+/** Pairs of similar runs, longest common stretch first. */
+export interface SimilarRuns {
+  pairs: SimilarPair[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** One field of an action or an observation. */

@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::fleet::shipped_tick::decode;
-use crate::store::Location;
 use crate::store::tests::fleet_database::FleetDatabase;
 use palmares_models::hand::Hand;
 use palmares_tasks::{Action, BaseTarget, Seed, Task};
@@ -43,12 +42,12 @@ async fn stored(store: &Store, run_id: &str) -> Vec<StateHash> {
 #[tokio::test]
 async fn ticks_and_snapshots_of_all_runs_are_stored() {
     let Some(database) = FleetDatabase::new().await else { return };
-    let store = Store::open(&Location::Url(database.url().to_owned())).await.expect("opens");
+    let store = database.open().await;
     let shipper = Shipper::start(store.clone()).expect("a thread");
     let mut expected = Vec::new();
     for (name, ticks) in [("a", 230), ("b", 3), ("c", 0)] {
         database.session(name, 1).await;
-        let (mut observer, gate) = shipper.follow(name, name, 1);
+        let (mut observer, gate) = shipper.follow(name, &Held::new(name.into(), 1));
         let mut run = run();
         observer.opened(&run);
         let mut states = Vec::new();
@@ -87,10 +86,10 @@ async fn ticks_and_snapshots_of_all_runs_are_stored() {
 #[tokio::test]
 async fn while_the_database_fails_the_gate_closes_and_afterwards_no_tick_is_missing() {
     let Some(database) = FleetDatabase::new().await else { return };
-    let store = Store::open(&Location::Url(database.url().to_owned())).await.expect("opens");
+    let store = database.open().await;
     let shipper = Shipper::start(store.clone()).expect("a thread");
     database.session("s", 1).await;
-    let (mut observer, gate) = shipper.follow("r", "s", 1);
+    let (mut observer, gate) = shipper.follow("r", &Held::new("s".into(), 1));
     let mut run = run();
     observer.opened(&run);
     play(&mut run, &mut observer, 20);
@@ -120,12 +119,13 @@ async fn while_the_database_fails_the_gate_closes_and_afterwards_no_tick_is_miss
 #[tokio::test]
 async fn the_ticks_of_an_earlier_owner_are_refused_also_while_the_next_takes_over() {
     let Some(database) = FleetDatabase::new().await else { return };
-    let store = Store::open(&Location::Url(database.url().to_owned())).await.expect("opens");
+    let store = database.open().await;
     let shipper = Shipper::start(store.clone()).expect("a thread");
     database.session("s", 1).await;
     database.session("other", 1).await;
-    let (mut observer, gate) = shipper.follow("r", "s", 1);
-    let (mut bystander, untouched) = shipper.follow("r2", "other", 1);
+    let (held, other) = (Held::new("s".into(), 1), Held::new("other".into(), 1));
+    let (mut observer, gate) = shipper.follow("r", &held);
+    let (mut bystander, untouched) = shipper.follow("r2", &other);
     let (mut run, mut second) = (run(), run());
     observer.opened(&run);
     bystander.opened(&second);
@@ -139,6 +139,7 @@ async fn the_ticks_of_an_earlier_owner_are_refused_also_while_the_next_takes_ove
     assert_eq!((gate.is_lost(), gate.stored()), (false, 30));
     take_over.commit().await;
     gate.lost().await;
+    assert!(held.is_lost() && !other.is_lost());
     assert_eq!(gate.open(31).await, Err(Lost));
     assert_eq!(shipper.flush("r").await, Ok(()), "it is not followed any more");
     assert_eq!(stored(&store, "r").await.len(), 30);
@@ -161,7 +162,7 @@ async fn what_shipping_costs() {
         rounds: watch::Sender::new(0),
         closed: AtomicBool::new(false),
     });
-    let owned = OwnedRun { run_id: "r".into(), session_id: "s".into(), epoch: 1 };
+    let owned = OwnedRun { run_id: "r".into(), held: Held::new("s".into(), 1) };
     let followed =
         Arc::new(Followed { run: owned, backlog, snapshot: Mutex::default(), ended: AtomicBool::new(false) });
     let mut observer =

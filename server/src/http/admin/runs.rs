@@ -1,12 +1,12 @@
-//! Voids runs and verifies them again.
+//! Lists runs and pairs of similar ones, voids runs and verifies them again.
 
-use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
-use crate::http::extract::Path;
+use super::request::{AdminRequest, ListQuery, MAX_ROWS, entry, needs_reason, no_verb, not_found};
+use crate::http::extract::{Path, Query};
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
 use crate::session::Command;
 use crate::state::AppState;
-use crate::store::RunRecord;
+use crate::store::{RunRecord, SimilarPair, Store};
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::Code;
@@ -29,6 +29,65 @@ pub(in crate::http) struct RunActionRequest {
 pub(in crate::http) struct RunActionResponse {
     run: RunRecord,
     session: Option<SessionNow>,
+}
+
+/// Runs, newest first.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::http) struct RunList {
+    runs: Vec<RunRecord>,
+    /// Whether there are more, which `limit` left out.
+    more: bool,
+}
+
+/// Runs of a team, a task, a status or a time.
+pub(super) async fn list(
+    State(store): State<Store>,
+    Query(query): Query<ListQuery>,
+) -> Result<Json<RunList>, Problem> {
+    const STATUS: [&str; 7] =
+        ["open", "practice", "provisional", "verified", "rejected", "aborted", "voided"];
+    let filter = query.filter(&STATUS)?;
+    let unknown = match &filter.after {
+        Some(run_id) if store.run(run_id).await?.is_none() => Some(run_id),
+        _ => None,
+    };
+    if let Some(run_id) = unknown {
+        return Err(Problem::new(Code::BadRequest, format!("after: no run `{}`", shortened(run_id))));
+    }
+    let (mut runs, more) = store.list_runs(&filter).await?;
+    for run in &mut runs {
+        // They can be long; the run itself and the export have them.
+        run.events = None;
+    }
+    Ok(Json(RunList { runs, more }))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SimilarFilter {
+    team: Option<String>,
+    task: Option<String>,
+    limit: Option<u32>,
+}
+
+/// Pairs of similar runs, longest common stretch first.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::http) struct SimilarRuns {
+    pairs: Vec<SimilarPair>,
+    /// Whether there are more, which `limit` left out.
+    more: bool,
+}
+
+/// Pairs of runs of two teams with the same actions over a long stretch.
+pub(super) async fn similar(
+    State(store): State<Store>,
+    Query(filter): Query<SimilarFilter>,
+) -> Result<Json<SimilarRuns>, Problem> {
+    let limit = filter.limit.unwrap_or(MAX_ROWS).min(MAX_ROWS);
+    let mut pairs = store.similar_pairs(filter.team.as_deref(), filter.task.as_deref(), limit + 1).await?;
+    let more = pairs.len() > limit as usize;
+    pairs.truncate(limit as usize);
+    Ok(Json(SimilarRuns { pairs, more }))
 }
 
 /// `void`, `reverify`.

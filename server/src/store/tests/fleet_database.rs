@@ -1,7 +1,7 @@
 //! A Postgres with sessions that have owners.
 
 use super::postgres::postgres_database;
-use crate::store::{Location, Store};
+use crate::store::{Host, Location, Store};
 use sqlx::{AnyConnection, AssertSqlSafe, Connection, Executor};
 
 /// A database with the tables of a fleet.
@@ -23,24 +23,15 @@ impl FleetDatabase {
     /// An empty database; none without Postgres.
     pub(crate) async fn new() -> Option<Self> {
         let url = postgres_database().await?;
-        let store = Store::open(&Location::Url(url.clone())).await.expect("opens");
-        store.close().await;
         let database = FleetDatabase { url };
-        for statement in [
-            "ALTER TABLE sessions ADD COLUMN IF NOT EXISTS epoch BIGINT NOT NULL DEFAULT 0",
-            "CREATE TABLE IF NOT EXISTS run_actions (run_id TEXT NOT NULL, from_tick BIGINT NOT NULL, \
-             ticks BIGINT NOT NULL, epoch BIGINT NOT NULL, body BYTEA NOT NULL, PRIMARY KEY (run_id, from_tick))",
-            "CREATE UNLOGGED TABLE IF NOT EXISTS run_snapshots (run_id TEXT PRIMARY KEY NOT NULL, \
-             tick BIGINT NOT NULL, epoch BIGINT NOT NULL, body BYTEA NOT NULL)",
-        ] {
-            database.execute(statement).await;
-        }
+        // Makes the tables.
+        database.open().await.close().await;
         Some(database)
     }
 
-    /// Its URL.
-    pub(crate) fn url(&self) -> &str {
-        &self.url
+    /// Opens it.
+    pub(crate) async fn open(&self) -> Store {
+        Store::open(&Location::Url(self.url.clone()), &Host::alone()).await.expect("opens")
     }
 
     /// A connection of its own.

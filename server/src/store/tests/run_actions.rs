@@ -1,7 +1,7 @@
 //! Ticks of runs whose sessions change owners all the time.
 
 use super::fleet_database::FleetDatabase;
-use crate::store::{Location, OwnedRun, SentSnapshot, SentTicks, Store};
+use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, Store};
 use sqlx::Executor;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,7 +10,7 @@ const SESSIONS: usize = 4;
 const TAKE_OVERS: u64 = 120;
 
 fn owned(session: usize, epoch: i64) -> OwnedRun {
-    OwnedRun { run_id: format!("r{session}"), session_id: format!("s{session}"), epoch }
+    OwnedRun { run_id: format!("r{session}"), held: Held::new(format!("s{session}"), epoch) }
 }
 
 /// Takes over a session. Returns the epoch and the last tick that is stored then.
@@ -27,7 +27,7 @@ async fn take_over(database: &FleetDatabase, store: &Store, session: usize) -> (
 async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
     let Some(database) = FleetDatabase::new().await else { return };
     let database = Arc::new(database);
-    let store = Store::open(&Location::Url(database.url().to_owned())).await.expect("opens");
+    let store = database.open().await;
     for session in 0..SESSIONS {
         database.session(&format!("s{session}"), 0).await;
     }
@@ -99,7 +99,7 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
 #[tokio::test]
 async fn a_statement_again_changes_nothing_and_snapshots_have_the_same_fence() {
     let Some(database) = FleetDatabase::new().await else { return };
-    let store = Store::open(&Location::Url(database.url().to_owned())).await.expect("opens");
+    let store = database.open().await;
     database.session("s0", 4).await;
     let mut connection = store.shipping_connection().await.expect("connects");
     let sent = |epoch| SentTicks { run: owned(0, epoch), from_tick: 0, ticks: 2, body: b"ticks".to_vec() };
