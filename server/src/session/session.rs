@@ -14,6 +14,7 @@ use crate::metrics::Gauges;
 use crate::store::{ClockRow, Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
+use crate::world::backlog::Gate;
 use crate::world::realtime::RealtimeWorld;
 use crate::world::run::World;
 use palmares_protocol::Reply;
@@ -93,6 +94,8 @@ pub(crate) struct Session {
     pub(super) upcoming: Vec<Arc<Exposure>>,
     /// The open run's replay.
     pub(super) recording: Option<Recording>,
+    /// Bounds the ticks of the open run that a failure of this host takes back; None if no other host can continue the run.
+    pub(super) gate: Option<Gate>,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
     inbox: Inbox<Session>,
@@ -172,6 +175,7 @@ impl Session {
             stream: None,
             upcoming: Vec::new(),
             recording: None,
+            gate: None,
             unstored: None,
             inbox,
             refunded_runs: Vec::new(),
@@ -288,8 +292,11 @@ impl Session {
         self.stream.as_ref()
     }
 
-    /// Updates the machine to the tick of a realtime world.
+    /// Gives back the time for which the run stood at its gate, and updates the machine to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
+        if let Some(gate) = &self.gate {
+            self.machine.stood(gate.take_stood(), self.now());
+        }
         if let OpenRun::Realtime(live) = &self.open_run {
             self.machine.stepped(live.tick_now(), self.now());
         }
