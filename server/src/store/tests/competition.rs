@@ -155,6 +155,46 @@ async fn a_clock_outlives_the_process() {
     }
 }
 
+#[tokio::test]
+async fn the_clocks_of_all_sessions_are_saved_at_once_but_no_later_one_is_lost() {
+    for place in places().await {
+        let store = place.open().await;
+        let names: Vec<String> = (0..1100).map(|k| format!("s{k}")).collect();
+        for name in &names {
+            store.begin_session(&session(name, name), None).await.expect("session");
+        }
+        let clock = |wall_s, simulated_s, refunded_s, run_from_s| ClockRow {
+            started: true,
+            wall_s,
+            simulated_s,
+            refunded_s,
+            run_from_s,
+        };
+        let saved = async || {
+            let found = store.load_resumable_sessions().await.expect("query");
+            let clock = |name: &str| found.iter().find(|s| s.session_id == name).map(|s| s.clock);
+            ["s0", "s1", "s2", "s1099"].map(clock)
+        };
+        store.save_clocks(&[]).await.expect("saves nothing");
+        let first = [clock(10.0, 3.0, 0.0, None), clock(0.5, 9.5, 0.0, Some(9.5))];
+        let all: Vec<_> = names.iter().enumerate().map(|(k, name)| (name.clone(), first[k % 2])).collect();
+        store.save_clocks(&all).await.expect("saves");
+        assert_eq!(saved().await, [0, 1, 0, 1].map(|k| Some(first[k])));
+        // These two sessions save a refund and a result; then come the clocks that were read before.
+        let (refund, result) = (clock(8.0, 3.0, 2.0, None), clock(0.7, 19.5, 0.0, None));
+        store.save_clock("s0", &refund, &[]).await.expect("saves");
+        store.save_clock("s1", &result, &[]).await.expect("saves");
+        store.end_session("s2").await.expect("ends");
+        let later = clock(11.0, 9.5, 0.0, None);
+        store.save_clocks(&[all[0].clone(), all[1].clone(), ("s1099".into(), later)]).await.expect("saves");
+        assert_eq!(saved().await, [Some(refund), Some(result), None, Some(later)]);
+        let later = [clock(8.5, 3.0, 2.0, None), clock(20.0, 19.5, 0.0, Some(20.0))];
+        store.save_clocks(&[("s0".into(), later[0]), ("s1".into(), later[1])]).await.expect("saves");
+        assert_eq!(saved().await[..2], later.map(Some));
+        store.close().await;
+    }
+}
+
 /// Adds the pending refunds to the clock's refunds.
 fn refund(clock: ClockRow, pending: &[RunCost], revived: bool) -> RefundedClock {
     let more: f64 = pending.iter().map(|cost| cost.simulated_s).sum();
