@@ -18,6 +18,8 @@ pub(crate) enum Saving {
 
 #[derive(Debug)]
 struct Shown {
+    /// The epoch of the session's owner.
+    epoch: i64,
     clock: SessionClock,
     saving: Saving,
     /// As saved last by [`SessionClocks::unsaved`].
@@ -28,6 +30,7 @@ struct Shown {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Unsaved {
     pub(crate) session_id: String,
+    pub(crate) epoch: i64,
     pub(crate) state: ClockState,
     /// Whether a run is open.
     pub(crate) in_run: bool,
@@ -44,15 +47,15 @@ impl SessionClocks {
     }
 
     /// Shows a session's clock.
-    pub(crate) fn show(&self, session_id: &str, clock: &SessionClock, saving: Saving) {
+    pub(crate) fn show(&self, session_id: &str, epoch: i64, clock: &SessionClock, saving: Saving) {
         let mut clocks = self.lock();
         match clocks.get_mut(session_id) {
             Some(shown) => {
                 shown.clock.clone_from(clock);
-                shown.saving = saving;
+                (shown.epoch, shown.saving) = (epoch, saving);
             }
             None => {
-                let shown = Shown { clock: clock.clone(), saving, saved: None };
+                let shown = Shown { epoch, clock: clock.clone(), saving, saved: None };
                 clocks.insert(session_id.to_owned(), shown);
             }
         }
@@ -73,7 +76,8 @@ impl SessionClocks {
                 Saving::BeforeRun(state) => (state, true),
             };
             if shown.saved != Some((state, in_run)) {
-                unsaved.push(Unsaved { session_id: session_id.clone(), state, in_run });
+                let (session_id, epoch) = (session_id.clone(), shown.epoch);
+                unsaved.push(Unsaved { session_id, epoch, state, in_run });
             }
         }
         // Two servers that lock rows in the same order do not wait for each other in a circle.
@@ -84,7 +88,7 @@ impl SessionClocks {
     /// These clocks are saved.
     pub(crate) fn saved(&self, clocks: &[Unsaved]) {
         let mut shown = self.lock();
-        for Unsaved { session_id, state, in_run } in clocks {
+        for Unsaved { session_id, state, in_run, .. } in clocks {
             if let Some(shown) = shown.get_mut(session_id) {
                 shown.saved = Some((*state, *in_run));
             }
@@ -105,8 +109,8 @@ mod tests {
     fn a_clock_is_shown_from_the_first_time_until_its_session_ends() {
         let clocks = SessionClocks::default();
         assert!(clocks.get("ses").is_none());
-        clocks.show("ses", &SessionClock::new(Some(9.0)), Saving::Own);
-        clocks.show("ses", &SessionClock::new(Some(8.0)), Saving::Own);
+        clocks.show("ses", 1, &SessionClock::new(Some(9.0)), Saving::Own);
+        clocks.show("ses", 1, &SessionClock::new(Some(8.0)), Saving::Own);
         assert_eq!(clocks.get("ses").and_then(|clock| clock.limit_s()), Some(8.0));
         clocks.remove("ses");
         assert!(clocks.get("ses").is_none());
@@ -124,17 +128,17 @@ mod tests {
             clocks.saved(&unsaved);
             unsaved.into_iter().map(|clock| (clock.state, clock.in_run)).collect::<Vec<_>>()
         };
-        clocks.show("ses", &clock, Saving::Own);
+        clocks.show("ses", 1, &clock, Saving::Own);
         assert_eq!(states(2), []);
-        clocks.show("ses", &clock, Saving::Present);
+        clocks.show("ses", 1, &clock, Saving::Present);
         // It runs on while nothing happens.
         assert_eq!(states(3), [(clock.state(at(3)), false)]);
         assert_eq!(states(4), [(clock.state(at(4)), false)]);
-        clocks.show("ses", &clock, Saving::BeforeRun(before));
+        clocks.show("ses", 1, &clock, Saving::BeforeRun(before));
         assert_eq!(states(5), [(before, true)]);
         assert_eq!(states(6), [], "the clock before the run is the same");
         clock.pause(at(7));
-        clocks.show("ses", &clock, Saving::Present);
+        clocks.show("ses", 1, &clock, Saving::Present);
         assert_eq!(states(8).len(), 1);
         assert_eq!(states(9), [], "a clock that is stopped is saved once");
     }

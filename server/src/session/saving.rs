@@ -3,7 +3,7 @@
 
 use super::refunds::saved_row;
 use super::session::Sessions;
-use crate::store::StoreError;
+use crate::store::{SavedClock, StoreError};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::{MissedTickBehavior, interval};
@@ -18,8 +18,11 @@ impl Sessions {
     /// The database failed.
     pub(crate) async fn save_clocks(&self) -> Result<(), StoreError> {
         let unsaved = self.clocks.unsaved(self.lifecycle.now());
-        let rows =
-            unsaved.iter().map(|clock| (clock.session_id.clone(), saved_row(clock.state, clock.in_run)));
+        let rows = unsaved.iter().map(|unsaved| SavedClock {
+            session_id: unsaved.session_id.clone(),
+            epoch: unsaved.epoch,
+            clock: saved_row(unsaved.state, unsaved.in_run),
+        });
         self.store.save_clocks(&rows.collect::<Vec<_>>()).await?;
         self.clocks.saved(&unsaved);
         Ok(())

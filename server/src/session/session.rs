@@ -11,7 +11,7 @@ use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
-use crate::store::{ResumableSession, Store, unix_ms};
+use crate::store::{Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
 use crate::world::realtime::RealtimeWorld;
@@ -66,6 +66,8 @@ impl Sessions {
 pub(crate) struct Session {
     pub(super) shared: Arc<Sessions>,
     pub(super) session_id: String,
+    /// This process's ownership of the session in the database.
+    pub(super) held: Held,
     /// The secret that resumes the session.
     pub(super) resume_token: String,
     /// Hash of that secret.
@@ -129,7 +131,7 @@ async fn claimed(claims: &mut Claims<Session>, token_hash: &str) -> Handover {
 
 /// The ids of a session.
 pub(super) struct SessionIds {
-    pub(super) session_id: String,
+    pub(super) held: Held,
     /// Empty when only the client has it.
     pub(super) resume_token: String,
     pub(super) token_hash: String,
@@ -145,10 +147,11 @@ impl Session {
         machine: Machine,
         inbox: Inbox<Session>,
     ) -> Box<Self> {
-        let SessionIds { session_id, resume_token, token_hash, team } = ids;
+        let SessionIds { held, resume_token, token_hash, team } = ids;
         Box::new(Session {
             shared: shared.clone(),
-            session_id,
+            session_id: held.session_id.clone(),
+            held,
             resume_token,
             token_hash,
             team,
@@ -167,14 +170,15 @@ impl Session {
 
     /// A session of an earlier process. Its clock continues now. None when it is open already.
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
-        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused } = row;
+        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch } = row;
         let state = ClockState::of(&clock);
-        let inbox = shared.registry.insert(&token_hash, &session_id)?;
+        let held = Held::new(session_id.clone(), epoch);
+        let inbox = shared.registry.insert(&token_hash, &held)?;
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
         // The client has the token.
-        let ids = SessionIds { session_id, resume_token: String::new(), token_hash, team };
+        let ids = SessionIds { held, resume_token: String::new(), token_hash, team };
         let session = Session::new(shared, ids, true, machine, inbox);
         session.show_clock();
         Some(session)
@@ -252,6 +256,22 @@ impl Session {
         })
     }
 
+    /// This process's ownership of the session.
+    pub(crate) fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// Ends the session here without a write: another owner continues it. Its world and its recording end.
+    pub(crate) fn part(mut self: Box<Self>) {
+        if let OpenRun::Realtime(live) = std::mem::take(&mut self.open_run) {
+            // Dropped: it ticks no more.
+            drop(live.take(None));
+        }
+        self.shared.registry.remove(&self.token_hash, &self.session_id);
+        self.shared.clocks.remove(&self.session_id);
+        tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
+    }
+
     /// The realtime world whose observations the client gets.
     pub(crate) fn stream(&self) -> Option<&Arc<RealtimeWorld>> {
         self.stream.as_ref()
@@ -309,7 +329,7 @@ impl Session {
             Some(before) => Saving::BeforeRun(before),
             None => Saving::Present,
         };
-        self.shared.clocks.show(&self.session_id, self.machine.clock(), saving);
+        self.shared.clocks.show(&self.session_id, self.held.epoch, self.machine.clock(), saving);
     }
 
     /// Shows the clock. Saves it for a later process, with `now` or while refunds are not saved yet.
@@ -319,9 +339,8 @@ impl Session {
             return;
         }
         let row = saved_row(self.machine.saved(self.now()), self.machine.playing().is_some());
-        let (shared, session_id, refunded) =
-            (self.shared.clone(), self.session_id.clone(), self.refunded_runs.clone());
-        match self.stored(shared.store.save_clock(&session_id, &row, &refunded)).await {
+        let (shared, held, refunded) = (self.shared.clone(), self.held.clone(), self.refunded_runs.clone());
+        match self.stored(shared.store.save_clock(&held, &row, &refunded)).await {
             Ok(()) => {
                 self.refunded_runs.clear();
                 self.show_clock();
@@ -343,7 +362,7 @@ impl Session {
         self.save(true).await;
         if self.official && self.shared.lifecycle.is_stopping() && self.outlasts_absence() {
             tracing::debug!(session = self.session_id, "the session continues after the restart");
-        } else if let Err(error) = self.shared.store.end_session(&self.session_id).await {
+        } else if let Err(error) = self.shared.store.end_session(&self.held).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }
         self.shared.registry.remove(&self.token_hash, &self.session_id);

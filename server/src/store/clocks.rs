@@ -2,6 +2,7 @@
 
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::Held;
 use sqlx::{Any, AnyConnection, Transaction};
 
 /// A session's clock, as stored.
@@ -83,28 +84,39 @@ async fn delete_cost(transaction: &mut Transaction<'static, Any>, run_id: &str) 
     Ok(())
 }
 
-/// Number of clocks in one statement: each has six parameters, and SQLite takes 32,766.
-const CLOCKS_A_STATEMENT: usize = 1000;
+/// A session's clock for [`Store::save_clocks`].
+#[derive(Clone, Debug)]
+pub(crate) struct SavedClock {
+    /// The session.
+    pub(crate) session_id: String,
+    /// The epoch of its owner.
+    pub(crate) epoch: i64,
+    /// Its clock.
+    pub(crate) clock: ClockRow,
+}
+
+/// Number of clocks in one statement: each has seven parameters, and SQLite takes 32,766.
+const CLOCKS_A_STATEMENT: usize = 200;
 
 /// Two clocks are equal up to rounding, s.
 const ROUNDING_S: f64 = 1e-6;
 
 impl Store {
-    /// Saves the clocks of open sessions, in one statement for all. A session that has saved a later clock itself, with a result or a
+    /// Saves the clocks of open sessions, in one statement for all. It skips sessions that have another owner. A session that has saved a later clock itself, with a result or a
     /// refund, keeps that one: the sum of time spent and time given back never falls, nor does the time given back.
-    pub(crate) async fn save_clocks(&self, clocks: &[(String, ClockRow)]) -> Result<(), StoreError> {
+    pub(crate) async fn save_clocks(&self, clocks: &[SavedClock]) -> Result<(), StoreError> {
         for clocks in clocks.chunks(CLOCKS_A_STATEMENT) {
             let row = |k: usize| {
-                let at = 6 * k;
-                format!("(${}, ${}, ${}, ${}, ${}, ${})", at + 1, at + 2, at + 3, at + 4, at + 5, at + 6)
+                let places: Vec<String> = (7 * k + 1..=7 * k + 7).map(|place| format!("${place}")).collect();
+                format!("({})", places.join(", "))
             };
             let rows: Vec<String> = (0..clocks.len()).map(row).collect();
             // Both databases name the columns of VALUES so.
             let sql = format!(
                 "UPDATE sessions SET clock_started = saved.column2, clock_wall_s = saved.column3, \
                  clock_simulated_s = saved.column4, refunded_s = saved.column5, run_from_s = saved.column6 \
-                 FROM (VALUES {}) AS saved WHERE sessions.session_id = saved.column1 AND sessions.status = 'open' \
-                 AND sessions.refunded_s <= saved.column5 + {ROUNDING_S} \
+                 FROM (VALUES {}) AS saved WHERE sessions.session_id = saved.column1 AND sessions.epoch = saved.column7 \
+                 AND sessions.status = 'open' AND sessions.refunded_s <= saved.column5 + {ROUNDING_S} \
                  AND CASE WHEN clock_wall_s > clock_simulated_s THEN clock_wall_s ELSE clock_simulated_s END + refunded_s \
                  <= CASE WHEN saved.column3 > saved.column4 THEN saved.column3 ELSE saved.column4 END + saved.column5 \
                  + {ROUNDING_S}",
@@ -112,16 +124,16 @@ impl Store {
             );
             // The statement depends on the number of clocks: it is not kept.
             let mut query = sqlx::query(sqlx::AssertSqlSafe(sql)).persistent(false);
-            for (session_id, clock) in clocks {
+            for SavedClock { session_id, epoch, clock } in clocks {
                 query = query
                     .bind(session_id.clone())
                     .bind(i64::from(clock.started))
                     .bind(clock.wall_s)
                     .bind(clock.simulated_s)
                     .bind(clock.refunded_s);
-                query = bind_double(query, clock.run_from_s);
+                query = bind_double(query, clock.run_from_s).bind(*epoch);
             }
-            query.execute(&self.pool).await?;
+            query.execute(&self.pool()).await?;
         }
         Ok(())
     }
@@ -129,12 +141,12 @@ impl Store {
     /// Saves the clock of an open session. It includes the refunds of `refunded_runs`.
     pub(crate) async fn save_clock(
         &self,
-        session_id: &str,
+        held: &Held,
         clock: &ClockRow,
         refunded_runs: &[String],
     ) -> Result<(), StoreError> {
-        let mut transaction = self.write().await?;
-        write_clock(&mut transaction, session_id, clock).await?;
+        let mut transaction = self.fenced(held).await?;
+        write_clock(&mut transaction, &held.session_id, clock).await?;
         for run_id in refunded_runs {
             delete_cost(&mut transaction, run_id).await?;
         }
@@ -143,7 +155,7 @@ impl Store {
 
     /// Costs of a session's void runs that are not refunded yet.
     pub(crate) async fn pending_refunds(&self, session_id: &str) -> Result<Vec<RunCost>, StoreError> {
-        Ok(sqlx::query_as(PENDING_REFUNDS).bind(session_id).fetch_all(&self.pool).await?)
+        Ok(sqlx::query_as(PENDING_REFUNDS).bind(session_id).fetch_all(&self.pool()).await?)
     }
 
     /// The sessions with pending refunds.
@@ -152,7 +164,7 @@ impl Store {
             "SELECT DISTINCT session_id FROM runs WHERE status = 'voided' AND taken_wall_s IS NOT NULL \
              ORDER BY session_id",
         );
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// Gives pending refunds to a session that is not open in this process. `refund` computes the clock from the session's length and

@@ -133,24 +133,25 @@ async fn a_clock_outlives_the_process() {
         store.begin_session(&NewSession { mode: "practice", ..unlimited }, None).await.expect("session");
         let mut clock = ClockRow { started: true, wall_s: 12.25, simulated_s: 3.5, ..ClockRow::default() };
         // None and Some in turn: both go through the same prepared statement.
-        store.save_clock("s", &clock, &[]).await.expect("saves");
+        store.save_clock(&held("s"), &clock, &[]).await.expect("saves");
         clock.run_from_s = Some(10.5);
         clock.refunded_s = 1.125;
-        store.save_clock("s", &clock, &[]).await.expect("saves");
+        store.save_clock(&held("s"), &clock, &[]).await.expect("saves");
         assert!(store.pause_session("s", true, &entry("session.pause", "s")).await.expect("pauses"));
         assert!(!store.pause_session("s", true, &entry("session.pause", "s")).await.expect("is"));
         store.close().await;
 
         let store = place.open().await;
-        store.abort_open_runs().await.expect("aborts");
-        let found = store.load_resumable_sessions().await.expect("query");
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert_eq!((found[0].clock, found[0].limit_s, found[0].paused), (clock, Some(1800.0), true));
+        store.end_lost_practice().await.expect("ends");
+        let taken = store.take_sessions(usize::MAX, None).await.expect("takes");
+        assert_eq!(taken.len(), 1, "{taken:?}");
+        let found = store.resumable_session(&taken[0]).await.expect("query").expect("it is open");
+        assert_eq!((found.clock, found.limit_s, found.paused), (clock, Some(1800.0), true));
         assert!(store.pause_session("s", false, &entry("session.resume", "s")).await.expect("goes on"));
         assert!(store.grant_time("s", 60.0, &entry("session.grant", "s")).await.expect("grants"));
         assert_eq!(store.session("s").await.expect("query").and_then(|s| s.limit_s), Some(1860.0));
-        store.end_session("s").await.expect("ends");
-        assert!(store.load_resumable_sessions().await.expect("query").is_empty());
+        store.end_session(&taken[0]).await.expect("ends");
+        assert!(store.take_sessions(usize::MAX, None).await.expect("takes").is_empty());
         store.close().await;
     }
 }
@@ -159,7 +160,7 @@ async fn a_clock_outlives_the_process() {
 async fn the_clocks_of_all_sessions_are_saved_at_once_but_no_later_one_is_lost() {
     for place in places().await {
         let store = place.open().await;
-        let names: Vec<String> = (0..1100).map(|k| format!("s{k}")).collect();
+        let names: Vec<String> = (0..202).map(|k| format!("s{k}")).collect();
         for name in &names {
             store.begin_session(&session(name, name), None).await.expect("session");
         }
@@ -170,27 +171,43 @@ async fn the_clocks_of_all_sessions_are_saved_at_once_but_no_later_one_is_lost()
             refunded_s,
             run_from_s,
         };
-        let saved = async || {
-            let found = store.load_resumable_sessions().await.expect("query");
-            let clock = |name: &str| found.iter().find(|s| s.session_id == name).map(|s| s.clock);
-            ["s0", "s1", "s2", "s1099"].map(clock)
+        let save = async |clocks: &[(&str, ClockRow)]| {
+            let saved = |&(name, clock): &(&str, ClockRow)| SavedClock {
+                session_id: name.into(),
+                epoch: held(name).epoch,
+                clock,
+            };
+            store.save_clocks(&clocks.iter().map(saved).collect::<Vec<_>>()).await.expect("saves");
         };
-        store.save_clocks(&[]).await.expect("saves nothing");
+        let saved = async |name: &str| {
+            store.resumable_session(&held(name)).await.expect("query").map(|session| session.clock)
+        };
+        save(&[]).await;
         let first = [clock(10.0, 3.0, 0.0, None), clock(0.5, 9.5, 0.0, Some(9.5))];
-        let all: Vec<_> = names.iter().enumerate().map(|(k, name)| (name.clone(), first[k % 2])).collect();
-        store.save_clocks(&all).await.expect("saves");
-        assert_eq!(saved().await, [0, 1, 0, 1].map(|k| Some(first[k])));
-        // These two sessions save a refund and a result; then come the clocks that were read before.
+        let all: Vec<_> = names.iter().enumerate().map(|(k, name)| (name.as_str(), first[k % 2])).collect();
+        save(&all).await;
+        for (name, clock) in [all[0], all[1], all[200], all[201]] {
+            assert_eq!(saved(name).await, Some(clock), "{name}");
+        }
+        // Two sessions save a refund and a result, one ends; then come the clocks that were read before.
         let (refund, result) = (clock(8.0, 3.0, 2.0, None), clock(0.7, 19.5, 0.0, None));
-        store.save_clock("s0", &refund, &[]).await.expect("saves");
-        store.save_clock("s1", &result, &[]).await.expect("saves");
-        store.end_session("s2").await.expect("ends");
+        store.save_clock(&held("s0"), &refund, &[]).await.expect("saves");
+        store.save_clock(&held("s1"), &result, &[]).await.expect("saves");
+        store.end_session(&held("s2")).await.expect("ends");
         let later = clock(11.0, 9.5, 0.0, None);
-        store.save_clocks(&[all[0].clone(), all[1].clone(), ("s1099".into(), later)]).await.expect("saves");
-        assert_eq!(saved().await, [Some(refund), Some(result), None, Some(later)]);
+        save(&[all[0], all[1], ("s2", later), ("s3", later)]).await;
+        for (name, clock) in [("s0", refund), ("s1", result), ("s3", later)] {
+            assert_eq!(saved(name).await, Some(clock), "{name}");
+        }
+        assert_eq!(store.session("s2").await.expect("query").map(|session| session.clock_wall_s), Some(10.0));
         let later = [clock(8.5, 3.0, 2.0, None), clock(20.0, 19.5, 0.0, Some(20.0))];
-        store.save_clocks(&[("s0".into(), later[0]), ("s1".into(), later[1])]).await.expect("saves");
-        assert_eq!(saved().await[..2], later.map(Some));
+        save(&[("s0", later[0]), ("s1", later[1])]).await;
+        assert_eq!((saved("s0").await, saved("s1").await), (Some(later[0]), Some(later[1])));
+        // Another owner.
+        let epoch = held("s4").epoch + 1;
+        let stale = SavedClock { session_id: "s4".into(), epoch, clock: later[0] };
+        store.save_clocks(&[stale]).await.expect("saves nothing");
+        assert_eq!(saved("s4").await, Some(first[0]));
         store.close().await;
     }
 }
@@ -218,8 +235,8 @@ async fn a_void_run_is_refunded_once() {
         for run in ["one", "three"] {
             assert!(store.void_run(run, &entry("run.void", run)).await.expect("voids"));
         }
-        store.end_session("s-one").await.expect("ends");
-        store.end_session("s-three").await.expect("ends");
+        store.end_session(&held("s-one")).await.expect("ends");
+        store.end_session(&held("s-three")).await.expect("ends");
         store.close().await;
 
         // The refund is still pending in the next process.
@@ -228,7 +245,7 @@ async fn a_void_run_is_refunded_once() {
         let pending = store.pending_refunds("s-one").await.expect("query");
         assert_eq!(pending, [RunCost { run_id: "one".into(), wall_s: 1.5, simulated_s: 3.25 }]);
         // Refunded by an open session, with its clock.
-        store.save_clock("s-one", &ClockRow::default(), &["one".into()]).await.expect("saves");
+        store.save_clock(&held("s-one"), &ClockRow::default(), &["one".into()]).await.expect("saves");
         assert!(store.pending_refunds("s-one").await.expect("query").is_empty());
         // Refunded in the database alone: once, and reopened only with `reopen` and without another session.
         for (reopen, revived) in [(false, true), (true, true), (true, true)] {
@@ -250,7 +267,7 @@ async fn a_refunded_session_opens_again_unless_its_team_has_another() {
         for (k, run) in ["one", "two"].into_iter().enumerate() {
             begin_in(&store, "official", "crabs", "balls", run, Some(k as u64 + 1), Sensing::Truth).await;
             finish(&store, run, 1.0, "provisional").await;
-            store.end_session(&format!("s-{run}")).await.expect("ends");
+            store.end_session(&held(&format!("s-{run}"))).await.expect("ends");
             assert!(store.void_run(run, &entry("run.void", run)).await.expect("voids"));
         }
         for (session, becomes) in [("s-one", "open"), ("s-two", "ended")] {
@@ -274,13 +291,15 @@ async fn a_result_and_the_clock_after_it_are_stored_together() {
         begin_in(&store, "official", "crabs", "balls", "r", Some(1), Sensing::Truth).await;
         let clock = ClockRow { started: true, wall_s: 9.5, simulated_s: 4.25, ..ClockRow::default() };
         let run = FinishedRunRow {
+            held: &held("s-r"),
+            replay: None,
             run_id: "r",
             status: "provisional",
             outcome: &outcome(1.0),
             note: None,
             missed_ticks: 0,
             cost_s: (2.0, 4.25),
-            clock: Some(("s-r", clock)),
+            clock: Some(clock),
         };
         store.finish_run(&run).await.expect("finish");
         let row = store.session("s-r").await.expect("query").expect("there");
@@ -296,8 +315,9 @@ async fn verification_decides_what_counts() {
         for (k, (run_id, score)) in [("good", 2.0), ("false", 5.0), ("void", 7.0)].into_iter().enumerate() {
             begin_in(&store, "official", "crabs", "balls", run_id, Some(k as u64 + 1), Sensing::Sensors)
                 .await;
-            assert_eq!(finish(&store, run_id, score, "provisional").await, "provisional");
-            store.set_replay(run_id, &format!("replays/{run_id}.mcap"), "ef").await.expect("notes");
+            let path = format!("replays/{run_id}.mcap");
+            let replay = Some((path.as_str(), "ef"));
+            assert_eq!(finish_with(&store, run_id, score, "provisional", replay).await, "provisional");
         }
         begin_in(&store, "official", "eels", "balls", "seen", Some(1), Sensing::Truth).await;
         finish(&store, "seen", 3.0, "provisional").await;
