@@ -1,6 +1,6 @@
 //! Official clocks over crashes, restarts and backups.
 
-use crate::harness::{Client, Official, official_reset};
+use crate::harness::{Client, Official, RULES, get, official_reset};
 use serde_json::{Value, json};
 use sqlx::ConnectOptions;
 use sqlx::sqlite::SqliteConnectOptions;
@@ -53,6 +53,39 @@ async fn time_without_a_run_is_in_a_backup_and_outlives_a_crash() {
         let most_s = after_s + up.elapsed().as_secs_f64() + 1.0;
         assert!((before_s..most_s).contains(&restored_s), "{before_s} {restored_s} {most_s}");
     }
+}
+
+#[tokio::test]
+async fn the_clock_is_stopped_while_a_team_waits_for_a_place() {
+    let rules = format!("{RULES}max_worlds = 1\n");
+    let cup = Official::start_on(TempDir::new().expect("temporary directory"), &rules, None);
+    let (crabs, eels) = (cup.team("crabs"), cup.team("eels"));
+    cup.open();
+    let mut first = idle(&cup, &crabs).await;
+    let (mut second, _, _) = cup.playing(&eels).await;
+    // The first team is refused. Until it asks again, its clock does not move.
+    let refused = first.refused(official_reset(), "capacity").await;
+    assert!(
+        refused["message"].as_str().is_some_and(|text| text.contains("0 sessions wait before")),
+        "{refused}"
+    );
+    let stopped_s = elapsed_s(&mut first).await;
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    first.refused(official_reset(), "capacity").await;
+    assert_eq!(elapsed_s(&mut first).await, stopped_s);
+    assert!(get(&cup.server, "/metrics").body.contains("palmares_sessions_waiting 1\n"));
+    // The second one stops. The free place is for the team that waits.
+    second.ask(json!({"op": "stop"})).await;
+    let refused = second.refused(official_reset(), "capacity").await;
+    assert!(
+        refused["message"].as_str().is_some_and(|text| text.contains("1 sessions wait before")),
+        "{refused}"
+    );
+    let obs = first.settled(official_reset()).await;
+    assert_eq!(obs["op"], "obs", "{obs}");
+    let played_s = elapsed_s(&mut first).await;
+    tokio::time::sleep(Duration::from_millis(50)).await;
+    assert!(elapsed_s(&mut first).await > played_s.max(stopped_s), "it runs again");
 }
 
 /// Wall-clock time of the teams' sessions in a backup, s.

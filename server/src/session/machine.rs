@@ -107,6 +107,11 @@ impl Machine {
         self.clock.resume(now);
     }
 
+    /// Stops the clock until this moment: the session waits for a place. The present moment lets it run.
+    pub(crate) fn hold(&mut self, until: Duration, now: Duration) {
+        self.clock.hold(until, now);
+    }
+
     /// An organizer gives the session more time.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
         self.clock.grant(seconds, now);

@@ -5,7 +5,7 @@ use super::machine::Playing;
 use super::run_inputs::{self, RunKey};
 use super::session::{OpenRun, Session};
 use crate::archive::Recording;
-use crate::compute::admission::Admitted;
+use crate::compute::admission::{Admitted, WAIT, WorldRequest};
 use crate::compute::background::JobError;
 use crate::config::settings::MAX_REPEAT;
 use crate::store::{NewRun, unix_ms};
@@ -107,7 +107,7 @@ impl Session {
         self.shared.competition.sensing.check_sensing(&task.name, reset.sensing)?;
         let (hand, hand_sha256) = run_inputs::hand(&shared, &team, &reset.hand).await?;
         let shots = shots(task, &hand, &reset.cameras, reset.sensing).map_err(bad_camera)?;
-        let admitted = shared.compute.admit(reset.mode, self.official)?;
+        let admitted = self.place(reset.mode)?;
         let run_id = format!("run_{}", random_hex(8)?);
         let key = self.stored(run_inputs::run_key(&shared, &team, task, reset.seed)).await?;
         let (k, task) = (key.k, task.clone());
@@ -125,6 +125,16 @@ impl Session {
             }
             Err(refusal) => Err(refusal),
         }
+    }
+
+    /// Takes a place for a world. The clock is stopped while the session waits for one.
+    fn place(&mut self, mode: Mode) -> Result<Admitted, Refusal> {
+        let request = WorldRequest { session_id: &self.session_id, mode, official: self.official };
+        let admitted = self.shared.compute.admit(request);
+        let now = self.now();
+        self.machine.hold(if admitted.is_ok() { now } else { now + WAIT }, now);
+        self.show_clock();
+        admitted
     }
 
     /// Builds the world of a run and stores the run as open.
@@ -301,7 +311,7 @@ impl Session {
     /// The message for an observation.
     fn obs(&self, id: Option<u64>, run_id: String, observation: Observation) -> Obs {
         let session_left_s = self.left_s();
-        Obs { id, run_id, session_left_s, observation, late_s: None, run: None, scene: None }
+        Obs { id, run_id, session_left_s, observation, late_s: None, resumed: false, run: None, scene: None }
     }
 
     /// Advances a lockstep world.

@@ -53,7 +53,8 @@ impl Sessions {
     /// The gauges of the metrics; `unverified` comes from the database.
     pub(crate) fn gauges(&self, unverified: usize) -> Gauges {
         Gauges {
-            worlds: self.compute.admission.open().all(),
+            worlds: self.compute.admission.open(),
+            waiting: self.compute.admission.waiting(),
             sessions: self.registry.len(),
             viewers: self.hub.viewers(),
             unverified,
