@@ -9,6 +9,7 @@ use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, Saving, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
+use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
 use crate::store::{Held, ResumableSession, Store, unix_ms};
@@ -27,6 +28,10 @@ use tokio::sync::oneshot;
 
 /// Time until the next attempt to store a result.
 const RETRY: Duration = Duration::from_secs(1);
+
+/// Held while sessions are taken over.
+#[derive(Debug, Default)]
+pub(crate) struct Adopting(pub(super) tokio::sync::Mutex<()>);
 
 /// The parts that all sessions share.
 #[derive(Debug)]
@@ -47,6 +52,10 @@ pub(crate) struct Sessions {
     pub(crate) clocks: Arc<SessionClocks>,
     /// The open sessions.
     pub(crate) registry: Registry<Session>,
+    /// This server's right to them.
+    pub(crate) lease: Arc<Lease>,
+    /// Held while sessions are taken over.
+    pub(crate) adopting: Adopting,
 }
 
 impl Sessions {

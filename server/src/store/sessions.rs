@@ -230,7 +230,7 @@ impl Store {
         )
         .bind(seconds)
         .bind(session_id);
-        self.recorded(entry).await?.change_one(change).await
+        self.recorded(entry).await?.with_seconds(seconds).await?.change_one(change).await
     }
 
     /// Ends an open session by an organizer's command; false if it is not open.
@@ -262,6 +262,14 @@ impl Store {
              AND token_hash IS NOT NULL ORDER BY created_at LIMIT 1",
         );
         Ok(query.bind(team).fetch_optional(&self.pool()).await?)
+    }
+
+    /// The open official session with this hash of its resume token.
+    pub(crate) async fn open_session_by_token(&self, token_hash: &str) -> Result<Option<String>, StoreError> {
+        let query = sqlx::query_scalar(
+            "SELECT session_id FROM sessions WHERE token_hash = $1 AND mode = 'official' AND status = 'open' LIMIT 1",
+        );
+        Ok(query.bind(token_hash.to_owned()).fetch_optional(&self.pool()).await?)
     }
 
     /// Replaces the resume token of a session.
