@@ -54,7 +54,10 @@ def upgrade(
         report = finish(fleet, [])
         # A host with another engine, while the competition is open.
         report |= {"ended_s": ended, "other_engine_refused": refuses_other_engine(fleet)}
-    holds = all(report[name] == 0 for name in (*ZERO, "runs_lost")) and report["acknowledged"] > 0
+    holds = (
+        all(report[name] == 0 for name in (*ZERO, "runs_lost", "runs_cut", "unacknowledged"))
+        and report["acknowledged"] > 0
+    )
     holds = holds and report["pause_p99_s"] < PAUSE_P99_S and report["other_engine_refused"] is not False
     return report, holds
 

@@ -89,7 +89,12 @@ impl Machine {
 
     /// The clock from which a later process continues: while a run is open, the clock before that run.
     pub(crate) fn saved(&self, now: Duration) -> ClockState {
-        if self.playing().is_some() { self.clock_before_run } else { self.clock.state(now) }
+        self.before_run().unwrap_or_else(|| self.clock.state(now))
+    }
+
+    /// The clock before the open run, without the cost of its reset.
+    pub(crate) fn before_run(&self) -> Option<ClockState> {
+        self.playing().map(|_| self.clock_before_run)
     }
 
     /// An organizer stops the clock.
@@ -100,6 +105,11 @@ impl Machine {
     /// An organizer continues the clock.
     pub(crate) fn resume(&mut self, now: Duration) {
         self.clock.resume(now);
+    }
+
+    /// Stops the clock until this moment: the session waits for a place. The present moment lets it run.
+    pub(crate) fn hold(&mut self, until: Duration, now: Duration) {
+        self.clock.hold(until, now);
     }
 
     /// An organizer gives the session more time.

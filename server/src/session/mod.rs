@@ -18,6 +18,7 @@ mod refunds;
 mod registry;
 mod run;
 mod run_inputs;
+mod saving;
 #[expect(clippy::module_inception, reason = "the folder is about sessions, the file about one")]
 mod session;
 mod waiting;

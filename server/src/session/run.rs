@@ -5,7 +5,7 @@ use super::machine::Playing;
 use super::run_inputs::{self, RunKey};
 use super::session::{OpenRun, Session};
 use crate::archive::Recording;
-use crate::compute::admission::Admitted;
+use crate::compute::admission::{Admitted, WAIT, WorldRequest};
 use crate::compute::background::JobError;
 use crate::config::settings::MAX_REPEAT;
 use crate::store::{NewRun, unix_ms};
@@ -86,13 +86,14 @@ impl Session {
         let opened = self.open(id, reset).await;
         if opened.as_ref().is_err_and(|refusal| refusal.code == Code::Internal) {
             self.machine.refund_since(before, self.now());
+            self.show_clock();
         }
         opened
     }
 
     async fn open(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
         self.machine.may_reset(self.now())?;
-        let (shared, team) = (self.shared.clone(), &self.team);
+        let (shared, team) = (self.shared.clone(), self.team.clone());
         let task = shared.competition.task(&reset.task).ok_or_else(|| {
             let known = names(shared.competition.tasks.iter().map(|task| task.name.as_str()));
             let message = format!("no task `{}`; there are: {known}", shortened(&reset.task));
@@ -104,11 +105,11 @@ impl Session {
         }
         let noise = self.shared.competition.sensing.noise(reset.noise)?;
         self.shared.competition.sensing.check_sensing(&task.name, reset.sensing)?;
-        let (hand, hand_sha256) = run_inputs::hand(&shared, team, &reset.hand).await?;
+        let (hand, hand_sha256) = run_inputs::hand(&shared, &team, &reset.hand).await?;
         let shots = shots(task, &hand, &reset.cameras, reset.sensing).map_err(bad_camera)?;
-        let admitted = shared.compute.admit(reset.mode, self.official)?;
+        let admitted = self.place(reset.mode)?;
         let run_id = format!("run_{}", random_hex(8)?);
-        let key = run_inputs::run_key(&shared, team, task, reset.seed).await?;
+        let key = self.stored(run_inputs::run_key(&shared, &team, task, reset.seed)).await?;
         let (k, task) = (key.k, task.clone());
         let (mode, sensing) = (reset.mode, reset.sensing);
         let task_of = task.clone();
@@ -117,13 +118,23 @@ impl Session {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
             // The scene was not shown: the next run gets the number.
             Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
-                match run_inputs::give_back_number(&shared, &self.team, &task, k).await {
+                match run_inputs::give_back_number(&shared, &team, &task, k).await {
                     Err(failed) if refusal.code == Code::HandInTheWay => Err(failed),
                     _ => Err(refusal),
                 }
             }
             Err(refusal) => Err(refusal),
         }
+    }
+
+    /// Takes a place for a world. The clock is stopped while the session waits for one.
+    fn place(&mut self, mode: Mode) -> Result<Admitted, Refusal> {
+        let request = WorldRequest { session_id: &self.session_id, mode, official: self.official };
+        let admitted = self.shared.compute.admit(request);
+        let now = self.now();
+        self.machine.hold(if admitted.is_ok() { now } else { now + WAIT }, now);
+        self.show_clock();
+        admitted
     }
 
     /// Builds the world of a run and stores the run as open.
@@ -227,7 +238,8 @@ impl Session {
             build_hash: own.build_hash,
             header: None,
         };
-        self.shared.store.begin_run(&self.held, &row).await.map_err(store_failed("the run"))?;
+        let (shared, held) = (self.shared.clone(), self.held.clone());
+        self.stored(shared.store.begin_run(&held, &row)).await.map_err(store_failed("the run"))?;
         if new.sensing == Sensing::Truth {
             // The team no longer uses sensors only.
             self.shared.hub.ranking_changed();
@@ -300,7 +312,7 @@ impl Session {
     /// The message for an observation.
     fn obs(&self, id: Option<u64>, run_id: String, observation: Observation) -> Obs {
         let session_left_s = self.left_s();
-        Obs { id, run_id, session_left_s, observation, late_s: None, run: None, scene: None }
+        Obs { id, run_id, session_left_s, observation, late_s: None, resumed: false, run: None, scene: None }
     }
 
     /// Advances a lockstep world.

@@ -41,7 +41,7 @@ mod verification;
 
 pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
-pub(crate) use clocks::{ClockRow, RefundedClock, RunCost};
+pub(crate) use clocks::{ClockRow, RefundedClock, RunCost, SavedClock};
 pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
