@@ -7,6 +7,7 @@ use super::machine::{Machine, Playing};
 use super::run_inputs;
 use super::session::{OpenRun, Session, SessionIds, Sessions};
 use crate::clock::{ClockState, Spent};
+use crate::compute::admission::WorldRequest;
 use crate::fleet::continued_run::ContinuedRun;
 use crate::store::{Held, InterruptedRun, ResumableSession};
 use crate::watch::messages::WatchRun;
@@ -58,7 +59,8 @@ impl Sessions {
         let shipped = self.store.shipped_run(&run.run_id).await?;
         let continued =
             ContinuedRun { header: header.clone(), task: task.clone(), hand: hand.clone(), shipped };
-        let admitted = self.compute.admit_continued(mode);
+        let request = WorldRequest { session_id: &held.session_id, mode, official: true };
+        let admitted = self.compute.admit_continued(request);
         let opened = continued.open(admitted, &self.compute.background, Some(recorder), observers).await?;
         let tick = opened.observation.tick;
         let playing = Playing {
@@ -98,22 +100,17 @@ impl Sessions {
         session.recording = Some(recording);
         session.gate = Some(gate.clone());
         session.standing = Some(row.paused);
+        session.went_back = mode == Mode::Realtime;
         session.open_run = match mode {
             Mode::Lockstep => OpenRun::Lockstep(Box::new(opened.world)),
             Mode::Realtime => {
-                let live = RealtimeWorld::standing(
-                    opened.world,
-                    hand,
-                    task.tick_s,
-                    true,
-                    Some(gate),
-                    &self.compute,
-                );
+                let live =
+                    RealtimeWorld::standing(opened.world, hand, task.tick_s, true, Some(gate), &self.compute);
                 session.stream = Some(live.clone());
                 OpenRun::Realtime(live)
             }
         };
-        self.clocks.show(&held.session_id, session.machine.clock());
+        session.show_clock();
         self.store.count_move(held, &run.run_id).await?;
         tracing::warn!(
             session = held.session_id,
@@ -126,6 +123,31 @@ impl Sessions {
 }
 
 impl Session {
+    /// Stores no more ticks of the open run. With `delete` those that are stored are deleted: the result is stored.
+    pub(super) fn forget_ticks(&mut self, delete: bool) {
+        if let Some(run) = self.machine.playing() {
+            let run_id = run.run_id.clone();
+            self.forget_ticks_of(&run_id, delete);
+        }
+    }
+
+    /// The same for a run of this id.
+    pub(super) fn forget_ticks_of(&mut self, run_id: &str, delete: bool) {
+        if self.gate.take().is_none() {
+            return;
+        }
+        let (sessions, held, run_id) = (self.shared.clone(), self.held.clone(), run_id.to_owned());
+        // It waits for a statement in progress; nobody waits for this.
+        tokio::spawn(async move {
+            if let Some(shipper) = &sessions.shipper {
+                shipper.forget(&run_id, &held).await;
+            }
+            if delete && let Err(error) = sessions.store.delete_shipped_run(&run_id).await {
+                tracing::warn!(%error, run = run_id, "the stored ticks of a finished run were not deleted");
+            }
+        });
+    }
+
     /// Lets a continued run go on: its client is back, or has been away for too long.
     pub(super) async fn go_on(&mut self) {
         let Some(paused) = self.standing.take() else { return };

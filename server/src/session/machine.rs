@@ -78,6 +78,18 @@ impl Machine {
         Self::with(SessionClock::restored(limit_s, state, paused, now))
     }
 
+    /// A session of another host with its open run, as at the run's last stored tick. The clock stops.
+    pub(crate) fn continued(
+        limit_s: Option<f64>,
+        before_run: ClockState,
+        in_run: &ClockState,
+        run: Playing,
+        now: Duration,
+    ) -> Self {
+        let machine = Self::with(SessionClock::restored(limit_s, in_run, true, now));
+        Machine { run: RunState::Playing(run), clock_before_run: before_run, ..machine }
+    }
+
     fn with(clock: SessionClock) -> Self {
         Machine { clock, run: RunState::Idle, clock_before_run: ClockState::default(), reset_cost_s: 0.0 }
     }

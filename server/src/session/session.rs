@@ -10,6 +10,7 @@ use crate::clock::{ClockState, Saving, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::fleet::lease::Lease;
+use crate::fleet::shipper::Shipper;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
 use crate::store::{Held, ResumableSession, Store, unix_ms};
@@ -55,6 +56,8 @@ pub(crate) struct Sessions {
     pub(crate) registry: Registry<Session>,
     /// This server's right to them.
     pub(crate) lease: Arc<Lease>,
+    /// Stores the ticks of official runs, so that another host can continue them; None without a fleet.
+    pub(crate) shipper: Option<Shipper>,
     /// Held while sessions are taken over.
     pub(crate) adopting: Adopting,
 }
@@ -96,6 +99,10 @@ pub(crate) struct Session {
     pub(super) recording: Option<Recording>,
     /// Bounds the ticks of the open run that a failure of this host takes back; None if no other host can continue the run.
     pub(super) gate: Option<Gate>,
+    /// A continued run stands until its client is back; then whether an organizer has paused the session.
+    pub(super) standing: Option<bool>,
+    /// Whether the run has gone back to its last stored tick since the last observation of a realtime run.
+    pub(super) went_back: bool,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
     inbox: Inbox<Session>,
@@ -175,6 +182,8 @@ impl Session {
             upcoming: Vec::new(),
             recording: None,
             gate: None,
+            standing: None,
+            went_back: false,
             unstored: None,
             inbox,
             refunded_runs: Vec::new(),
@@ -281,6 +290,7 @@ impl Session {
             // Dropped: it ticks no more.
             drop(live.take(None));
         }
+        self.forget_ticks(false);
         self.shared.registry.remove(&self.token_hash, &self.session_id);
         self.shared.clocks.remove(&self.session_id);
         tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");

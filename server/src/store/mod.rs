@@ -55,7 +55,7 @@ pub(crate) use number::unix_ms;
 pub(crate) use run_actions::{
     OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
 };
-pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
+pub(crate) use runs::{FinishedRunRow, InterruptedRun, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
