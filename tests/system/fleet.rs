@@ -4,6 +4,7 @@ use crate::harness::{
     Client, Official, RULES, assert_error, official_reset as reset, postgres_database, program,
 };
 use serde_json::{Value, json};
+use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
