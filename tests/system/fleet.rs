@@ -268,8 +268,11 @@ async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
     // Another one: a host that stops in good order loses no tick.
     let third = {
         let folder = TempDir::new().expect("temporary directory");
-        keys.iter()
-            .for_each(|(file, bytes)| std::fs::write(folder.path().join(file), bytes).expect("written"));
+        for (file, bytes) in &keys {
+            let path = folder.path().join(file);
+            std::fs::write(&path, bytes).expect("written");
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("private");
+        }
         let port = free_port();
         let listen = format!("127.0.0.1:{port}");
         Official::start_with(folder, &rules("h3", port), Some(url), &["--listen", &listen])
