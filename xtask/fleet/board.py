@@ -58,10 +58,11 @@ def numbers(postgres: bool, first: int, end: int) -> str:
 def inserts(postgres: bool, teams: int, runs: int) -> list[str]:
     """Return the statements that fill the database."""
     finished, opened = ROW.format(teams=teams, **FINISHED), ROW.format(teams=teams, **OPEN)
+    end = runs + 2 * TURNS * FINISHES
     return [
         SESSION,
         f"INSERT INTO runs ({COLUMNS}) SELECT {finished} FROM {numbers(postgres, 0, runs)}",
-        f"INSERT INTO runs ({COLUMNS}) SELECT {opened} FROM {numbers(postgres, runs, runs + 2 * TURNS * FINISHES)}",
+        f"INSERT INTO runs ({COLUMNS}) SELECT {opened} FROM {numbers(postgres, runs, end)}",
         "ANALYZE",
     ]
 
@@ -149,10 +150,8 @@ class Database:
         if self.postgres:
             self.postgres.sql(f"ALTER TABLE runs {'ENABLE' if kept else 'DISABLE'} TRIGGER USER")
         elif self.sqlite and not kept:
-            rows = self.sqlite.execute(
-                "SELECT name, sql FROM sqlite_master WHERE tbl_name = 'runs' AND type = 'trigger'"
-            )
-            for name, sql in rows.fetchall():
+            triggers = "SELECT name, sql FROM sqlite_master WHERE tbl_name = 'runs' AND type = 'trigger'"
+            for name, sql in self.sqlite.execute(triggers).fetchall():
                 self.triggers.append(sql)
                 self.sqlite.execute(f"DROP TRIGGER {name}")
         elif self.sqlite:
