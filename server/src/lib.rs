@@ -20,6 +20,7 @@ mod names;
 mod problem;
 mod restore;
 mod rules;
+mod schedule;
 pub mod schema;
 mod session;
 mod state;

@@ -77,6 +77,7 @@ pub(super) async fn app(
         lifecycle: lifecycle.clone(),
         clocks: clocks.clone(),
         registry: Default::default(),
+        following: Default::default(),
     });
     let secrets =
         vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];

@@ -87,6 +87,7 @@ pub(super) async fn entry(
         }
         CompetitionPhase::Revealed => return Err(Refusal::new(Code::WrongState, "the competition is over")),
     }
+    sessions.slot_now(&team).await?;
     let (limit_s, max_sessions) =
         (sessions.competition.rules.session_s, Some(sessions.competition.rules.sessions_per_team));
     Ok(Entry { team, client_version, limit_s, mode: "official", max_sessions, note: None })

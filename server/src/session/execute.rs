@@ -15,11 +15,18 @@ impl Session {
         let (over, mut reply) = (matches!(command, Command::End { .. }), None);
         let result = match command {
             Command::Pause => {
-                self.pause();
+                self.machine.pause(self.now());
+                self.follow_clock().await;
                 Ok(())
             }
             Command::Resume => {
-                self.unpause().await;
+                self.machine.resume(self.now());
+                self.follow_clock().await;
+                Ok(())
+            }
+            Command::PauseCompetition(paused) => {
+                self.machine.set_competition_paused(paused, self.now());
+                self.follow_clock().await;
                 Ok(())
             }
             Command::Grant { seconds } => {
@@ -38,16 +45,12 @@ impl Session {
         (over, reply)
     }
 
-    fn pause(&mut self) {
-        self.machine.pause(self.now());
-        if let OpenRun::Realtime(live) = &self.open_run {
+    /// Stops or continues a realtime world, as the clock is.
+    async fn follow_clock(&mut self) {
+        let OpenRun::Realtime(live) = &self.open_run else { return };
+        if self.machine.clock().is_paused() {
             live.pause();
-        }
-    }
-
-    async fn unpause(&mut self) {
-        self.machine.resume(self.now());
-        if let OpenRun::Realtime(live) = &self.open_run {
+        } else {
             let (live, compute) = (live.clone(), self.shared.compute.clone());
             // Blocks while a tick is in progress.
             let resumed = spawn_blocking(move || live.resume(&compute.pacer)).await;

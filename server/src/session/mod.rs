@@ -7,6 +7,7 @@
 mod begin;
 mod command;
 mod entry;
+mod everybody;
 mod execute;
 mod failure;
 mod finish;
@@ -18,6 +19,7 @@ mod run;
 mod run_inputs;
 #[expect(clippy::module_inception, reason = "the folder is about sessions, the file about one")]
 mod session;
+mod slot;
 mod waiting;
 
 pub(crate) use command::{Command, PendingCommand};

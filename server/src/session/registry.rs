@@ -90,6 +90,11 @@ impl<S> Registry<S> {
         result.await.map_err(|_| gone())?
     }
 
+    /// The ids of the open sessions.
+    pub(super) fn ids(&self) -> Vec<String> {
+        self.channels().keys().cloned().collect()
+    }
+
     /// Replaces the resume token of a session that a connection holds.
     pub(super) fn rekey(&self, old: &str, new: &str) {
         let mut holders = self.holders();

@@ -92,6 +92,7 @@ impl Session {
 
     async fn open(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
         self.machine.may_reset(self.now())?;
+        let length_s = self.length_in_slot().await?;
         let (shared, team) = (self.shared.clone(), &self.team);
         let task = shared.competition.task(&reset.task).ok_or_else(|| {
             let known = names(shared.competition.tasks.iter().map(|task| task.name.as_str()));
@@ -113,7 +114,7 @@ impl Session {
         let (mode, sensing) = (reset.mode, reset.sensing);
         let task_of = task.clone();
         let new = NewWorld { run_id, task: task_of, hand, hand_sha256, key, mode, sensing, noise, shots };
-        match self.build(&new, admitted).await {
+        match self.build(&new, admitted, length_s).await {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
             // The scene was not shown: the next run gets the number.
             Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
@@ -126,11 +127,12 @@ impl Session {
         }
     }
 
-    /// Builds the world of a run and stores the run as open.
+    /// Builds the world of a run and stores the run as open, with the session's length if that changes.
     async fn build(
         &mut self,
         new: &NewWorld,
         admitted: Admitted,
+        length_s: Option<f64>,
     ) -> Result<(OpenedWorld, Option<Recording>), Refusal> {
         let NewWorld { task, hand, key, .. } = new;
         run_inputs::provide(&self.shared, hand, new.hand_sha256.as_deref()).await?;
@@ -148,6 +150,9 @@ impl Session {
         let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, shots };
         let opened = World::open(setup, admitted, &self.shared.compute.background, observers).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
+        if let Some(length_s) = length_s {
+            self.shorten(length_s).await?;
+        }
         self.store_opened(new).await?;
         Ok((opened, recording))
     }

@@ -22,7 +22,7 @@ use palmares_tasks::Reason;
 use palmares_tasks::run::Exposure;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::sync::mpsc;
+use tokio::sync::{Mutex, mpsc};
 
 /// How often the clock is saved while nothing else saves it.
 const SAVE_INTERVAL: Duration = Duration::from_secs(5);
@@ -48,6 +48,8 @@ pub(crate) struct Sessions {
     pub(crate) clocks: Arc<SessionClocks>,
     /// The open sessions.
     pub(crate) registry: Registry<Session>,
+    /// Held while a change of the competition's state is applied to the sessions.
+    pub(crate) following: Mutex<()>,
 }
 
 impl Sessions {
@@ -123,6 +125,10 @@ impl Session {
         commands: mpsc::Receiver<PendingCommand>,
     ) -> Box<Self> {
         let SessionIds { session_id, resume_token, token_hash, team } = ids;
+        let rules = &shared.competition.rules;
+        let mut machine = machine.with_reset_cost(rules.reset_cost_s);
+        machine.set_competition_paused(rules.is_paused(), shared.lifecycle.now());
+        shared.clocks.show(&session_id, machine.clock());
         Box::new(Session {
             shared: shared.clone(),
             session_id,
@@ -130,7 +136,7 @@ impl Session {
             token_hash,
             team,
             official,
-            machine: machine.with_reset_cost(shared.competition.rules.reset_cost_s),
+            machine,
             open_run: OpenRun::None,
             stream: None,
             upcoming: Vec::new(),
@@ -151,7 +157,6 @@ impl Session {
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
-        shared.clocks.show(&session_id, machine.clock());
         // The client has the token.
         let ids = SessionIds { session_id, resume_token: String::new(), token_hash, team };
         Some(Session::new(shared, ids, true, machine, commands))

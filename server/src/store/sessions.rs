@@ -193,6 +193,14 @@ impl Store {
         Ok(query.fetch_all(&self.pool).await?)
     }
 
+    /// The open official sessions, newest first.
+    pub(crate) async fn open_official_sessions(&self) -> Result<Vec<SessionRow>, StoreError> {
+        let sql = format!(
+            "{SESSION_ROW} WHERE mode = 'official' AND status = 'open' ORDER BY created_at DESC, session_id"
+        );
+        Ok(sqlx::query_as(sqlx::AssertSqlSafe(sql)).fetch_all(&self.pool).await?)
+    }
+
     /// The session of that id.
     pub(crate) async fn session(&self, session_id: &str) -> Result<Option<SessionRow>, StoreError> {
         let sql = sqlx::AssertSqlSafe(format!("{SESSION_ROW} WHERE session_id = $1"));
@@ -242,13 +250,6 @@ impl Store {
         .bind(unix_ms())
         .bind(session_id);
         self.recorded(entry).await?.change_one(change).await
-    }
-
-    /// Number of open official sessions.
-    pub(crate) async fn open_sessions(&self) -> Result<i64, StoreError> {
-        let query =
-            sqlx::query_scalar("SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'");
-        Ok(query.fetch_one(&self.pool).await?)
     }
 
     /// The open official session of a team, with the hash of its resume token.
