@@ -288,7 +288,7 @@ test('the end opens seeds and replays, after the name was typed', async ({ page,
   await page.getByRole('button', { name: 'Reveal…' }).click();
   await page.getByRole('dialog').getByLabel('To confirm').fill(EVENT);
   await page.getByRole('dialog').getByRole('button', { name: 'Reveal' }).click();
-  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('end or void them first');
+  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('palmares admin end');
   await page.getByRole('button', { name: 'Cancel' }).click();
   await decide(page, page.getByRole('button', { name: 'Close…' }), 'Close', 'six o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
   const { sessions } = await official.get('/v1/sessions') as { sessions: { session_id: string; status: string }[] };
