@@ -19,6 +19,7 @@ const TABLES: [&str; 12] = [
     "sessions",
     "runs",
     "action_marks",
+    "common_marks",
     "similar_runs",
 ];
 
@@ -104,6 +105,10 @@ impl Store {
                 query.execute(&mut *transaction).await?;
             }
         }
+        // Backups of 0.2.0 have marks without k.
+        let marks = "UPDATE action_marks SET k = (SELECT runs.k FROM runs WHERE runs.run_id = action_marks.run_id) \
+                     WHERE k IS NULL";
+        sqlx::query(marks).execute(&mut *transaction).await?;
         transaction.commit().await?;
         Ok(())
     }

@@ -53,6 +53,7 @@ pub(crate) use number::unix_ms;
 pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
 pub(crate) use schedule::{PlayingClock, Slot};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
+pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
 pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{UnverifiedRun, VerificationStatus};

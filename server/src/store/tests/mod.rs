@@ -1,6 +1,7 @@
 //! The store with real databases: every test runs on each kind.
 
 mod competition;
+mod leaderboard;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;
