@@ -42,7 +42,7 @@ export function competitionTab(admin: AdminClient, shown: (info: CompetitionResp
     now.replaceChildren(
       el('h2', {}, name(info.name)),
       el('p', {}, phase === null ? 'A practice server has no phases.' : WORDS[phase]),
-      paused && el('p', { class: 'notice' }, `Paused since ${dateTime(info.paused_unix_ms)}: all clocks and worlds are stopped.`),
+      el('p', { class: 'notice', hidden: !paused }, `Paused since ${dateTime(info.paused_unix_ms)}: all clocks and worlds are stopped.`),
       places,
       el('div', { class: 'row' },
         phase === 'closed' && enter('Open', 'open', 'From now on a team’s session begins when its client connects.', { typed: info.name }),
