@@ -40,6 +40,8 @@ class FakeServer:
     """`welcome.note`"""
     forget: bool = False
     """Greet a reconnected client without a run, as after a restart."""
+    unavailable: int = 0
+    """Number of handshakes that a proxy answers with 503, since it reaches no server."""
     closed_meanwhile: bool = False
     """Greet a reconnected client with an ended run, which waits for `stop`."""
     ticks: int = 20
@@ -86,6 +88,9 @@ class FakeServer:
         return next((Subprotocol(name) for name in self.subprotocols if name in offered), None)
 
     def _authorize(self, socket: ServerConnection, request: Request) -> Response | None:
+        if self.unavailable > 0:
+            self.unavailable -= 1
+            return socket.respond(503, "<html><body><h1>503 Service Unavailable</h1></body></html>")
         if self.token is None or request.headers.get("Authorization") == f"Bearer {self.token}":
             return None
         problem = {"title": "Unauthorized", "status": 401, "detail": "no team", "code": "not_authorized"}
@@ -126,8 +131,8 @@ class FakeServer:
                     socket.socket.shutdown(SHUT_RDWR)
                     return
                 reply = {**(self.replies.pop(0) if self.replies else self._reply(request))}
-                if reply.pop("close", None):
-                    socket.close(4408, "session_over")
+                if reason := reply.pop("close", None):
+                    socket.close(4409 if reason == "session_taken" else 4408, reason)
                     return
                 if op in self.drop_after:
                     self.drop_after.discard(op)

@@ -31,6 +31,7 @@ mod refunds;
 mod replays;
 mod resets;
 mod resume;
+mod rfc6455;
 mod roles;
 mod schedule;
 mod senses;

@@ -52,6 +52,15 @@ pub(super) struct File {
     pub(super) resume_grace_s: Option<u32>,
     pub(super) shutdown_grace_s: Option<u32>,
     pub(super) hand_limits: HandLimits,
+    pub(super) fleet: Option<Fleet>,
+}
+
+/// This server's part in a fleet, several servers that share one competition.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Fleet {
+    pub(super) host: Option<String>,
+    pub(super) internal_url: Option<String>,
 }
 
 impl File {

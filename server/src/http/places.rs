@@ -30,9 +30,19 @@ pub(super) struct ScheduleSummary {
     ends_unix_ms: i64,
 }
 
+/// Number of worlds that can be open at once, on all hosts of the competition.
+pub(super) async fn total(app: &AppState) -> Result<usize, StoreError> {
+    if app.store.host_name().is_none() {
+        return Ok(app.competition.settings.max_worlds);
+    }
+    let hosts = app.store.hosts().await?;
+    let places: i64 = hosts.iter().filter(|host| host.state == "up").map(|host| host.places).sum();
+    Ok(usize::try_from(places).unwrap_or_default())
+}
+
 /// The places of an official competition now.
 pub(super) async fn places(app: &AppState) -> Result<Places, StoreError> {
-    let total = app.competition.settings.max_worlds;
+    let total = total(app).await?;
     let stored = app.store.playing_clocks().await?;
     let playing: Vec<PlayingSession> = stored.into_iter().filter_map(|clock| playing(clock, app)).collect();
     let Forecast { playing, free_within_s } =

@@ -29,7 +29,8 @@ impl Sessions {
         // A session that begins from here on is paused by `Session::new`.
         if before.paused_unix_ms.is_some() != now.paused_unix_ms.is_some() {
             let command = Command::PauseCompetition(now.paused_unix_ms.is_some());
-            self.command_all(self.registry.ids(), command).await;
+            let ids = self.registry.held().into_iter().map(|held| held.session_id).collect();
+            self.command_all(ids, command).await;
         }
         let note = "the organizers ended all sessions".to_owned();
         self.command_all(ended, Command::End { void: false, note }).await;

@@ -4,6 +4,7 @@
 //! session belongs to the thread of its connection. While its client is away, it belongs to a task that waits for the client (see
 //! [`waiting`]) and computes nothing.
 
+mod adopt;
 mod begin;
 mod command;
 mod entry;
@@ -24,5 +25,5 @@ mod waiting;
 
 pub(crate) use command::{Command, PendingCommand};
 pub(crate) use entry::practice_team;
-pub(crate) use session::{Session, Sessions};
+pub(crate) use session::{Asked, Handover, Session, Sessions};
 pub(crate) use waiting::changed;

@@ -1,7 +1,8 @@
-//! The open sessions, connected or waiting for their client, and the channels for commands of organizers. It is generic over
-//! the session.
+//! The open sessions, connected or waiting for their client, and the channels for commands of organizers and for claims of new
+//! connections. It is generic over the session.
 
 use super::command::{Command, PendingCommand};
+use crate::store::Held;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use std::collections::HashMap;
@@ -9,26 +10,57 @@ use std::collections::hash_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::{mpsc, oneshot};
 
-/// Hands a waiting session to its client's new connection.
-pub(super) type Handover<S> = oneshot::Sender<Box<S>>;
+/// The request of a new connection for a session.
+#[derive(Debug)]
+pub(crate) struct Claim<S> {
+    /// The token that was shown; the session may have another one since.
+    pub(super) token_hash: String,
+    /// Gets the session.
+    pub(super) to: oneshot::Sender<Box<S>>,
+}
+
+/// The claims of new connections.
+pub(super) type Claims<S> = mpsc::UnboundedReceiver<Claim<S>>;
+
+/// What others want from a session; its holder reads it.
+#[derive(Debug)]
+pub(crate) struct Inbox<S> {
+    /// Commands of organizers.
+    pub(super) commands: mpsc::Receiver<PendingCommand>,
+    /// Claims of new connections.
+    pub(super) claims: Claims<S>,
+}
 
 #[derive(Debug)]
-enum Holder<S> {
-    /// A connection holds the session.
-    Connection,
-    /// A task keeps it for its client.
-    Task(oneshot::Sender<Handover<S>>),
+struct Holder<S> {
+    /// Whether a task keeps the session for its client; otherwise a connection holds it, or gets it now.
+    waiting: bool,
+    /// Never more than one claim for each connection, so that the queue needs no bound of its own.
+    claims: mpsc::UnboundedSender<Claim<S>>,
 }
 
 /// Longest queue of commands for a session.
 const COMMAND_QUEUE: usize = 8;
 
-/// The open sessions by the hash of their resume token, and their command channels by session id. The locks are held for a look-up
-/// only.
+/// The open sessions by the hash of their resume token, and their command channels by session id. A lock is held for a look-up only.
 #[derive(Debug)]
 pub(crate) struct Registry<S> {
     holders: Mutex<HashMap<String, Holder<S>>>,
-    commands: Mutex<HashMap<String, mpsc::Sender<PendingCommand>>>,
+    commands: Mutex<HashMap<String, Channel>>,
+}
+
+/// An open session, as others see it.
+#[derive(Clone, Debug)]
+struct Channel {
+    held: Held,
+    commands: mpsc::Sender<PendingCommand>,
+}
+
+impl Channel {
+    fn new(held: &Held) -> (Self, mpsc::Receiver<PendingCommand>) {
+        let (commands, receiver) = mpsc::channel(COMMAND_QUEUE);
+        (Channel { held: held.clone(), commands }, receiver)
+    }
 }
 
 impl<S> Default for Registry<S> {
@@ -43,7 +75,7 @@ impl<S> Registry<S> {
         self.holders.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn channels(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<PendingCommand>>> {
+    fn channels(&self) -> MutexGuard<'_, HashMap<String, Channel>> {
         self.commands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -52,27 +84,16 @@ impl<S> Registry<S> {
         self.holders().len()
     }
 
-    /// Adds a new session, held by a connection. Returns the receiver of its commands.
-    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> mpsc::Receiver<PendingCommand> {
-        let (channel, commands) = mpsc::channel(COMMAND_QUEUE);
-        self.holders().insert(token_hash.to_owned(), Holder::Connection);
-        self.channels().insert(session_id.to_owned(), channel);
-        commands
-    }
-
-    /// Adds a session of the database, unless it is open already.
-    pub(super) fn insert_once(
-        &self,
-        token_hash: &str,
-        session_id: &str,
-    ) -> Option<mpsc::Receiver<PendingCommand>> {
-        let (channel, commands) = mpsc::channel(COMMAND_QUEUE);
-        match self.channels().entry(session_id.to_owned()) {
+    /// Adds a new session, held by a connection, unless it is open already.
+    pub(super) fn insert(&self, token_hash: &str, held: &Held) -> Option<Inbox<S>> {
+        let (channel, commands) = Channel::new(held);
+        let (sender, claims) = mpsc::unbounded_channel();
+        match self.channels().entry(held.session_id.clone()) {
             Entry::Occupied(_) => return None,
             Entry::Vacant(free) => free.insert(channel),
         };
-        self.holders().insert(token_hash.to_owned(), Holder::Connection);
-        Some(commands)
+        self.holders().insert(token_hash.to_owned(), Holder { waiting: false, claims: sender });
+        Some(Inbox { commands, claims })
     }
 
     /// Removes a session that has ended.
@@ -86,13 +107,8 @@ impl<S> Registry<S> {
         let gone = || Refusal::new(Code::NotFound, format!("no open session `{}`", shortened(session_id)));
         let channel = self.channels().get(session_id).cloned().ok_or_else(gone)?;
         let (done, result) = oneshot::channel();
-        channel.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
+        channel.commands.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
         result.await.map_err(|_| gone())?
-    }
-
-    /// The ids of the open sessions.
-    pub(super) fn ids(&self) -> Vec<String> {
-        self.channels().keys().cloned().collect()
     }
 
     /// Replaces the resume token of a session that a connection holds.
@@ -101,6 +117,21 @@ impl<S> Registry<S> {
         if let Some(holder) = holders.remove(old) {
             holders.insert(new.to_owned(), holder);
         }
+    }
+
+    /// The sessions that are open here.
+    pub(crate) fn held(&self) -> Vec<Held> {
+        self.channels().values().map(|channel| channel.held.clone()).collect()
+    }
+
+    /// Gives up all sessions: they end here, and continue elsewhere.
+    pub(crate) fn lose_all(&self) {
+        self.channels().values().for_each(|channel| channel.held.lose());
+    }
+
+    /// Whether a connection holds the session of this id.
+    pub(super) fn is_connected(&self, token_hash: &str) -> bool {
+        self.holders().get(token_hash).is_some_and(|holder| !holder.waiting)
     }
 
     /// Whether a session is open here, under any token.
@@ -114,37 +145,46 @@ impl<S> Registry<S> {
     }
 
     /// Takes a waiting session for its client's new connection.
-    pub(crate) async fn claim(&self, token_hash: &str) -> Result<Box<S>, Refusal> {
+    pub(super) async fn claim(&self, token_hash: &str) -> Result<Box<S>, Refusal> {
+        self.take(token_hash, false).await
+    }
+
+    /// Takes a session for a connection that shows its resume token, also from an earlier connection: that one may be dead
+    /// without the server's knowledge.
+    pub(super) async fn replace(&self, token_hash: &str) -> Result<Box<S>, Refusal> {
+        self.take(token_hash, true).await
+    }
+
+    async fn take(&self, token_hash: &str, held: bool) -> Result<Box<S>, Refusal> {
         let gone = || {
             let message = "no session has this resume_token any more; send hello without it for a new one";
             Refusal::new(Code::SessionOver, message)
         };
-        let keeper = {
+        let (to, session) = oneshot::channel();
+        {
             let mut holders = self.holders();
             let holder = holders.get_mut(token_hash).ok_or_else(gone)?;
-            match std::mem::replace(holder, Holder::Connection) {
-                Holder::Task(keeper) => keeper,
-                Holder::Connection => {
-                    return Err(Self::taken());
-                }
+            if !holder.waiting && !held {
+                return Err(Self::taken());
             }
-        };
-        let (handover, session) = oneshot::channel();
-        keeper.send(handover).map_err(|_| gone())?;
+            holder.waiting = false;
+            let claim = Claim { token_hash: token_hash.to_owned(), to };
+            holder.claims.send(claim).map_err(|_| gone())?;
+        }
         session.await.map_err(|_| gone())
     }
 
-    /// A task keeps the session while its client is away. Returns the receiver of the new connection's claim.
-    pub(super) fn wait(&self, token_hash: &str) -> oneshot::Receiver<Handover<S>> {
-        let (keeper, claimed) = oneshot::channel();
-        self.holders().insert(token_hash.to_owned(), Holder::Task(keeper));
-        claimed
+    /// A task keeps the session while its client is away.
+    pub(super) fn wait(&self, token_hash: &str) {
+        if let Some(holder) = self.holders().get_mut(token_hash) {
+            holder.waiting = true;
+        }
     }
 
     /// Removes the session unless a connection has claimed it. Returns whether it was removed.
     pub(super) fn withdraw(&self, token_hash: &str) -> bool {
         let mut holders = self.holders();
-        if matches!(holders.get(token_hash), Some(Holder::Connection)) {
+        if holders.get(token_hash).is_some_and(|holder| !holder.waiting) {
             return false;
         }
         holders.remove(token_hash);
@@ -156,52 +196,75 @@ impl<S> Registry<S> {
 mod tests {
     use super::*;
 
+    fn held() -> Held {
+        Held::new("ses".into(), 1)
+    }
+
     type TestRegistry = Registry<&'static str>;
 
     fn code<T>(done: Result<T, Refusal>) -> Option<Code> {
         done.err().map(|refusal| refusal.code)
     }
 
+    /// Gives the session to the next claim.
+    async fn give(inbox: &mut Inbox<&'static str>) -> Result<(), Box<&'static str>> {
+        inbox.claims.recv().await.expect("claimed").to.send(Box::new("it"))
+    }
+
     #[tokio::test]
     async fn only_one_client_gets_a_waiting_session() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("hash", "ses");
+        let mut inbox = registry.insert("hash", &held()).expect("new");
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken), "a connection holds it");
-        let asked = registry.wait("hash");
-        let keeper = tokio::spawn(async move { asked.await.map(|handover| handover.send(Box::new("it"))) });
-        assert_eq!(registry.claim("hash").await.map(|session| *session), Ok("it"));
-        assert!(matches!(keeper.await, Ok(Ok(Ok(())))));
+        registry.wait("hash");
+        let (claimed, given) = tokio::join!(registry.claim("hash"), give(&mut inbox));
+        assert_eq!((claimed.map(|session| *session), given), (Ok("it"), Ok(())));
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken));
         assert_eq!(code(registry.claim("other").await), Some(Code::SessionOver));
         assert_eq!(registry.len(), 1);
     }
 
     #[tokio::test]
+    async fn a_session_is_taken_from_a_connection_by_its_token() {
+        let registry = TestRegistry::default();
+        let mut inbox = registry.insert("hash", &held()).expect("new");
+        for _ in 0..2 {
+            let (claimed, given) = tokio::join!(registry.replace("hash"), give(&mut inbox));
+            assert_eq!((claimed.map(|session| *session), given), (Ok("it"), Ok(())));
+            assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken));
+        }
+        assert_eq!(code(registry.replace("other").await), Some(Code::SessionOver));
+        // The session ends before its holder reads the claim.
+        let (claimed, ()) = tokio::join!(registry.replace("hash"), async { drop(inbox) });
+        assert_eq!(code(claimed), Some(Code::SessionOver));
+    }
+
+    #[tokio::test]
     async fn it_is_claimed_or_withdrawn_but_not_both() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("hash", "ses");
-        let asked = registry.wait("hash");
+        let inbox = registry.insert("hash", &held()).expect("new");
+        registry.wait("hash");
         assert!(registry.withdraw("hash"));
-        drop(asked);
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionOver), "it is gone");
-        let asked = registry.wait("hash");
-        let claimed = async { registry.claim("hash").await };
+        registry.remove("hash", "ses");
+        drop(inbox);
+        let mut inbox = registry.insert("hash", &held()).expect("new");
+        registry.wait("hash");
         let late = async {
-            let handover = asked.await.expect("asked for");
             assert!(!registry.withdraw("hash"), "it was claimed first");
-            handover.send(Box::new("it")).expect("still wanted");
+            give(&mut inbox).await.expect("still wanted");
         };
-        assert!(tokio::join!(claimed, late).0.is_ok());
+        assert!(tokio::join!(registry.claim("hash"), late).0.is_ok());
     }
 
     #[tokio::test]
     async fn a_new_token_leads_to_the_same_session_and_the_old_one_nowhere() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("old", "ses");
+        let _inbox = registry.insert("old", &held()).expect("new");
         registry.rekey("old", "new");
-        assert_eq!(code(registry.claim("old").await), Some(Code::SessionOver));
+        assert_eq!(code(registry.replace("old").await), Some(Code::SessionOver));
         assert_eq!(code(registry.claim("new").await), Some(Code::SessionTaken));
-        assert!(registry.insert_once("third", "ses").is_none() && registry.knows("ses"));
+        assert!(registry.insert("third", &held()).is_none() && registry.knows("ses"));
         registry.remove("new", "ses");
         assert!(!registry.knows("ses") && registry.len() == 0);
     }
@@ -209,13 +272,13 @@ mod tests {
     #[tokio::test]
     async fn a_command_returns_when_it_is_done_or_its_session_is_gone() {
         let registry = TestRegistry::default();
-        let mut commands = registry.insert("hash", "ses");
+        let mut inbox = registry.insert("hash", &held()).expect("new");
         let obey = async {
-            let PendingCommand { command, done } = commands.recv().await.expect("asked");
+            let PendingCommand { command, done } = inbox.commands.recv().await.expect("a command");
             assert_eq!(command, Command::Pause);
             done.send(Ok(())).expect("waited for");
-            let ignored = commands.recv().await.expect("asked again");
-            drop((ignored, commands));
+            let ignored = inbox.commands.recv().await.expect("another command");
+            drop((ignored, inbox));
         };
         let ask = async {
             assert_eq!(registry.command("ses", Command::Pause).await, Ok(()));

@@ -3,14 +3,14 @@
 use super::command::PendingCommand;
 use super::finished::FinishedRun;
 use super::machine::Machine;
-use super::registry::Registry;
+use super::registry::{Claims, Inbox, Registry};
 use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
-use crate::store::{ClockRow, ResumableSession, Store, unix_ms};
+use crate::store::{ClockRow, Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
 use crate::world::realtime::RealtimeWorld;
@@ -22,7 +22,7 @@ use palmares_tasks::Reason;
 use palmares_tasks::run::Exposure;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::sync::{Mutex, mpsc};
+use tokio::sync::{Mutex, oneshot};
 
 /// How often the clock is saved while nothing else saves it.
 const SAVE_INTERVAL: Duration = Duration::from_secs(5);
@@ -69,6 +69,8 @@ impl Sessions {
 pub(crate) struct Session {
     pub(super) shared: Arc<Sessions>,
     pub(super) session_id: String,
+    /// This process's ownership of the session in the database.
+    pub(super) held: Held,
     /// The secret that resumes the session.
     pub(super) resume_token: String,
     /// Hash of that secret.
@@ -86,7 +88,7 @@ pub(crate) struct Session {
     pub(super) recording: Option<Recording>,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
-    pub(super) commands: mpsc::Receiver<PendingCommand>,
+    inbox: Inbox<Session>,
     /// Refunded runs whose rows are not updated yet.
     pub(super) refunded_runs: Vec<String>,
     saved: Instant,
@@ -106,9 +108,34 @@ pub(super) enum OpenRun {
     Realtime(Arc<RealtimeWorld>),
 }
 
+/// Hands a session to its client's new connection.
+pub(crate) type Handover = oneshot::Sender<Box<Session>>;
+
+/// What others want from a session.
+#[derive(Debug)]
+pub(crate) enum Asked {
+    /// An organizer's command.
+    Command(PendingCommand),
+    /// A new connection wants the session.
+    Claim(Handover),
+}
+
+/// The next claim with the session's present token, of a connection that still exists.
+async fn claimed(claims: &mut Claims<Session>, token_hash: &str) -> Handover {
+    loop {
+        match claims.recv().await {
+            Some(claim) if claim.token_hash == token_hash && !claim.to.is_closed() => return claim.to,
+            // Dropping it refuses it.
+            Some(_) => {}
+            // The registry has no session any more.
+            None => return std::future::pending().await,
+        }
+    }
+}
+
 /// The ids of a session.
 pub(super) struct SessionIds {
-    pub(super) session_id: String,
+    pub(super) held: Held,
     /// Empty when only the client has it.
     pub(super) resume_token: String,
     pub(super) token_hash: String,
@@ -122,16 +149,17 @@ impl Session {
         ids: SessionIds,
         official: bool,
         machine: Machine,
-        commands: mpsc::Receiver<PendingCommand>,
+        inbox: Inbox<Session>,
     ) -> Box<Self> {
-        let SessionIds { session_id, resume_token, token_hash, team } = ids;
+        let SessionIds { held, resume_token, token_hash, team } = ids;
         let rules = &shared.competition.rules;
         let mut machine = machine.with_reset_cost(rules.reset_cost_s);
         machine.set_competition_paused(rules.is_paused(), shared.lifecycle.now());
-        shared.clocks.show(&session_id, machine.clock());
+        shared.clocks.show(&held.session_id, machine.clock());
         Box::new(Session {
             shared: shared.clone(),
-            session_id,
+            session_id: held.session_id.clone(),
+            held,
             resume_token,
             token_hash,
             team,
@@ -142,7 +170,7 @@ impl Session {
             upcoming: Vec::new(),
             recording: None,
             unstored: None,
-            commands,
+            inbox,
             refunded_runs: Vec::new(),
             saved: Instant::now(),
             note: None,
@@ -151,15 +179,16 @@ impl Session {
 
     /// A session of an earlier process. Its clock continues now. None when it is open already.
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
-        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused } = row;
+        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch } = row;
         let state = ClockState::of(&clock);
-        let commands = shared.registry.insert_once(&token_hash, &session_id)?;
+        let held = Held::new(session_id.clone(), epoch);
+        let inbox = shared.registry.insert(&token_hash, &held)?;
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
         // The client has the token.
-        let ids = SessionIds { session_id, resume_token: String::new(), token_hash, team };
-        Some(Session::new(shared, ids, true, machine, commands))
+        let ids = SessionIds { held, resume_token: String::new(), token_hash, team };
+        Some(Session::new(shared, ids, true, machine, inbox))
     }
 
     /// Time of the sessions: since the server started.
@@ -234,6 +263,22 @@ impl Session {
         })
     }
 
+    /// This process's ownership of the session.
+    pub(crate) fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// Ends the session here without a write: another owner continues it. Its world and its recording end.
+    pub(crate) fn part(mut self: Box<Self>) {
+        if let OpenRun::Realtime(live) = std::mem::take(&mut self.open_run) {
+            // Dropped: it ticks no more.
+            drop(live.take(None));
+        }
+        self.shared.registry.remove(&self.token_hash, &self.session_id);
+        self.shared.clocks.remove(&self.session_id);
+        tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
+    }
+
     /// The realtime world whose observations the client gets.
     pub(crate) fn stream(&self) -> Option<&Arc<RealtimeWorld>> {
         self.stream.as_ref()
@@ -246,13 +291,18 @@ impl Session {
         }
     }
 
-    /// The next command of an organizer.
-    pub(crate) async fn command(&mut self) -> PendingCommand {
-        match self.commands.recv().await {
-            Some(command) => command,
-            // The registry has the sender as long as the session exists.
-            None => std::future::pending().await,
+    /// What an organizer or a new connection wants next.
+    pub(crate) async fn asked(&mut self) -> Asked {
+        let Inbox { commands, claims } = &mut self.inbox;
+        tokio::select! {
+            Some(command) = commands.recv() => Asked::Command(command),
+            to = claimed(claims, &self.token_hash) => Asked::Claim(to),
         }
+    }
+
+    /// The next connection that shows the resume token.
+    pub(crate) async fn claimed(&mut self) -> Handover {
+        claimed(&mut self.inbox.claims, &self.token_hash).await
     }
 
     /// Time until [`Session::expire`] is due, if no request comes until then.
@@ -289,7 +339,7 @@ impl Session {
         let saved = self.machine.saved(self.now());
         let run_from_s = self.machine.playing().map(|_| saved.spent.counts_s());
         let row = ClockRow { run_from_s, ..saved.row() };
-        match self.shared.store.save_clock(&self.session_id, &row, &self.refunded_runs).await {
+        match self.shared.store.save_clock(&self.held, &row, &self.refunded_runs).await {
             Ok(()) => self.refunded_runs.clear(),
             // The next save tries again in a few seconds.
             Err(error) => {
@@ -308,7 +358,7 @@ impl Session {
         self.save(true).await;
         if self.official && self.shared.lifecycle.is_stopping() && self.outlasts_absence() {
             tracing::debug!(session = self.session_id, "the session continues after the restart");
-        } else if let Err(error) = self.shared.store.end_session(&self.session_id).await {
+        } else if let Err(error) = self.shared.store.end_session(&self.held).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }
         self.shared.registry.remove(&self.token_hash, &self.session_id);

@@ -48,7 +48,7 @@ impl Session {
 
     /// Stores a new length of the session.
     pub(super) async fn shorten(&mut self, length_s: f64) -> Result<(), Refusal> {
-        let stored = self.shared.store.shorten_session(&self.session_id, length_s).await;
+        let stored = self.shared.store.shorten_session(&self.held, length_s).await;
         stored.map_err(store_failed("the session"))?;
         self.machine.shorten(length_s, self.now());
         Ok(())

@@ -68,7 +68,7 @@ impl Store {
     /// The records after number `after`, oldest first, at most `limit` of them.
     pub(crate) async fn audit(&self, after: u64, limit: u32) -> Result<Vec<AuditEntry>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM audit WHERE seq > $1 ORDER BY seq LIMIT $2");
-        Ok(query.bind(signed(after)).bind(i64::from(limit)).fetch_all(&self.pool).await?)
+        Ok(query.bind(signed(after)).bind(i64::from(limit)).fetch_all(&self.pool()).await?)
     }
 }
 

@@ -8,7 +8,7 @@ use super::schedule;
 use super::settings::WRITE;
 use schemars::JsonSchema;
 use serde::Serialize;
-use sqlx::{Any, Transaction};
+use sqlx::{Any, AnyConnection, Transaction};
 
 /// Setting: the phase.
 const PHASE: &str = "phase";
@@ -88,7 +88,15 @@ impl CompetitionChange {
 impl Store {
     /// The state of the competition.
     pub(crate) async fn competition_state(&self) -> Result<CompetitionState, StoreError> {
-        let rows: Vec<(String, String)> = sqlx::query_as(READ).fetch_all(&self.pool).await?;
+        self.competition_state_by(&mut *self.pool().acquire().await?).await
+    }
+
+    /// The same, read by a connection outside the pool.
+    pub(crate) async fn competition_state_by(
+        &self,
+        connection: &mut AnyConnection,
+    ) -> Result<CompetitionState, StoreError> {
+        let rows: Vec<(String, String)> = sqlx::query_as(READ).fetch_all(connection).await?;
         Ok(CompetitionState::of(&rows))
     }
 
@@ -119,7 +127,7 @@ impl Store {
         }
         if change == CompetitionChange::EndSessions {
             sqlx::query(
-                "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE mode = 'official' AND status = 'open'",
+                "UPDATE sessions SET status = 'ended', ended_at = $1, owner = NULL WHERE mode = 'official' AND status = 'open'",
             )
             .bind(now)
             .execute(&mut **transaction)
@@ -134,13 +142,24 @@ impl Store {
         let query = sqlx::query_scalar(
             "SELECT session_id FROM sessions WHERE mode = 'official' AND status = 'ended' AND ended_at = $1",
         );
-        Ok(query.bind(at).fetch_all(&self.pool).await?)
+        Ok(query.bind(at).fetch_all(&self.pool()).await?)
     }
 
     /// Number of open official sessions.
     pub(crate) async fn open_sessions(&self) -> Result<i64, StoreError> {
-        Ok(sqlx::query_scalar(OPEN_SESSIONS).fetch_one(&self.pool).await?)
+        Ok(sqlx::query_scalar(OPEN_SESSIONS).fetch_one(&self.pool()).await?)
     }
+}
+
+/// Whether an organizer has closed the competition. It stays as it is until the end of the transaction, so that no session begins beside
+/// a command that ends all.
+pub(super) async fn is_closed(transaction: &mut Transaction<'static, Any>) -> Result<bool, StoreError> {
+    // Locks the row in Postgres; SQLite locks at the transaction's begin.
+    sqlx::query("UPDATE settings SET value = value WHERE key = 'phase'").execute(&mut **transaction).await?;
+    let phase: Option<String> = sqlx::query_scalar("SELECT value FROM settings WHERE key = 'phase'")
+        .fetch_optional(&mut **transaction)
+        .await?;
+    Ok(phase.is_some_and(|phase| phase != <&str>::from(CompetitionPhase::Open)))
 }
 
 const OPEN_SESSIONS: &str = "SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'";

@@ -3,6 +3,7 @@
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::Held;
 use sqlx::{Any, Transaction};
 use std::collections::BTreeSet;
 
@@ -47,16 +48,16 @@ const ALL: &str = "SELECT team, begins_at, ends_at FROM slots ORDER BY begins_at
 impl Store {
     /// The schedule: all slots by begin and team.
     pub(crate) async fn schedule(&self) -> Result<Vec<Slot>, StoreError> {
-        Ok(sqlx::query_as(ALL).fetch_all(&self.pool).await?)
+        Ok(sqlx::query_as(ALL).fetch_all(&self.pool()).await?)
     }
 
     /// The slots of a team by begin; None without a schedule.
     pub(crate) async fn slots_of(&self, team: &str) -> Result<Option<Vec<Slot>>, StoreError> {
         let query =
             sqlx::query_as("SELECT team, begins_at, ends_at FROM slots WHERE team = $1 ORDER BY begins_at");
-        let slots: Vec<Slot> = query.bind(team).fetch_all(&self.pool).await?;
+        let slots: Vec<Slot> = query.bind(team).fetch_all(&self.pool()).await?;
         if slots.is_empty() {
-            let any: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM slots").fetch_one(&self.pool).await?;
+            let any: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM slots").fetch_one(&self.pool()).await?;
             return Ok((any > 0).then_some(slots));
         }
         Ok(Some(slots))
@@ -93,20 +94,21 @@ impl Store {
             "SELECT session_id, limit_s, clock_wall_s, clock_simulated_s, paused_at FROM sessions \
              WHERE mode = 'official' AND status = 'open' AND clock_started = 1",
         );
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// The teams of the competition.
     pub(crate) async fn team_names(&self) -> Result<BTreeSet<String>, StoreError> {
-        let names: Vec<String> = sqlx::query_scalar("SELECT team FROM teams").fetch_all(&self.pool).await?;
+        let names: Vec<String> = sqlx::query_scalar("SELECT team FROM teams").fetch_all(&self.pool()).await?;
         Ok(names.into_iter().collect())
     }
 
     /// Stores the length of a session that is shorter than before, s.
-    pub(crate) async fn shorten_session(&self, session_id: &str, limit_s: f64) -> Result<(), StoreError> {
+    pub(crate) async fn shorten_session(&self, held: &Held, limit_s: f64) -> Result<(), StoreError> {
+        let mut transaction = self.fenced(held).await?;
         let query = sqlx::query("UPDATE sessions SET limit_s = $1 WHERE session_id = $2 AND status = 'open'");
-        query.bind(limit_s).bind(session_id.to_owned()).execute(&self.pool).await?;
-        Ok(())
+        query.bind(limit_s).bind(held.session_id.clone()).execute(&mut *transaction).await?;
+        Ok(transaction.commit().await?)
     }
 
     /// The session of a team was paused from `from` to `to`, ms since 1970 UTC: its running slot ends later.

@@ -10,12 +10,12 @@ impl Store {
     /// The value of a setting.
     pub(crate) async fn setting(&self, key: &str) -> Result<Option<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
-        Ok(query.fetch_optional(&self.pool).await?)
+        Ok(query.fetch_optional(&self.pool()).await?)
     }
 
     /// Stores the value of a setting.
     pub(crate) async fn set_setting(&self, key: &str, value: &str) -> Result<(), StoreError> {
-        sqlx::query(WRITE).bind(key).bind(value).execute(&self.pool).await?;
+        sqlx::query(WRITE).bind(key).bind(value).execute(&self.pool()).await?;
         Ok(())
     }
 }

@@ -99,7 +99,7 @@ impl Store {
              AND NOT EXISTS (SELECT 1 FROM common_marks WHERE common_marks.hash = mine.hash)",
         )
         .bind(run_id)
-        .fetch_all(&self.pool)
+        .fetch_all(&self.pool())
         .await?;
         let mut teams: BTreeMap<i64, BTreeSet<&str>> = BTreeMap::new();
         for (hash, _, team, ..) in &shared {
@@ -126,11 +126,11 @@ impl Store {
     /// Replaces the marks of a run. In several statements, so that no other writer waits for all of them; a verification that is
     /// interrupted in between is repeated.
     async fn store_marks(&self, run_id: &str, fingerprint: &Fingerprint) -> Result<(), StoreError> {
-        sqlx::query("DELETE FROM action_marks WHERE run_id = $1").bind(run_id).execute(&self.pool).await?;
+        sqlx::query("DELETE FROM action_marks WHERE run_id = $1").bind(run_id).execute(&self.pool()).await?;
         sqlx::query("UPDATE runs SET action_changes = $1 WHERE run_id = $2")
             .bind(signed(fingerprint.changes))
             .bind(run_id)
-            .execute(&self.pool)
+            .execute(&self.pool())
             .await?;
         for batch in fingerprint.marks.chunks(BATCH) {
             let row =
@@ -141,7 +141,7 @@ impl Store {
             for mark in batch {
                 query = query.bind(mark.hash).bind(mark.place);
             }
-            query.execute(&self.pool).await?;
+            query.execute(&self.pool()).await?;
         }
         Ok(())
     }
@@ -199,7 +199,7 @@ impl Store {
         )
         .bind(run_id.unwrap_or_default().to_owned())
         .bind(i64::from(run_id.is_none()))
-        .fetch_all(&self.pool)
+        .fetch_all(&self.pool())
         .await?;
         let mut found: BTreeMap<String, Vec<SimilarRun>> = BTreeMap::new();
         for row in &rows {
@@ -230,7 +230,7 @@ impl Store {
              ORDER BY changes DESC, run.run_id, other.run_id LIMIT $3",
         );
         let query = query.bind(team.unwrap_or_default().to_owned()).bind(task.unwrap_or_default().to_owned());
-        let mut pairs: Vec<SimilarPair> = query.bind(i64::from(limit)).fetch_all(&self.pool).await?;
+        let mut pairs: Vec<SimilarPair> = query.bind(i64::from(limit)).fetch_all(&self.pool()).await?;
         for pair in &mut pairs {
             pair.runs.sort_by_key(|run| run.started_unix_ms);
         }
