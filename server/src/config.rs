@@ -195,7 +195,14 @@ impl ServeOptions {
     /// The file cannot be read or is not valid.
     pub(crate) fn resolve(&self) -> anyhow::Result<Config> {
         let file = match &self.config {
-            Some(path) => File::read(path)?,
+            Some(path) => {
+                let file = File::read(path)?;
+                // An empty file must not open a practice server instead of a competition.
+                if file.mode.is_none() {
+                    bail!("{}: mode is missing: expected \"official\" or \"practice\"", path.display());
+                }
+                file
+            }
             None => File::default(),
         };
         let folder = self.config.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();

@@ -32,7 +32,7 @@ const MIGRATIONS: [(i64, &str, Statements); 9] = [
             ),
         },
     ),
-    (7, "similar runs", Same(include_str!("../../migrations/0007_similar_runs.sql"))),
+    (7, "lists of organizers", Same(include_str!("../../migrations/0007_organizers.sql"))),
     (
         8,
         "ranking",

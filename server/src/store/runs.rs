@@ -251,7 +251,7 @@ impl Store {
         let query = sqlx::query_as("SELECT * FROM runs WHERE run_id = $1").bind(run_id);
         let mut run: Option<RunRecord> = query.fetch_optional(&self.pool()).await?;
         if let Some(run) = &mut run {
-            run.similar = self.similar_runs(Some(run_id)).await?.remove(run_id);
+            run.similar = self.similar_runs(Some(&[run_id])).await?.remove(run_id);
         }
         Ok(run)
     }

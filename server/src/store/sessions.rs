@@ -240,7 +240,7 @@ impl Store {
         )
         .bind(seconds)
         .bind(session_id);
-        self.recorded(entry).await?.change_one(change).await
+        self.recorded(entry).await?.with_seconds(seconds).await?.change_one(change).await
     }
 
     /// Ends an open session by an organizer's command; false if it is not open.

@@ -326,3 +326,32 @@ async fn a_hand_waits_for_a_decision() {
         store.close().await;
     }
 }
+
+/// As on several servers with one database: each has a lock of its own for numbers.
+#[tokio::test]
+async fn numbers_of_records_and_announcements_hold_with_three_servers() {
+    for place in places().await {
+        let store = place.open().await;
+        let servers = (0..3).map(|server| {
+            let mut store = store.clone();
+            store.audit = Default::default();
+            tokio::spawn(async move {
+                let reason = format!("by {server}");
+                let entry = NewAuditEntry { actor: "test", action: "x", subject: "y", reason: Some(&reason) };
+                for _ in 0..60 {
+                    store.record(&entry).await.expect("recorded");
+                    store.announce("lunch", &entry).await.expect("announced");
+                }
+            })
+        });
+        for server in servers.collect::<Vec<_>>() {
+            server.await.expect("no failure");
+        }
+        let numbers: Vec<i64> = store.audit(0, 1000).await.expect("query").iter().map(|e| e.seq).collect();
+        assert_eq!(numbers, (1..=360).collect::<Vec<_>>());
+        let numbers: Vec<i64> =
+            store.announcements(1000).await.expect("query").iter().map(|a| a.id).collect();
+        assert_eq!(numbers, (1..=180).rev().collect::<Vec<_>>());
+        store.close().await;
+    }
+}
