@@ -116,7 +116,8 @@ pub(crate) fn run() -> Result<bool> {
         steps.push(step("Python lints", || {
             let mut imports = environment.tool("lint-imports");
             let imports = imports.args(["--no-cache", "--no-logo"]);
-            Ok(whole(&mut python(&["ruff", "check", "--config", "pyproject.toml", ".", FLEET]))?.plus(whole(imports)?))
+            Ok(whole(&mut python(&["ruff", "check", "--config", "pyproject.toml", ".", FLEET]))?
+                .plus(whole(imports)?))
         }));
         steps.push(step("Python formatting", || {
             whole(&mut python(&["ruff", "format", "--check", "--config", "pyproject.toml", ".", FLEET]))

@@ -48,12 +48,18 @@ impl Session {
         (over, reply)
     }
 
+    /// Stops a realtime world.
+    pub(super) fn stand(&mut self) {
+        if let OpenRun::Realtime(live) = &self.open_run {
+            live.pause();
+        }
+    }
+
     /// Stops or continues a realtime world, as the clock is.
     async fn follow_clock(&mut self) {
-        let OpenRun::Realtime(live) = &self.open_run else { return };
         if self.machine.clock().is_paused() {
-            live.pause();
-        } else {
+            self.stand();
+        } else if let OpenRun::Realtime(live) = &self.open_run {
             let (live, compute) = (live.clone(), self.shared.compute.clone());
             // Blocks while a tick is in progress.
             let resumed = spawn_blocking(move || live.resume(&compute.pacer)).await;
@@ -68,10 +74,7 @@ impl Session {
         if !firmly && self.shared.registry.is_connected(&self.token_hash) {
             return Err(Refusal::new(Code::SessionTaken, "a connection holds the session"));
         }
-        self.save(true).await;
-        self.shared.store.release_session(&self.held).await?;
-        self.held.lose();
-        Ok(())
+        self.give_away().await
     }
 
     async fn void_run(&mut self, run_id: &str, note: &str) -> Result<(), Refusal> {

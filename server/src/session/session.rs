@@ -8,6 +8,7 @@ use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
+use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
 use crate::store::{ClockRow, Held, ResumableSession, Store, unix_ms};
@@ -28,6 +29,10 @@ use tokio::sync::{Mutex, oneshot};
 const SAVE_INTERVAL: Duration = Duration::from_secs(5);
 /// Time until the next attempt to store a result.
 const RETRY: Duration = Duration::from_secs(1);
+
+/// Held while sessions are taken over.
+#[derive(Debug, Default)]
+pub(crate) struct Adopting(pub(super) tokio::sync::Mutex<()>);
 
 /// The parts that all sessions share.
 #[derive(Debug)]
@@ -50,6 +55,10 @@ pub(crate) struct Sessions {
     pub(crate) registry: Registry<Session>,
     /// Held while a change of the competition's state is applied to the sessions.
     pub(crate) following: Mutex<()>,
+    /// This server's right to them.
+    pub(crate) lease: Arc<Lease>,
+    /// Held while sessions are taken over.
+    pub(crate) adopting: Adopting,
 }
 
 impl Sessions {
