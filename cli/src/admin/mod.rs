@@ -1,12 +1,11 @@
 //! `palmares admin`: an organizer's commands, sent to a running server.
 
-mod client;
+pub(crate) mod client;
 mod hand;
 mod import;
 mod lists;
 mod restore;
 mod schedule;
-mod tls;
 mod when;
 
 use client::{Access, Client, Paged};

@@ -15,13 +15,11 @@ impl Session {
         let (over, mut reply) = (matches!(command, Command::End { .. }), None);
         let result = match command {
             Command::Pause => {
-                self.machine.pause(self.now());
-                self.follow_clock().await;
+                self.set_paused(true).await;
                 Ok(())
             }
             Command::Resume => {
-                self.machine.resume(self.now());
-                self.follow_clock().await;
+                self.set_paused(false).await;
                 Ok(())
             }
             Command::PauseCompetition(paused) => {
@@ -48,6 +46,23 @@ impl Session {
         (over, reply)
     }
 
+    /// Stops or continues this session.
+    async fn set_paused(&mut self, paused: bool) {
+        if let Some(standing) = &mut self.standing {
+            *standing = paused;
+            if !paused {
+                // The clock stands until the client is back.
+                return;
+            }
+        }
+        if paused {
+            self.machine.pause(self.now());
+        } else {
+            self.machine.resume(self.now());
+        }
+        self.follow_clock().await;
+    }
+
     /// Stops a realtime world.
     pub(super) fn stand(&mut self) {
         if let OpenRun::Realtime(live) = &self.open_run {
@@ -56,7 +71,7 @@ impl Session {
     }
 
     /// Stops or continues a realtime world, as the clock is.
-    async fn follow_clock(&mut self) {
+    pub(super) async fn follow_clock(&mut self) {
         if self.machine.clock().is_paused() {
             self.stand();
         } else if let OpenRun::Realtime(live) = &self.open_run {

@@ -31,6 +31,7 @@ mod leaderboard;
 mod lists;
 mod location;
 mod number;
+mod run_actions;
 mod runs;
 mod schedule;
 mod sessions;
@@ -42,7 +43,7 @@ mod verification;
 
 pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
-pub(crate) use clocks::{ClockRow, RefundedClock, RunCost};
+pub(crate) use clocks::{ClockRow, RefundedClock, RunCost, SavedClock};
 pub(crate) use competition::{CompetitionChange, CompetitionPhase, CompetitionState};
 pub(crate) use database::Store;
 pub(crate) use dump::Table;
@@ -54,7 +55,10 @@ pub(crate) use leaderboard::TaskBest;
 pub(crate) use lists::ListFilter;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
-pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
+pub(crate) use run_actions::{
+    OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
+};
+pub(crate) use runs::{FinishedRunRow, InterruptedRun, NewRun, RunRecord};
 pub(crate) use schedule::{PlayingClock, Slot};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
@@ -63,4 +67,4 @@ pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{UnverifiedRun, VerificationStatus};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
