@@ -115,6 +115,7 @@ async fn once(
     if app.store.competition_state_by(connection).await? != app.competition.rules.state() {
         follow_competition(app);
     }
+    app.ranking.follow(connection).await?;
     app.auth.revoke(app.store.revoked_tokens(connection).await?);
     Ok(Some(owned))
 }
