@@ -3,6 +3,8 @@
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::ENGINE;
+use palmares_tasks::identity;
 use sqlx::AnyConnection;
 
 const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
@@ -31,7 +33,7 @@ impl Store {
         Ok(())
     }
 
-    /// Stores a setting by an organizer's command.
+    /// Stores the phase of the competition, and when it opens its engine.
     pub(crate) async fn enter_phase(
         &self,
         key: &str,
@@ -40,6 +42,10 @@ impl Store {
     ) -> Result<(), StoreError> {
         let mut recorded = self.recorded(entry).await?;
         sqlx::query(WRITE).bind(key).bind(value).execute(&mut *recorded.transaction).await?;
+        if value == "open" {
+            let engine = identity::engine();
+            sqlx::query(WRITE).bind(ENGINE).bind(engine).execute(&mut *recorded.transaction).await?;
+        }
         recorded.commit().await
     }
 }
