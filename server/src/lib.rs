@@ -24,6 +24,7 @@ pub mod schema;
 mod session;
 mod state;
 mod store;
+mod stored_path;
 mod transport;
 mod version;
 mod watch;
