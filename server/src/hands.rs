@@ -4,6 +4,7 @@ use crate::auth::{random_hex, sha256_hex};
 use crate::blocking::{assert_may_block, blocking};
 use crate::compute::{Background, JobPriority};
 use crate::names;
+use crate::private_files;
 use crate::store::{HandRow, NewHand, Store, StoreError};
 use crate::stored_path::{self, HANDS, checked};
 use crate::transport::Received;
@@ -124,9 +125,9 @@ pub(crate) struct Inspection {
 fn write_file(path: &Path, draft: &Path, bytes: &[u8]) -> std::io::Result<()> {
     assert_may_block();
     if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
+        private_files::make_folder(folder)?;
     }
-    let mut file = File::create(draft)?;
+    let mut file = private_files::create(draft)?;
     file.write_all(bytes)?;
     file.sync_all()?;
     fs::rename(draft, path)

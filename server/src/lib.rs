@@ -17,6 +17,7 @@ mod lifecycle;
 mod logging;
 mod metrics;
 mod names;
+mod private_files;
 mod problem;
 mod restore;
 mod rules;

@@ -3,15 +3,16 @@
 
 use crate::auth::random_hex;
 use crate::backup::{FORMAT, MANIFEST, Manifest, SECRETS};
+use crate::private_files::make_folder;
 use crate::store::{Location, Store, Table};
 use crate::stored_path::{self, HANDS, REPLAYS, checked};
 use anyhow::{Context, bail};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, DirBuilder, File};
+use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 
@@ -94,17 +95,6 @@ impl Drop for Draft {
             // Fails after `keep`, when it is not empty.
             let _ = fs::remove_dir(&self.data_dir);
         }
-    }
-}
-
-/// Makes a folder that only its owner can read, if there is none.
-fn make_folder(path: &Path) -> io::Result<()> {
-    if let Some(parent) = path.parent() {
-        fs::create_dir_all(parent)?;
-    }
-    match DirBuilder::new().mode(0o700).create(path) {
-        Err(_) if path.is_dir() => Ok(()),
-        made => made,
     }
 }
 

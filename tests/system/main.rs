@@ -25,6 +25,7 @@ mod observed;
 mod official;
 mod order;
 mod pages;
+mod private_files;
 mod realtime;
 mod refunds;
 mod replays;

@@ -1,5 +1,6 @@
 //! The folder of replays, and the key that signs them.
 
+use crate::private_files;
 use crate::stored_path::{REPLAYS, checked};
 use crate::world::RunObserver;
 use palmares_models::hand::Hand;
@@ -32,7 +33,7 @@ impl Archive {
     pub(crate) fn open(data_dir: &Path, key: &Path, practice_bytes: u64) -> Result<Self, KeyError> {
         let folder = data_dir.join(REPLAYS);
         let failed = |source| KeyError::File { path: folder.clone(), source };
-        std::fs::create_dir_all(&folder).map_err(failed)?;
+        private_files::make_folder(&folder).map_err(failed)?;
         Ok(Archive {
             signer: Arc::new(Signer::open(key)?),
             data_dir: data_dir.to_owned(),
@@ -101,7 +102,10 @@ impl RunObserver for RecordingObserver {
     fn opened(&mut self, run: &Run) {
         let Some(Unopened { folder, header, signer, hand_files }) = self.unopened.take() else { return };
         match Recorder::create(&folder, header, run, &signer, hand_files) {
-            Ok(recorder) => self.recorder = Some(recorder),
+            Ok(recorder) => {
+                private_files::restrict(recorder.path(), private_files::FILE_MODE);
+                self.recorder = Some(recorder);
+            }
             Err(error) => drop(self.done.take().map(|done| done.send(Err(error)))),
         }
     }
