@@ -40,4 +40,5 @@ mod task;
 mod watch;
 mod watch_binary;
 mod watch_official;
+mod watch_places;
 mod web;

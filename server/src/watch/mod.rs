@@ -13,6 +13,7 @@ mod frame;
 mod handshake;
 mod hub;
 pub(crate) mod messages;
+mod places;
 pub(crate) mod request;
 mod sample;
 mod viewer;
