@@ -11,13 +11,15 @@ const FOLDER_MODE: u32 = 0o700;
 /// Mode of files.
 pub(crate) const FILE_MODE: u32 = 0o600;
 /// The server's files in the data directory, but for the secrets: the server refuses secrets that others could read.
-const FILES: [&str; 6] = [
+const FILES: [&str; 7] = [
     "palmares.sqlite",
     "palmares.sqlite-wal",
     "palmares.sqlite-shm",
     "palmares.sqlite-journal",
     "palmares.lock",
     "organizer.token",
+    // Of the Python package.
+    "server.log",
 ];
 /// Its secrets.
 const SECRETS: [&str; 2] = ["seed.secret", "signing.key"];
