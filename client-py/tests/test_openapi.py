@@ -1,4 +1,4 @@
-"""No request that the OpenAPI document describes, valid or not, makes the server fail: schemathesis draws them."""
+"""No request of the OpenAPI document, valid or not, makes the server fail: schemathesis draws them."""
 
 from __future__ import annotations
 
