@@ -70,6 +70,7 @@ const RULES: &[(&str, &str)] = &[
     ("get /v1/admin/hands/{id}/archive", ORGANIZERS),
     ("post /v1/admin/run/{verb}", ORGANIZERS),
     ("post /v1/admin/session/{verb}", ORGANIZERS),
+    ("get /v1/admin/similar", ORGANIZERS),
     ("post /v1/admin/team/add", ORGANIZERS),
     ("post /v1/admin/team/revoke", ORGANIZERS),
     ("post /v1/admin/team/rotate", ORGANIZERS),
@@ -103,6 +104,8 @@ struct Hall {
     cup: Official,
     headers: [String; 9],
     hand_id: String,
+    /// A finished run of the team, and an open one.
+    recorded_id: String,
     run_id: String,
     session_id: String,
     /// The team's connection.
@@ -120,6 +123,9 @@ impl Hall {
         let (mut playing, welcome) = cup.greet(&team).await;
         let mut reset = official_reset();
         reset["sensing"] = json!("truth");
+        let recorded = playing.ask(reset.clone()).await;
+        playing.goes_on(0).await;
+        playing.ask(json!({"op": "stop"})).await;
         let obs = playing.ask(reset).await;
         let text = |value: &Value| value.as_str().expect("a text").to_owned();
         Hall {
@@ -135,6 +141,7 @@ impl Hall {
                 bearer(&cup.organizer),
             ],
             hand_id: text(&hand["hand_id"]),
+            recorded_id: text(&recorded["run_id"]),
             run_id: text(&obs["run_id"]),
             session_id: text(&welcome["session_id"]),
             _playing: playing,
@@ -152,7 +159,7 @@ impl Hall {
                 .map(|value| path.replace("{verb}", &word(value)).replace("{what}", &word(value)))
                 .collect();
         }
-        let id = if path.contains("/hands/") { &self.hand_id } else { &self.run_id };
+        let id = if path.contains("/hands/") { &self.hand_id } else { &self.recorded_id };
         let path = path.replace("{id}", id).replace("{run}", id).replace("{name}", "claw");
         vec![path.replace("{session}", &self.session_id).replace("{file}", "none.js")]
     }

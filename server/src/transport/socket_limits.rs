@@ -6,8 +6,8 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Sockets in addition to those of controllers: for viewers, and at least 128 for single requests.
-const OTHER_SOCKETS: usize = 640;
+/// Sockets in addition to those of controllers: for viewers, and more than a hundred for single requests.
+const OTHER_SOCKETS: usize = 512;
 
 /// Counts the open sockets.
 #[derive(Debug)]

@@ -7,9 +7,9 @@ use palmares_protocol::{Code, Refusal};
 /// Places for viewers without a token.
 const ANONYMOUS: usize = 256;
 /// Places for teams.
-const TEAMS: usize = 128;
+const TEAMS: usize = 64;
 /// Places for holders of viewers' tokens.
-const SPECTATORS: usize = 128;
+const SPECTATORS: usize = 64;
 
 /// Kinds of viewers, each with places of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
