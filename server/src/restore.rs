@@ -4,7 +4,7 @@
 use crate::auth::random_hex;
 use crate::backup::{FORMAT, MANIFEST, Manifest, SECRETS};
 use crate::private_files::make_folder;
-use crate::store::{Location, Store, Table};
+use crate::store::{Host, Location, Store, Table};
 use crate::stored_path::{self, HANDS, REPLAYS, checked};
 use anyhow::{Context, bail};
 use serde_json::{Map, Value};
@@ -42,7 +42,7 @@ pub fn restore(
     let location = Location::new(&draft.folder, database_url.map(str::to_owned));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.context("cannot start the asynchronous runtime")?.block_on(async {
-        let store = Store::open(&location).await?;
+        let store = Store::open(&location, &Host::alone()).await?;
         let filled = fill(&store, &unpacked.tables).await;
         store.close().await;
         filled

@@ -2,12 +2,13 @@
 
 use crate::auth::{random_hex, sha256_hex};
 use crate::config::{CompetitionMode, Config};
-use crate::store::{NewAuditEntry, Store};
+use crate::store::{NewAuditEntry, Store, StoreError};
 use anyhow::{Context, bail};
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Seed;
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::AnyConnection;
 use std::fmt;
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
@@ -169,6 +170,23 @@ impl Rules {
     /// The seed of run `k` of a task, in the official mode.
     pub(crate) fn seed(&self, task: &str, k: u64) -> Option<Seed> {
         self.secret.as_ref().map(|secret| Seed::for_run(&secret.0, task, k))
+    }
+
+    /// Follows the phase in the database, which another host may have changed.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn follow(
+        &self,
+        store: &Store,
+        connection: &mut AnyConnection,
+    ) -> Result<(), StoreError> {
+        if self.official()
+            && let Some(phase) = store.setting_by(connection, PHASE).await?.and_then(|word| word.parse().ok())
+        {
+            *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = phase;
+        }
+        Ok(())
     }
 
     /// Enters another phase.

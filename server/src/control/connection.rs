@@ -12,6 +12,7 @@ use crate::config::settings::{MESSAGE_BYTES, Settings};
 use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
 use crate::session::{Asked, Handover, PendingCommand, Session, Sessions, changed};
+use crate::store::Held;
 use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
 use crate::transport::{Caller, ConnectionPermit, FrameError, answer_close, close_handshake};
 use axum::body::Bytes;
@@ -32,6 +33,9 @@ const CLOSE_NORMAL: u16 = 1000;
 /// The server is going away, RFC 6455.
 const CLOSE_AWAY: u16 = 1001;
 
+/// The server restarts, or another one continues: connect again. RFC 6455's registry.
+const CLOSE_RESTART: u16 = 1012;
+
 /// Reason why a connection ends or moves to a thread of its own.
 enum ConnectionEnd {
     /// A session has begun.
@@ -50,6 +54,8 @@ enum ConnectionEnd {
     Stopping,
     /// An organizer ended the session.
     Ended,
+    /// The session continues with another owner.
+    Moved,
     /// The client has a new connection, which gets the session.
     Replaced(Handover),
 }
@@ -77,6 +83,18 @@ async fn claimed(session: Option<&mut Session>) -> Handover {
         Some(session) => session.claimed().await,
         None => std::future::pending().await,
     }
+}
+
+/// Returns when the session has another owner; never without a session.
+async fn lost(held: Option<&Held>) {
+    match held {
+        Some(held) => held.lost().await,
+        None => std::future::pending().await,
+    }
+}
+
+fn moved() -> Refusal {
+    Refusal::new(Code::Internal, "the session continues on another server; connect again")
 }
 
 struct Connection {
@@ -207,6 +225,12 @@ impl Connection {
                 }
                 close_handshake(self.socket, CLOSE_NORMAL, "session_over").await;
             }
+            ConnectionEnd::Moved => {
+                if let Some(session) = session {
+                    session.part();
+                }
+                close_handshake(self.socket, CLOSE_RESTART, "session_moved").await;
+            }
             ConnectionEnd::Replaced(to) => {
                 if let Some(session) = session {
                     session.give(to);
@@ -216,6 +240,12 @@ impl Connection {
                 let _ = timeout(REPLACED_TIMEOUT, self.send(&Reply::refused(None, &refusal))).await;
                 close_handshake(self.socket, Code::SessionTaken.close_code(), Code::SessionTaken.name())
                     .await;
+            }
+            ConnectionEnd::Stopping if session.as_ref().is_some_and(|session| session.moves_on()) => {
+                if let Some(session) = session {
+                    session.hand_over().await;
+                }
+                close_handshake(self.socket, CLOSE_RESTART, "server_restart").await;
             }
             ConnectionEnd::Stopping => {
                 if let Some(session) = session
@@ -271,8 +301,10 @@ impl Connection {
                 continue;
             }
             let live = self.session.as_ref().and_then(|session| session.stream().cloned());
+            let held = self.session.as_ref().map(|session| session.held().clone());
             let flow = tokio::select! {
                 biased;
+                () = lost(held.as_ref()) => return ConnectionEnd::Moved,
                 () = &mut stopping => return ConnectionEnd::Stopping,
                 () = &mut revoked => {
                     let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
@@ -441,13 +473,25 @@ impl Connection {
                 }
                 ControlFlow::Continue(())
             }
+            // Without an answer: the next owner gives it.
+            Err(_) if self.session.as_ref().is_some_and(|session| session.held().is_lost()) => {
+                ControlFlow::Break(ConnectionEnd::Moved)
+            }
             Err(refusal) => self.refuse(Some(id), &refusal).await,
         }
     }
 
     async fn carry_out(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
         match (&mut self.session, request) {
-            (Some(session), request) => session.answer(id, request).await,
+            (Some(session), request) => {
+                let held = session.held().clone();
+                tokio::select! {
+                    biased;
+                    // The answer may wait for a database that does not answer: nobody needs it any more.
+                    () = held.lost() => Err(moved()),
+                    answer = session.answer(id, request) => answer,
+                }
+            }
             (None, Request::Hello(hello)) => {
                 let mut session = self.sessions.greet(&hello, self.identity.as_ref()).await?;
                 let welcome = session.welcome(id).await;

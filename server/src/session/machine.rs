@@ -250,6 +250,13 @@ impl Machine {
         }
     }
 
+    /// Refunds time for which the open run stood until its ticks were stored.
+    pub(crate) fn stood(&mut self, time: Duration, now: Duration) {
+        if !time.is_zero() {
+            self.clock.refund(Spent { wall_s: time.as_secs_f64(), simulated_s: 0.0 }, now);
+        }
+    }
+
     /// The run that a `stop` ends.
     pub(crate) fn stop(&mut self) -> Result<Stopping, Refusal> {
         match std::mem::take(&mut self.run) {

@@ -4,8 +4,10 @@
 //! session belongs to the thread of its connection. While its client is away, it belongs to a task that waits for the client (see
 //! [`waiting`]) and computes nothing.
 
+mod adopt;
 mod begin;
 mod command;
+mod elsewhere;
 mod entry;
 mod execute;
 mod failure;

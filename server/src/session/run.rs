@@ -214,7 +214,6 @@ impl Session {
         let own = version::own();
         let row = NewRun {
             run_id: new.run_id.clone(),
-            session_id: self.session_id.clone(),
             team: self.team.clone(),
             task: new.task.name.clone(),
             hand: new.hand.name.clone(),
@@ -226,8 +225,9 @@ impl Session {
             k: new.key.k,
             server_version: own.version,
             build_hash: own.build_hash,
+            header: None,
         };
-        self.shared.store.begin_run(&row).await.map_err(store_failed("the run"))?;
+        self.shared.store.begin_run(&self.held, &row).await.map_err(store_failed("the run"))?;
         if new.sensing == Sensing::Truth {
             // The team no longer uses sensors only.
             self.shared.hub.ranking_changed();
@@ -286,6 +286,7 @@ impl Session {
                     hand,
                     task.tick_s,
                     self.official,
+                    self.gate.clone(),
                     &self.shared.compute,
                 );
                 self.stream = Some(live.clone());
@@ -330,10 +331,26 @@ impl Session {
             self.close_run(Reason::SessionOver, None).await;
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
+        } else {
+            self.pass_gate(observation.tick).await?;
         }
         observation.cameras = images::render(&self.shared.compute, requested).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
+    }
+
+    /// Waits until so few ticks are unstored that the client may see this one. The time is given back.
+    async fn pass_gate(&mut self, tick: u64) -> Result<(), Refusal> {
+        let Some(gate) = &self.gate else { return Ok(()) };
+        let opened = tokio::select! {
+            biased;
+            opened = gate.open(tick) => opened.map_err(|lost| lost.to_string()),
+            () = self.shared.lifecycle.stopping() => Err("the server stops".to_owned()),
+        };
+        self.catch_up();
+        opened.map_err(|why| {
+            Refusal::new(Code::Internal, format!("{why}; connect again to go on")).retry_after(1.0)
+        })
     }
 
     /// After a reply, while the controller computes: notifies the observers, and on a free core prepares the next tick and renders

@@ -8,11 +8,13 @@ use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
+use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
-use crate::store::{ClockRow, ResumableSession, Store, unix_ms};
+use crate::store::{ClockRow, Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
+use crate::world::backlog::Gate;
 use crate::world::realtime::RealtimeWorld;
 use crate::world::run::World;
 use palmares_protocol::Reply;
@@ -28,6 +30,10 @@ use tokio::sync::oneshot;
 const SAVE_INTERVAL: Duration = Duration::from_secs(5);
 /// Time until the next attempt to store a result.
 const RETRY: Duration = Duration::from_secs(1);
+
+/// Held while sessions are taken over.
+#[derive(Debug, Default)]
+pub(crate) struct Adopting(pub(super) tokio::sync::Mutex<()>);
 
 /// The parts that all sessions share.
 #[derive(Debug)]
@@ -48,6 +54,10 @@ pub(crate) struct Sessions {
     pub(crate) clocks: Arc<SessionClocks>,
     /// The open sessions.
     pub(crate) registry: Registry<Session>,
+    /// This server's right to them.
+    pub(crate) lease: Arc<Lease>,
+    /// Held while sessions are taken over.
+    pub(crate) adopting: Adopting,
 }
 
 impl Sessions {
@@ -67,6 +77,8 @@ impl Sessions {
 pub(crate) struct Session {
     pub(super) shared: Arc<Sessions>,
     pub(super) session_id: String,
+    /// This process's ownership of the session in the database.
+    pub(super) held: Held,
     /// The secret that resumes the session.
     pub(super) resume_token: String,
     /// Hash of that secret.
@@ -82,6 +94,8 @@ pub(crate) struct Session {
     pub(super) upcoming: Vec<Arc<Exposure>>,
     /// The open run's replay.
     pub(super) recording: Option<Recording>,
+    /// Bounds the ticks of the open run that a failure of this host takes back; None if no other host can continue the run.
+    pub(super) gate: Option<Gate>,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
     inbox: Inbox<Session>,
@@ -131,7 +145,7 @@ async fn claimed(claims: &mut Claims<Session>, token_hash: &str) -> Handover {
 
 /// The ids of a session.
 pub(super) struct SessionIds {
-    pub(super) session_id: String,
+    pub(super) held: Held,
     /// Empty when only the client has it.
     pub(super) resume_token: String,
     pub(super) token_hash: String,
@@ -147,10 +161,11 @@ impl Session {
         machine: Machine,
         inbox: Inbox<Session>,
     ) -> Box<Self> {
-        let SessionIds { session_id, resume_token, token_hash, team } = ids;
+        let SessionIds { held, resume_token, token_hash, team } = ids;
         Box::new(Session {
             shared: shared.clone(),
-            session_id,
+            session_id: held.session_id.clone(),
+            held,
             resume_token,
             token_hash,
             team,
@@ -160,6 +175,7 @@ impl Session {
             stream: None,
             upcoming: Vec::new(),
             recording: None,
+            gate: None,
             unstored: None,
             inbox,
             refunded_runs: Vec::new(),
@@ -170,15 +186,16 @@ impl Session {
 
     /// A session of an earlier process. Its clock continues now. None when it is open already.
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
-        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused } = row;
+        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch } = row;
         let state = ClockState::of(&clock);
-        let inbox = shared.registry.insert(&token_hash, &session_id)?;
+        let held = Held::new(session_id.clone(), epoch);
+        let inbox = shared.registry.insert(&token_hash, &held)?;
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
         shared.clocks.show(&session_id, machine.clock());
         // The client has the token.
-        let ids = SessionIds { session_id, resume_token: String::new(), token_hash, team };
+        let ids = SessionIds { held, resume_token: String::new(), token_hash, team };
         Some(Session::new(shared, ids, true, machine, inbox))
     }
 
@@ -254,13 +271,32 @@ impl Session {
         })
     }
 
+    /// This process's ownership of the session.
+    pub(crate) fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// Ends the session here without a write: another owner continues it. Its world and its recording end.
+    pub(crate) fn part(mut self: Box<Self>) {
+        if let OpenRun::Realtime(live) = std::mem::take(&mut self.open_run) {
+            // Dropped: it ticks no more.
+            drop(live.take(None));
+        }
+        self.shared.registry.remove(&self.token_hash, &self.session_id);
+        self.shared.clocks.remove(&self.session_id);
+        tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
+    }
+
     /// The realtime world whose observations the client gets.
     pub(crate) fn stream(&self) -> Option<&Arc<RealtimeWorld>> {
         self.stream.as_ref()
     }
 
-    /// Updates the machine to the tick of a realtime world.
+    /// Gives back the time for which the run stood at its gate, and updates the machine to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
+        if let Some(gate) = &self.gate {
+            self.machine.stood(gate.take_stood(), self.now());
+        }
         if let OpenRun::Realtime(live) = &self.open_run {
             self.machine.stepped(live.tick_now(), self.now());
         }
@@ -314,7 +350,7 @@ impl Session {
         let saved = self.machine.saved(self.now());
         let run_from_s = self.machine.playing().map(|_| saved.spent.counts_s());
         let row = ClockRow { run_from_s, ..saved.row() };
-        match self.shared.store.save_clock(&self.session_id, &row, &self.refunded_runs).await {
+        match self.shared.store.save_clock(&self.held, &row, &self.refunded_runs).await {
             Ok(()) => self.refunded_runs.clear(),
             // The next save tries again in a few seconds.
             Err(error) => {
@@ -333,7 +369,7 @@ impl Session {
         self.save(true).await;
         if self.official && self.shared.lifecycle.is_stopping() && self.outlasts_absence() {
             tracing::debug!(session = self.session_id, "the session continues after the restart");
-        } else if let Err(error) = self.shared.store.end_session(&self.session_id).await {
+        } else if let Err(error) = self.shared.store.end_session(&self.held).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }
         self.shared.registry.remove(&self.token_hash, &self.session_id);

@@ -43,6 +43,7 @@ async fn keep(mut session: Box<Session>) {
     let (shared, token_hash) = (session.shared.clone(), session.token_hash.clone());
     let lifecycle = &shared.lifecycle;
     let _alive = lifecycle.alive();
+    let held = session.held().clone();
     let mut grace = Some(Instant::now() + shared.competition.settings.resume_grace);
     let give_up = loop {
         let change = session.next_change().map(|wait| Instant::now() + wait);
@@ -71,10 +72,18 @@ async fn keep(mut session: Box<Session>) {
                 session.close_run(Reason::Disconnected, None).await;
                 grace = None;
             }
+            () = held.lost() => {
+                shared.registry.withdraw(&token_hash);
+                session.part();
+                return;
+            }
             () = lifecycle.stopping() => break Reason::Disconnected,
         }
     };
     if shared.registry.withdraw(&token_hash) {
+        if lifecycle.is_stopping() && session.moves_on() {
+            return session.hand_over().await;
+        }
         let note = lifecycle.is_stopping().then_some("the server shut down");
         session.end(give_up, note).await;
     } else {

@@ -54,6 +54,23 @@ impl Dialect {
         }
     }
 
+    /// The database's clock as an expression, ms since 1970 UTC.
+    pub(super) fn now_ms(self) -> &'static str {
+        match self {
+            Dialect::Sqlite => "CAST(unixepoch('subsec') * 1000 AS INTEGER)",
+            Dialect::Postgres => "CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+        }
+    }
+
+    /// Locks the selected rows of a table, and skips those that another transaction has locked. SQLite locks at the transaction's
+    /// begin.
+    pub(super) fn lock_rows_of(self, table: &str) -> String {
+        match self {
+            Dialect::Sqlite => String::new(),
+            Dialect::Postgres => format!(" FOR UPDATE OF {table} SKIP LOCKED"),
+        }
+    }
+
     /// Begins a transaction that reads from one snapshot.
     pub(super) fn begin_snapshot(self) -> &'static str {
         match self {
@@ -67,13 +84,21 @@ impl Dialect {
 pub(super) struct Target {
     /// For messages; without a password.
     pub(super) place: String,
-    pub(super) url: String,
+    url: String,
     pub(super) dialect: Dialect,
     /// The database file, with the lock file in its folder; None for Postgres.
     file: Option<PathBuf>,
 }
 
-/// The lock on the database. It is released when the process ends in any way.
+impl std::fmt::Debug for Target {
+    /// Without the URL, which may contain a password.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Target({})", self.place)
+    }
+}
+
+/// The lock on the database: on SQLite as long as the server runs, on Postgres until it has entered its hosts. It is released when the
+/// process ends in any way.
 #[derive(Debug)]
 pub(super) enum Lock {
     File(File),

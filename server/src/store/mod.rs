@@ -25,9 +25,12 @@ mod database;
 mod dump;
 mod error;
 mod hands;
+mod hosts;
 mod leaderboard;
+mod lists;
 mod location;
 mod number;
+mod run_actions;
 mod runs;
 mod sessions;
 mod settings;
@@ -43,10 +46,15 @@ pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
+pub(crate) use hosts::{ALONE, FIRST_EPOCH, Held, Host, LEASE, OwnedSession, Renewal};
 pub(crate) use leaderboard::LeaderboardRow;
 pub(crate) use leaderboard::TaskBest;
+pub(crate) use lists::ListFilter;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
+pub(crate) use run_actions::{
+    OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
+};
 pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
@@ -55,4 +63,4 @@ pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{UnverifiedRun, VerificationStatus};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

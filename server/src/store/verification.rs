@@ -30,13 +30,14 @@ pub(crate) struct UnverifiedRun {
 from_row!(UnverifiedRun { run_id, replay_path, replay_sha256 });
 
 impl Store {
-    /// Stores path and SHA-256 of a run's replay.
+    /// Stores path and SHA-256 of another replay of a finished run.
+    #[cfg(test)]
     pub(crate) async fn set_replay(&self, run_id: &str, path: &str, sha256: &str) -> Result<(), StoreError> {
         sqlx::query("UPDATE runs SET replay_path = $1, replay_sha256 = $2 WHERE run_id = $3")
             .bind(path)
             .bind(sha256)
             .bind(run_id)
-            .execute(&self.pool)
+            .execute(&self.pool())
             .await?;
         Ok(())
     }
@@ -46,7 +47,7 @@ impl Store {
         let row: Option<(Option<String>, Option<String>)> =
             sqlx::query_as("SELECT replay_path, replay_sha256 FROM runs WHERE run_id = $1")
                 .bind(run_id)
-                .fetch_optional(&self.pool)
+                .fetch_optional(&self.pool())
                 .await?;
         Ok(row.and_then(|(path, sha256)| Some((path?, sha256?))))
     }
@@ -57,7 +58,7 @@ impl Store {
             "SELECT run_id, replay_path, replay_sha256 FROM runs WHERE status = 'provisional' \
              AND replay_path IS NOT NULL AND replay_sha256 IS NOT NULL ORDER BY ended_at, run_id",
         );
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// Stores the result of a run's verification. A void run stays void.
@@ -75,7 +76,7 @@ impl Store {
         .bind(note)
         .bind(unix_ms())
         .bind(run_id)
-        .execute(&self.pool)
+        .execute(&self.pool())
         .await?;
         Ok(())
     }
@@ -86,7 +87,7 @@ impl Store {
             "SELECT run_id FROM runs WHERE status = 'open' \
              OR session_id IN (SELECT session_id FROM sessions WHERE mode = 'official')",
         );
-        let runs: Vec<String> = query.fetch_all(&self.pool).await?;
+        let runs: Vec<String> = query.fetch_all(&self.pool()).await?;
         Ok(runs.into_iter().collect())
     }
 
@@ -96,7 +97,7 @@ impl Store {
             "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL WHERE run_id = $1 AND status <> 'open'",
         )
         .bind(run_id)
-        .execute(&self.pool)
+        .execute(&self.pool())
         .await?;
         Ok(())
     }

@@ -68,6 +68,8 @@ export interface ActuatorObservation {
 /** The hands of all teams, oldest first. */
 export interface AllHands {
   hands: HandRow[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** An announcement of an organizer. */
@@ -88,6 +90,8 @@ export interface Announcements {
 /** Records of the audit, oldest first. */
 export interface Audit {
   records: AuditEntry[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** A record. */
@@ -98,10 +102,14 @@ export interface AuditEntry {
   unix_ms: number;
   /** Id of the token that was used, or `server`. */
   actor: string;
+  /** Label of this token: its holder. */
+  label: string | null;
   /** The action. */
   action: string;
   /** Its object. */
   subject: string;
+  /** Granted time, s; for `session.grant`. */
+  seconds: number | null;
   /** The reason. */
   reason: string | null;
 }
@@ -219,6 +227,16 @@ export interface ChannelInfo {
   description: string;
   /** Present and true if the channel is only in observations with sensing `truth`. */
   truth?: boolean;
+}
+
+/** Whether a team can be added. */
+export interface CheckedTeam {
+  /** Its name as it is stored, or as it was sent if it is not valid. */
+  team: string;
+  /** Whether it exists. */
+  exists: boolean;
+  /** The reason why it cannot be added. */
+  problem: string | null;
 }
 
 /** The client program: `"name/version"`, or an object. */
@@ -957,6 +975,13 @@ export interface NewAnnouncement {
   reason?: string;
 }
 
+/** A team to add. */
+export interface NewTeam {
+  team: string;
+  /** Label of its token. */
+  label?: string;
+}
+
 /** A new token of an organizer or a viewer. */
 export interface NewToken {
   /** `organizer` or `viewer`. */
@@ -1250,6 +1275,13 @@ export interface RunInfo {
   tick: number;
   /** False if the server closed it (time limit, end of the session): `stop` returns the result. */
   open: boolean;
+}
+
+/** Runs, newest first. */
+export interface RunList {
+  runs: RunRecord[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** A run, as in `GET /v1/runs/{id}`. */
@@ -1713,8 +1745,20 @@ export interface Tasks {
 /** An action on a team. */
 export interface TeamActionRequest {
   team: string;
+  /** The holder of the new token, for people; for `add` and `rotate`. A new token without one has the label of the last. */
+  label?: string;
   /** The reason, for the audit. */
   reason?: string;
+}
+
+/** Teams to add. */
+export interface TeamCheckRequest {
+  teams: NewTeam[];
+}
+
+/** The teams in the order of the request. */
+export interface TeamCheckResponse {
+  teams: CheckedTeam[];
 }
 
 /** A team. */
