@@ -41,7 +41,7 @@ mod verification;
 
 pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
-pub(crate) use clocks::{ClockRow, RefundedClock, RunCost};
+pub(crate) use clocks::{ClockRow, RefundedClock, RunCost, SavedClock};
 pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
@@ -55,7 +55,7 @@ pub(crate) use number::unix_ms;
 pub(crate) use run_actions::{
     OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
 };
-pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
+pub(crate) use runs::{FinishedRunRow, InterruptedRun, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
