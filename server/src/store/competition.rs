@@ -3,9 +3,11 @@
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::ENGINE;
 use super::number::unix_ms;
 use super::schedule;
 use super::settings::WRITE;
+use palmares_tasks::identity;
 use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::{Any, AnyConnection, Transaction};
@@ -120,6 +122,9 @@ impl Store {
         let now = unix_ms();
         let after = change.applied(before, now);
         write(transaction, PHASE, Some(<&str>::from(after.phase).to_owned())).await?;
+        if change == CompetitionChange::Enter(CompetitionPhase::Open) {
+            write(transaction, ENGINE, Some(identity::engine().to_owned())).await?;
+        }
         write(transaction, PAUSED, after.paused_unix_ms.map(|at| at.to_string())).await?;
         write(transaction, ENDED, after.ended_unix_ms.map(|at| at.to_string())).await?;
         if let (CompetitionChange::Resume, Some(paused)) = (change, before.paused_unix_ms) {
