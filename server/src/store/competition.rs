@@ -123,7 +123,7 @@ impl Store {
         let after = change.applied(before, now);
         write(transaction, PHASE, Some(<&str>::from(after.phase).to_owned())).await?;
         if change == CompetitionChange::Enter(CompetitionPhase::Open) {
-            write(transaction, ENGINE, Some(identity::engine().to_owned())).await?;
+            write(transaction, ENGINE, Some(identity::engine())).await?;
         }
         write(transaction, PAUSED, after.paused_unix_ms.map(|at| at.to_string())).await?;
         write(transaction, ENDED, after.ended_unix_ms.map(|at| at.to_string())).await?;

@@ -2,6 +2,7 @@
 
 use super::database::Store;
 use super::error::StoreError;
+use sqlx::AnyConnection;
 
 pub(super) const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
      ON CONFLICT (key) DO UPDATE SET value = excluded.value";
@@ -11,6 +12,16 @@ impl Store {
     pub(crate) async fn setting(&self, key: &str) -> Result<Option<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
         Ok(query.fetch_optional(&self.pool()).await?)
+    }
+
+    /// The value of a setting, read by a connection outside the pool.
+    pub(crate) async fn setting_by(
+        &self,
+        connection: &mut AnyConnection,
+        key: &str,
+    ) -> Result<Option<String>, StoreError> {
+        let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key.to_owned());
+        Ok(query.fetch_optional(connection).await?)
     }
 
     /// Stores the value of a setting.
