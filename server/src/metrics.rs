@@ -38,7 +38,18 @@ pub(crate) struct Metrics {
     waiting: Gauge,
     sessions: Gauge,
     viewers: Gauge,
+    relays: Gauge,
     unverified: Gauge,
+}
+
+/// An open connection of another host.
+#[derive(Debug)]
+pub(crate) struct OpenRelay(Gauge);
+
+impl Drop for OpenRelay {
+    fn drop(&mut self) {
+        self.0.dec();
+    }
 }
 
 /// Values that are read when the metrics are requested.
@@ -81,6 +92,7 @@ impl Metrics {
             waiting: Gauge::default(),
             sessions: Gauge::default(),
             viewers: Gauge::default(),
+            relays: Gauge::default(),
             unverified: Gauge::default(),
         };
         let mut registry = Registry::with_prefix("palmares");
@@ -109,6 +121,8 @@ impl Metrics {
         registry.register("sessions_waiting", waiting, metrics.waiting.clone());
         registry.register("sessions_open", "Sessions that are open", metrics.sessions.clone());
         registry.register("viewers", "Viewers that are connected", metrics.viewers.clone());
+        let relays = "Connections by which other hosts of a fleet show runs of this one";
+        registry.register("relays_open", relays, metrics.relays.clone());
         let unverified = "Runs that wait for their verification";
         registry.register("verification_queue", unverified, metrics.unverified.clone());
         metrics.registry = registry;
@@ -152,6 +166,12 @@ impl Metrics {
         self.ranking_read.observe(took.as_secs_f64());
     }
 
+    /// Counts a connection by which another host shows a run of this one, until the guard is dropped.
+    pub(crate) fn relay(&self) -> OpenRelay {
+        self.relays.inc();
+        OpenRelay(self.relays.clone())
+    }
+
     /// Counts a refused request.
     pub(crate) fn refused(&self, code: Code) {
         self.refusals.get_or_create(&CodeLabel { code: code.name() }).inc();
@@ -187,6 +207,8 @@ mod tests {
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
         metrics.refused_stale_write();
+        let _relay = metrics.relay();
+        drop(metrics.relay());
         metrics.took_session(false);
         metrics.took_session(true);
         let text = metrics.text(Gauges {
@@ -214,6 +236,7 @@ mod tests {
             "palmares_sessions_waiting 5",
             "palmares_sessions_open 2",
             "palmares_viewers 3",
+            "palmares_relays_open 1",
             "palmares_verification_queue 4",
             "# EOF",
         ] {

@@ -1,6 +1,7 @@
 //! The parts of the server that a viewer's connection needs.
 
 use super::hub::Hub;
+use super::other_hosts::OtherHosts;
 use super::ranking_cache::RankingCache;
 use crate::auth::Auth;
 use crate::clock::SessionClocks;
@@ -20,6 +21,8 @@ pub(crate) struct WatchContext {
     pub(crate) clocks: Arc<SessionClocks>,
     /// The runs that are watched.
     pub(crate) hub: Arc<Hub>,
+    /// The runs of the other hosts of a fleet; None without one.
+    pub(crate) other_hosts: Option<Arc<OtherHosts>>,
     /// The ranking.
     pub(crate) ranking: Arc<RankingCache>,
     /// Closes the connections of revoked tokens.
