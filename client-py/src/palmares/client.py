@@ -170,7 +170,11 @@ class Client:
             seed: Practice only: selects the scene. Left out, the server draws one; `run` has it.
             cameras: Cameras that return an image of tick 0, as in `step`.
 
-        An open run must be stopped first.
+        An open run must be stopped first. While the server of a competition is full, this waits for a place;
+        the session's clock is stopped meanwhile.
+
+        Raises:
+            CapacityError: A practice server is full.
 
         """
         seed = None if seed is None else whole_of("seed", seed, 0, MAX_SEED)

@@ -2,6 +2,7 @@
 
 use crate::archive::Archive;
 use crate::competition::Competition;
+use crate::compute::Compute;
 use crate::rules::CompetitionPhase;
 use crate::version;
 use axum::Json;
@@ -10,6 +11,19 @@ use palmares_protocol::reply::{self, Limits, ServerInfo, TaskInfo};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
+
+/// The worlds of this server.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Worlds {
+    /// Number that can compute at once.
+    max: usize,
+    /// Number of open worlds that are not idle.
+    busy: usize,
+    /// Lockstep worlds without a request for a while.
+    idle: usize,
+    /// Number of sessions that were refused a world and wait for one.
+    waiting: usize,
+}
 
 /// The competition of this server.
 #[derive(Serialize, JsonSchema)]
@@ -35,14 +49,18 @@ pub(super) struct CompetitionResponse {
     /// The secret, after it was revealed.
     #[serde(skip_serializing_if = "Option::is_none")]
     seed_secret: Option<String>,
+    /// The worlds as of now.
+    worlds: Worlds,
 }
 
 /// The competition of this server.
 pub(super) async fn competition(
     State(archive): State<Option<Arc<Archive>>>,
     State(competition): State<Arc<Competition>>,
+    State(compute): State<Arc<Compute>>,
 ) -> Json<CompetitionResponse> {
     let rules = &competition.rules;
+    let open = compute.admission.open();
     Json(CompetitionResponse {
         competition: competition.info(),
         server: version::own(),
@@ -54,6 +72,12 @@ pub(super) async fn competition(
         sessions_per_team: rules.official().then_some(rules.sessions_per_team),
         seed_secret_sha256: rules.secret_sha256(),
         seed_secret: rules.revealed_secret(),
+        worlds: Worlds {
+            max: compute.max_worlds(),
+            busy: open.all(),
+            idle: open.idle,
+            waiting: compute.admission.waiting(),
+        },
     })
 }
 
