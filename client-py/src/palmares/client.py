@@ -470,7 +470,7 @@ class Client:
                 last = paused
                 continue  # The session's clock is stopped, too: wait until the pause ends.
             except CapacityError as full:
-                # In a competition the session keeps its place in the queue, and its clock is stopped meanwhile.
+                # In a competition the session keeps its place in the queue, and its clock is stopped.
                 official = self.competition.mode == "official"
                 if full.retry_after_s is None or not (official and isinstance(request, ResetRequest)):
                     raise
