@@ -40,6 +40,7 @@ mod session_time;
 mod settings;
 mod store_trouble;
 mod task;
+mod team_import;
 mod watch;
 mod watch_binary;
 mod watch_official;

@@ -2,7 +2,7 @@
 
 use crate::world::RunObserver;
 use palmares_models::hand::Hand;
-use palmares_replay::{Header, KeyError, PublicKey, RecordError, Recorder, ReplayFile, Signer};
+use palmares_replay::{Header, KeyError, LoggedTick, PublicKey, RecordError, Recorder, ReplayFile, Signer};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};
 use std::collections::BTreeMap;
@@ -94,6 +94,21 @@ struct Unopened {
     header: Header,
     signer: Arc<Signer>,
     hand_files: Option<Arc<Vec<u8>>>,
+}
+
+impl RecordingObserver {
+    /// Begins the recording of a run that another process has played for some ticks: `run` is at tick 0, `past` has those ticks.
+    /// An unfinished file of the run is replaced.
+    pub(crate) fn continued(&mut self, run: &Run, past: impl Iterator<Item = LoggedTick>) {
+        if let Some(Unopened { folder, header, .. }) = &self.unopened {
+            // If it is there and cannot be deleted, the next one cannot be created, which is reported.
+            let _ = std::fs::remove_file(folder.join(format!("{}.mcap", header.run_id)));
+        }
+        self.opened(run);
+        if let Some(recorder) = &mut self.recorder {
+            past.for_each(|tick| recorder.past(tick));
+        }
+    }
 }
 
 impl RunObserver for RecordingObserver {

@@ -7,5 +7,5 @@ mod verification;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use folder::{Archive, Recording, stored_path};
+pub(crate) use folder::{Archive, Recording, RecordingObserver, stored_path};
 pub(crate) use verification::verify_runs;

@@ -34,6 +34,8 @@ pub(crate) struct Unsaved {
     pub(crate) state: ClockState,
     /// Whether a run is open.
     pub(crate) in_run: bool,
+    /// The clock within the open run, if another host can continue the run.
+    pub(crate) present: Option<ClockState>,
 }
 
 /// Clocks by session id, as they were when something last happened; they run on by themselves.
@@ -66,8 +68,8 @@ impl SessionClocks {
         self.lock().get(session_id).map(|shown| shown.clock.clone())
     }
 
-    /// The clocks that have changed since they were saved last.
-    pub(crate) fn unsaved(&self, now: Duration) -> Vec<Unsaved> {
+    /// The clocks that have changed since they were saved last; with `within_runs` also those within an open run.
+    pub(crate) fn unsaved(&self, now: Duration, within_runs: bool) -> Vec<Unsaved> {
         let mut unsaved: Vec<Unsaved> = Vec::new();
         for (session_id, shown) in &*self.lock() {
             let (state, in_run) = match shown.saving {
@@ -75,9 +77,10 @@ impl SessionClocks {
                 Saving::Present => (shown.clock.state(now), false),
                 Saving::BeforeRun(state) => (state, true),
             };
-            if shown.saved != Some((state, in_run)) {
+            let present = (within_runs && in_run).then(|| shown.clock.state(now));
+            if present.is_some() || shown.saved != Some((state, in_run)) {
                 let (session_id, epoch) = (session_id.clone(), shown.epoch);
-                unsaved.push(Unsaved { session_id, epoch, state, in_run });
+                unsaved.push(Unsaved { session_id, epoch, state, in_run, present });
             }
         }
         // Two servers that lock rows in the same order do not wait for each other in a circle.
@@ -124,7 +127,7 @@ mod tests {
         clock.start(at(0));
         let before = clock.state(at(1));
         let states = |now: u64| {
-            let unsaved = clocks.unsaved(at(now));
+            let unsaved = clocks.unsaved(at(now), false);
             clocks.saved(&unsaved);
             unsaved.into_iter().map(|clock| (clock.state, clock.in_run)).collect::<Vec<_>>()
         };

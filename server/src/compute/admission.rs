@@ -291,11 +291,21 @@ impl Admission {
         if let Some(place) = place {
             places.waiting.remove(place);
         }
+        Ok(self.open_world(&mut places, request, now))
+    }
+
+    /// Takes a place without a question.
+    pub(crate) fn force(&self, request: WorldRequest<'_>, now: Instant) -> Admitted {
+        self.open_world(&mut self.0.lock(), request, now)
+    }
+
+    fn open_world(&self, places: &mut Places, request: WorldRequest<'_>, now: Instant) -> Admitted {
+        let WorldRequest { mode, official, .. } = request;
         places.last_id += 1;
         let (id, used) = (places.last_id, Arc::new(AtomicU64::new(self.0.since_origin(now))));
         places.worlds.insert(id, OpenWorld { mode, official, used: used.clone() });
         self.0.count.fetch_add(1, Ordering::Relaxed);
-        Ok(Admitted { shared: self.0.clone(), id, used })
+        Admitted { shared: self.0.clone(), id, used }
     }
 }
 

@@ -43,6 +43,11 @@ impl Compute {
         self.max_worlds
     }
 
+    /// Admits the world of a run that another host has begun: it has a place in any case.
+    pub(crate) fn admit_continued(&self, request: WorldRequest<'_>) -> Admitted {
+        self.admission.force(request, Instant::now())
+    }
+
     /// Admits another world.
     ///
     /// # Errors

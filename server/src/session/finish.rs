@@ -71,6 +71,7 @@ impl Session {
         if let Some(archive) = &self.shared.archive {
             archive.wake();
         }
+        self.forget_ticks(true);
         self.machine.ended(self.now(), stored.refund);
         self.save(true).await;
         Ok(result(finished, &stored))

@@ -78,6 +78,18 @@ impl Machine {
         Self::with(SessionClock::restored(limit_s, state, paused, now))
     }
 
+    /// A session of another host with its open run, as at the run's last stored tick. The clock stops.
+    pub(crate) fn continued(
+        limit_s: Option<f64>,
+        before_run: ClockState,
+        in_run: &ClockState,
+        run: Playing,
+        now: Duration,
+    ) -> Self {
+        let machine = Self::with(SessionClock::restored(limit_s, in_run, true, now));
+        Machine { run: RunState::Playing(run), clock_before_run: before_run, ..machine }
+    }
+
     fn with(clock: SessionClock) -> Self {
         Machine { clock, run: RunState::Idle, clock_before_run: ClockState::default(), reset_cost_s: 0.0 }
     }
@@ -257,6 +269,13 @@ impl Machine {
             let ticks = tick.saturating_sub(run.tick);
             run.tick = tick;
             self.clock.simulate(ticks as f64 * run.tick_s, now);
+        }
+    }
+
+    /// Refunds time for which the open run stood until its ticks were stored.
+    pub(crate) fn stood(&mut self, time: Duration, now: Duration) {
+        if !time.is_zero() {
+            self.clock.refund(Spent { wall_s: time.as_secs_f64(), simulated_s: 0.0 }, now);
         }
     }
 

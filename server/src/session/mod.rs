@@ -7,6 +7,7 @@
 mod adopt;
 mod begin;
 mod command;
+mod continued;
 mod elsewhere;
 mod entry;
 mod execute;

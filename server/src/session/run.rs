@@ -114,7 +114,11 @@ impl Session {
         let (mode, sensing) = (reset.mode, reset.sensing);
         let task_of = task.clone();
         let new = NewWorld { run_id, task: task_of, hand, hand_sha256, key, mode, sensing, noise, shots };
-        match self.build(&new, admitted).await {
+        let built = self.build(&new, admitted).await;
+        if built.is_err() {
+            self.forget_ticks_of(&new.run_id, false);
+        }
+        match built {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
             // The scene was not shown: the next run gets the number.
             Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
@@ -148,7 +152,15 @@ impl Session {
         let hub = &self.shared.hub;
         let mut observers: Vec<Box<dyn RunObserver>> =
             vec![Box::new(hub.publisher(self.watch_run(new), new.sensing, new.hand_sha256.is_some()))];
-        let recorded = self.shared.archive.as_ref().map(|archive| archive.record(self.header(new)));
+        let header = self.header(new);
+        let shipper = self.shared.shipper.as_ref().filter(|_| self.official);
+        let shipped = shipper.map(|shipper| shipper.follow(&new.run_id, &self.held));
+        let stored_header = shipped.as_ref().map(|_| header.to_json());
+        self.gate = shipped.map(|(observer, gate)| {
+            observers.push(Box::new(observer));
+            gate
+        });
+        let recorded = self.shared.archive.as_ref().map(|archive| archive.record(header));
         let recording = recorded.map(|(recorder, recording)| {
             observers.push(Box::new(recorder));
             recording
@@ -159,7 +171,7 @@ impl Session {
         let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, shots };
         let opened = World::open(setup, admitted, &self.shared.compute.background, observers).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
-        self.store_opened(new).await?;
+        self.store_opened(new, stored_header).await?;
         Ok((opened, recording))
     }
 
@@ -221,7 +233,7 @@ impl Session {
         Refusal::new(code, message)
     }
 
-    async fn store_opened(&mut self, new: &NewWorld) -> Result<(), Refusal> {
+    async fn store_opened(&mut self, new: &NewWorld, header: Option<String>) -> Result<(), Refusal> {
         let own = version::own();
         let row = NewRun {
             run_id: new.run_id.clone(),
@@ -236,7 +248,7 @@ impl Session {
             k: new.key.k,
             server_version: own.version,
             build_hash: own.build_hash,
-            header: None,
+            header,
         };
         let (shared, held) = (self.shared.clone(), self.held.clone());
         self.stored(shared.store.begin_run(&held, &row)).await.map_err(store_failed("the run"))?;
@@ -298,6 +310,7 @@ impl Session {
                     hand,
                     task.tick_s,
                     self.official,
+                    self.gate.clone(),
                     &self.shared.compute,
                 );
                 self.stream = Some(live.clone());
@@ -342,10 +355,26 @@ impl Session {
             self.close_run(Reason::SessionOver, None).await;
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
+        } else {
+            self.pass_gate(observation.tick).await?;
         }
         observation.cameras = images::render(&self.shared.compute, requested).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
+    }
+
+    /// Waits until so few ticks are unstored that the client may see this one. The time is given back.
+    async fn pass_gate(&mut self, tick: u64) -> Result<(), Refusal> {
+        let Some(gate) = &self.gate else { return Ok(()) };
+        let opened = tokio::select! {
+            biased;
+            opened = gate.open(tick) => opened.map_err(|lost| lost.to_string()),
+            () = self.shared.lifecycle.stopping() => Err("the server stops".to_owned()),
+        };
+        self.catch_up();
+        opened.map_err(|why| {
+            Refusal::new(Code::Internal, format!("{why}; connect again to go on")).retry_after(1.0)
+        })
     }
 
     /// After a reply, while the controller computes: notifies the observers, and on a free core prepares the next tick and renders
@@ -398,8 +427,9 @@ impl Session {
         images::render_ahead(&self.shared.compute, upcoming);
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
+        let resumed = std::mem::take(&mut self.went_back);
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());
-        Some(Reply::Obs(Box::new(Obs { late_s, ..self.obs(None, run_id, observation) })))
+        Some(Reply::Obs(Box::new(Obs { late_s, resumed, ..self.obs(None, run_id, observation) })))
     }
 
     /// Closes a realtime run whose world is over.

@@ -17,11 +17,12 @@ impl Sessions {
     /// # Errors
     /// The database failed.
     pub(crate) async fn save_clocks(&self) -> Result<(), StoreError> {
-        let unsaved = self.clocks.unsaved(self.lifecycle.now());
+        let unsaved = self.clocks.unsaved(self.lifecycle.now(), self.shipper.is_some());
         let rows = unsaved.iter().map(|unsaved| SavedClock {
             session_id: unsaved.session_id.clone(),
             epoch: unsaved.epoch,
             clock: saved_row(unsaved.state, unsaved.in_run),
+            in_run: unsaved.present.map(|present| (present.spent.wall_s, present.refunded_s)),
         });
         self.store.save_clocks(&rows.collect::<Vec<_>>()).await?;
         self.clocks.saved(&unsaved);

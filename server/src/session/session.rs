@@ -10,11 +10,13 @@ use crate::clock::{ClockState, Saving, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::fleet::lease::Lease;
+use crate::fleet::shipper::Shipper;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
 use crate::store::{Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
+use crate::world::backlog::Gate;
 use crate::world::realtime::RealtimeWorld;
 use crate::world::run::World;
 use palmares_protocol::Reply;
@@ -54,6 +56,8 @@ pub(crate) struct Sessions {
     pub(crate) registry: Registry<Session>,
     /// This server's right to them.
     pub(crate) lease: Arc<Lease>,
+    /// Stores the ticks of official runs, so that another host can continue them; None without a fleet.
+    pub(crate) shipper: Option<Shipper>,
     /// Held while sessions are taken over.
     pub(crate) adopting: Adopting,
 }
@@ -93,6 +97,12 @@ pub(crate) struct Session {
     pub(super) upcoming: Vec<Arc<Exposure>>,
     /// The open run's replay.
     pub(super) recording: Option<Recording>,
+    /// Bounds the ticks of the open run that a failure of this host takes back; None if no other host can continue the run.
+    pub(super) gate: Option<Gate>,
+    /// A continued run stands until its client is back; then whether an organizer has paused the session.
+    pub(super) standing: Option<bool>,
+    /// Whether the run has gone back to its last stored tick since the last observation of a realtime run.
+    pub(super) went_back: bool,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
     inbox: Inbox<Session>,
@@ -171,6 +181,9 @@ impl Session {
             stream: None,
             upcoming: Vec::new(),
             recording: None,
+            gate: None,
+            standing: None,
+            went_back: false,
             unstored: None,
             inbox,
             refunded_runs: Vec::new(),
@@ -277,6 +290,7 @@ impl Session {
             // Dropped: it ticks no more.
             drop(live.take(None));
         }
+        self.forget_ticks(false);
         self.shared.registry.remove(&self.token_hash, &self.session_id);
         self.shared.clocks.remove(&self.session_id);
         tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
@@ -287,8 +301,11 @@ impl Session {
         self.stream.as_ref()
     }
 
-    /// Updates the machine to the tick of a realtime world.
+    /// Gives back the time for which the run stood at its gate, and updates the machine to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
+        if let Some(gate) = &self.gate {
+            self.machine.stood(gate.take_stood(), self.now());
+        }
         if let OpenRun::Realtime(live) = &self.open_run {
             self.machine.stepped(live.tick_now(), self.now());
         }

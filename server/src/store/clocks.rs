@@ -61,7 +61,7 @@ pub(super) async fn write_clock(
 ) -> Result<(), StoreError> {
     let query = sqlx::query(
         "UPDATE sessions SET clock_started = $1, clock_wall_s = $2, clock_simulated_s = $3, refunded_s = $4, \
-         run_from_s = $5 WHERE session_id = $6",
+         run_from_s = $5, run_wall_s = NULL, run_refunded_s = NULL WHERE session_id = $6",
     )
     .bind(i64::from(clock.started))
     .bind(clock.wall_s)
@@ -93,9 +93,11 @@ pub(crate) struct SavedClock {
     pub(crate) epoch: i64,
     /// Its clock.
     pub(crate) clock: ClockRow,
+    /// Wall-clock time and time given back within the open run, s.
+    pub(crate) in_run: Option<(f64, f64)>,
 }
 
-/// Number of clocks in one statement: each has seven parameters, and SQLite takes 32,766.
+/// Number of clocks in one statement: each has nine parameters, and SQLite takes 32,766.
 const CLOCKS_A_STATEMENT: usize = 200;
 
 /// Two clocks are equal up to rounding, s.
@@ -107,14 +109,15 @@ impl Store {
     pub(crate) async fn save_clocks(&self, clocks: &[SavedClock]) -> Result<(), StoreError> {
         for clocks in clocks.chunks(CLOCKS_A_STATEMENT) {
             let row = |k: usize| {
-                let places: Vec<String> = (7 * k + 1..=7 * k + 7).map(|place| format!("${place}")).collect();
+                let places: Vec<String> = (9 * k + 1..=9 * k + 9).map(|place| format!("${place}")).collect();
                 format!("({})", places.join(", "))
             };
             let rows: Vec<String> = (0..clocks.len()).map(row).collect();
             // Both databases name the columns of VALUES so.
             let sql = format!(
                 "UPDATE sessions SET clock_started = saved.column2, clock_wall_s = saved.column3, \
-                 clock_simulated_s = saved.column4, refunded_s = saved.column5, run_from_s = saved.column6 \
+                 clock_simulated_s = saved.column4, refunded_s = saved.column5, run_from_s = saved.column6, \
+                 run_wall_s = saved.column8, run_refunded_s = saved.column9 \
                  FROM (VALUES {}) AS saved WHERE sessions.session_id = saved.column1 AND sessions.epoch = saved.column7 \
                  AND sessions.status = 'open' AND sessions.refunded_s <= saved.column5 + {ROUNDING_S} \
                  AND CASE WHEN clock_wall_s > clock_simulated_s THEN clock_wall_s ELSE clock_simulated_s END + refunded_s \
@@ -124,7 +127,7 @@ impl Store {
             );
             // The statement depends on the number of clocks: it is not kept.
             let mut query = sqlx::query(sqlx::AssertSqlSafe(sql)).persistent(false);
-            for SavedClock { session_id, epoch, clock } in clocks {
+            for SavedClock { session_id, epoch, clock, in_run } in clocks {
                 query = query
                     .bind(session_id.clone())
                     .bind(i64::from(clock.started))
@@ -132,6 +135,8 @@ impl Store {
                     .bind(clock.simulated_s)
                     .bind(clock.refunded_s);
                 query = bind_double(query, clock.run_from_s).bind(*epoch);
+                let (wall_s, refunded_s) = in_run.unzip();
+                query = bind_double(bind_double(query, wall_s), refunded_s);
             }
             query.execute(&self.pool()).await?;
         }

@@ -30,6 +30,7 @@ mod leaderboard;
 mod lists;
 mod location;
 mod number;
+mod run_actions;
 mod runs;
 mod sessions;
 mod settings;
@@ -51,7 +52,10 @@ pub(crate) use leaderboard::TaskBest;
 pub(crate) use lists::ListFilter;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
-pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
+pub(crate) use run_actions::{
+    OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
+};
+pub(crate) use runs::{FinishedRunRow, InterruptedRun, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
@@ -59,4 +63,4 @@ pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{UnverifiedRun, VerificationStatus};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -176,6 +176,7 @@ async fn the_clocks_of_all_sessions_are_saved_at_once_but_no_later_one_is_lost()
                 session_id: name.into(),
                 epoch: held(name).epoch,
                 clock,
+                in_run: None,
             };
             store.save_clocks(&clocks.iter().map(saved).collect::<Vec<_>>()).await.expect("saves");
         };
@@ -205,7 +206,7 @@ async fn the_clocks_of_all_sessions_are_saved_at_once_but_no_later_one_is_lost()
         assert_eq!((saved("s0").await, saved("s1").await), (Some(later[0]), Some(later[1])));
         // Another owner.
         let epoch = held("s4").epoch + 1;
-        let stale = SavedClock { session_id: "s4".into(), epoch, clock: later[0] };
+        let stale = SavedClock { session_id: "s4".into(), epoch, clock: later[0], in_run: None };
         store.save_clocks(&[stale]).await.expect("saves nothing");
         assert_eq!(saved("s4").await, Some(first[0]));
         store.close().await;
