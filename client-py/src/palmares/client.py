@@ -452,8 +452,8 @@ class Client:
             try:
                 if self._link.resumed is not None:
                     request = self._check_resumed(wanted)
-                while (again := self._steps.next(self.welcome.limits.repeat)) is not None:
-                    self._repeat(again)
+                if self._steps.behind is not None:
+                    self._catch_up()
                 return self._link.exchange(request, kind)
             except Resumed:
                 continue  # The heartbeat resumed after the check above: check again.
@@ -521,14 +521,15 @@ class Client:
         # The step was made, but its observation was lost: make one more tick with the same targets.
         return StepRequest(tick=tick, action=Action())
 
-    def _repeat(self, step: StepRequest) -> None:
-        """Send a step again; drop the observation, which the controller has."""
-        obs = self._link.exchange(step, Observation)
-        self._steps.reached(obs.tick)
-        if obs.done:
-            # Only a limit of the session ends the run earlier than before.
-            self._steps.give_up()
-            self._stream.put(self._named(obs))
+    def _catch_up(self) -> None:
+        """Send steps again; drop the observations, which the controller has."""
+        while (step := self._steps.next(self.welcome.limits.repeat)) is not None:
+            obs = self._link.exchange(step, Observation)
+            self._steps.behind = obs.tick
+            if obs.done:
+                # Only a limit of the session ends the run earlier than before.
+                self._steps.behind = None
+                self._stream.put(self._named(obs))
 
     def _run_lost(self) -> RunLostError:
         """Forget a run that the server has closed; return the error with its outcome."""
