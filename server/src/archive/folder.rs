@@ -1,6 +1,6 @@
 //! The folder of replays, and the key that signs them.
 
-use crate::world::RunObserver;
+use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{Header, KeyError, LoggedTick, PublicKey, RecordError, Recorder, ReplayFile, Signer};
 use palmares_tasks::observation::Wrench;
@@ -126,9 +126,9 @@ impl RunObserver for RecordingObserver {
         }
     }
 
-    fn ticked(&mut self, run: &Run) {
+    fn ticked(&mut self, tick: &Ticked<'_>) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.tick(run);
+            recorder.tick_with(tick.run, tick.state());
         }
     }
 
