@@ -7,6 +7,7 @@ mod actions;
 mod admin;
 mod admission;
 mod backup;
+mod clocks;
 mod crash;
 mod faults;
 mod fleet;

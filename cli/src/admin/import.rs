@@ -148,7 +148,7 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
         let record = match record {
             Ok(record) => record,
             Err(error) => {
-                let line = error.position().map_or(0, csv::Position::line);
+                let line = line_of(bytes, error.position());
                 let why = match error.kind() {
                     csv::ErrorKind::Utf8 { .. } => "not UTF-8".to_owned(),
                     _ => error.to_string(),
@@ -157,7 +157,7 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
                 continue;
             }
         };
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = line_of(bytes, record.position());
         let Some((count, name, label)) = columns else {
             let find = |wanted: &str| record.iter().position(|cell| cell.eq_ignore_ascii_case(wanted));
             match find("name") {
@@ -187,6 +187,13 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
         problems.push((1, "the file is empty; expected a head with the column `name`".into()));
     }
     (rows, problems)
+}
+
+/// The line of a record. The reader counts a line that ends with CR LF only in the next record, and does not count empty lines before one.
+fn line_of(bytes: &[u8], position: Option<&csv::Position>) -> u64 {
+    let begin = position.map_or(0, |position| position.byte() as usize).min(bytes.len());
+    let blank = bytes[begin..].iter().take_while(|byte| b"\r\n".contains(byte)).count();
+    bytes[..begin + blank].iter().filter(|byte| **byte == b'\n').count() as u64 + 1
 }
 
 /// The token file of a team, and what is to do.
@@ -302,6 +309,8 @@ mod tests {
         ] {
             assert_eq!(rows(text.as_bytes()), (wanted.clone(), vec![]), "{text}");
         }
+        let spaced = "name\r\n\r\ncrabs\r\n\r\n\r\neels\r\n";
+        assert_eq!(rows(spaced.as_bytes()).0, [row(3, "crabs", ""), row(6, "eels", "")]);
         assert_eq!(rows(b"name\ncrabs\n"), (vec![row(2, "crabs", "")], vec![]));
     }
 

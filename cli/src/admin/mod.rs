@@ -1,11 +1,10 @@
 //! `palmares admin`: an organizer's commands, sent to a running server.
 
-mod client;
+pub(crate) mod client;
 mod hand;
 mod import;
 mod lists;
 mod restore;
-mod tls;
 mod when;
 
 use client::{Access, Client, Paged};

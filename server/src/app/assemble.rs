@@ -8,6 +8,7 @@ use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::config::{CompetitionMode, Config};
 use crate::fleet::lease::Lease;
+use crate::fleet::shipper::Shipper;
 use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
@@ -81,6 +82,7 @@ pub(super) async fn app(
         clocks: clocks.clone(),
         registry: Default::default(),
         lease: lease.clone(),
+        shipper: fleet_shipper(config, &store)?,
         adopting: Default::default(),
     });
     let secrets =
@@ -121,6 +123,13 @@ pub(super) fn host(config: &Config, tasks: &[Arc<Task>], hands: &[Arc<Hand>]) ->
         internal_url: config.fleet.as_ref().and_then(|fleet| fleet.internal_url.clone()),
         places: config.settings.max_worlds,
     }
+}
+
+/// Stores the ticks of official runs, for the other hosts of a fleet.
+fn fleet_shipper(config: &Config, store: &Store) -> anyhow::Result<Option<Shipper>> {
+    let ships = config.fleet.is_some() && config.mode == CompetitionMode::Official;
+    let shipper = ships.then(|| Shipper::start(store.clone())).transpose();
+    shipper.context("cannot start the thread that stores the ticks of runs")
 }
 
 /// The archive of replays; None on a practice server that does not record.

@@ -104,6 +104,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let server = transport::serve(listener, router, app.inbound.clone(), lifecycle.clone());
     let server = tokio::spawn(server);
     let overseer = tokio::spawn(overrun::watch_over(app.compute.clone()));
+    tokio::spawn(app.sessions.clone().keep_clocks_saved());
     lifecycle.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.
     let finished = timeout(config.shutdown_grace, lifecycle.idle()).await.is_ok();

@@ -137,9 +137,17 @@ impl Shipper {
     }
 
     /// Stops following a run. When this returns, no statement with its ticks is under way: its rows can be deleted.
-    pub(crate) async fn forget(&self, run_id: &str) {
-        let followed = self.shared.runs().remove(run_id);
-        if followed.is_some() {
+    pub(crate) async fn forget(&self, run_id: &str, held: &Held) {
+        let known = {
+            let mut runs = self.shared.runs();
+            // This host may follow the run again, as its next owner.
+            let known = runs.get(run_id).is_some_and(|followed| followed.run.held.epoch == held.epoch);
+            if known {
+                runs.remove(run_id);
+            }
+            known
+        };
+        if known {
             self.shared.whole_round().await;
         }
     }

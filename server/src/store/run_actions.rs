@@ -152,7 +152,6 @@ async fn within<T, E: Into<StoreError>>(work: impl Future<Output = Result<T, E>>
     }
 }
 
-#[cfg_attr(not(test), expect(dead_code, reason = "no session is in a fleet yet"))]
 impl Store {
     /// Opens the connection for the ticks of all runs.
     pub(crate) async fn shipping_connection(&self) -> Result<ShippingConnection, StoreError> {

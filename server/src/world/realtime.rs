@@ -105,12 +105,25 @@ impl RealtimeWorld {
         gate: Option<Gate>,
         compute: &Compute,
     ) -> Arc<Self> {
+        let live = Self::standing(world, hand, tick_s, official, gate, compute);
+        live.resume(&compute.pacer);
+        live
+    }
+
+    /// A world that stands until [`RealtimeWorld::resume`].
+    pub(crate) fn standing(
+        world: World,
+        hand: Arc<Hand>,
+        tick_s: f64,
+        official: bool,
+        gate: Option<Gate>,
+        compute: &Compute,
+    ) -> Arc<Self> {
         let tick_phase = compute.pacer.next_phase();
         let pace = Pace::new(tick_phase.not_before(Instant::now(), tick_s), tick_s);
-        let due = pace.due();
         let scheduler = compute.scheduler.clone();
         let live = Arc::new(Self::new(world, hand, pace, tick_phase, official, gate, scheduler));
-        compute.pacer.enlist(due, 0, live.clone());
+        live.pause();
         live
     }
 

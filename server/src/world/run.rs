@@ -227,6 +227,7 @@ impl World {
         action: &Action,
         repeat: u32,
     ) -> Result<StepResult, StepError> {
+        self.admitted.used();
         let mut earlier = Vec::new();
         let mut left = repeat.max(1);
         loop {

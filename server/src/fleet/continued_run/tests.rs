@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::archive::Archive;
-use crate::compute::admission::Admission;
+use crate::compute::admission::{Admission, WorldRequest};
 use crate::compute::scheduler::{Scheduler, Urgency};
 use crate::fleet::shipped_tick::encode;
 use palmares_protocol::Mode;
@@ -128,12 +128,13 @@ async fn a_run_continues_with_its_recording_and_its_replay_is_verified() {
     let archive = Archive::open(folder.path(), &folder.path().join("key"), 0).expect("opens");
     let (background, scheduler) = (Background::new(2), Scheduler::new(1));
     let admission = Admission::default();
+    let request = WorldRequest { session_id: "s", mode: Mode::Lockstep, official: true };
     // Twice: an earlier process on this host has left an unfinished file.
     for ticks in [100, 150] {
         let Stored { continued, states } = stored(ticks, Some(ticks - 30));
         let motors = continued.hand.motors.len();
         let (recorder, recording) = archive.record(continued.header.clone());
-        let admitted = admission.take(Mode::Lockstep, true, |_| Ok(())).expect("free");
+        let admitted = admission.force(request, Instant::now());
         let opened =
             continued.open(admitted, &background, Some(recorder), vec![]).await.expect("the same run");
         assert_eq!(opened.observation.tick, ticks);

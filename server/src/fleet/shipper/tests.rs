@@ -73,7 +73,7 @@ async fn ticks_and_snapshots_of_all_runs_are_stored() {
     // After the end of a run its rows can be deleted, and stay so.
     let (_, _, observer) = expected.swap_remove(0);
     drop(observer);
-    shipper.forget("a").await;
+    shipper.forget("a", &Held::new("a".into(), 1)).await;
     store.delete_shipped_run("a").await.expect("deletes");
     shipper.flush("b").await.expect("one owner");
     assert_eq!(store.shipped_run("a").await.expect("query"), crate::store::ShippedRun::default());
