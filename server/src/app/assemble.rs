@@ -18,6 +18,7 @@ use crate::state::AppState;
 use crate::store::{Host, NewAuditEntry, Store};
 use crate::transport::InboundLimits;
 use crate::transport::guard::Guard;
+use crate::transport::trusted_proxies::TrustedProxies;
 use crate::version;
 use crate::watch::{Hub, RankingCache};
 use anyhow::{Context, anyhow, bail};
@@ -57,7 +58,8 @@ pub(super) async fn app(
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
-    let inbound = Arc::new(InboundLimits::new(&settings, guard));
+    let inbound =
+        Arc::new(InboundLimits::new(&settings, guard, TrustedProxies(config.trusted_proxies.clone())));
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
     let sensing = config.sensing.clone();
     if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
@@ -81,6 +83,7 @@ pub(super) async fn app(
         lifecycle: lifecycle.clone(),
         clocks: clocks.clone(),
         registry: Default::default(),
+        following: Default::default(),
         lease: lease.clone(),
         shipper: fleet_shipper(config, &store)?,
         adopting: Default::default(),

@@ -1,5 +1,7 @@
 //! The folder of replays, and the key that signs them.
 
+use crate::private_files;
+use crate::stored_path::{REPLAYS, checked};
 use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{Header, KeyError, LoggedTick, PublicKey, RecordError, Recorder, ReplayFile, Signer};
@@ -9,9 +11,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, oneshot};
-
-/// Folder of the replays in the data directory.
-const FOLDER: &str = "replays";
 
 /// The replays of a server.
 #[derive(Debug)]
@@ -32,9 +31,9 @@ impl Archive {
     /// # Errors
     /// The key cannot be read or created.
     pub(crate) fn open(data_dir: &Path, key: &Path, practice_bytes: u64) -> Result<Self, KeyError> {
-        let folder = data_dir.join(FOLDER);
+        let folder = data_dir.join(REPLAYS);
         let failed = |source| KeyError::File { path: folder.clone(), source };
-        std::fs::create_dir_all(&folder).map_err(failed)?;
+        private_files::make_folder(&folder).map_err(failed)?;
         Ok(Archive {
             signer: Arc::new(Signer::open(key)?),
             data_dir: data_dir.to_owned(),
@@ -51,12 +50,15 @@ impl Archive {
 
     /// The folder of the replays.
     pub(super) fn folder(&self) -> PathBuf {
-        self.data_dir.join(FOLDER)
+        self.data_dir.join(REPLAYS)
     }
 
     /// The path of a replay, from the path stored with its run.
-    pub(crate) fn locate(&self, stored: &str) -> PathBuf {
-        self.data_dir.join(stored)
+    ///
+    /// # Errors
+    /// The stored path leads elsewhere.
+    pub(crate) fn locate(&self, stored: &str) -> std::io::Result<PathBuf> {
+        checked(REPLAYS, stored).map(|stored| self.data_dir.join(stored))
     }
 
     /// Adds the files of a hand that is not built in: its replays include them.
@@ -115,7 +117,10 @@ impl RunObserver for RecordingObserver {
     fn opened(&mut self, run: &Run) {
         let Some(Unopened { folder, header, signer, hand_files }) = self.unopened.take() else { return };
         match Recorder::create(&folder, header, run, &signer, hand_files) {
-            Ok(recorder) => self.recorder = Some(recorder),
+            Ok(recorder) => {
+                private_files::restrict(recorder.path(), private_files::FILE_MODE);
+                self.recorder = Some(recorder);
+            }
             Err(error) => drop(self.done.take().map(|done| done.send(Err(error)))),
         }
     }
@@ -166,5 +171,5 @@ impl Recording {
 /// The path that is stored with the run, relative to the data directory.
 pub(crate) fn stored_path(file: &ReplayFile) -> String {
     let name = file.path.file_name().unwrap_or_default().to_string_lossy();
-    format!("{FOLDER}/{name}")
+    format!("{REPLAYS}/{name}")
 }

@@ -53,9 +53,9 @@ async fn round(
 ) -> Result<(), StoreError> {
     for run in store.runs_to_verify().await? {
         let Some(record) = store.run(&run.run_id).await? else { continue };
-        let (path, run_id) = (archive.locate(&run.replay_path), run.run_id.clone());
+        let run_id = run.run_id.clone();
         let (key, tasks) = (archive.clone(), tasks.clone());
-        let job = move || check(&path, &run, &record, &key, &tasks);
+        let job = move || check(&key.locate(&run.replay_path)?, &run, &record, &key, &tasks);
         let Checked { status, note, fingerprint } = match background.run(JobPriority::Idle, job).await {
             Ok(Ok(checked)) => checked,
             Ok(Err(error)) => {

@@ -1,8 +1,10 @@
 //! The competition and its tasks.
 
-use crate::archive::Archive;
+use super::places::{self, Places, ScheduleSummary};
 use crate::competition::Competition;
+use crate::problem::Problem;
 use crate::rules::CompetitionPhase;
+use crate::state::AppState;
 use crate::version;
 use axum::Json;
 use axum::extract::State;
@@ -26,6 +28,15 @@ pub(super) struct CompetitionResponse {
     /// Its phase; official competitions only.
     #[serde(skip_serializing_if = "Option::is_none")]
     phase: Option<CompetitionPhase>,
+    /// Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paused_unix_ms: Option<i64>,
+    /// Places for worlds; official competitions only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    places: Option<Places>,
+    /// The time slots; only with a schedule.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    schedule: Option<ScheduleSummary>,
     /// Number of sessions of a team.
     #[serde(skip_serializing_if = "Option::is_none")]
     sessions_per_team: Option<u32>,
@@ -38,12 +49,14 @@ pub(super) struct CompetitionResponse {
 }
 
 /// The competition of this server.
-pub(super) async fn competition(
-    State(archive): State<Option<Arc<Archive>>>,
-    State(competition): State<Arc<Competition>>,
-) -> Json<CompetitionResponse> {
+pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<CompetitionResponse>, Problem> {
+    let (competition, archive) = (&app.competition, &app.archive);
     let rules = &competition.rules;
-    Json(CompetitionResponse {
+    let (places, schedule) = match rules.official() {
+        true => (Some(places::places(&app).await?), places::schedule(&app).await?),
+        false => (None, None),
+    };
+    Ok(Json(CompetitionResponse {
         competition: competition.info(),
         server: version::own(),
         limits: competition.limits(),
@@ -51,10 +64,13 @@ pub(super) async fn competition(
         hands: competition.hands.iter().map(|hand| hand.name.clone()).collect(),
         replay_key: archive.as_ref().map(|archive| archive.key().to_string()),
         phase: rules.official().then(|| rules.phase()),
+        paused_unix_ms: rules.state().paused_unix_ms,
+        places,
+        schedule,
         sessions_per_team: rules.official().then_some(rules.sessions_per_team),
         seed_secret_sha256: rules.secret_sha256(),
         seed_secret: rules.revealed_secret(),
-    })
+    }))
 }
 
 /// The tasks.
