@@ -14,6 +14,7 @@ mod hands_upload;
 mod handshake;
 mod heartbeat;
 mod impossible;
+mod keys;
 mod leaderboard;
 mod lifecycle;
 mod limits;

@@ -1,6 +1,6 @@
 //! Official runs in the database, and their verification.
 
-use super::{Archive, stored_path, verify_runs};
+use super::{Archive, Keys, stored_path, verify_runs};
 use crate::config::SIGNING_KEY_FILE;
 use crate::fingerprint::tests::{balls, fetching};
 use crate::store::{FinishedRunRow, Location, NewAuditEntry, NewRun, NewSession, Store};
@@ -25,7 +25,8 @@ impl Place {
         let folder = tempfile::tempdir().expect("folder");
         let store = Store::open(&Location::DataDir(folder.path().to_owned())).await.expect("store");
         let key = folder.path().join(SIGNING_KEY_FILE);
-        let archive = Arc::new(Archive::open(folder.path(), &key, 0).expect("archive"));
+        let keys = Keys::open(&key, &store, false).await.expect("key");
+        let archive = Arc::new(Archive::open(folder.path(), keys, 0).expect("archive"));
         Place { folder, store, archive }
     }
 
@@ -175,7 +176,7 @@ async fn a_run_that_does_not_replay_is_rejected_with_the_reason() {
     std::fs::write(place.path("run_other"), &good).expect("written");
     // A changed action with the right key, and an unchanged run with another key.
     let bytes = std::fs::read(place.path("run_forged")).expect("file");
-    let signer = Signer::open(&place.folder.path().join(SIGNING_KEY_FILE)).expect("key");
+    let signer = Signer::read(&place.folder.path().join(SIGNING_KEY_FILE)).expect("reads").expect("key");
     let change = |topic: &str, text: &str| {
         if topic == "/action" && text.starts_with("{\"tick\":42,") {
             text.replace("0.4,0.6", "0.4,0.7")

@@ -111,7 +111,7 @@ fn check(
     };
     let result = (|| -> Result<_, VerifyError> {
         let replay = read(&bytes)?;
-        replay.signed_by(Some(&archive.key()))?;
+        archive.signed(&replay)?;
         if replay.sha256 != run.replay_sha256 {
             return Err(VerifyError::BadSignature(
                 "it is not the file that was written at the end of the run".into(),

@@ -23,6 +23,9 @@ pub(super) struct CompetitionResponse {
     /// Public key of the signatures on replays.
     #[serde(skip_serializing_if = "Option::is_none")]
     replay_key: Option<String>,
+    /// Public keys that signed earlier replays; left out if there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    earlier_replay_keys: Vec<String>,
     /// Its phase; official competitions only.
     #[serde(skip_serializing_if = "Option::is_none")]
     phase: Option<CompetitionPhase>,
@@ -50,6 +53,9 @@ pub(super) async fn competition(
         tasks: competition.task_names(),
         hands: competition.hands.iter().map(|hand| hand.name.clone()).collect(),
         replay_key: archive.as_ref().map(|archive| archive.key().to_string()),
+        earlier_replay_keys: archive.as_ref().map_or_else(Vec::new, |archive| {
+            archive.earlier_keys().iter().map(ToString::to_string).collect()
+        }),
         phase: rules.official().then(|| rules.phase()),
         sessions_per_team: rules.official().then_some(rules.sessions_per_team),
         seed_secret_sha256: rules.secret_sha256(),

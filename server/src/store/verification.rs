@@ -51,6 +51,13 @@ impl Store {
         Ok(row.and_then(|(path, sha256)| Some((path?, sha256?))))
     }
 
+    /// Whether an official run has a replay.
+    pub(crate) async fn has_official_replays(&self) -> Result<bool, StoreError> {
+        let query = "SELECT COUNT(*) FROM runs WHERE k IS NOT NULL AND replay_sha256 IS NOT NULL";
+        let count: i64 = sqlx::query_scalar(query).fetch_one(&self.pool).await?;
+        Ok(count > 0)
+    }
+
     /// Finished runs that wait for their verification, oldest first.
     pub(crate) async fn runs_to_verify(&self) -> Result<Vec<UnverifiedRun>, StoreError> {
         let query = sqlx::query_as(

@@ -50,12 +50,23 @@ impl Official {
 
     /// One with other rules, or on a data directory that exists.
     pub(crate) fn start_on(folder: TempDir, rules: &str, database_url: Option<String>) -> Self {
+        Self::start_with(folder, rules, database_url, &[])
+    }
+
+    /// The same with more arguments.
+    pub(crate) fn start_with(
+        folder: TempDir,
+        rules: &str,
+        database_url: Option<String>,
+        more: &[&str],
+    ) -> Self {
         let file = folder.path().join("competition.toml");
         fs::write(&file, rules).expect("rules");
         let mut arguments = vec!["--config", file.to_str().expect("a path")];
         if let Some(url) = &database_url {
             arguments.extend(["--database-url", url]);
         }
+        arguments.extend(more);
         let token = folder.path().join("organizer.token");
         let server = Server::start_in(folder, &arguments);
         let organizer = fs::read_to_string(token).expect("an organizer's token").trim().to_owned();

@@ -316,8 +316,10 @@ async fn a_hand_waits_for_a_decision() {
             store.hand("h1").await.expect("query").map(|hand| hand.status).as_deref(),
             Some("pending")
         );
-        store.set_setting("state", "open").await.expect("sets");
-        store.set_setting("state", "closed").await.expect("sets");
+        assert_eq!(store.pin_setting("state", "open").await.expect("sets"), "open");
+        assert_eq!(store.pin_setting("state", "closed").await.expect("keeps"), "open");
+        let change = entry("state", "closed");
+        store.change_settings(&[("state", "closed")], &change).await.expect("sets");
         assert_eq!(store.setting("state").await.expect("query").as_deref(), Some("closed"));
         store.close().await;
     }
