@@ -36,6 +36,7 @@ mod senses;
 mod session_time;
 mod store_trouble;
 mod task;
+mod verification;
 mod watch;
 mod watch_binary;
 mod watch_official;

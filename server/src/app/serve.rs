@@ -1,7 +1,7 @@
 //! Starts, runs and stops the server.
 
 use super::assemble;
-use crate::archive;
+use crate::archive::Verification;
 use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
 use crate::http;
@@ -64,13 +64,14 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let audited: Arc<[Arc<Task>]> = tasks.clone().into();
     let app = assemble::app(config, guard, store, tasks, hands).await?;
     let lifecycle = app.lifecycle.clone();
-    let verification =
-        app.archive.clone().map(|archive| {
-            let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
-            tokio::spawn(archive::verify_runs(store, archive, hub, audited, async move {
-                lifecycle.stopping().await
-            }))
-        });
+    let verification = match app.archive.clone() {
+        None => None,
+        Some(archive) => {
+            let verification = Verification::new(app.store.clone(), archive, app.hub.clone(), audited)?;
+            let lifecycle = lifecycle.clone();
+            Some(tokio::spawn(verification.run(async move { lifecycle.stopping().await })))
+        }
+    };
     app.sessions.refund_all().await?;
     app.sessions.restore().await?;
     greet(address, &location, &app)?;

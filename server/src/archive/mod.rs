@@ -10,4 +10,4 @@ mod tests;
 
 pub(crate) use folder::{Archive, Recording, stored_path};
 pub(crate) use keys::Keys;
-pub(crate) use verification::verify_runs;
+pub(crate) use verification::Verification;

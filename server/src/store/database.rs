@@ -11,12 +11,13 @@ use std::time::Duration;
 use tokio::sync::Mutex;
 
 /// Version, name and statements, embedded in the program.
-const MIGRATIONS: [(i64, &str, &str); 5] = [
+const MIGRATIONS: [(i64, &str, &str); 6] = [
     (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
     (2, "competition", include_str!("../../migrations/0002_competition.sql")),
     (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
     (4, "likeness of runs", include_str!("../../migrations/0004_likeness.sql")),
     (5, "announcements", include_str!("../../migrations/0005_announcements.sql")),
+    (9, "verification", include_str!("../../migrations/0009_verification.sql")),
 ];
 
 /// The database.

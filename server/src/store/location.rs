@@ -53,6 +53,23 @@ impl Dialect {
         }
     }
 
+    /// The database's clock as an expression, ms since 1970 UTC.
+    pub(super) fn now_ms(self) -> &'static str {
+        match self {
+            Dialect::Sqlite => "CAST(unixepoch('subsec') * 1000 AS INTEGER)",
+            Dialect::Postgres => "CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+        }
+    }
+
+    /// Locks the selected rows of a table, and skips those that another transaction has locked. SQLite locks at the transaction's
+    /// begin.
+    pub(super) fn lock_rows_of(self, table: &str) -> String {
+        match self {
+            Dialect::Sqlite => String::new(),
+            Dialect::Postgres => format!(" FOR UPDATE OF {table} SKIP LOCKED"),
+        }
+    }
+
     /// Begins a transaction that reads from one snapshot.
     pub(super) fn begin_snapshot(self) -> &'static str {
         match self {

@@ -51,7 +51,7 @@ pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use teams::TeamRow;
 pub(crate) use tokens::{NewToken, TokenRow};
-pub(crate) use verification::{UnverifiedRun, VerificationStatus};
+pub(crate) use verification::{CLAIM, Claim, MAX_TRIES, VerificationStatus};
 
 #[cfg(test)]
 mod tests;

@@ -5,9 +5,12 @@ use super::database::Store;
 use super::error::StoreError;
 use super::number::{signed, unix_ms};
 use super::similar_runs::SimilarRun;
+use super::verification::MAX_TRIES;
 use palmares_tasks::{Event, Outcome, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::Row;
+use sqlx::any::AnyRow;
 
 /// A new run.
 #[derive(Clone, Debug)]
@@ -100,6 +103,16 @@ pub(crate) struct RunRecord {
     verify_note: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     verified_unix_ms: Option<i64>,
+    /// `waiting` for its verification, also for another one after a verdict, or `stuck`: every try was without a verdict. Left out
+    /// otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verify_state: Option<&'static str>,
+    /// Since when it waits, ms since 1970 UTC.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verify_since_unix_ms: Option<i64>,
+    /// Why the last try gave no verdict; for organizers only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) verify_problem: Option<String>,
     server_version: String,
     build_hash: String,
     /// Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none.
@@ -113,9 +126,32 @@ pub(crate) struct RunRecord {
 from_row!(RunRecord {
     run_id, session_id, team, task, hand, mode, sensing, status, reason, note, score, in_goal, outside, ticks,
     sim_time_s, missed_ticks, state_hash, seed, seed_hex, k, started_unix_ms: "started_at",
-    ended_unix_ms: "ended_at", replay_sha256, verify_note, verified_unix_ms: "verified_at", server_version, build_hash;
-    row => similar: None, events: Some(events(row.try_get("events")?)?)
+    ended_unix_ms: "ended_at", replay_sha256, verify_note, verified_unix_ms: "verified_at", verify_problem, server_version, build_hash;
+    row => similar: None, events: Some(events(row.try_get("events")?)?), verify_state: Waiting::of(row)?.map(|waiting| waiting.state),
+    verify_since_unix_ms: Waiting::of(row)?.and_then(|waiting| waiting.since)
 });
+
+/// A run that waits for its verification.
+struct Waiting {
+    state: &'static str,
+    since: Option<i64>,
+}
+
+impl Waiting {
+    fn of(row: &AnyRow) -> Result<Option<Self>, sqlx::Error> {
+        let (status, ordered): (String, Option<i64>) = (row.try_get("status")?, row.try_get("verify_since")?);
+        let (sha256, owner): (Option<String>, Option<String>) =
+            (row.try_get("replay_sha256")?, row.try_get("verify_owner")?);
+        let (ended, tries): (Option<i64>, i64) = (row.try_get("ended_at")?, row.try_get("verify_tries")?);
+        let waits = match status.as_str() {
+            "provisional" => true,
+            "verified" | "rejected" => ordered.is_some(),
+            _ => false,
+        };
+        let state = if tries >= MAX_TRIES && owner.is_none() { "stuck" } else { "waiting" };
+        Ok((waits && sha256.is_some()).then(|| Waiting { state, since: ordered.or(ended) }))
+    }
+}
 
 /// Decodes the stored events.
 fn events(json: Option<String>) -> Result<Vec<Event>, sqlx::Error> {

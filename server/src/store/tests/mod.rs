@@ -5,6 +5,7 @@ mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;
 mod similar_runs;
+mod verification;
 
 use super::*;
 use palmares_tasks::{Event, Outcome, Reason, Sensing};
