@@ -126,8 +126,8 @@ class FakeServer:
                     socket.socket.shutdown(SHUT_RDWR)
                     return
                 reply = {**(self.replies.pop(0) if self.replies else self._reply(request))}
-                if reply.pop("close", None):
-                    socket.close(4408, "session_over")
+                if reason := reply.pop("close", None):
+                    socket.close(4409 if reason == "session_taken" else 4408, reason)
                     return
                 if op in self.drop_after:
                     self.drop_after.discard(op)

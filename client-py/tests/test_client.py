@@ -202,7 +202,7 @@ def test_warnings_are_logged(server: FakeServer, caplog: pytest.LogCaptureFixtur
 
 def test_a_fatal_close_is_not_resumed(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
-        server.replies.append({"close": True})
+        server.replies.append({"close": "session_over"})
         with pytest.raises(palmares.SessionOverError) as caught:
             client.time()
         assert caught.value.fatal

@@ -116,6 +116,28 @@ def test_the_heartbeat_resumes_a_session_whose_connection_broke(
         assert client.step().tick == 2
 
 
+def test_a_client_whose_session_another_one_has_resumed_gives_up(server: FakeServer) -> None:
+    with palmares.Client(server.url, reconnect_s=5.0) as client:
+        client.reset("balls", "softhand")
+        server.replies.append({"close": "session_taken"})
+        for _ in range(2):
+            with pytest.raises(palmares.SessionTakenError) as caught:
+                client.step()
+            assert caught.value.fatal
+            client._link.beat()
+    assert [request["op"] for request in server.requests] == ["hello", "reset", "step"]
+
+
+def test_a_client_that_is_replaced_while_it_resumes_gives_up(server: FakeServer) -> None:
+    with palmares.Client(server.url, reconnect_s=5.0) as client:
+        client.reset("balls", "softhand")
+        server.drop_before.add("step")
+        server.replies.append({"close": "session_taken"})
+        with pytest.raises(palmares.SessionTakenError):
+            client.step()
+    assert [request["op"] for request in server.requests] == ["hello", "reset", "step", "hello"]
+
+
 def test_a_restart_that_voids_the_run_is_an_error(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         obs = client.reset("balls", "softhand")

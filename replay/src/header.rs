@@ -139,6 +139,22 @@ impl Header {
         map
     }
 
+    /// The header as a JSON object of the metadata record's fields, for a process that continues the run.
+    pub fn to_json(&self) -> String {
+        serde_json::to_value(self.to_map()).unwrap_or_default().to_string()
+    }
+
+    /// Reads a header that [`Header::to_json`] wrote.
+    ///
+    /// # Errors
+    /// It is another text, or has another format.
+    pub fn from_json(text: &str) -> Result<Self, VerifyError> {
+        let map = serde_json::from_str(text).map_err(|error| {
+            VerifyError::NotAReplay(format!("the header is no JSON object of strings: {error}"))
+        })?;
+        Header::from_map(&map)
+    }
+
     /// Reads the metadata record.
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, VerifyError> {
         let fields = Fields(map);

@@ -39,7 +39,7 @@ pub use image_export::{ExportError, export_images};
 pub use messages::{PushMessage, StateHash};
 pub use pack::pack;
 pub use reader::{RecordedTick, Replay, each_pose_message, read};
-pub use recorder::{RecordError, Recorder, ReplayFile};
+pub use recorder::{LoggedTick, RecordError, Recorder, ReplayFile};
 pub use records::FILE_BYTES;
 pub use signature::{KeyError, PublicKey, Signer};
 pub use trajectory::Trajectory;

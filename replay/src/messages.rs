@@ -31,7 +31,7 @@ pub struct StateHash(#[schemars(with = "String")] pub u64);
 
 impl StateHash {
     /// The digest of a run's present state.
-    pub(crate) fn of(run: &Run) -> Self {
+    pub fn of(run: &Run) -> Self {
         StateHash(run.digest())
     }
 }

@@ -1,5 +1,8 @@
 //! The part of a recording that runs on the thread of the world: it copies, and sends the copies to a thread that
 //! writes.
+//!
+//! Another process can continue a recording: it builds the run anew at tick 0, creates a recorder, adds the ticks of the
+//! earlier process from a log, and goes on. The file has the same chain; only poses before that are missing.
 
 use crate::format::HASH_EVERY;
 use crate::header::Header;
@@ -10,7 +13,7 @@ use crate::signature::Signer;
 use crate::signed_file::Written;
 use crate::writer::{Plan, write};
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::{Outcome, Run};
+use palmares_tasks::{Action, Event, Outcome, Run};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
@@ -47,6 +50,19 @@ pub struct ReplayFile {
     pub bytes: u64,
 }
 
+/// A tick of the run's past, from a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedTick {
+    /// The action as applied: clipped and complete.
+    pub action: Action,
+    /// Digest of the state after the tick.
+    pub state: StateHash,
+    /// Events of the referee in this tick.
+    pub events: Vec<Event>,
+    /// External wrenches that begin with this tick.
+    pub pushes: Vec<PushMessage>,
+}
+
 /// Records a run.
 #[derive(Debug)]
 pub struct Recorder {
@@ -55,6 +71,8 @@ pub struct Recorder {
     pushes: Vec<PushMessage>,
     channel: Option<SyncSender<Vec<Item>>>,
     thread: Option<JoinHandle<std::io::Result<Written>>>,
+    /// The last recorded tick.
+    tick: u64,
     /// Number of the last pose frame.
     frames: u64,
     tick_s: f64,
@@ -101,6 +119,7 @@ impl Recorder {
             pushes: Vec::new(),
             channel: Some(channel),
             thread: Some(thread),
+            tick: 0,
             frames: 0,
             tick_s,
         };
@@ -115,6 +134,19 @@ impl Recorder {
         self.pushes.push(PushMessage { link: link.into(), wrench, duration_s });
     }
 
+    /// Records the next tick of a run that another process has begun. Waits for the disk when the writer falls behind.
+    pub fn past(&mut self, LoggedTick { action, state, events, pushes }: LoggedTick) {
+        self.add(ActionMessage { tick: self.tick, action, state: Some(state), pushes }, &events);
+        if self.tick.is_multiple_of(HASH_EVERY) {
+            self.items.push(Item::Hash(self.tick, state));
+            let items = std::mem::take(&mut self.items);
+            if self.channel.as_ref().is_some_and(|channel| channel.send(items).is_err()) {
+                // The writer has failed; `finish` returns its error.
+                self.channel = None;
+            }
+        }
+    }
+
     /// Records the tick that `run` has just made.
     pub fn tick(&mut self, run: &Run) {
         let tick = run.tick();
@@ -122,8 +154,7 @@ impl Recorder {
         let state = StateHash::of(run);
         let message =
             ActionMessage { tick: tick - 1, action: run.applied().clone(), state: Some(state), pushes };
-        self.items.push(Item::Action(message));
-        self.items.extend(run.events().iter().cloned().map(Item::Event));
+        self.add(message, run.events());
         let frames = (tick as f64 * self.tick_s * RATE) as u64;
         if frames > self.frames && self.items.len() < MAX_ITEMS_FOR_POSES {
             self.frames = frames;
@@ -133,6 +164,12 @@ impl Recorder {
             self.items.push(Item::Hash(tick, state));
             self.send();
         }
+    }
+
+    fn add(&mut self, message: ActionMessage, events: &[Event]) {
+        self.tick = message.tick + 1;
+        self.items.push(Item::Action(message));
+        self.items.extend(events.iter().cloned().map(Item::Event));
     }
 
     /// Sends the collected items, unless the queue is full: then they stay until the next call. The world never waits

@@ -33,6 +33,7 @@ pub(crate) struct Metrics {
     lateness: Histogram,
     permit_wait: Histogram,
     missed_ticks: Counter,
+    ranking_read: Histogram,
     refusals: Family<CodeLabel, Counter>,
     worlds: Gauge,
     sessions: Gauge,
@@ -71,6 +72,7 @@ impl Metrics {
             lateness: histogram(),
             permit_wait: histogram(),
             missed_ticks: Counter::default(),
+            ranking_read: histogram(),
             refusals: Family::default(),
             worlds: Gauge::default(),
             sessions: Gauge::default(),
@@ -90,6 +92,8 @@ impl Metrics {
         registry.register_with_unit("permit_wait", wait, Unit::Seconds, metrics.permit_wait.clone());
         let missed = "Ticks of realtime runs without a new action";
         registry.register("missed_ticks", missed, metrics.missed_ticks.clone());
+        let ranking = "How long the ranking took to be read from the database";
+        registry.register_with_unit("ranking_read", ranking, Unit::Seconds, metrics.ranking_read.clone());
         registry.register("refusals", "Requests refused, by code", metrics.refusals.clone());
         registry.register("worlds_open", "Worlds that are open", metrics.worlds.clone());
         registry.register("sessions_open", "Sessions that are open", metrics.sessions.clone());
@@ -128,6 +132,11 @@ impl Metrics {
     /// Counts the wait of a tick for its permit.
     pub(crate) fn waited(&self, wait: Duration) {
         self.permit_wait.observe(wait.as_secs_f64());
+    }
+
+    /// Counts a reading of the ranking.
+    pub(crate) fn ranking_read(&self, took: Duration) {
+        self.ranking_read.observe(took.as_secs_f64());
     }
 
     /// Counts a refused request.
@@ -170,6 +179,7 @@ mod tests {
         metrics.began(Duration::from_millis(3), false);
         metrics.began(Duration::from_micros(5), true);
         metrics.waited(Duration::from_micros(10));
+        metrics.ranking_read(Duration::from_millis(30));
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
         metrics.inconclusive("missing_file");
@@ -183,6 +193,7 @@ mod tests {
             "palmares_tick_lateness_seconds_bucket{le=\"0.0032\"} 2",
             "palmares_missed_ticks_total 1",
             "palmares_permit_wait_seconds_bucket{le=\"0.00005\"} 1",
+            "palmares_ranking_read_seconds_count 1",
             "palmares_refusals_total{code=\"bad_action\"} 2",
             "palmares_worlds_open 1",
             "palmares_sessions_open 2",

@@ -10,7 +10,7 @@ use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
 use crate::transport::InboundLimits;
-use crate::watch::{Hub, WatchContext};
+use crate::watch::{Hub, RankingCache, WatchContext};
 use axum::extract::FromRef;
 use std::sync::Arc;
 
@@ -31,6 +31,8 @@ pub(crate) struct AppState {
     pub(crate) archive: Option<Arc<Archive>>,
     /// The spectators' hub.
     pub(crate) hub: Arc<Hub>,
+    /// The ranking.
+    pub(crate) ranking: Arc<RankingCache>,
     /// Checks tokens.
     pub(crate) auth: Arc<Auth>,
     /// Limits on connections and uploads.
@@ -60,6 +62,7 @@ parts! {
     clocks: Arc<SessionClocks>,
     archive: Option<Arc<Archive>>,
     hub: Arc<Hub>,
+    ranking: Arc<RankingCache>,
     auth: Arc<Auth>,
     inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
@@ -73,6 +76,7 @@ impl FromRef<AppState> for WatchContext {
             competition: app.competition.clone(),
             clocks: app.clocks.clone(),
             hub: app.hub.clone(),
+            ranking: app.ranking.clone(),
             auth: app.auth.clone(),
             lifecycle: app.lifecycle.clone(),
         }

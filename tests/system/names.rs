@@ -63,7 +63,7 @@ async fn a_name_that_the_database_has_goes_on_as_it_is() {
     let old = "\u{202e}sbarc\u{200b}";
     let folder = server.kill();
     let mut database = options.connect().await.expect("opens");
-    for table in ["sessions", "runs"] {
+    for table in ["sessions", "runs", "best"] {
         let sql = sqlx::AssertSqlSafe(format!("UPDATE {table} SET team = $1"));
         sqlx::query(sql).bind(old).execute(&mut database).await.expect("renamed");
     }

@@ -1,22 +1,50 @@
 //! Lost connections and second sockets.
 
-use crate::harness::{Client, Server, get, step};
-use serde_json::json;
+use crate::harness::{Client, Server, assert_error, get, reset, step};
+use serde_json::{Value, json};
 use std::time::Duration;
 
+/// A connection that has resumed the session of `welcome`.
+async fn resumed(server: &Server, welcome: &Value) -> (Client, Value) {
+    let (client, back) = Client::resume(server, &welcome["resume_token"]).await;
+    assert_eq!((&back["op"], &back["session_id"]), (&json!("welcome"), &welcome["session_id"]), "{back}");
+    (client, back)
+}
+
 #[tokio::test]
-async fn a_second_socket_for_a_session_is_refused_and_the_first_goes_on() {
+async fn whoever_has_the_resume_token_replaces_the_connection_before() {
     let server = Server::start();
-    let (mut first, welcome) = Client::playing(&server, "a").await;
-    let mut second = Client::connect(&server).await;
-    let hello = json!({"op": "hello", "client": "b", "resume_token": welcome["resume_token"]});
-    for tick in 0..2 {
-        second.refused(hello.clone(), "session_taken").await;
-        first.goes_on(tick).await;
+    let (mut client, welcome) = Client::playing(&server, "a").await;
+    for tick in 0..3 {
+        client.goes_on(tick).await;
+        let (again, back) = resumed(&server, &welcome).await;
+        assert_eq!((&back["run"]["tick"], &back["run"]["open"]), (&json!(tick + 1), &json!(true)), "{back}");
+        assert_error(&client.next().await, "session_taken", true);
+        assert_eq!(client.closed().await, (4409, "session_taken".to_owned()));
+        client = again;
     }
-    // It may have a session of its own, on the same connection.
-    let own = second.ask(json!({"op": "hello", "client": "b"})).await;
+    client.goes_on(3).await;
+    // Without the token a second connection has a session of its own.
+    let (_, own) = Client::greet(&server, "b").await;
     assert_ne!(own["session_id"], welcome["session_id"]);
+    client.goes_on(4).await;
+}
+
+#[tokio::test]
+async fn a_connection_that_cannot_send_is_replaced_too() {
+    // The server would notice the dead connection after this time.
+    let server = Server::start_with(&["--ping-timeout-s", "600"]);
+    let (mut deaf, welcome) = Client::greet(&server, "deaf").await;
+    let mut realtime = reset();
+    realtime["mode"] = "realtime".into();
+    let run = deaf.ask(realtime).await;
+    // The client reads nothing: its observations fill both sockets, and the server waits until it can send again.
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    let (mut again, back) = resumed(&server, &welcome).await;
+    assert_eq!((&back["run"]["run_id"], &back["run"]["open"]), (&run["run_id"], &json!(true)), "{back}");
+    let result = again.ask(json!({"op": "stop"})).await;
+    assert!(result["dropped_obs"].as_u64() > Some(0), "the server could send all of them: {result}");
+    drop(deaf);
 }
 
 #[tokio::test]
@@ -42,7 +70,7 @@ async fn a_lost_connection_leaves_the_run_waiting() {
 async fn who_does_not_come_back_is_scored_as_disconnected() {
     let server = Server::start_with(&["--resume-grace-s", "0"]);
     let (mut client, welcome) = Client::greet(&server, "gone").await;
-    let obs = client.ask(crate::harness::reset()).await;
+    let obs = client.ask(reset()).await;
     client.goes_on(0).await;
     drop(client);
     let path = format!("/v1/runs/{}", obs["run_id"].as_str().expect("an id"));

@@ -129,7 +129,14 @@ fn json(mut response: Response) -> anyhow::Result<Value> {
     serde_json::from_str(&text).context("the response is not JSON")
 }
 
-/// An id for a path: all bytes but letters, digits and underscores are escaped.
+/// An address with these fields, without those that are not set.
+pub(crate) fn with_query(path: &str, fields: &[(&str, Option<String>)]) -> String {
+    let set = fields.iter().filter_map(|(name, value)| Some((name, value.as_ref()?)));
+    let set: Vec<String> = set.map(|(name, value)| format!("{name}={}", escaped(value))).collect();
+    if set.is_empty() { path.to_owned() } else { format!("{path}?{}", set.join("&")) }
+}
+
+/// A part of an address: all bytes but letters, digits and underscores are escaped.
 pub(crate) fn escaped(id: &str) -> String {
     id.bytes()
         .map(|byte| match byte {
@@ -142,11 +149,18 @@ pub(crate) fn escaped(id: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::escaped;
+    use super::{escaped, with_query};
 
     #[test]
     fn an_id_is_one_part_of_a_path() {
         assert_eq!(escaped("run_1a"), "run_1a");
         assert_eq!(escaped("../x?y"), "%2E%2E%2Fx%3Fy");
+    }
+
+    #[test]
+    fn a_query_has_the_fields_that_are_set() {
+        let fields = [("team", Some("a&b".to_owned())), ("task", None), ("limit", Some("3".to_owned()))];
+        assert_eq!(with_query("/v1/x", &fields), "/v1/x?team=a%26b&limit=3");
+        assert_eq!(with_query("/v1/x", &fields[1..2]), "/v1/x");
     }
 }

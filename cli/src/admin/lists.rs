@@ -13,6 +13,7 @@ pub(crate) enum List {
     Teams,
     Tokens,
     Sessions,
+    Similar,
     Audit,
 }
 
@@ -48,6 +49,20 @@ impl List {
                 ("began (UTC)", false, |row| time(&row["created_unix_ms"])),
                 ("ended (UTC)", false, |row| time(&row["ended_unix_ms"])),
             ],
+            List::Similar => vec![
+                ("equal changes", true, |row| text(&row["changes"])),
+                ("of", true, |row| text(&row["of_changes"])),
+                ("task", false, |row| text(&row["task"])),
+                ("k", true, |row| text(&row["k"])),
+                ("first", false, |row| text(&row["runs"][0]["team"])),
+                ("run", false, |row| text(&row["runs"][0]["run_id"])),
+                ("score", true, |row| text(&row["runs"][0]["score"])),
+                ("then", false, |row| text(&row["runs"][1]["team"])),
+                ("run", false, |row| text(&row["runs"][1]["run_id"])),
+                ("score", true, |row| text(&row["runs"][1]["score"])),
+                ("status", false, |row| text(&row["runs"][1]["status"])),
+                ("began (UTC)", false, |row| time(&row["runs"][1]["started_unix_ms"])),
+            ],
             List::Audit => vec![
                 ("no.", true, |row| text(&row["seq"])),
                 ("time (UTC)", false, |row| time(&row["unix_ms"])),
@@ -65,16 +80,18 @@ impl List {
             List::Teams => "teams",
             List::Tokens => "tokens",
             List::Sessions => "sessions",
+            List::Similar => "pairs",
             List::Audit => "records",
         };
         let rows = answer[name].as_array().map_or(&[][..], Vec::as_slice);
         if rows.is_empty() {
             return format!("no {name}\n");
         }
+        let more = if answer["more"] == true { "there are more; --limit shows up to 1000\n" } else { "" };
         let columns = self.columns();
         let mut cells = vec![columns.iter().map(|(heading, ..)| (*heading).to_owned()).collect::<Vec<_>>()];
         cells.extend(rows.iter().map(|row| columns.iter().map(|(.., cell)| cell(row)).collect()));
-        aligned(&cells, |k| columns[k].1)
+        aligned(&cells, |k| columns[k].1) + more
     }
 }
 
@@ -127,6 +144,16 @@ mod tests {
         }
         assert!(lines[1].ends_with(" -"), "{table}");
         assert_eq!(List::Teams.table(&json!({"teams": []})), "no teams\n");
+    }
+
+    #[test]
+    fn a_table_says_that_there_is_more() {
+        let run = json!({"run_id": "run_1", "team": "crabs", "status": "verified", "score": 4.5,
+            "started_unix_ms": 1_795_238_500_000_i64});
+        let pair = json!({"changes": 900, "of_changes": 1000, "task": "balls", "k": 3, "runs": [run, run]});
+        let table = |more: bool| List::Similar.table(&json!({"pairs": [pair], "more": more}));
+        assert!(table(false).lines().nth(1).is_some_and(|line| line.trim().starts_with("900  1000  balls")));
+        assert_eq!((table(false).lines().count(), table(true).lines().count()), (2, 3), "{}", table(true));
     }
 
     #[test]

@@ -173,6 +173,18 @@ enum Session {
 enum Run {
     /// List the runs, oldest first
     List,
+    /// List the pairs of runs of two teams with the same actions, longest common stretch first
+    Similar {
+        /// Only pairs with a run of this team
+        #[arg(long)]
+        team: Option<String>,
+        /// Only runs of this task
+        #[arg(long)]
+        task: Option<String>,
+        /// At most so many pairs, at most 1000
+        #[arg(long, value_name = "N", default_value_t = 100)]
+        limit: u32,
+    },
     /// Show a run, and under `similar` other teams' runs with the same actions
     Show {
         /// Its id
@@ -264,6 +276,7 @@ impl AdminCommand {
             AdminCommand::Team(Team::List) => Some(List::Teams),
             AdminCommand::Token(Token::List) => Some(List::Tokens),
             AdminCommand::Session(Session::List) => Some(List::Sessions),
+            AdminCommand::Run(Run::Similar { .. }) => Some(List::Similar),
             AdminCommand::Audit => Some(List::Audit),
             _ => None,
         }
@@ -302,6 +315,10 @@ impl AdminCommand {
                 post("session/grant", body)
             }
             AdminCommand::Run(Run::List) => All("/v1/admin/export/runs?format=json", "runs"),
+            AdminCommand::Run(Run::Similar { team, task, limit }) => Get(client::with_query(
+                "/v1/admin/similar",
+                &[("team", team.clone()), ("task", task.clone()), ("limit", Some(limit.to_string()))],
+            )),
             AdminCommand::Run(Run::Show { id }) => Get(format!("/v1/runs/{}", client::escaped(id))),
             AdminCommand::Run(Run::Void(id)) => post("run/void", by_id("run_id", id)),
             AdminCommand::Run(Run::Reverify(id)) => post("run/reverify", by_id("run_id", id)),

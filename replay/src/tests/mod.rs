@@ -4,6 +4,7 @@ mod extremes;
 mod forged;
 mod hostile;
 mod image_export;
+mod past;
 mod telemetry;
 
 use super::*;

@@ -16,7 +16,7 @@ use crate::state::AppState;
 use crate::store::{NewAuditEntry, Store};
 use crate::transport::InboundLimits;
 use crate::transport::guard::Guard;
-use crate::watch::Hub;
+use crate::watch::{Hub, RankingCache};
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -66,6 +66,7 @@ pub(super) async fn app(
     let competition = Arc::new(Competition { rules, tasks, hands, own_hands, sensing, settings });
     let (hub, lifecycle) = (Arc::<Hub>::default(), Arc::<Lifecycle>::default());
     let clocks = Arc::<SessionClocks>::default();
+    let ranking = Arc::new(RankingCache::new(store.clone(), competition.rules.official(), hub.clone()));
     for newest in store.announcements(1).await? {
         hub.announce_text(&newest);
     }
@@ -91,6 +92,7 @@ pub(super) async fn app(
         clocks,
         archive,
         hub,
+        ranking,
         auth,
         inbound,
         lifecycle,

@@ -295,7 +295,7 @@ async fn runs_of_two_teams_with_the_same_actions_are_reported() {
         ("crabs", "run_3", 2, &actions),
         ("newts", "run_4", 1, &honest),
         ("crabs", "run_5", 3, &idle),
-        ("newts", "run_6", 2, &idle),
+        ("newts", "run_6", 3, &idle),
     ] {
         place.play_as(team, run_id, k, actions).await;
         assert_eq!(place.verified(run_id).await.0, "verified", "{run_id}");
@@ -306,22 +306,19 @@ async fn runs_of_two_teams_with_the_same_actions_are_reported() {
         found.iter().map(|other| (other["team"].clone(), other["run_id"].clone())).collect::<Vec<_>>()
     };
     let pair = |team: &str, run_id: &str| (json!(team), json!(run_id));
-    assert_eq!(similar("run_1").await, [pair("eels", "run_2")]);
-    assert_eq!(similar("run_3").await, [pair("eels", "run_2")]);
-    assert_eq!(similar("run_2").await, [pair("crabs", "run_1"), pair("crabs", "run_3")]);
-    for run_id in ["run_4", "run_5", "run_6"] {
-        assert_eq!(similar(run_id).await, [], "{run_id}");
-    }
+    let reported = async || {
+        assert_eq!(similar("run_1").await, [pair("eels", "run_2")]);
+        assert_eq!(similar("run_2").await, [pair("crabs", "run_1")]);
+        // Another k is another scene.
+        for run_id in ["run_3", "run_4", "run_5", "run_6"] {
+            assert_eq!(similar(run_id).await, [], "{run_id}");
+        }
+    };
+    reported().await;
     // Verified again, it is reported once.
     place.reverify("run_2").await;
     assert_eq!(place.verified("run_2").await.0, "verified");
-    let audit = serde_json::to_value(place.store.audit(0, 100).await.expect("query")).expect("JSON");
-    let reported: Vec<&Value> =
-        audit.as_array().expect("a list").iter().filter(|entry| entry["action"] == "run.similar").collect();
-    assert_eq!(reported.iter().map(|entry| entry["subject"].clone()).collect::<Vec<_>>(), ["run_2", "run_3"]);
-    assert!(
-        reported[0]["reason"].as_str().expect("why").contains("run run_1 of team crabs"),
-        "{}",
-        reported[0]
-    );
+    reported().await;
+    let audit = place.store.audit(0, 100).await.expect("query");
+    assert_eq!(audit.iter().map(|entry| entry.action.as_str()).collect::<Vec<_>>(), ["run.reverify"]);
 }

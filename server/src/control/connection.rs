@@ -11,7 +11,7 @@ use crate::compute::STACK_BYTES;
 use crate::config::settings::{MESSAGE_BYTES, Settings};
 use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
-use crate::session::{PendingCommand, Session, Sessions, changed};
+use crate::session::{Asked, Handover, PendingCommand, Session, Sessions, changed};
 use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
 use crate::transport::{Caller, ConnectionPermit, close_handshake};
 use axum::body::Bytes;
@@ -46,6 +46,8 @@ enum ConnectionEnd {
     Stopping,
     /// An organizer ended the session.
     Ended,
+    /// The client has a new connection, which gets the session.
+    Replaced(Handover),
 }
 
 /// A timer within this distance of the wanted moment is kept: recomputed moments differ by rounding.
@@ -54,10 +56,21 @@ const ALARM_SLACK: Duration = Duration::from_millis(2);
 /// Initial buffer for a message, bytes.
 const BUFFER_BYTES: usize = 1024;
 
-/// The next order of an organizer; never without a session.
-async fn command(session: Option<&mut Session>) -> PendingCommand {
+/// Longest time to tell a client that another connection has its session: it is probably gone.
+const REPLACED_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// What an organizer or a new connection wants next; never without a session.
+async fn asked(session: Option<&mut Session>) -> Asked {
     match session {
-        Some(session) => session.command().await,
+        Some(session) => session.asked().await,
+        None => std::future::pending().await,
+    }
+}
+
+/// The next connection that wants the session; never without a session.
+async fn claimed(session: Option<&mut Session>) -> Handover {
+    match session {
+        Some(session) => session.claimed().await,
         None => std::future::pending().await,
     }
 }
@@ -190,6 +203,16 @@ impl Connection {
                 }
                 close_handshake(self.socket, CLOSE_NORMAL, "session_over").await;
             }
+            ConnectionEnd::Replaced(to) => {
+                if let Some(session) = session {
+                    session.give(to);
+                }
+                let message = "a new connection has resumed this session with its resume_token";
+                let refusal = Refusal::new(Code::SessionTaken, message).fatal();
+                let _ = timeout(REPLACED_TIMEOUT, self.send(&Reply::refused(None, &refusal))).await;
+                close_handshake(self.socket, Code::SessionTaken.close_code(), Code::SessionTaken.name())
+                    .await;
+            }
             ConnectionEnd::Stopping => {
                 if let Some(session) = session
                     && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await
@@ -256,7 +279,10 @@ impl Connection {
                     armed = false;
                     self.expire().await
                 }
-                command = command(self.session.as_deref_mut()) => self.execute(command).await,
+                asked = asked(self.session.as_deref_mut()) => match asked {
+                    Asked::Command(command) => self.execute(command).await,
+                    Asked::Claim(to) => ControlFlow::Break(ConnectionEnd::Replaced(to)),
+                },
                 // Busy polling registers no waker.
                 message = self.socket.recv(), if !busy => self.receive(message).await,
                 () = changed(live.as_deref()) => self.stream().await,
@@ -438,9 +464,15 @@ impl Connection {
     }
 
     async fn send_message(&mut self, message: Message) -> ControlFlow<ConnectionEnd> {
-        match timeout(self.settings().ping_timeout, self.socket.send(message)).await {
-            Ok(Ok(())) => ControlFlow::Continue(()),
-            Ok(Err(_)) | Err(_) => ControlFlow::Break(ConnectionEnd::Lost),
+        let limit = self.settings().ping_timeout;
+        tokio::select! {
+            biased;
+            sent = timeout(limit, self.socket.send(message)) => match sent {
+                Ok(Ok(())) => ControlFlow::Continue(()),
+                Ok(Err(_)) | Err(_) => ControlFlow::Break(ConnectionEnd::Lost),
+            },
+            // The old socket does not take the message: its client is on another one already.
+            to = claimed(self.session.as_deref_mut()) => ControlFlow::Break(ConnectionEnd::Replaced(to)),
         }
     }
 }

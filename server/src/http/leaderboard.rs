@@ -3,8 +3,8 @@
 use super::csv;
 use crate::competition::Competition;
 use crate::problem::Problem;
-use crate::store::Store;
 use crate::store::{LeaderboardRow, unix_ms};
+use crate::watch::RankingCache;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::CACHE_CONTROL;
@@ -15,27 +15,28 @@ use std::sync::Arc;
 
 /// The ranking.
 #[derive(Serialize, JsonSchema)]
-pub(super) struct Leaderboard {
+pub(super) struct Leaderboard<'a> {
     tasks: Vec<String>,
-    rows: Vec<LeaderboardRow>,
+    rows: &'a [LeaderboardRow],
     unix_ms: i64,
 }
 
 /// The ranking.
 pub(super) async fn json(
     State(competition): State<Arc<Competition>>,
-    State(store): State<Store>,
-) -> Result<impl IntoResponse, Problem> {
-    let rows = store.leaderboard(competition.rules.official()).await?;
+    State(ranking): State<Arc<RankingCache>>,
+) -> Result<Response, Problem> {
+    let ranking = ranking.current().await?;
     let tasks = competition.task_names();
-    Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
+    let body = Leaderboard { tasks, rows: &ranking.rows, unix_ms: unix_ms() };
+    Ok(([(CACHE_CONTROL, "no-store")], Json(body)).into_response())
 }
 
 /// The ranking as a table.
 pub(super) async fn csv(
     State(competition): State<Arc<Competition>>,
-    State(store): State<Store>,
+    State(ranking): State<Arc<RankingCache>>,
 ) -> Result<Response, Problem> {
-    let rows = store.leaderboard(competition.rules.official()).await?;
-    Ok(csv::response(&csv::leaderboard(&rows, &competition.task_names())))
+    let ranking = ranking.current().await?;
+    Ok(csv::response(&csv::leaderboard(&ranking.rows, &competition.task_names())))
 }

@@ -48,7 +48,9 @@ impl Sessions {
             token_hash: Some(token_hash.clone()),
         };
         // Before the row is in the database: another client then finds the session taken, not ended.
-        let commands = self.registry.insert(&token_hash, &session_id);
+        let inbox = self.registry.insert(&token_hash, &session_id);
+        let inbox =
+            inbox.ok_or_else(|| Refusal::new(Code::Internal, "the session's id is in use; try again"))?;
         let begun = self.store.begin_session(&row, max_sessions).await;
         let begun = begun.map_err(store_failed("the session"));
         if !matches!(begun, Ok(true)) {
@@ -63,7 +65,7 @@ impl Sessions {
         }
         let ids = SessionIds { session_id, resume_token, token_hash, team };
         let official = self.competition.rules.official();
-        let mut session = Session::new(self, ids, official, Machine::new(limit_s), commands);
+        let mut session = Session::new(self, ids, official, Machine::new(limit_s), inbox);
         session.note = note;
         tracing::info!(session = session.session_id, team = session.team, "session opened");
         Ok(session)
@@ -71,7 +73,7 @@ impl Sessions {
 
     async fn resume(&self, token: &str, identity: Option<&Identity>) -> Result<Box<Session>, Refusal> {
         entry::may_resume(self, token, identity).await?;
-        let mut session = self.registry.claim(&sha256_hex(token.as_bytes())).await?;
+        let mut session = self.registry.replace(&sha256_hex(token.as_bytes())).await?;
         session.resume_token = token.to_owned();
         session.keep_last_observation();
         tracing::info!(session = session.session_id, "session resumed");

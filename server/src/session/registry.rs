@@ -1,5 +1,5 @@
-//! The open sessions, connected or waiting for their client, and the channels for commands of organizers. It is generic over
-//! the session.
+//! The open sessions, connected or waiting for their client, and the channels for commands of organizers and for claims of new
+//! connections. It is generic over the session.
 
 use super::command::{Command, PendingCommand};
 use palmares_protocol::text::shortened;
@@ -9,22 +9,39 @@ use std::collections::hash_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::{mpsc, oneshot};
 
-/// Hands a waiting session to its client's new connection.
-pub(super) type Handover<S> = oneshot::Sender<Box<S>>;
+/// The request of a new connection for a session.
+#[derive(Debug)]
+pub(crate) struct Claim<S> {
+    /// The token that was shown; the session may have another one since.
+    pub(super) token_hash: String,
+    /// Gets the session.
+    pub(super) to: oneshot::Sender<Box<S>>,
+}
+
+/// The claims of new connections.
+pub(super) type Claims<S> = mpsc::UnboundedReceiver<Claim<S>>;
+
+/// What others want from a session; its holder reads it.
+#[derive(Debug)]
+pub(crate) struct Inbox<S> {
+    /// Commands of organizers.
+    pub(super) commands: mpsc::Receiver<PendingCommand>,
+    /// Claims of new connections.
+    pub(super) claims: Claims<S>,
+}
 
 #[derive(Debug)]
-enum Holder<S> {
-    /// A connection holds the session.
-    Connection,
-    /// A task keeps it for its client.
-    Task(oneshot::Sender<Handover<S>>),
+struct Holder<S> {
+    /// Whether a task keeps the session for its client; otherwise a connection holds it, or gets it now.
+    waiting: bool,
+    /// Never more than one claim for each connection, so that the queue needs no bound of its own.
+    claims: mpsc::UnboundedSender<Claim<S>>,
 }
 
 /// Longest queue of commands for a session.
 const COMMAND_QUEUE: usize = 8;
 
-/// The open sessions by the hash of their resume token, and their command channels by session id. The locks are held for a look-up
-/// only.
+/// The open sessions by the hash of their resume token, and their command channels by session id. A lock is held for a look-up only.
 #[derive(Debug)]
 pub(crate) struct Registry<S> {
     holders: Mutex<HashMap<String, Holder<S>>>,
@@ -52,27 +69,16 @@ impl<S> Registry<S> {
         self.holders().len()
     }
 
-    /// Adds a new session, held by a connection. Returns the receiver of its commands.
-    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> mpsc::Receiver<PendingCommand> {
+    /// Adds a new session, held by a connection, unless it is open already.
+    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> Option<Inbox<S>> {
         let (channel, commands) = mpsc::channel(COMMAND_QUEUE);
-        self.holders().insert(token_hash.to_owned(), Holder::Connection);
-        self.channels().insert(session_id.to_owned(), channel);
-        commands
-    }
-
-    /// Adds a session of the database, unless it is open already.
-    pub(super) fn insert_once(
-        &self,
-        token_hash: &str,
-        session_id: &str,
-    ) -> Option<mpsc::Receiver<PendingCommand>> {
-        let (channel, commands) = mpsc::channel(COMMAND_QUEUE);
+        let (sender, claims) = mpsc::unbounded_channel();
         match self.channels().entry(session_id.to_owned()) {
             Entry::Occupied(_) => return None,
             Entry::Vacant(free) => free.insert(channel),
         };
-        self.holders().insert(token_hash.to_owned(), Holder::Connection);
-        Some(commands)
+        self.holders().insert(token_hash.to_owned(), Holder { waiting: false, claims: sender });
+        Some(Inbox { commands, claims })
     }
 
     /// Removes a session that has ended.
@@ -109,37 +115,46 @@ impl<S> Registry<S> {
     }
 
     /// Takes a waiting session for its client's new connection.
-    pub(crate) async fn claim(&self, token_hash: &str) -> Result<Box<S>, Refusal> {
+    pub(super) async fn claim(&self, token_hash: &str) -> Result<Box<S>, Refusal> {
+        self.take(token_hash, false).await
+    }
+
+    /// Takes a session for a connection that shows its resume token, also from an earlier connection: that one may be dead
+    /// without the server's knowledge.
+    pub(super) async fn replace(&self, token_hash: &str) -> Result<Box<S>, Refusal> {
+        self.take(token_hash, true).await
+    }
+
+    async fn take(&self, token_hash: &str, held: bool) -> Result<Box<S>, Refusal> {
         let gone = || {
             let message = "no session has this resume_token any more; send hello without it for a new one";
             Refusal::new(Code::SessionOver, message)
         };
-        let keeper = {
+        let (to, session) = oneshot::channel();
+        {
             let mut holders = self.holders();
             let holder = holders.get_mut(token_hash).ok_or_else(gone)?;
-            match std::mem::replace(holder, Holder::Connection) {
-                Holder::Task(keeper) => keeper,
-                Holder::Connection => {
-                    return Err(Self::taken());
-                }
+            if !holder.waiting && !held {
+                return Err(Self::taken());
             }
-        };
-        let (handover, session) = oneshot::channel();
-        keeper.send(handover).map_err(|_| gone())?;
+            holder.waiting = false;
+            let claim = Claim { token_hash: token_hash.to_owned(), to };
+            holder.claims.send(claim).map_err(|_| gone())?;
+        }
         session.await.map_err(|_| gone())
     }
 
-    /// A task keeps the session while its client is away. Returns the receiver of the new connection's claim.
-    pub(super) fn wait(&self, token_hash: &str) -> oneshot::Receiver<Handover<S>> {
-        let (keeper, claimed) = oneshot::channel();
-        self.holders().insert(token_hash.to_owned(), Holder::Task(keeper));
-        claimed
+    /// A task keeps the session while its client is away.
+    pub(super) fn wait(&self, token_hash: &str) {
+        if let Some(holder) = self.holders().get_mut(token_hash) {
+            holder.waiting = true;
+        }
     }
 
     /// Removes the session unless a connection has claimed it. Returns whether it was removed.
     pub(super) fn withdraw(&self, token_hash: &str) -> bool {
         let mut holders = self.holders();
-        if matches!(holders.get(token_hash), Some(Holder::Connection)) {
+        if holders.get(token_hash).is_some_and(|holder| !holder.waiting) {
             return false;
         }
         holders.remove(token_hash);
@@ -157,46 +172,65 @@ mod tests {
         done.err().map(|refusal| refusal.code)
     }
 
+    /// Gives the session to the next claim.
+    async fn give(inbox: &mut Inbox<&'static str>) -> Result<(), Box<&'static str>> {
+        inbox.claims.recv().await.expect("claimed").to.send(Box::new("it"))
+    }
+
     #[tokio::test]
     async fn only_one_client_gets_a_waiting_session() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("hash", "ses");
+        let mut inbox = registry.insert("hash", "ses").expect("new");
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken), "a connection holds it");
-        let asked = registry.wait("hash");
-        let keeper = tokio::spawn(async move { asked.await.map(|handover| handover.send(Box::new("it"))) });
-        assert_eq!(registry.claim("hash").await.map(|session| *session), Ok("it"));
-        assert!(matches!(keeper.await, Ok(Ok(Ok(())))));
+        registry.wait("hash");
+        let (claimed, given) = tokio::join!(registry.claim("hash"), give(&mut inbox));
+        assert_eq!((claimed.map(|session| *session), given), (Ok("it"), Ok(())));
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken));
         assert_eq!(code(registry.claim("other").await), Some(Code::SessionOver));
         assert_eq!(registry.len(), 1);
     }
 
     #[tokio::test]
+    async fn a_session_is_taken_from_a_connection_by_its_token() {
+        let registry = TestRegistry::default();
+        let mut inbox = registry.insert("hash", "ses").expect("new");
+        for _ in 0..2 {
+            let (claimed, given) = tokio::join!(registry.replace("hash"), give(&mut inbox));
+            assert_eq!((claimed.map(|session| *session), given), (Ok("it"), Ok(())));
+            assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken));
+        }
+        assert_eq!(code(registry.replace("other").await), Some(Code::SessionOver));
+        // The session ends before its holder reads the claim.
+        let (claimed, ()) = tokio::join!(registry.replace("hash"), async { drop(inbox) });
+        assert_eq!(code(claimed), Some(Code::SessionOver));
+    }
+
+    #[tokio::test]
     async fn it_is_claimed_or_withdrawn_but_not_both() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("hash", "ses");
-        let asked = registry.wait("hash");
+        let inbox = registry.insert("hash", "ses").expect("new");
+        registry.wait("hash");
         assert!(registry.withdraw("hash"));
-        drop(asked);
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionOver), "it is gone");
-        let asked = registry.wait("hash");
-        let claimed = async { registry.claim("hash").await };
+        registry.remove("hash", "ses");
+        drop(inbox);
+        let mut inbox = registry.insert("hash", "ses").expect("new");
+        registry.wait("hash");
         let late = async {
-            let handover = asked.await.expect("asked for");
             assert!(!registry.withdraw("hash"), "it was claimed first");
-            handover.send(Box::new("it")).expect("still wanted");
+            give(&mut inbox).await.expect("still wanted");
         };
-        assert!(tokio::join!(claimed, late).0.is_ok());
+        assert!(tokio::join!(registry.claim("hash"), late).0.is_ok());
     }
 
     #[tokio::test]
     async fn a_new_token_leads_to_the_same_session_and_the_old_one_nowhere() {
         let registry = TestRegistry::default();
-        let _commands = registry.insert("old", "ses");
+        let _inbox = registry.insert("old", "ses").expect("new");
         registry.rekey("old", "new");
-        assert_eq!(code(registry.claim("old").await), Some(Code::SessionOver));
+        assert_eq!(code(registry.replace("old").await), Some(Code::SessionOver));
         assert_eq!(code(registry.claim("new").await), Some(Code::SessionTaken));
-        assert!(registry.insert_once("third", "ses").is_none() && registry.knows("ses"));
+        assert!(registry.insert("third", "ses").is_none() && registry.knows("ses"));
         registry.remove("new", "ses");
         assert!(!registry.knows("ses") && registry.len() == 0);
     }
@@ -204,13 +238,13 @@ mod tests {
     #[tokio::test]
     async fn a_command_returns_when_it_is_done_or_its_session_is_gone() {
         let registry = TestRegistry::default();
-        let mut commands = registry.insert("hash", "ses");
+        let mut inbox = registry.insert("hash", "ses").expect("new");
         let obey = async {
-            let PendingCommand { command, done } = commands.recv().await.expect("asked");
+            let PendingCommand { command, done } = inbox.commands.recv().await.expect("a command");
             assert_eq!(command, Command::Pause);
             done.send(Ok(())).expect("waited for");
-            let ignored = commands.recv().await.expect("asked again");
-            drop((ignored, commands));
+            let ignored = inbox.commands.recv().await.expect("another command");
+            drop((ignored, inbox));
         };
         let ask = async {
             assert_eq!(registry.command("ses", Command::Pause).await, Ok(()));

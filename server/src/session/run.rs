@@ -227,7 +227,12 @@ impl Session {
             server_version: own.version,
             build_hash: own.build_hash,
         };
-        self.shared.store.begin_run(&row).await.map_err(store_failed("the run"))
+        self.shared.store.begin_run(&row).await.map_err(store_failed("the run"))?;
+        if new.sensing == Sensing::Truth {
+            // The team no longer uses sensors only.
+            self.shared.hub.ranking_changed();
+        }
+        Ok(())
     }
 
     /// Starts the run's clock, and a realtime world.

@@ -3,7 +3,7 @@
 use super::command::PendingCommand;
 use super::finished::FinishedRun;
 use super::machine::Machine;
-use super::registry::Registry;
+use super::registry::{Claims, Inbox, Registry};
 use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, SessionClocks};
 use crate::competition::Competition;
@@ -22,7 +22,7 @@ use palmares_tasks::Reason;
 use palmares_tasks::run::Exposure;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::sync::mpsc;
+use tokio::sync::oneshot;
 
 /// How often the clock is saved while nothing else saves it.
 const SAVE_INTERVAL: Duration = Duration::from_secs(5);
@@ -84,7 +84,7 @@ pub(crate) struct Session {
     pub(super) recording: Option<Recording>,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
-    pub(super) commands: mpsc::Receiver<PendingCommand>,
+    inbox: Inbox<Session>,
     /// Refunded runs whose rows are not updated yet.
     pub(super) refunded_runs: Vec<String>,
     saved: Instant,
@@ -104,6 +104,31 @@ pub(super) enum OpenRun {
     Realtime(Arc<RealtimeWorld>),
 }
 
+/// Hands a session to its client's new connection.
+pub(crate) type Handover = oneshot::Sender<Box<Session>>;
+
+/// What others want from a session.
+#[derive(Debug)]
+pub(crate) enum Asked {
+    /// An organizer's command.
+    Command(PendingCommand),
+    /// A new connection wants the session.
+    Claim(Handover),
+}
+
+/// The next claim with the session's present token, of a connection that still exists.
+async fn claimed(claims: &mut Claims<Session>, token_hash: &str) -> Handover {
+    loop {
+        match claims.recv().await {
+            Some(claim) if claim.token_hash == token_hash && !claim.to.is_closed() => return claim.to,
+            // Dropping it refuses it.
+            Some(_) => {}
+            // The registry has no session any more.
+            None => return std::future::pending().await,
+        }
+    }
+}
+
 /// The ids of a session.
 pub(super) struct SessionIds {
     pub(super) session_id: String,
@@ -120,7 +145,7 @@ impl Session {
         ids: SessionIds,
         official: bool,
         machine: Machine,
-        commands: mpsc::Receiver<PendingCommand>,
+        inbox: Inbox<Session>,
     ) -> Box<Self> {
         let SessionIds { session_id, resume_token, token_hash, team } = ids;
         Box::new(Session {
@@ -136,7 +161,7 @@ impl Session {
             upcoming: Vec::new(),
             recording: None,
             unstored: None,
-            commands,
+            inbox,
             refunded_runs: Vec::new(),
             saved: Instant::now(),
             note: None,
@@ -147,14 +172,14 @@ impl Session {
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
         let ResumableSession { session_id, team, token_hash, limit_s, clock, paused } = row;
         let state = ClockState::of(&clock);
-        let commands = shared.registry.insert_once(&token_hash, &session_id)?;
+        let inbox = shared.registry.insert(&token_hash, &session_id)?;
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
         shared.clocks.show(&session_id, machine.clock());
         // The client has the token.
         let ids = SessionIds { session_id, resume_token: String::new(), token_hash, team };
-        Some(Session::new(shared, ids, true, machine, commands))
+        Some(Session::new(shared, ids, true, machine, inbox))
     }
 
     /// Time of the sessions: since the server started.
@@ -241,13 +266,18 @@ impl Session {
         }
     }
 
-    /// The next command of an organizer.
-    pub(crate) async fn command(&mut self) -> PendingCommand {
-        match self.commands.recv().await {
-            Some(command) => command,
-            // The registry has the sender as long as the session exists.
-            None => std::future::pending().await,
+    /// What an organizer or a new connection wants next.
+    pub(crate) async fn asked(&mut self) -> Asked {
+        let Inbox { commands, claims } = &mut self.inbox;
+        tokio::select! {
+            Some(command) = commands.recv() => Asked::Command(command),
+            to = claimed(claims, &self.token_hash) => Asked::Claim(to),
         }
+    }
+
+    /// The next connection that shows the resume token.
+    pub(crate) async fn claimed(&mut self) -> Handover {
+        claimed(&mut self.inbox.claims, &self.token_hash).await
     }
 
     /// Time until [`Session::expire`] is due, if no request comes until then.

@@ -1,10 +1,8 @@
 //! A session without a connection: it waits for its client, or ends.
 
-use super::registry::Handover;
-use super::session::Session;
+use super::session::{Asked, Handover, Session};
 use crate::world::realtime::RealtimeWorld;
 use palmares_tasks::Reason;
-use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep_until};
 
 impl Session {
@@ -26,14 +24,22 @@ impl Session {
         self.wait();
     }
 
+    /// Hands the session to its client's new connection.
+    pub(crate) fn give(self: Box<Self>, to: Handover) {
+        // If the new connection has ended already, the session waits for the next.
+        if let Err(session) = to.send(self) {
+            session.wait();
+        }
+    }
+
     /// Starts a task that keeps the session until its client reconnects, its grace period or its time ends, or the server stops.
     pub(super) fn wait(self: Box<Self>) {
-        let claimed = self.shared.registry.wait(&self.token_hash);
-        tokio::spawn(keep(self, claimed));
+        self.shared.registry.wait(&self.token_hash);
+        tokio::spawn(keep(self));
     }
 }
 
-async fn keep(mut session: Box<Session>, mut claimed: oneshot::Receiver<Handover<Session>>) {
+async fn keep(mut session: Box<Session>) {
     let (shared, token_hash) = (session.shared.clone(), session.token_hash.clone());
     let lifecycle = &shared.lifecycle;
     let _alive = lifecycle.alive();
@@ -42,18 +48,13 @@ async fn keep(mut session: Box<Session>, mut claimed: oneshot::Receiver<Handover
         let change = session.next_change().map(|wait| Instant::now() + wait);
         let live = session.stream().cloned();
         tokio::select! {
-            handover = &mut claimed => {
-                if let Ok(handover) = handover {
-                    give(handover, session);
-                }
-                return;
-            }
-            command = session.command() => {
+            asked = session.asked() => match asked {
+                Asked::Claim(to) => return session.give(to),
                 // The reply is for a connected client.
-                if session.execute(command).await.0 {
+                Asked::Command(command) => if session.execute(command).await.0 {
                     break Reason::Voided;
                 }
-            }
+            },
             () = changed(live.as_deref()) => session.close_if_world_over().await,
             () = until(change) => {
                 // The warning is for a connected client.
@@ -76,8 +77,9 @@ async fn keep(mut session: Box<Session>, mut claimed: oneshot::Receiver<Handover
     if shared.registry.withdraw(&token_hash) {
         let note = lifecycle.is_stopping().then_some("the server shut down");
         session.end(give_up, note).await;
-    } else if let Ok(handover) = claimed.await {
-        give(handover, session);
+    } else {
+        let to = session.claimed().await;
+        session.give(to);
     }
 }
 
@@ -93,12 +95,5 @@ pub(crate) async fn changed(live: Option<&RealtimeWorld>) {
     match live {
         Some(live) => live.changed().await,
         None => std::future::pending().await,
-    }
-}
-
-fn give(handover: Handover<Session>, session: Box<Session>) {
-    // If the new connection has ended already, the session waits for the next.
-    if let Err(session) = handover.send(session) {
-        session.wait();
     }
 }

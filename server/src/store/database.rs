@@ -2,6 +2,7 @@
 
 use super::error::StoreError;
 use super::location::{Dialect, Location, Lock, Target};
+use Statements::{Each, Same};
 use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::{Any, AnyPool, Executor, SqlSafeStr, Transaction};
@@ -10,15 +11,31 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// Version, name and statements, embedded in the program.
-const MIGRATIONS: [(i64, &str, &str); 6] = [
-    (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
-    (2, "competition", include_str!("../../migrations/0002_competition.sql")),
-    (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
-    (4, "likeness of runs", include_str!("../../migrations/0004_likeness.sql")),
-    (5, "announcements", include_str!("../../migrations/0005_announcements.sql")),
-    (9, "verification", include_str!("../../migrations/0009_verification.sql")),
+/// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
+const MIGRATIONS: [(i64, &str, Statements); 8] = [
+    (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
+    (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
+    (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
+    (4, "likeness of runs", Same(include_str!("../../migrations/0004_likeness.sql"))),
+    (5, "announcements", Same(include_str!("../../migrations/0005_announcements.sql"))),
+    (7, "similar runs", Same(include_str!("../../migrations/0007_similar_runs.sql"))),
+    (
+        8,
+        "ranking",
+        Each {
+            sqlite: include_str!("../../migrations/0008_ranking.sqlite.sql"),
+            postgres: include_str!("../../migrations/0008_ranking.postgres.sql"),
+        },
+    ),
+    (9, "verification", Same(include_str!("../../migrations/0009_verification.sql"))),
 ];
+
+/// The statements of a migration.
+#[derive(Clone, Copy)]
+enum Statements {
+    Same(&'static str),
+    Each { sqlite: &'static str, postgres: &'static str },
+}
 
 /// The database.
 #[derive(Clone, Debug)]
@@ -61,7 +78,7 @@ impl Store {
             .connect_with(target.options()?)
             .await
             .map_err(|source| StoreError::Open { place: target.place, source })?;
-        migrator().run(&pool).await?;
+        migrator(dialect).run(&pool).await?;
         Ok(Store { pool, dialect, lock: Arc::new(Mutex::new(Some(lock))), audit: Arc::default() })
     }
 
@@ -85,8 +102,12 @@ impl Store {
     }
 }
 
-fn migrator() -> Migrator {
-    let migrations = MIGRATIONS.map(|(version, name, sql)| {
+fn migrator(dialect: Dialect) -> Migrator {
+    let migrations = MIGRATIONS.map(|(version, name, statements)| {
+        let sql = match (statements, dialect) {
+            (Same(sql), _) | (Each { sqlite: sql, .. }, Dialect::Sqlite) => sql,
+            (Each { postgres: sql, .. }, Dialect::Postgres) => sql,
+        };
         Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql.into_sql_str(), false)
     });
     Migrator::with_migrations(migrations.into())

@@ -7,7 +7,7 @@ use sqlx::any::{AnyRow, AnyTypeInfoKind};
 use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};
 
 /// The tables, each after the tables that it refers to.
-const TABLES: [&str; 11] = [
+const TABLES: [&str; 12] = [
     "teams",
     "tokens",
     "hands",
@@ -18,6 +18,7 @@ const TABLES: [&str; 11] = [
     "sessions",
     "runs",
     "action_marks",
+    "common_marks",
     "similar_runs",
 ];
 
@@ -103,6 +104,10 @@ impl Store {
                 query.execute(&mut *transaction).await?;
             }
         }
+        // Backups of 0.2.0 have marks without k.
+        let marks = "UPDATE action_marks SET k = (SELECT runs.k FROM runs WHERE runs.run_id = action_marks.run_id) \
+                     WHERE k IS NULL";
+        sqlx::query(marks).execute(&mut *transaction).await?;
         transaction.commit().await?;
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::database::Store;
 use super::error::StoreError;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// A team's row in the ranking.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -40,42 +40,59 @@ pub(crate) struct TaskBest {
     pub(crate) ended_unix_ms: i64,
 }
 
-/// A row of the query: the best run of a team in a task.
-type Best = (String, String, f64, String, String, i64, i64, i64);
+/// A row of the table `best`: a team's runs of a task. Without a run that counts, the best one is missing.
+type Best = (String, String, i64, i64, Option<f64>, Option<String>, Option<String>, Option<i64>, i64);
 
 impl Store {
     /// All teams with a finished run that counts, best first. Rejected and voided runs do not count, practice runs
     /// only in practice.
     pub(crate) async fn leaderboard(&self, official: bool) -> Result<Vec<LeaderboardRow>, StoreError> {
+        Ok(self.revised_leaderboard(official).await?.1)
+    }
+
+    /// The ranking, and its revision.
+    pub(crate) async fn revised_leaderboard(
+        &self,
+        official: bool,
+    ) -> Result<(i64, Vec<LeaderboardRow>), StoreError> {
         let best: Vec<Best> = sqlx::query_as(
-            "SELECT team, task, score, run_id, status, ended_at, runs, \
-                 (SELECT COUNT(*) FROM runs AS seeing WHERE seeing.team = ranked.team AND sensing = 'truth' \
-                  AND (seeing.k IS NOT NULL) = ($1 = 1)) AS seeing FROM ( \
-               SELECT team, task, score, run_id, status, ended_at, \
-                      COUNT(*) OVER (PARTITION BY team) AS runs, \
-                      ROW_NUMBER() OVER (PARTITION BY team, task ORDER BY score DESC, ended_at, run_id) AS place \
-               FROM runs WHERE score IS NOT NULL AND (status = 'practice' AND $1 = 0 OR \
-                 status IN ('provisional', 'verified') AND $1 = 1) \
-             ) AS ranked WHERE place = 1",
+            "SELECT team, task, runs, truth, score, run_id, status, ended_at, revision FROM best \
+             WHERE official = $1",
         )
         .bind(i64::from(official))
         .fetch_all(&self.pool)
         .await?;
-        let mut teams: BTreeMap<String, LeaderboardRow> = BTreeMap::new();
-        for (team, task, score, run_id, status, ended_unix_ms, runs, seeing) in best {
-            let row = teams.entry(team.clone()).or_insert_with(|| LeaderboardRow {
+        let mut teams: HashMap<String, LeaderboardRow> = HashMap::new();
+        let mut revision = 0;
+        for (team, task, runs, truth, score, run_id, status, ended_at, changes) in best {
+            revision += changes;
+            let row = teams.entry(team).or_insert_with_key(|team| LeaderboardRow {
                 rank: 0,
-                team,
+                team: team.clone(),
                 total: 0.0,
-                runs,
+                runs: 0,
                 reached_unix_ms: i64::MIN,
-                sensors_only: seeing == 0,
+                sensors_only: true,
                 sensors_rank: None,
                 tasks: BTreeMap::new(),
             });
-            row.tasks.insert(task, TaskBest { score, run_id, status, ended_unix_ms });
+            row.runs += runs;
+            row.sensors_only &= truth == 0;
+            if let (Some(score), Some(run_id), Some(status), Some(ended_unix_ms)) =
+                (score, run_id, status, ended_at)
+            {
+                row.tasks.insert(task, TaskBest { score, run_id, status, ended_unix_ms });
+            }
         }
-        Ok(rank(teams.into_values().collect()))
+        Ok((revision, rank(teams.into_values().filter(|row| !row.tasks.is_empty()).collect())))
+    }
+
+    /// The revision of the ranking: it grows with every change, on whichever server.
+    pub(crate) async fn leaderboard_revision(&self, official: bool) -> Result<i64, StoreError> {
+        let query = sqlx::query_scalar(
+            "SELECT CAST(COALESCE(SUM(revision), 0) AS BIGINT) FROM best WHERE official = $1",
+        );
+        Ok(query.bind(i64::from(official)).fetch_one(&self.pool).await?)
     }
 }
 

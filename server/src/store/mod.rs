@@ -49,6 +49,7 @@ pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
 pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
+pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
 pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{CLAIM, Claim, MAX_TRIES, VerificationStatus};

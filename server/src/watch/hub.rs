@@ -122,7 +122,7 @@ impl Hub {
         Published { channel, samples }
     }
 
-    /// Sends the ranking to all viewers, since it may have changed.
+    /// Counts a possible change of the ranking: readers get it from the database again.
     pub(crate) fn ranking_changed(&self) {
         self.ranking.send_modify(|count| *count += 1);
     }
@@ -151,6 +151,11 @@ impl Hub {
     /// Changes whenever a run opens or ends.
     pub(super) fn changes(&self) -> watch::Receiver<u64> {
         self.changed.subscribe()
+    }
+
+    /// Number of changes of the ranking that were noticed.
+    pub(super) fn ranking_count(&self) -> u64 {
+        *self.ranking.borrow()
     }
 
     /// Changes whenever the ranking may have changed.

@@ -6,7 +6,8 @@ use super::channel::{Following, QueuedMessage};
 use super::context::WatchContext;
 use super::frame::text;
 use super::hub::FindError;
-use super::messages::{Clock, Ranking, Runs, Score, Subscribed, WatchReply};
+use super::messages::{Clock, Runs, Score, Subscribed, WatchReply};
+use super::ranking_cache::Readings;
 use super::request::{Request, Target, parse};
 use super::sample::Overlays;
 use crate::auth::Identity;
@@ -34,8 +35,6 @@ const KEY_PERIOD: Duration = Duration::from_secs(10);
 const CLOCK_PERIOD: Duration = Duration::from_secs(1);
 /// Shortest time between two messages `verdicts`.
 const VERDICTS_PERIOD: Duration = Duration::from_millis(500);
-/// Shortest time between two rankings.
-const RANKING_PERIOD: Duration = Duration::from_secs(1);
 /// Longest time for a viewer to accept a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -52,7 +51,9 @@ pub(super) struct Viewer {
     /// The run and the score that were sent last.
     sent_score: Option<(String, f64)>,
     changes: watch::Receiver<u64>,
+    /// Changes of the ranking, and the rankings that were read after some of them.
     ranking: watch::Receiver<u64>,
+    rankings: watch::Receiver<Readings>,
     announced: watch::Receiver<Option<Announcement>>,
     /// Whether poses are binary frames.
     binary: bool,
@@ -69,7 +70,8 @@ pub(super) struct Viewer {
     verdicts_due: bool,
     next_verdicts: Instant,
     next_frame: Instant,
-    next_ranking: Instant,
+    /// Number of changes before the ranking that was sent last.
+    sent_ranking: Option<u64>,
     heard: Instant,
 }
 
@@ -98,9 +100,8 @@ async fn next(following: &mut Option<Following>, not_before: Instant) -> Next {
     }
 }
 
-/// Returns when the value has changed, and not before `not_before`.
-async fn changed<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
-    sleep_until(not_before).await;
+/// Returns when the value has changed.
+async fn changed<T>(changes: &mut watch::Receiver<T>) {
     if changes.changed().await.is_err() {
         pending::<()>().await;
     }
@@ -109,10 +110,9 @@ async fn changed<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
 impl Viewer {
     pub(super) fn new(socket: WebSocket, context: WatchContext, watcher: Watcher, binary: bool) -> Self {
         let now = Instant::now();
-        let (changes, mut ranking) = (context.hub.changes(), context.hub.ranking_changes());
-        let mut announced = context.hub.announcements();
-        // Every new viewer gets the current ones.
-        ranking.mark_changed();
+        let (changes, ranking) = (context.hub.changes(), context.hub.ranking_changes());
+        let (rankings, mut announced) = (context.ranking.readings(), context.hub.announcements());
+        // Every new viewer gets the current one.
         announced.mark_changed();
         Viewer {
             socket,
@@ -123,6 +123,7 @@ impl Viewer {
             sent_score: None,
             changes,
             ranking,
+            rankings,
             announced,
             binary,
             overlays: None,
@@ -134,7 +135,7 @@ impl Viewer {
             verdicts_due: false,
             next_verdicts: now,
             next_frame: now,
-            next_ranking: now,
+            sent_ranking: None,
             heard: now,
         }
     }
@@ -164,8 +165,12 @@ impl Viewer {
                         Err(_) => ControlFlow::Break(None),
                     }
                 }
-                () = changed(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.send_ranking().await,
-                () = changed(&mut self.announced, Instant::now()), if self.target.is_some() => self.send_announcement().await,
+                () = changed(&mut self.ranking), if self.target.is_some() => {
+                    self.context.ranking.refresh();
+                    ControlFlow::Continue(())
+                }
+                () = changed(&mut self.rankings), if self.target.is_some() => self.send_ranking().await,
+                () = changed(&mut self.announced), if self.target.is_some() => self.send_announcement().await,
                 () = sleep_until(self.next_clock), if self.following.is_some() && self.has_extensions() => self.send_clock().await,
                 () = sleep_until(self.next_verdicts), if self.verdicts_due => self.send_verdicts().await,
                 next = next(&mut self.following, self.next_frame) => match next {
@@ -246,7 +251,12 @@ impl Viewer {
             (Err(FindError::Unknown), Target::Featured | Target::Leaderboard) => None,
         };
         if self.target.is_none() {
-            self.ranking.mark_changed();
+            // The current ranking; if it has changed since it was read, after the next reading.
+            self.sent_ranking = None;
+            match self.context.ranking.is_stale() {
+                true => self.context.ranking.refresh(),
+                false => self.rankings.mark_changed(),
+            }
         }
         self.target = Some(target);
         self.overlays = overlays;
@@ -386,15 +396,16 @@ impl Viewer {
         }
     }
 
+    /// Sends the ranking that was read last, and has it read again if it has changed since.
     async fn send_ranking(&mut self) -> ControlFlow<ViewerEnd> {
-        self.next_ranking = Instant::now() + RANKING_PERIOD;
-        match self.context.store.leaderboard(self.context.competition.rules.official()).await {
-            Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
-            Err(error) => {
-                // The viewer keeps the last ranking and gets the next one.
-                tracing::error!(%error, "the database failed");
-                ControlFlow::Continue(())
+        let newest = self.rankings.borrow_and_update().newest.clone();
+        self.context.ranking.refresh();
+        match newest {
+            Some(newest) if self.sent_ranking != Some(newest.changes) => {
+                self.sent_ranking = Some(newest.changes);
+                self.send_text(newest.message()).await
             }
+            _ => ControlFlow::Continue(()),
         }
     }
 

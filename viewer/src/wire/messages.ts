@@ -1043,6 +1043,20 @@ export interface Opened {
 /** Data that can be sent in addition to the poses. */
 export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
 
+/** A run of a pair. */
+export interface PairedRun {
+  /** Its id. */
+  run_id: string;
+  /** Its team. */
+  team: string;
+  /** As in `GET /v1/runs/{id}`. */
+  status: string;
+  /** Its score. */
+  score: number | null;
+  /** Time of its begin, ms since 1970 UTC. */
+  started_unix_ms: number;
+}
+
 /** A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards. */
 export interface PatchDescription {
   /** Name. */
@@ -1525,6 +1539,20 @@ export interface ShownHand {
   description: HandDescription;
 }
 
+/** Two runs with the same actions over a long stretch. */
+export interface SimilarPair {
+  /** Number of consecutive changes of the action that are the same, a lower bound. */
+  changes: number;
+  /** Number of changes of the run with fewer. */
+  of_changes: number;
+  /** Task of both. */
+  task: string;
+  /** Number of each among its team's runs of the task: both have the same scene. */
+  k: number | null;
+  /** The run that began first, and the other. */
+  runs: [PairedRun, PairedRun];
+}
+
 /** Another team's run with the same actions over a long stretch. */
 export interface SimilarRun {
   /** The other run. */
@@ -1535,6 +1563,13 @@ export interface SimilarRun {
   k: number | null;
   /** Number of consecutive changes of the action that are the same, a lower bound. */
   changes: number;
+}
+
+/** Pairs of similar runs, longest common stretch first. */
+export interface SimilarRuns {
+  pairs: SimilarPair[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** One field of an action or an observation. */

@@ -39,8 +39,8 @@ from palmares.wire import (
     SessionWarning,
 )
 
-# Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
-# noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
+# Delays between attempts to reconnect; the last one repeats. A server of version 0.2.0 refuses a new
+# connection until it has noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
 RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0)
 # Period of the heartbeat, the thread that answers pings while the controller computes: well below
 # `Limits.ping_timeout_s`.
@@ -147,6 +147,8 @@ class Link:
                     self._reopen()
                 return
             except (NoServerError, ConnectionLostError, SessionTakenError, CapacityError) as not_yet:
+                if not_yet.fatal:
+                    raise
                 last = not_yet
         raise ConnectionLostError(
             f"the connection broke and did not come back within {self._reconnect_s:g} s: {last}"
@@ -356,7 +358,11 @@ class Link:
 
 
 def raise_if_fatal(closed: Closed) -> None:
-    """Raise the error of a close frame; the codes 4400 to 4599 end the session."""
+    """Raise the error of a close frame; the codes 4400 to 4599 end the session.
+
+    After ``session_taken`` another program has the session: two that resume it in turn would never end.
+
+    """
     if _has_error_code(closed):
         raise error_of(closed.reason, "the server closed the session", fatal=True) from closed
 

@@ -84,6 +84,16 @@ pub(super) fn routes() -> Routes<AppState> {
             .words(&["void", "reverify"]),
             runs::act,
         )
+        .add(
+            get_json::<runs::SimilarRuns>(
+                "/v1/admin/similar",
+                "Pairs of runs of two teams with the same actions, longest common stretch first",
+            )
+            .query("team", "Only pairs with a run of this team")
+            .query("task", "Only runs of this task")
+            .query("limit", "Max pairs; 1000 if left out, and at most"),
+            runs::similar,
+        )
         .add(get_json::<hands::List>("/v1/admin/hands", "The hands of all teams"), hands::list)
         .add(
             get_json::<hands::Shown>(

@@ -1,12 +1,12 @@
-//! Voids runs and verifies them again.
+//! Voids runs and verifies them again; lists pairs of similar runs.
 
 use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
-use crate::http::extract::Path;
+use crate::http::extract::{Path, Query};
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
 use crate::session::Command;
 use crate::state::AppState;
-use crate::store::RunRecord;
+use crate::store::{RunRecord, SimilarPair, Store};
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::Code;
@@ -29,6 +29,37 @@ pub(in crate::http) struct RunActionRequest {
 pub(in crate::http) struct RunActionResponse {
     run: RunRecord,
     session: Option<SessionNow>,
+}
+
+/// Rows of a response, if the request does not say how many, and at most.
+const MAX_ROWS: u32 = 1000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SimilarFilter {
+    team: Option<String>,
+    task: Option<String>,
+    limit: Option<u32>,
+}
+
+/// Pairs of similar runs, longest common stretch first.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::http) struct SimilarRuns {
+    pairs: Vec<SimilarPair>,
+    /// Whether there are more, which `limit` left out.
+    more: bool,
+}
+
+/// Pairs of runs of two teams with the same actions over a long stretch.
+pub(super) async fn similar(
+    State(store): State<Store>,
+    Query(filter): Query<SimilarFilter>,
+) -> Result<Json<SimilarRuns>, Problem> {
+    let limit = filter.limit.unwrap_or(MAX_ROWS).min(MAX_ROWS);
+    let mut pairs = store.similar_pairs(filter.team.as_deref(), filter.task.as_deref(), limit + 1).await?;
+    let more = pairs.len() > limit as usize;
+    pairs.truncate(limit as usize);
+    Ok(Json(SimilarRuns { pairs, more }))
 }
 
 /// `void`, `reverify`.

@@ -9,7 +9,8 @@ use crate::competition::Competition;
 use crate::names::printable;
 use crate::problem::Problem;
 use crate::rules::CompetitionPhase;
-use crate::store::{LeaderboardRow, Store, TaskBest};
+use crate::store::{LeaderboardRow, TaskBest};
+use crate::watch::RankingCache;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST, IF_NONE_MATCH, X_CONTENT_TYPE_OPTIONS};
 use axum::http::{HeaderMap, StatusCode};
@@ -41,14 +42,14 @@ struct Shown<'a> {
 pub(in crate::http) async fn leaderboard(
     State(archive): State<Option<Arc<Archive>>>,
     State(competition): State<Arc<Competition>>,
-    State(store): State<Store>,
+    State(ranking): State<Arc<RankingCache>>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
     let rules = &competition.rules;
-    let rows = store.leaderboard(rules.official()).await?;
+    let ranking = ranking.current().await?;
     let phase = rules.official().then(|| rules.phase());
     let body = render(&Shown {
-        rows: &rows,
+        rows: &ranking.rows,
         tasks: &competition.task_infos(),
         here: headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080"),
         title: if phase.is_some() { rules.name.as_str() } else { "Practice leaderboard" },

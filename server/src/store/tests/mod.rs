@@ -1,6 +1,7 @@
 //! The store with real databases: every test runs on each kind.
 
 mod competition;
+mod leaderboard;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;
@@ -82,6 +83,13 @@ async fn finish(store: &Store, run_id: &str, score: f64, status: &str) -> String
         clock: None,
     };
     store.finish_run(&run).await.expect("finish")
+}
+
+/// A verdict on a run, whether it is the run's turn or not.
+async fn judge(store: &Store, run_id: &str, status: VerificationStatus) {
+    let claim = sqlx::query("UPDATE runs SET verify_owner = 'judge' WHERE run_id = $1").bind(run_id);
+    claim.execute(&store.pool).await.expect("claims");
+    store.set_verdict("judge", run_id, status, "").await.expect("judges");
 }
 
 #[tokio::test]

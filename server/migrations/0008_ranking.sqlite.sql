@@ -1,0 +1,92 @@
+-- The ranking, kept up to date in the transaction of every write to `runs`, so that reading it does not read all runs. Triggers keep
+-- it: no write can miss it.
+
+CREATE TABLE best (
+    team     TEXT NOT NULL,
+    task     TEXT NOT NULL,
+    official BIGINT NOT NULL CHECK (official IN (0, 1)),
+    -- Number of runs that count.
+    runs     BIGINT NOT NULL,
+    -- 1 if any run has the true state, whether it counts or not.
+    truth    BIGINT NOT NULL CHECK (truth IN (0, 1)),
+    -- The best run; NULL while none counts.
+    score    DOUBLE PRECISION,
+    run_id   TEXT,
+    status   TEXT,
+    ended_at BIGINT,
+    -- Number of changes of this row. It only grows, so the sum over all rows changes with the ranking.
+    revision BIGINT NOT NULL,
+    PRIMARY KEY (team, task, official)
+);
+
+-- The runs that count, in the order of the ranking. They replace an index without the order of ties.
+DROP INDEX runs_best;
+CREATE INDEX runs_best_official ON runs (team, task, score DESC, ended_at, run_id)
+    WHERE score IS NOT NULL AND status IN ('provisional', 'verified');
+CREATE INDEX runs_best_practice ON runs (team, task, score DESC, ended_at, run_id)
+    WHERE score IS NOT NULL AND status = 'practice';
+
+-- SQLite has no functions: an insert into this view counts `change` more runs and finds the best run again.
+CREATE VIEW best_counted AS SELECT team, task, official, 0 AS change FROM best;
+
+CREATE TRIGGER best_counted_official INSTEAD OF INSERT ON best_counted WHEN NEW.official = 1 BEGIN
+    INSERT INTO best (team, task, official, runs, truth, revision) VALUES (NEW.team, NEW.task, 1, 0, 0, 0)
+        ON CONFLICT (team, task, official) DO NOTHING;
+    UPDATE best SET runs = runs + NEW.change, revision = revision + 1, (score, run_id, status, ended_at) = (
+        SELECT score, run_id, status, ended_at FROM runs
+        WHERE team = NEW.team AND task = NEW.task AND score IS NOT NULL AND status IN ('provisional', 'verified')
+        ORDER BY score DESC, ended_at, run_id LIMIT 1)
+    WHERE team = NEW.team AND task = NEW.task AND official = 1;
+END;
+
+CREATE TRIGGER best_counted_practice INSTEAD OF INSERT ON best_counted WHEN NEW.official = 0 BEGIN
+    INSERT INTO best (team, task, official, runs, truth, revision) VALUES (NEW.team, NEW.task, 0, 0, 0, 0)
+        ON CONFLICT (team, task, official) DO NOTHING;
+    UPDATE best SET runs = runs + NEW.change, revision = revision + 1, (score, run_id, status, ended_at) = (
+        SELECT score, run_id, status, ended_at FROM runs
+        WHERE team = NEW.team AND task = NEW.task AND score IS NOT NULL AND status = 'practice'
+        ORDER BY score DESC, ended_at, run_id LIMIT 1)
+    WHERE team = NEW.team AND task = NEW.task AND official = 0;
+END;
+
+CREATE TRIGGER runs_truth AFTER INSERT ON runs WHEN NEW.sensing = 'truth' BEGIN
+    INSERT INTO best (team, task, official, runs, truth, revision)
+        VALUES (NEW.team, NEW.task, NEW.k IS NOT NULL, 0, 1, 1)
+        ON CONFLICT (team, task, official) DO UPDATE SET truth = 1, revision = revision + 1 WHERE truth = 0;
+END;
+
+-- A run of a backup arrives finished.
+CREATE TRIGGER runs_restored AFTER INSERT ON runs
+WHEN NEW.score IS NOT NULL AND NEW.status IN ('practice', 'provisional', 'verified') BEGIN
+    INSERT INTO best_counted VALUES (NEW.team, NEW.task, NEW.status <> 'practice', 1);
+END;
+
+CREATE TRIGGER runs_judged AFTER UPDATE OF status, score ON runs
+WHEN OLD.status <> NEW.status OR OLD.score IS DISTINCT FROM NEW.score BEGIN
+    INSERT INTO best_counted
+        SELECT NEW.team, NEW.task, 1,
+            (NEW.score IS NOT NULL AND NEW.status IN ('provisional', 'verified'))
+            - (OLD.score IS NOT NULL AND OLD.status IN ('provisional', 'verified'))
+        WHERE OLD.status IN ('provisional', 'verified') OR NEW.status IN ('provisional', 'verified');
+    INSERT INTO best_counted
+        SELECT NEW.team, NEW.task, 0,
+            (NEW.score IS NOT NULL AND NEW.status = 'practice') - (OLD.score IS NOT NULL AND OLD.status = 'practice')
+        WHERE OLD.status = 'practice' OR NEW.status = 'practice';
+END;
+
+INSERT INTO best (team, task, official, runs, truth, score, run_id, status, ended_at, revision)
+    SELECT team, task, official, SUM(counts), MAX(truth), MAX(CASE WHEN place = 1 THEN score END),
+        MAX(CASE WHEN place = 1 THEN run_id END), MAX(CASE WHEN place = 1 THEN status END),
+        MAX(CASE WHEN place = 1 THEN ended_at END), 1
+    FROM (
+        SELECT *, CASE WHEN counts = 1 THEN ROW_NUMBER() OVER (
+            PARTITION BY team, task, official, counts ORDER BY score DESC, ended_at, run_id) END AS place
+        FROM (
+            SELECT run_id, team, task, score, status, ended_at, 0 AS truth, 1 AS counts,
+                CASE WHEN status = 'practice' THEN 0 ELSE 1 END AS official
+            FROM runs WHERE score IS NOT NULL AND status IN ('practice', 'provisional', 'verified')
+            UNION ALL
+            SELECT NULL, team, task, NULL, NULL, NULL, 1, 0, CASE WHEN k IS NULL THEN 0 ELSE 1 END
+            FROM runs WHERE sensing = 'truth'
+        ) AS either
+    ) AS ranked GROUP BY team, task, official;
