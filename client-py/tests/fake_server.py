@@ -40,6 +40,8 @@ class FakeServer:
     """`welcome.note`"""
     forget: bool = False
     """Greet a reconnected client without a run, as after a restart."""
+    unavailable: int = 0
+    """Number of handshakes that a proxy answers with 503, since it reaches no server."""
     closed_meanwhile: bool = False
     """Greet a reconnected client with an ended run, which waits for `stop`."""
     ticks: int = 20
@@ -86,6 +88,9 @@ class FakeServer:
         return next((Subprotocol(name) for name in self.subprotocols if name in offered), None)
 
     def _authorize(self, socket: ServerConnection, request: Request) -> Response | None:
+        if self.unavailable > 0:
+            self.unavailable -= 1
+            return socket.respond(503, "<html><body><h1>503 Service Unavailable</h1></body></html>")
         if self.token is None or request.headers.get("Authorization") == f"Bearer {self.token}":
             return None
         problem = {"title": "Unauthorized", "status": 401, "detail": "no team", "code": "not_authorized"}

@@ -153,7 +153,7 @@ def test_a_local_client_reports_the_cause(billion: str) -> None:
 @needs_server
 def test_a_server_reports_the_cause_in_lockstep_and_in_real_time(billion: str, tmp_path: Path) -> None:
     limits = tmp_path / "limits.toml"
-    limits.write_text("[hand_limits]\n" + "".join(f"{figure} = inf\n" for figure in BOUND))
+    limits.write_text('mode = "practice"\n[hand_limits]\n' + "".join(f"{figure} = inf\n" for figure in BOUND))
     arguments = ["--config", str(limits), "--hand", billion]
     with RealServer(tmp_path / "data", *arguments) as server, palmares.Client(server.url) as client:
         client.reset("grasp", "billion", seed=1)

@@ -116,6 +116,18 @@ def test_the_heartbeat_resumes_a_session_whose_connection_broke(
         assert client.step().tick == 2
 
 
+def test_a_client_waits_behind_a_proxy_for_the_server_to_come_back(server: FakeServer) -> None:
+    server.unavailable = 1
+    with pytest.raises(palmares.NoServerError, match="HTTP status 503"):
+        palmares.Client(server.url)
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        server.drop_before.add("step")
+        server.unavailable = 2
+        assert client.step().tick == 1
+    assert server.unavailable == 0
+
+
 def test_a_client_whose_session_another_one_has_resumed_gives_up(server: FakeServer) -> None:
     with palmares.Client(server.url, reconnect_s=5.0) as client:
         client.reset("balls", "softhand")

@@ -25,6 +25,8 @@ CREATE INDEX runs_best_official ON runs (team, task, score DESC, ended_at, run_i
     WHERE score IS NOT NULL AND status IN ('provisional', 'verified');
 CREATE INDEX runs_best_practice ON runs (team, task, score DESC, ended_at, run_id)
     WHERE score IS NOT NULL AND status = 'practice';
+-- Lists of sessions count the runs of each.
+CREATE INDEX runs_session ON runs (session_id);
 
 -- Counts `change` more runs and finds the best run again. The first statement locks the row until the transaction ends; the next
 -- statement then reads all that was committed before, by any server.

@@ -25,6 +25,8 @@ CREATE INDEX runs_best_official ON runs (team, task, score DESC, ended_at, run_i
     WHERE score IS NOT NULL AND status IN ('provisional', 'verified');
 CREATE INDEX runs_best_practice ON runs (team, task, score DESC, ended_at, run_id)
     WHERE score IS NOT NULL AND status = 'practice';
+-- Lists of sessions count the runs of each.
+CREATE INDEX runs_session ON runs (session_id);
 
 -- SQLite has no functions: an insert into this view counts `change` more runs and finds the best run again.
 CREATE VIEW best_counted AS SELECT team, task, official, 0 AS change FROM best;

@@ -9,4 +9,6 @@ ALTER TABLE runs ADD COLUMN verify_until BIGINT;
 ALTER TABLE runs ADD COLUMN verify_tries BIGINT NOT NULL DEFAULT 0;
 -- Why the last try gave no verdict.
 ALTER TABLE runs ADD COLUMN verify_problem TEXT;
+-- The host whose data directory has the replay; NULL where all runs of the database are of one host.
+ALTER TABLE runs ADD COLUMN replay_host TEXT;
 CREATE INDEX runs_verify ON runs (verify_since) WHERE verify_since IS NOT NULL;

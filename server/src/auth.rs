@@ -203,7 +203,11 @@ impl Auth {
 
     /// Closes the connections of these tokens.
     pub(crate) fn revoke(&self, token_ids: impl IntoIterator<Item = String>) {
-        self.revoked.send_modify(|revoked| revoked.extend(token_ids));
+        self.revoked.send_if_modified(|revoked| {
+            let before = revoked.len();
+            revoked.extend(token_ids);
+            revoked.len() > before
+        });
     }
 
     /// Returns when the token is revoked, at once if that has happened since the server started; never without a token.

@@ -4,6 +4,7 @@ mod file;
 pub(crate) mod sensing;
 pub(crate) mod settings;
 
+use crate::store::ALONE;
 use anyhow::bail;
 use clap::Args;
 use file::File;
@@ -112,6 +113,15 @@ pub struct ServeOptions {
           value_parser = clap::value_parser!(u32).range(0..=3600))]
     pub(crate) shutdown_grace_s: Option<u32>,
 
+    /// The name of this server in a fleet: several servers that share one Postgres database and one competition. Each has a name of its
+    /// own, which it keeps when it restarts
+    #[arg(long, value_name = "NAME", env = "PALMARES_FLEET_HOST")]
+    pub(crate) fleet_host: Option<String>,
+
+    /// The address at which the other servers of the fleet reach this one: http://10.0.0.11:8080
+    #[arg(long, value_name = "URL", env = "PALMARES_INTERNAL_URL")]
+    pub(crate) internal_url: Option<String>,
+
     /// Seconds after which a client that is silent, or does not accept a message, is disconnected
     #[arg(long, value_name = "SECONDS", env = "PALMARES_PING_TIMEOUT_S", default_value_t = 15, hide = true,
           value_parser = clap::value_parser!(u32).range(1..=3600))]
@@ -121,6 +131,15 @@ pub struct ServeOptions {
     #[arg(long, value_name = "SECONDS", env = "PALMARES_HELLO_TIMEOUT_S", default_value_t = 10, hide = true,
           value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub(crate) hello_timeout_s: u32,
+}
+
+/// A server's part in a fleet: several servers that share one Postgres database and one competition.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Fleet {
+    /// Its name.
+    pub(crate) host: String,
+    /// The address at which the others reach it.
+    pub(crate) internal_url: Option<String>,
 }
 
 /// The configuration of a server.
@@ -154,6 +173,8 @@ pub(crate) struct Config {
     pub(crate) data_dir: PathBuf,
     /// URL of the database; None for a file in the data directory.
     pub(crate) database_url: Option<String>,
+    /// This server's part in a fleet.
+    pub(crate) fleet: Option<Fleet>,
     /// File of the secret from which official seeds are derived.
     pub(crate) seed_secret: PathBuf,
     /// File of the key that signs replays.
@@ -181,7 +202,14 @@ impl ServeOptions {
     /// The file cannot be read or is not valid.
     pub(crate) fn resolve(&self) -> anyhow::Result<Config> {
         let file = match &self.config {
-            Some(path) => File::read(path)?,
+            Some(path) => {
+                let file = File::read(path)?;
+                // An empty file must not open a practice server instead of a competition.
+                if file.mode.is_none() {
+                    bail!("{}: mode is missing: expected \"official\" or \"practice\"", path.display());
+                }
+                file
+            }
             None => File::default(),
         };
         let folder = self.config.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
@@ -217,6 +245,8 @@ impl ServeOptions {
         let count =
             |option: Option<u32>, in_file: Option<u32>, usual| option.or(in_file).unwrap_or(usual) as usize;
         let seconds = |seconds| Duration::from_secs(u64::from(seconds));
+        let database_url = self.database_url.clone().or(file.database_url.clone());
+        let fleet = self.fleet(&file, database_url.as_deref())?;
         let default_name = if mode == CompetitionMode::Official { "competition" } else { "practice" };
         Ok(Config {
             name: file.name.clone().unwrap_or_else(|| default_name.into()),
@@ -238,7 +268,8 @@ impl ServeOptions {
             replace_signing_key: self.replace_signing_key,
             no_replays: self.no_replays,
             practice_replays_mb: self.practice_replays_mb,
-            database_url: self.database_url.clone().or(file.database_url.clone()),
+            database_url,
+            fleet,
             data_dir,
             shutdown_grace: seconds(self.shutdown_grace_s.or(file.shutdown_grace_s).unwrap_or(30)),
             settings: Settings {
@@ -262,6 +293,37 @@ impl ServeOptions {
                 ping_timeout: seconds(self.ping_timeout_s),
             },
         })
+    }
+}
+
+impl ServeOptions {
+    fn fleet(&self, file: &File, database_url: Option<&str>) -> anyhow::Result<Option<Fleet>> {
+        let in_file = file.fleet.clone().unwrap_or_default();
+        let internal_url = self.internal_url.clone().or(in_file.internal_url);
+        let Some(host) = self.fleet_host.clone().or(in_file.host) else {
+            if file.fleet.is_some() || internal_url.is_some() {
+                bail!("fleet: give this server a name: host in [fleet], or --fleet-host");
+            }
+            return Ok(None);
+        };
+        let word = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if host.is_empty() || host.len() > 63 || host == ALONE || !host.chars().all(word) {
+            bail!(
+                "fleet host `{host}`: expected 1 to 63 letters, digits, `-`, `_` or `.`, and another name than `{ALONE}`"
+            );
+        }
+        if let Some(url) = &internal_url {
+            let valid = url.parse::<axum::http::Uri>().is_ok_and(|uri| {
+                uri.scheme_str() == Some("http") && uri.authority().is_some() && uri.path() == "/"
+            });
+            if !valid {
+                bail!("fleet internal_url `{url}`: expected http://ADDRESS:PORT");
+            }
+        }
+        if !database_url.is_some_and(|url| url.starts_with("postgres")) {
+            bail!("fleet host `{host}`: a fleet needs a Postgres database: database_url, or --database-url");
+        }
+        Ok(Some(Fleet { host, internal_url }))
     }
 }
 

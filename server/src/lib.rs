@@ -11,6 +11,7 @@ mod compute;
 mod config;
 mod control;
 mod fingerprint;
+mod fleet;
 mod hands;
 mod http;
 mod lifecycle;

@@ -33,6 +33,9 @@ pub(crate) struct Metrics {
     lateness: Histogram,
     permit_wait: Histogram,
     missed_ticks: Counter,
+    stale_writes: Counter,
+    sessions_taken: Counter,
+    runs_continued: Counter,
     ranking_read: Histogram,
     refusals: Family<CodeLabel, Counter>,
     worlds: Gauge,
@@ -72,6 +75,9 @@ impl Metrics {
             lateness: histogram(),
             permit_wait: histogram(),
             missed_ticks: Counter::default(),
+            stale_writes: Counter::default(),
+            sessions_taken: Counter::default(),
+            runs_continued: Counter::default(),
             ranking_read: histogram(),
             refusals: Family::default(),
             worlds: Gauge::default(),
@@ -92,6 +98,12 @@ impl Metrics {
         registry.register_with_unit("permit_wait", wait, Unit::Seconds, metrics.permit_wait.clone());
         let missed = "Ticks of realtime runs without a new action";
         registry.register("missed_ticks", missed, metrics.missed_ticks.clone());
+        let stale = "Writes that were refused because the session has another owner";
+        registry.register("stale_writes", stale, metrics.stale_writes.clone());
+        let taken = "Sessions of other hosts or of an earlier process that this server has taken over";
+        registry.register("sessions_taken", taken, metrics.sessions_taken.clone());
+        let continued = "Runs of other hosts or of an earlier process that this server has continued";
+        registry.register("runs_continued", continued, metrics.runs_continued.clone());
         let ranking = "How long the ranking took to be read from the database";
         registry.register_with_unit("ranking_read", ranking, Unit::Seconds, metrics.ranking_read.clone());
         registry.register("refusals", "Requests refused, by code", metrics.refusals.clone());
@@ -132,6 +144,19 @@ impl Metrics {
     /// Counts the wait of a tick for its permit.
     pub(crate) fn waited(&self, wait: Duration) {
         self.permit_wait.observe(wait.as_secs_f64());
+    }
+
+    /// Counts a write that was refused because the session has another owner.
+    pub(crate) fn refused_stale_write(&self) {
+        self.stale_writes.inc();
+    }
+
+    /// Counts a session that this server has taken over, and whether its run continues.
+    pub(crate) fn took_session(&self, run_continues: bool) {
+        self.sessions_taken.inc();
+        if run_continues {
+            self.runs_continued.inc();
+        }
     }
 
     /// Counts a reading of the ranking.
@@ -184,6 +209,9 @@ mod tests {
         metrics.refused(Code::BadAction);
         metrics.inconclusive("missing_file");
         metrics.verification(Duration::from_millis(2500), 5);
+        metrics.refused_stale_write();
+        metrics.took_session(false);
+        metrics.took_session(true);
         let text = metrics.text(Gauges { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
         for line in [
             "palmares_ticks_total 1",
@@ -193,6 +221,9 @@ mod tests {
             "palmares_tick_lateness_seconds_bucket{le=\"0.0032\"} 2",
             "palmares_missed_ticks_total 1",
             "palmares_permit_wait_seconds_bucket{le=\"0.00005\"} 1",
+            "palmares_stale_writes_total 1",
+            "palmares_sessions_taken_total 2",
+            "palmares_runs_continued_total 1",
             "palmares_ranking_read_seconds_count 1",
             "palmares_refusals_total{code=\"bad_action\"} 2",
             "palmares_worlds_open 1",

@@ -77,6 +77,14 @@ pub(crate) fn method_not_allowed(method: &Method) -> Response {
     respond(StatusCode::METHOD_NOT_ALLOWED, &Refusal::new(Code::BadRequest, message))
 }
 
+/// The answer to a WebSocket handshake of another version, with the version that is served (RFC 6455, section 4.4).
+pub(crate) fn wrong_websocket_version() -> Response {
+    let refusal = Refusal::new(Code::BadRequest, "Sec-WebSocket-Version: expected 13");
+    let mut response = respond(StatusCode::UPGRADE_REQUIRED, &refusal);
+    response.headers_mut().insert(header::SEC_WEBSOCKET_VERSION, HeaderValue::from_static("13"));
+    response
+}
+
 /// The answer for an unknown address.
 pub(crate) async fn nothing_here(uri: Uri) -> Problem {
     let message = format!("nothing at {}", shortened(uri.path()));

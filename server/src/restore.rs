@@ -1,7 +1,7 @@
 //! Restores a backup.
 
 use crate::backup;
-use crate::store::{Location, Store};
+use crate::store::{Host, Location, Store};
 use anyhow::Context;
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub fn restore(file: &Path, data_dir: &Path, database_url: Option<&str>) -> anyh
     let location = Location::new(data_dir, database_url.map(str::to_owned));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.context("cannot start the asynchronous runtime")?.block_on(async {
-        let store = Store::open(&location).await?;
+        let store = Store::open(&location, &Host::alone()).await?;
         let restored = backup::restore(file, data_dir, &store).await;
         store.close().await;
         restored

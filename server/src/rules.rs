@@ -2,12 +2,13 @@
 
 use crate::auth::sha256_hex;
 use crate::config::{CompetitionMode, Config};
-use crate::store::{NewAuditEntry, Store};
+use crate::store::{NewAuditEntry, Store, StoreError};
 use anyhow::{Context, bail};
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Seed;
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::AnyConnection;
 use std::fmt;
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
@@ -186,6 +187,23 @@ impl Rules {
         self.secret.as_ref().map(|secret| Seed::for_run(&secret.0, task, k))
     }
 
+    /// Follows the phase in the database, which another host may have changed.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn follow(
+        &self,
+        store: &Store,
+        connection: &mut AnyConnection,
+    ) -> Result<(), StoreError> {
+        if self.official()
+            && let Some(phase) = store.setting_by(connection, PHASE).await?.and_then(|word| word.parse().ok())
+        {
+            *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = phase;
+        }
+        Ok(())
+    }
+
     /// Enters another phase.
     ///
     /// # Errors
@@ -226,12 +244,13 @@ impl Rules {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::Location;
+    use crate::store::{Host, Location};
 
     #[tokio::test]
     async fn a_secret_is_created_once_private_and_never_shown() {
         let folder = tempfile::tempdir().expect("folder");
-        let store = Store::open(&Location::DataDir(folder.path().to_owned())).await.expect("store");
+        let store =
+            Store::open(&Location::DataDir(folder.path().to_owned()), &Host::alone()).await.expect("store");
         let path = folder.path().join("seed.secret");
         let secret = SeedSecret::open(&path, &store).await.expect("made");
         assert_eq!(SeedSecret::open(&path, &store).await.expect("read").0, secret.0);

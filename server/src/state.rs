@@ -6,6 +6,7 @@ use crate::backup;
 use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::compute::Compute;
+use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
@@ -39,6 +40,8 @@ pub(crate) struct AppState {
     pub(crate) inbound: Arc<InboundLimits>,
     /// The server's stop, and the tasks that it waits for.
     pub(crate) lifecycle: Arc<Lifecycle>,
+    /// This server's right to its sessions.
+    pub(crate) lease: Arc<Lease>,
     /// The files of a backup.
     pub(crate) backup: Arc<backup::Files>,
 }
@@ -66,6 +69,7 @@ parts! {
     auth: Arc<Auth>,
     inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
+    lease: Arc<Lease>,
     backup: Arc<backup::Files>,
 }
 

@@ -26,7 +26,10 @@ pub(crate) fn no_limits() -> String {
         "motor_speed_per_s",
         "motor_power_w",
     ];
-    format!("[hand_limits]\n{}", figures.map(|figure| format!("{figure} = inf\n")).concat())
+    format!(
+        "mode = \"practice\"\n[hand_limits]\n{}",
+        figures.map(|figure| format!("{figure} = inf\n")).concat()
+    )
 }
 
 /// The pinch hand with 1e9 for force, stiffness, winding and speed, its tendons slack at first.

@@ -21,6 +21,9 @@ struct Tally {
     skipped: u32,
 }
 
+/// The Python of `cargo xtask fleet`, from `client-py`.
+const FLEET: &str = "../xtask/fleet";
+
 /// A check that passed as a whole.
 const PASSED: Tally = Tally { passed: 1, failed: 0, skipped: 0 };
 
@@ -113,10 +116,16 @@ pub(crate) fn run() -> Result<bool> {
         steps.push(step("Python lints", || {
             let mut imports = environment.tool("lint-imports");
             let imports = imports.args(["--no-cache", "--no-logo"]);
-            Ok(whole(&mut python(&["ruff", "check"]))?.plus(whole(imports)?))
+            Ok(whole(&mut python(&["ruff", "check", "--config", "pyproject.toml", ".", FLEET]))?
+                .plus(whole(imports)?))
         }));
-        steps.push(step("Python formatting", || whole(&mut python(&["ruff", "format", "--check"]))));
-        steps.push(step("Python types", || whole(&mut python(&["mypy"]))));
+        steps.push(step("Python formatting", || {
+            whole(&mut python(&["ruff", "format", "--check", "--config", "pyproject.toml", ".", FLEET]))
+        }));
+        steps.push(step("Python types", || {
+            let mut fleet = python(&["mypy", "--package", "fleet"]);
+            Ok(whole(&mut python(&["mypy"]))?.plus(whole(fleet.env("MYPYPATH", "../xtask:src"))?))
+        }));
         steps.push(step("Python tests", || {
             // A file's tests share servers, so a file stays with one of the two workers.
             let mut pytest = python(&["pytest", "--color=no", "--numprocesses=2", "--dist=loadfile"]);

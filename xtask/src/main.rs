@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
@@ -7,6 +7,7 @@ mod demo;
 #[cfg(test)]
 mod dependencies;
 mod docker;
+mod fleet;
 mod generate;
 mod http;
 mod instructions;
@@ -36,6 +37,8 @@ enum Task {
     Demo(demo::Options),
     /// Build the container image from source, start it with compose, play on it, stop and start it again.
     Docker(docker::Options),
+    /// Several hosts with Postgres, an object store and a proxy on this machine, under faults and load; Linux, as root.
+    Fleet(fleet::Options),
     /// Write docs/schema and the types of Python and TypeScript from the Rust types of messages and HTTP bodies.
     Generate,
     /// Run the pages in a browser: take the pictures of README and docs again, or measure the load of the pages.
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
+        Task::Fleet(options) => fleet::run(&options),
         Task::Generate => {
             cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
         }

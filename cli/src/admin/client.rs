@@ -1,10 +1,11 @@
 //! An HTTP client for the server's addresses, with an organizer's token.
 
-use anyhow::{Context, bail, ensure};
+use super::tls;
+use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
 use palmares_protocol::text::printable;
-use serde_json::Value;
-use std::io::{self, Write};
+use serde_json::{Value, json};
+use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -14,8 +15,8 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 /// The server and the token. The token is never an argument, since other users of the machine could read it.
 #[derive(Args, Debug)]
 pub(crate) struct Access {
-    /// The server's URL. Without TLS the token can be read on the network: use http only on the server's machine or through a
-    /// tunnel
+    /// The server's URL, http or https. Without TLS the token can be read on the network: use http only on the server's machine or
+    /// through a tunnel
     #[arg(
         long,
         global = true,
@@ -29,6 +30,10 @@ pub(crate) struct Access {
     /// data directory, PALMARES_DATA_DIR or .palmares]
     #[arg(long, global = true, value_name = "FILE", env = "PALMARES_TOKEN_FILE")]
     token_file: Option<PathBuf>,
+
+    /// A file with certificates (PEM) of authorities that are trusted in addition to the system's, for https
+    #[arg(long, global = true, value_name = "FILE", env = "PALMARES_CA")]
+    ca: Option<PathBuf>,
 }
 
 impl Access {
@@ -59,21 +64,41 @@ pub(crate) struct Client {
     authorization: String,
 }
 
+/// Rows of a page of a long list; the server sends no more.
+const PAGE_ROWS: usize = 1000;
+
+/// A list that the server sends in pages.
+pub(crate) struct Paged {
+    pub(crate) path: &'static str,
+    /// Name of the list in the response.
+    pub(crate) rows: &'static str,
+    /// Field of a row that the query for the next page has, and its name there.
+    pub(crate) cursor: (&'static str, &'static str),
+    /// Whether the server sends the newest first. They are returned oldest first: at a terminal the newest are at the end.
+    pub(crate) newest_first: bool,
+}
+
 type Response = ureq::http::Response<ureq::Body>;
 
 impl Client {
     pub(crate) fn new(access: &Access) -> anyhow::Result<Self> {
+        Self::with_token(access, access.token()?)
+    }
+
+    pub(crate) fn with_token(access: &Access, token: String) -> anyhow::Result<Self> {
         let config = ureq::Agent::config_builder()
             .timeout_recv_response(Some(TIMEOUT))
             .http_status_as_error(false)
             .max_redirects(0)
             .proxy(None);
-        let authorization = format!("Bearer {}", access.token()?);
         let url = access.url.trim_end_matches('/').to_owned();
+        let secure = url.starts_with("https://");
         ensure!(
-            url.starts_with("http://") || url.starts_with("https://"),
-            "--url {url}: expected http://HOST:PORT"
+            url.starts_with("http://") || secure,
+            "--url {url}: expected http://HOST:PORT or https://HOST:PORT"
         );
+        let config = if secure { config.tls_config(tls::config(access.ca.as_deref())?) } else { config };
+        let authorization = format!("Bearer {token}");
         Ok(Client { agent: config.build().into(), url, authorization })
     }
 
@@ -81,12 +106,49 @@ impl Client {
         json(self.request(path)?)
     }
 
+    /// A list with all its pages, at most `limit` rows, and whether there are more.
+    pub(crate) fn pages(
+        &self,
+        list: &Paged,
+        fields: Vec<(&str, Option<String>)>,
+        limit: Option<u32>,
+    ) -> anyhow::Result<Value> {
+        let limit = limit.map_or(usize::MAX, |limit| limit as usize);
+        let mut rows: Vec<Value> = Vec::new();
+        let mut after = None;
+        loop {
+            let wanted = PAGE_ROWS.min(limit - rows.len());
+            let mut query = fields.clone();
+            query.push(("limit", Some(wanted.to_string())));
+            if after.is_some() {
+                query.retain(|(name, _)| *name != list.cursor.1);
+                query.push((list.cursor.1, after));
+            }
+            let mut page = self.get(&with_query(list.path, &query))?;
+            let Value::Array(more) = page[list.rows].take() else {
+                bail!("this server sends no `{}`: it is older than this program", list.rows)
+            };
+            let there_is_more = page["more"] == true;
+            after = more.last().map(|row| match &row[list.cursor.0] {
+                Value::String(id) => id.clone(),
+                number => number.to_string(),
+            });
+            rows.extend(more);
+            if !there_is_more || rows.len() >= limit || after.is_none() {
+                if list.newest_first {
+                    rows.reverse();
+                }
+                return Ok(json!({list.rows: rows, "more": there_is_more}));
+            }
+        }
+    }
+
     pub(crate) fn post(&self, path: &str, body: &Value) -> anyhow::Result<Value> {
         let address = format!("{}{path}", self.url);
         let request = self.agent.post(&address).header("Authorization", &self.authorization);
         let request = request.header("Content-Type", "application/json");
         let response = request.send(body.to_string().as_bytes());
-        json(checked(response.with_context(|| silent(&address))?)?)
+        json(checked(response.map_err(|error| unreachable(&address, &error))?)?)
     }
 
     /// Writes a response's body of any length to `to`.
@@ -100,12 +162,23 @@ impl Client {
     fn request(&self, path: &str) -> anyhow::Result<Response> {
         let address = format!("{}{path}", self.url);
         let request = self.agent.get(&address).header("Authorization", &self.authorization);
-        checked(request.call().with_context(|| silent(&address))?)
+        checked(request.call().map_err(|error| unreachable(&address, &error))?)
     }
 }
 
-fn silent(address: &str) -> String {
-    format!("{address} does not answer; is the server running? --url names another")
+/// The reason why a request got no response, and what helps.
+fn unreachable(address: &str, error: &ureq::Error) -> anyhow::Error {
+    let help = match error {
+        ureq::Error::Io(io) if io.kind() == ErrorKind::ConnectionRefused => {
+            "is the server running? --url names another"
+        }
+        ureq::Error::Timeout(_) => "the server takes connections, but does not answer in time",
+        // rustls packs its errors into this kind.
+        ureq::Error::Io(io) if io.kind() == ErrorKind::InvalidData => tls::help(io),
+        ureq::Error::Io(_) | ureq::Error::HostNotFound => "--url names another server",
+        _ => return anyhow!("{address}: {error}"),
+    };
+    anyhow!("{address}: {error}; {help}")
 }
 
 /// Turns a problem into an error.

@@ -13,7 +13,9 @@ pub(crate) enum List {
     Teams,
     Tokens,
     Sessions,
+    Runs,
     Similar,
+    Hands,
     Audit,
 }
 
@@ -29,9 +31,8 @@ impl List {
             List::Tokens => vec![
                 ("token", false, |row| text(&row["token_id"])),
                 ("role", false, |row| text(&row["role"])),
-                ("team or label", false, |row| {
-                    text(if row["team"].is_null() { &row["label"] } else { &row["team"] })
-                }),
+                ("team", false, |row| text(&row["team"])),
+                ("label", false, |row| text(&row["label"])),
                 ("made (UTC)", false, |row| time(&row["created_unix_ms"])),
                 ("revoked (UTC)", false, |row| time(&row["revoked_unix_ms"])),
             ],
@@ -49,6 +50,22 @@ impl List {
                 ("began (UTC)", false, |row| time(&row["created_unix_ms"])),
                 ("ended (UTC)", false, |row| time(&row["ended_unix_ms"])),
             ],
+            List::Runs => vec![
+                ("run", false, |row| text(&row["run_id"])),
+                ("team", false, |row| text(&row["team"])),
+                ("task", false, |row| text(&row["task"])),
+                ("k", true, |row| text(&row["k"])),
+                ("status", false, |row| text(&row["status"])),
+                ("score", true, |row| text(&row["score"])),
+                ("hand", false, |row| text(&row["hand"])),
+                ("mode", false, |row| text(&row["mode"])),
+                ("sensing", false, |row| text(&row["sensing"])),
+                ("simulated, s", true, |row| seconds(&row["sim_time_s"])),
+                ("began (UTC)", false, |row| time(&row["started_unix_ms"])),
+                ("ended (UTC)", false, |row| time(&row["ended_unix_ms"])),
+                ("similar to", false, similar),
+                ("note", false, note),
+            ],
             List::Similar => vec![
                 ("equal changes", true, |row| text(&row["changes"])),
                 ("of", true, |row| text(&row["of_changes"])),
@@ -63,12 +80,25 @@ impl List {
                 ("status", false, |row| text(&row["runs"][1]["status"])),
                 ("began (UTC)", false, |row| time(&row["runs"][1]["started_unix_ms"])),
             ],
+            List::Hands => vec![
+                ("hand", false, |row| text(&row["hand_id"])),
+                ("team", false, |row| text(&row["team"])),
+                ("name", false, |row| text(&row["name"])),
+                ("status", false, |row| text(&row["status"])),
+                ("kB", true, |row| text(&(row["bytes"].as_u64().unwrap_or_default().div_ceil(1000)).into())),
+                ("warnings", true, |row| text(&row["warnings"].as_array().map_or(0, Vec::len).into())),
+                ("uploaded (UTC)", false, |row| time(&row["created_unix_ms"])),
+                ("decided (UTC)", false, |row| time(&row["decided_unix_ms"])),
+                ("note", false, |row| text(&row["note"])),
+            ],
             List::Audit => vec![
                 ("no.", true, |row| text(&row["seq"])),
                 ("time (UTC)", false, |row| time(&row["unix_ms"])),
                 ("token", false, |row| text(&row["actor"])),
+                ("label", false, |row| text(&row["label"])),
                 ("did", false, |row| text(&row["action"])),
                 ("to", false, |row| text(&row["subject"])),
+                ("seconds", true, |row| text(&row["seconds"])),
                 ("because", false, |row| text(&row["reason"])),
             ],
         }
@@ -80,14 +110,16 @@ impl List {
             List::Teams => "teams",
             List::Tokens => "tokens",
             List::Sessions => "sessions",
+            List::Runs => "runs",
             List::Similar => "pairs",
+            List::Hands => "hands",
             List::Audit => "records",
         };
         let rows = answer[name].as_array().map_or(&[][..], Vec::as_slice);
         if rows.is_empty() {
             return format!("no {name}\n");
         }
-        let more = if answer["more"] == true { "there are more; --limit shows up to 1000\n" } else { "" };
+        let more = if answer["more"] == true { "there are more: raise --limit\n" } else { "" };
         let columns = self.columns();
         let mut cells = vec![columns.iter().map(|(heading, ..)| (*heading).to_owned()).collect::<Vec<_>>()];
         cells.extend(rows.iter().map(|row| columns.iter().map(|(.., cell)| cell(row)).collect()));
@@ -98,6 +130,7 @@ impl List {
 fn text(value: &Value) -> String {
     match value {
         Value::Null => "-".to_owned(),
+        Value::String(text) if text.is_empty() => "-".to_owned(),
         Value::String(text) => text.clone(),
         other => other.to_string(),
     }
@@ -115,6 +148,30 @@ fn seconds(value: &Value) -> String {
 fn minutes(seconds: f64) -> String {
     let seconds = seconds.max(0.0) as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
+}
+
+/// The longest common stretch with another team's run.
+fn similar(row: &Value) -> String {
+    match row["similar"].as_array().map_or(&[][..], Vec::as_slice) {
+        [] => "-".to_owned(),
+        [longest, others @ ..] => {
+            let more = if others.is_empty() { String::new() } else { format!(", {} more", others.len()) };
+            format!(
+                "{} of {}: {}{more}",
+                text(&longest["run_id"]),
+                text(&longest["team"]),
+                longest["changes"]
+            )
+        }
+    }
+}
+
+/// The reason why a run ended, and what people and the verification noted.
+fn note(row: &Value) -> String {
+    let rejected = row["status"] == "rejected";
+    let notes = [&row["reason"], &row["note"], if rejected { &row["verify_note"] } else { &Value::Null }];
+    let notes: Vec<String> = notes.into_iter().filter(|note| !note.is_null()).map(text).collect();
+    if notes.is_empty() { "-".to_owned() } else { notes.join("; ") }
 }
 
 fn state(row: &Value) -> String {

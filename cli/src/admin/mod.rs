@@ -4,8 +4,10 @@ mod client;
 mod hand;
 mod lists;
 mod restore;
+mod tls;
+mod when;
 
-use client::{Access, Client};
+use client::{Access, Client, Paged};
 use lists::List;
 use palmares_hand_tools::table;
 
@@ -77,8 +79,12 @@ enum AdminCommand {
         #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Print the audit: actions with time and reason
-    Audit,
+    /// Print the audit: actions with time, organizer and reason
+    Audit {
+        /// Only records after this number
+        #[arg(long, value_name = "NUMBER")]
+        after: Option<u64>,
+    },
     /// Download a backup of everything while the server runs. It contains secrets: keep it private
     Backup {
         /// A new file to write
@@ -91,16 +97,25 @@ enum AdminCommand {
 #[derive(Args, Debug)]
 struct Reason {
     /// The reason, for the audit
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     reason: Option<String>,
 }
 
 #[derive(Args, Debug)]
 struct TeamName {
     /// The team's name
+    #[arg(allow_hyphen_values = true, value_parser = team_name)]
     team: String,
     #[command(flatten)]
     reason: Reason,
+}
+
+/// A name can begin with a hyphen, as `-fast`. Two are taken for an option that is misspelt.
+fn team_name(text: &str) -> Result<String, String> {
+    if text.starts_with("--") {
+        return Err("no option of this command; a team whose name begins with `--` needs the web page".into());
+    }
+    Ok(text.to_owned())
 }
 
 #[derive(Args, Debug)]
@@ -109,6 +124,38 @@ struct Id {
     id: String,
     #[command(flatten)]
     reason: Reason,
+}
+
+/// The rows of a long list.
+#[derive(Args, Debug)]
+struct Rows {
+    /// Only those of this team
+    #[arg(long, allow_hyphen_values = true)]
+    team: Option<String>,
+    /// Only those of this status, such as verified or pending
+    #[arg(long)]
+    status: Option<String>,
+    /// Only those that began, or were uploaded, at this time or later: 2027-05-01T09:30 (UTC), or 90m for 90 minutes ago
+    #[arg(long, value_name = "TIME", value_parser = when::unix_ms)]
+    since: Option<i64>,
+    /// Only those that began, or were uploaded, at this time or earlier
+    #[arg(long, value_name = "TIME", value_parser = when::unix_ms)]
+    until: Option<i64>,
+    /// At most so many; of runs the newest [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    limit: Option<u32>,
+}
+
+impl Rows {
+    fn fields(&self) -> Vec<(&'static str, Option<String>)> {
+        let number = |value: Option<i64>| value.map(|value| value.to_string());
+        vec![
+            ("team", self.team.clone()),
+            ("status", self.status.clone()),
+            ("since_unix_ms", number(self.since)),
+            ("until_unix_ms", number(self.until)),
+        ]
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -129,8 +176,8 @@ enum Token {
     Add {
         /// Its role
         role: Role,
-        /// Its holder, for people
-        #[arg(long, default_value = "")]
+        /// Its holder, for people; also in the audit of the holder's actions
+        #[arg(long, default_value = "", allow_hyphen_values = true)]
         label: String,
     },
     /// List the tokens, without their secrets
@@ -172,11 +219,17 @@ enum Session {
 #[derive(Debug, Subcommand)]
 enum Run {
     /// List the runs, oldest first
-    List,
+    List {
+        #[command(flatten)]
+        rows: Rows,
+        /// Only runs of this task
+        #[arg(long)]
+        task: Option<String>,
+    },
     /// List the pairs of runs of two teams with the same actions, longest common stretch first
     Similar {
         /// Only pairs with a run of this team
-        #[arg(long)]
+        #[arg(long, allow_hyphen_values = true)]
         team: Option<String>,
         /// Only runs of this task
         #[arg(long)]
@@ -206,8 +259,8 @@ enum Run {
 
 #[derive(Debug, Subcommand)]
 enum Hand {
-    /// List the uploaded hands, with warnings
-    List,
+    /// List the uploaded hands, oldest first
+    List(Rows),
     /// Print a hand's figures, with those of the built-in hands and the limits; draw it from three sides
     Show {
         /// Its id, from the list
@@ -260,11 +313,21 @@ fn by_id(field: &str, id: &Id) -> Value {
     json!({field: id.id, "reason": id.reason.reason})
 }
 
+/// The pages of the runs, newest first.
+const RUNS: Paged =
+    Paged { path: "/v1/admin/runs", rows: "runs", cursor: ("run_id", "after"), newest_first: true };
+/// The pages of the uploaded hands, oldest first.
+const HANDS: Paged =
+    Paged { path: "/v1/admin/hands", rows: "hands", cursor: ("hand_id", "after"), newest_first: false };
+/// The pages of the audit, oldest first.
+const AUDIT: Paged =
+    Paged { path: "/v1/admin/audit", rows: "records", cursor: ("seq", "after"), newest_first: false };
+
 /// The request of a command.
 enum Request {
     Get(String),
-    /// A whole table: path and name.
-    All(&'static str, &'static str),
+    /// A long list: its pages, the query, and most rows.
+    Pages(&'static Paged, Vec<(&'static str, Option<String>)>, Option<u32>),
     Post(String, Value),
     Fetch(String, Option<PathBuf>),
 }
@@ -276,14 +339,16 @@ impl AdminCommand {
             AdminCommand::Team(Team::List) => Some(List::Teams),
             AdminCommand::Token(Token::List) => Some(List::Tokens),
             AdminCommand::Session(Session::List) => Some(List::Sessions),
+            AdminCommand::Run(Run::List { .. }) => Some(List::Runs),
             AdminCommand::Run(Run::Similar { .. }) => Some(List::Similar),
-            AdminCommand::Audit => Some(List::Audit),
+            AdminCommand::Hand(Hand::List(_)) => Some(List::Hands),
+            AdminCommand::Audit { .. } => Some(List::Audit),
             _ => None,
         }
     }
 
     fn request(&self) -> Request {
-        use Request::{All, Fetch, Get};
+        use Request::{Fetch, Get, Pages};
         let get = |path: &str| Get(path.to_owned());
         let post = |action: &str, body: Value| Request::Post(format!("/v1/admin/{action}"), body);
         let why = |reason: &Reason| json!({"reason": reason.reason});
@@ -314,7 +379,11 @@ impl AdminCommand {
                 body["seconds"] = json!(seconds);
                 post("session/grant", body)
             }
-            AdminCommand::Run(Run::List) => All("/v1/admin/export/runs?format=json", "runs"),
+            AdminCommand::Run(Run::List { rows, task }) => {
+                let mut fields = rows.fields();
+                fields.push(("task", task.clone()));
+                Pages(&RUNS, fields, rows.limit)
+            }
             AdminCommand::Run(Run::Similar { team, task, limit }) => Get(client::with_query(
                 "/v1/admin/similar",
                 &[("team", team.clone()), ("task", task.clone()), ("limit", Some(limit.to_string()))],
@@ -325,7 +394,7 @@ impl AdminCommand {
             AdminCommand::Run(Run::Replay { id, output }) => {
                 Fetch(format!("/v1/runs/{}/replay", client::escaped(id)), Some(output.clone()))
             }
-            AdminCommand::Hand(Hand::List) => get("/v1/admin/hands"),
+            AdminCommand::Hand(Hand::List(rows)) => Pages(&HANDS, rows.fields(), rows.limit),
             AdminCommand::Hand(Hand::Show { id, .. } | Hand::Try { id }) => {
                 Get(format!("/v1/admin/hands/{}", client::escaped(id)))
             }
@@ -334,7 +403,9 @@ impl AdminCommand {
             AdminCommand::Export { what, format, output } => {
                 Fetch(format!("/v1/admin/export/{}?format={}", word(*what), word(*format)), output.clone())
             }
-            AdminCommand::Audit => All("/v1/admin/export/audit?format=json", "records"),
+            AdminCommand::Audit { after } => {
+                Pages(&AUDIT, vec![("after", after.map(|after| after.to_string()))], None)
+            }
             AdminCommand::Backup { file } => Fetch("/v1/admin/backup".into(), Some(file.clone())),
             // Not sent: restoring needs no server.
             AdminCommand::Restore(_) => get("/v1/competition"),
@@ -359,7 +430,7 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
     }
     let answer = match options.command.request() {
         Request::Get(path) => client.get(&path)?,
-        Request::All(path, name) => json!({name: client.get(path)?}),
+        Request::Pages(list, fields, limit) => client.pages(list, fields, limit)?,
         Request::Post(path, body) => client.post(&path, &body)?,
         Request::Fetch(path, None) => {
             let mut out = std::io::stdout().lock();

@@ -7,15 +7,17 @@ use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::config::{CompetitionMode, Config};
+use crate::fleet::lease::Lease;
 use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
 use crate::rules::{Rules, write_secret};
 use crate::session::Sessions;
 use crate::state::AppState;
-use crate::store::{NewAuditEntry, Store};
+use crate::store::{Host, NewAuditEntry, Store};
 use crate::transport::InboundLimits;
 use crate::transport::guard::Guard;
+use crate::version;
 use crate::watch::{Hub, RankingCache};
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
@@ -46,12 +48,12 @@ pub(super) async fn app(
     store: Store,
     tasks: Vec<Arc<Task>>,
     hands: Vec<Arc<Hand>>,
+    lease: Arc<Lease>,
 ) -> anyhow::Result<AppState> {
     let rules = Rules::open(config, &store).await?;
     // Before anything is written: a server without the expected keys changes nothing.
     let archive = archive(config, &store, &hands).await?;
     first_organizer(config, &store).await?;
-    abort_open_runs(&store).await?;
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
@@ -96,19 +98,28 @@ pub(super) async fn app(
         auth,
         inbound,
         lifecycle,
+        lease,
         backup,
     })
 }
 
-/// Aborts runs that were open when an earlier process stopped.
-async fn abort_open_runs(store: &Store) -> anyhow::Result<()> {
-    for run in store.abort_open_runs().await? {
-        tracing::warn!(run, "the server stopped during this run; marked as aborted");
-        let why = "the server stopped during this run; its time is given back";
-        let entry = NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
-        store.record(&entry).await?;
+/// This server as a host of its database.
+pub(super) fn host(config: &Config, tasks: &[Arc<Task>], hands: &[Arc<Hand>]) -> Host {
+    let tasks: Vec<_> = tasks.iter().map(|task| (&task.name, task.content_hash())).collect();
+    let hands: Vec<_> = hands.iter().map(|hand| (&hand.name, hand.content_hash())).collect();
+    let mode: &str = config.mode.into();
+    let common = serde_json::json!({
+        "name": config.name, "mode": mode, "session_s": config.session_s, "sessions_per_team": config.sessions_per_team,
+        "reset_cost_s": config.reset_cost_s, "sensors_only": config.sensing.sensors_only(), "tasks": tasks,
+        "hands": hands,
+    });
+    Host {
+        name: config.fleet.as_ref().map(|fleet| fleet.host.clone()),
+        config_sha256: auth::sha256_hex(common.to_string().as_bytes()),
+        build_hash: version::BUILD_HASH.into(),
+        internal_url: config.fleet.as_ref().and_then(|fleet| fleet.internal_url.clone()),
+        places: config.settings.max_worlds,
     }
-    Ok(())
 }
 
 /// The archive of replays; None on a practice server that does not record.

@@ -1,6 +1,7 @@
 //! Builds the parts of the server, starts and stops it.
 
 mod assemble;
+mod beat;
 mod serve;
 
 pub use serve::serve;

@@ -1,14 +1,16 @@
 //! Starts, runs and stops the server.
 
 use super::assemble;
+use super::beat::beat;
 use crate::archive::Verification;
 use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
+use crate::fleet::lease::{Lease, Moment};
 use crate::http;
 use crate::logging;
 use crate::rules::CompetitionPhase;
 use crate::state::AppState;
-use crate::store::{Location, Store};
+use crate::store::{LEASE, Location, Store};
 use crate::transport;
 use crate::transport::low_latency::listener::Listener;
 use anyhow::Context;
@@ -60,10 +62,16 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     std::fs::create_dir_all(&config.data_dir)
         .with_context(|| format!("cannot make the data directory {}", config.data_dir.display()))?;
     let location = Location::new(&config.data_dir, config.database_url.clone());
-    let store = Store::open(&location).await?;
+    let host = assemble::host(config, &tasks, &hands);
+    let requested = Moment::now();
+    let store = Store::open(&location, &host).await?;
+    // A server alone on a database of its own needs no lease.
+    let fleet = store.host_name().is_some();
+    let lease = Arc::new(if fleet { Lease::from(requested, LEASE) } else { Lease::endless() });
     let audited: Arc<[Arc<Task>]> = tasks.clone().into();
-    let app = assemble::app(config, guard, store, tasks, hands).await?;
+    let app = assemble::app(config, guard, store, tasks, hands, lease.clone()).await?;
     let lifecycle = app.lifecycle.clone();
+    let beats = app.store.is_shared().then(|| tokio::spawn(beat(app.clone(), lease, fleet)));
     let verification = match app.archive.clone() {
         None => None,
         Some(archive) => {
@@ -73,7 +81,10 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         }
     };
     app.sessions.refund_all().await?;
-    app.sessions.restore().await?;
+    if !fleet {
+        app.sessions.end_lost_practice().await?;
+        app.sessions.adopt(usize::MAX).await?;
+    }
     greet(address, &location, &app)?;
 
     let signalled = {
@@ -109,6 +120,9 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         ended.context("the verification's task failed")?;
     }
     overseer.abort();
+    if let Some(beats) = beats {
+        beats.abort();
+    }
     if timeout(STOP_TIMEOUT, app.store.close()).await.is_err() {
         tracing::warn!("the database did not close in time");
     }

@@ -77,12 +77,13 @@ impl Keys {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::Location;
+    use crate::store::{Host, Location};
 
     #[tokio::test]
     async fn an_expected_key_is_never_made_anew() {
         let folder = tempfile::tempdir().expect("folder");
-        let store = Store::open(&Location::DataDir(folder.path().to_owned())).await.expect("store");
+        let store =
+            Store::open(&Location::DataDir(folder.path().to_owned()), &Host::alone()).await.expect("store");
         let path = folder.path().join("signing.key");
         let first = Keys::open(&path, &store, false).await.expect("made").signer.public();
         assert_eq!(Keys::open(&path, &store, false).await.expect("read").signer.public(), first);
@@ -127,7 +128,8 @@ mod tests {
     #[tokio::test]
     async fn of_two_first_servers_one_key_remains() {
         let folder = tempfile::tempdir().expect("folder");
-        let store = Store::open(&Location::DataDir(folder.path().to_owned())).await.expect("store");
+        let store =
+            Store::open(&Location::DataDir(folder.path().to_owned()), &Host::alone()).await.expect("store");
         let paths = ["a.key", "b.key"].map(|name| folder.path().join(name));
         let [a, b] = [&paths[0], &paths[1]].map(|path| Keys::open(path, &store, false));
         let (a, b) = tokio::join!(a, b);

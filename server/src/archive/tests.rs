@@ -3,7 +3,9 @@
 use super::{Archive, Keys, Verification, stored_path};
 use crate::config::SIGNING_KEY_FILE;
 use crate::fingerprint::tests::{balls, fetching};
-use crate::store::{FinishedRunRow, Location, NewAuditEntry, NewRun, NewSession, Store};
+use crate::store::{
+    FIRST_EPOCH, FinishedRunRow, Held, Host, Location, NewAuditEntry, NewRun, NewSession, Store,
+};
 use palmares_models::hand::Hand;
 use palmares_replay::forge::rewritten;
 use palmares_replay::{Header, Signer};
@@ -23,7 +25,8 @@ struct Place {
 impl Place {
     async fn new() -> Self {
         let folder = tempfile::tempdir().expect("folder");
-        let store = Store::open(&Location::DataDir(folder.path().to_owned())).await.expect("store");
+        let store =
+            Store::open(&Location::DataDir(folder.path().to_owned()), &Host::alone()).await.expect("store");
         let key = folder.path().join(SIGNING_KEY_FILE);
         let keys = Keys::open(&key, &store, false).await.expect("key");
         let archive = Arc::new(Archive::open(folder.path(), keys, 0).expect("archive"));
@@ -52,7 +55,6 @@ impl Place {
         self.store.begin_session(&session, None).await.expect("session");
         let row = NewRun {
             run_id: run_id.into(),
-            session_id,
             team: team.into(),
             task: task.name.clone(),
             hand: hand.name.clone(),
@@ -64,8 +66,10 @@ impl Place {
             k: Some(k),
             server_version: "0".into(),
             build_hash: "0".into(),
+            header: None,
         };
-        self.store.begin_run(&row).await.expect("run");
+        let held = Held::new(session_id, FIRST_EPOCH);
+        self.store.begin_run(&held, &row).await.expect("run");
         let header =
             Header { k: Some(k), ..Header::new(run_id, team, &task, &hand, seed, 1_700_000_000_000) };
         let mut run = Run::new(task, hand, seed).expect("scene");
@@ -78,8 +82,9 @@ impl Place {
         let outcome = run.finish(Reason::Stopped);
         crate::world::RunObserver::finished(&mut recorder, &run, &outcome);
         let file = recording.file().await.expect("written").expect("it has ticks");
-        self.store.set_replay(run_id, &stored_path(&file), &file.sha256).await.expect("stored");
         let row = FinishedRunRow {
+            held: &held,
+            replay: Some((&stored_path(&file), &file.sha256)),
             run_id,
             status: "provisional",
             outcome: &outcome,

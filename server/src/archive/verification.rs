@@ -88,7 +88,11 @@ impl Verification {
         while let Some(claim) = self.store.claim_verification(&self.owner).await? {
             self.attempt(&claim).await?;
         }
-        if cleans { apply_retention(&self.store, &self.archive).await } else { Ok(()) }
+        if cleans {
+            self.store.note_other_engines().await?;
+            apply_retention(&self.store, &self.archive).await?;
+        }
+        Ok(())
     }
 
     /// Tries to verify a run.

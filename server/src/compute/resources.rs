@@ -38,6 +38,11 @@ impl Compute {
         }
     }
 
+    /// Number of worlds that can be open.
+    pub(crate) fn max_worlds(&self) -> usize {
+        self.max_worlds
+    }
+
     /// Admits another world.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ use anyhow::{Context, bail};
 use palmares_models::measure::HandLimits;
 use palmares_tasks::Noise;
 use serde::Deserialize;
+use std::fmt::{Debug, Display};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -22,7 +23,7 @@ pub(crate) enum CompetitionMode {
     Official,
 }
 
-/// The content of the file. All fields are optional.
+/// The content of the file. A server needs `mode`; all else is optional.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct File {
@@ -52,6 +53,15 @@ pub(super) struct File {
     pub(super) resume_grace_s: Option<u32>,
     pub(super) shutdown_grace_s: Option<u32>,
     pub(super) hand_limits: HandLimits,
+    pub(super) fleet: Option<Fleet>,
+}
+
+/// This server's part in a fleet, several servers that share one competition.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Fleet {
+    pub(super) host: Option<String>,
+    pub(super) internal_url: Option<String>,
 }
 
 impl File {
@@ -82,6 +92,11 @@ impl File {
         in_range(path, "max_requests_per_s", file.max_requests_per_s, 1, u32::MAX)?;
         in_range(path, "resume_grace_s", file.resume_grace_s, 0, 3600)?;
         in_range(path, "shutdown_grace_s", file.shutdown_grace_s, 0, 3600)?;
+        once(path, "tasks", file.tasks.as_deref())?;
+        once(path, "task_files", file.task_files.as_deref())?;
+        once(path, "sensors_only", Some(&file.sensors_only))?;
+        once(path, "hands", file.hands.as_deref())?;
+        once(path, "hand_files", file.hand_files.as_deref())?;
         if let Err(problem) = file.hand_limits.check() {
             bail!("{}: {problem}", path.display());
         }
@@ -95,7 +110,7 @@ impl File {
 }
 
 /// Checks a number of the file against the range of the same option.
-pub(super) fn in_range<T: PartialOrd + std::fmt::Display>(
+pub(super) fn in_range<T: PartialOrd + Display>(
     path: &Path,
     field: &str,
     value: Option<T>,
@@ -107,6 +122,15 @@ pub(super) fn in_range<T: PartialOrd + std::fmt::Display>(
             bail!("{}: {field} = {value}: expected {min} to {max}", path.display())
         }
         _ => Ok(()),
+    }
+}
+
+/// Checks that no value of a list is there twice.
+fn once<T: PartialEq + Debug>(path: &Path, field: &str, values: Option<&[T]>) -> anyhow::Result<()> {
+    let values = values.unwrap_or_default();
+    match values.iter().enumerate().find(|(k, value)| values[..*k].contains(value)) {
+        Some((_, twice)) => bail!("{}: {field}: {twice:?} is there twice, expected once", path.display()),
+        None => Ok(()),
     }
 }
 
@@ -155,6 +179,24 @@ mod tests {
         ] {
             let error = parse(wrong).expect_err(wrong);
             assert!(error.starts_with("competition.toml: ") && error.contains("expected"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_list_has_each_value_once() {
+        for (field, value) in [
+            ("tasks", "balls"),
+            ("hands", "pinch"),
+            ("sensors_only", "shelf"),
+            ("task_files", "a"),
+            ("hand_files", "b"),
+        ] {
+            assert!(parse(&format!("{field} = [\"{value}\", \"other\"]")).is_ok());
+            let error = parse(&format!("{field} = [\"{value}\", \"other\", \"{value}\"]")).expect_err(field);
+            assert_eq!(
+                error,
+                format!("competition.toml: {field}: \"{value}\" is there twice, expected once")
+            );
         }
     }
 

@@ -12,8 +12,9 @@ use crate::config::settings::{MESSAGE_BYTES, Settings};
 use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
 use crate::session::{Asked, Handover, PendingCommand, Session, Sessions, changed};
+use crate::store::Held;
 use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
-use crate::transport::{Caller, ConnectionPermit, close_handshake};
+use crate::transport::{Caller, ConnectionPermit, FrameError, answer_close, close_handshake};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
 use palmares_protocol::encoding::Payload;
@@ -32,12 +33,19 @@ const CLOSE_NORMAL: u16 = 1000;
 /// The server is going away, RFC 6455.
 const CLOSE_AWAY: u16 = 1001;
 
+/// The server restarts, or another one continues: connect again. RFC 6455's registry.
+const CLOSE_RESTART: u16 = 1012;
+
 /// Reason why a connection ends or moves to a thread of its own.
 enum ConnectionEnd {
     /// A session has begun.
     Greeted,
     /// The client is gone.
     Lost,
+    /// The client closed the connection.
+    Closed,
+    /// The client broke the WebSocket protocol: code and reason of the close frame.
+    Violation(u16, String),
     /// The client said `bye`.
     Bye,
     /// A fatal error that was sent to the client.
@@ -46,6 +54,8 @@ enum ConnectionEnd {
     Stopping,
     /// An organizer ended the session.
     Ended,
+    /// The session continues with another owner.
+    Moved,
     /// The client has a new connection, which gets the session.
     Replaced(Handover),
 }
@@ -75,16 +85,16 @@ async fn claimed(session: Option<&mut Session>) -> Handover {
     }
 }
 
-/// Whether the WebSocket library refused a message for its size.
-fn is_too_large(error: &axum::Error) -> bool {
-    let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
-    while let Some(error) = cause {
-        if let Some(tungstenite::Error::Capacity(_)) = error.downcast_ref() {
-            return true;
-        }
-        cause = error.source();
+/// Returns when the session has another owner; never without a session.
+async fn lost(held: Option<&Held>) {
+    match held {
+        Some(held) => held.lost().await,
+        None => std::future::pending().await,
     }
-    false
+}
+
+fn moved() -> Refusal {
+    Refusal::new(Code::Internal, "the session continues on another server; connect again")
 }
 
 struct Connection {
@@ -185,6 +195,18 @@ impl Connection {
                     session.park();
                 }
             }
+            ConnectionEnd::Closed => {
+                if let Some(session) = session {
+                    session.park();
+                }
+                answer_close(self.socket).await;
+            }
+            ConnectionEnd::Violation(code, reason) => {
+                if let Some(session) = session {
+                    session.park();
+                }
+                close_handshake(self.socket, code, reason).await;
+            }
             ConnectionEnd::Fatal(code) => {
                 if let Some(session) = session {
                     session.park();
@@ -202,6 +224,12 @@ impl Connection {
                     session.end(Reason::Stopped, None).await;
                 }
                 close_handshake(self.socket, CLOSE_NORMAL, "session_over").await;
+            }
+            ConnectionEnd::Moved => {
+                if let Some(session) = session {
+                    session.part();
+                }
+                close_handshake(self.socket, CLOSE_RESTART, "session_moved").await;
             }
             ConnectionEnd::Replaced(to) => {
                 if let Some(session) = session {
@@ -267,8 +295,10 @@ impl Connection {
                 continue;
             }
             let live = self.session.as_ref().and_then(|session| session.stream().cloned());
+            let held = self.session.as_ref().map(|session| session.held().clone());
             let flow = tokio::select! {
                 biased;
+                () = lost(held.as_ref()) => return ConnectionEnd::Moved,
                 () = &mut stopping => return ConnectionEnd::Stopping,
                 () = &mut revoked => {
                     let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
@@ -363,13 +393,20 @@ impl Connection {
 
     async fn receive(&mut self, message: Incoming) -> ControlFlow<ConnectionEnd> {
         let flow = match message {
-            None | Some(Ok(Message::Close(_))) => ControlFlow::Break(ConnectionEnd::Lost),
-            // The limit of the WebSocket library, above which a message is not read.
-            Some(Err(error)) if is_too_large(&error) => self.too_large().await,
-            Some(Err(error)) => {
-                tracing::debug!(%error, "connection failed");
-                ControlFlow::Break(ConnectionEnd::Lost)
-            }
+            None => ControlFlow::Break(ConnectionEnd::Lost),
+            Some(Ok(Message::Close(_))) => ControlFlow::Break(ConnectionEnd::Closed),
+            Some(Err(error)) => match FrameError::of(&error) {
+                // The limit of the WebSocket library, above which a message is not read.
+                FrameError::TooLarge => self.too_large().await,
+                FrameError::Violation(code, reason) => {
+                    tracing::debug!(code, reason, "the client broke the WebSocket protocol");
+                    ControlFlow::Break(ConnectionEnd::Violation(code, reason))
+                }
+                FrameError::Lost => {
+                    tracing::debug!(%error, "connection failed");
+                    ControlFlow::Break(ConnectionEnd::Lost)
+                }
+            },
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => ControlFlow::Continue(()),
             Some(Ok(Message::Text(text))) if text.len() > MESSAGE_BYTES => self.too_large().await,
             Some(Ok(Message::Binary(bytes))) if bytes.len() > MESSAGE_BYTES => self.too_large().await,
@@ -430,13 +467,25 @@ impl Connection {
                 }
                 ControlFlow::Continue(())
             }
+            // Without an answer: the next owner gives it.
+            Err(_) if self.session.as_ref().is_some_and(|session| session.held().is_lost()) => {
+                ControlFlow::Break(ConnectionEnd::Moved)
+            }
             Err(refusal) => self.refuse(Some(id), &refusal).await,
         }
     }
 
     async fn carry_out(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
         match (&mut self.session, request) {
-            (Some(session), request) => session.answer(id, request).await,
+            (Some(session), request) => {
+                let held = session.held().clone();
+                tokio::select! {
+                    biased;
+                    // The answer may wait for a database that does not answer: nobody needs it any more.
+                    () = held.lost() => Err(moved()),
+                    answer = session.answer(id, request) => answer,
+                }
+            }
             (None, Request::Hello(hello)) => {
                 let mut session = self.sessions.greet(&hello, self.identity.as_ref()).await?;
                 let welcome = session.welcome(id).await;
@@ -474,57 +523,5 @@ impl Connection {
             // The old socket does not take the message: its client is on another one already.
             to = claimed(self.session.as_deref_mut()) => ControlFlow::Break(ConnectionEnd::Replaced(to)),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_too_large;
-    use axum::Router;
-    use axum::extract::ws::WebSocketUpgrade;
-    use axum::routing::get;
-    use std::io::{Read, Write};
-    use std::net::TcpStream;
-    use tokio::sync::mpsc;
-
-    /// Sends a WebSocket handshake and one masked text frame of these characters; the connection closes when the result is dropped.
-    fn sent(address: std::net::SocketAddr, characters: u8) -> TcpStream {
-        let mut stream = TcpStream::connect(address).expect("it listens");
-        let head = "GET / HTTP/1.1\r\nhost: a\r\nconnection: upgrade\r\nupgrade: websocket\r\nsec-websocket-version: 13\r\n\
-                    sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
-        stream.write_all(head.as_bytes()).expect("open");
-        let mut answer = [0; 12];
-        stream.read_exact(&mut answer).expect("an answer");
-        assert_eq!(&answer, b"HTTP/1.1 101");
-        let mut frame = vec![0x81, 0x80 | characters, 0, 0, 0, 0];
-        frame.extend(vec![b'a'; usize::from(characters)]);
-        stream.write_all(&frame).expect("open");
-        stream
-    }
-
-    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-    async fn a_message_above_the_librarys_limit_is_known_by_its_type() {
-        let (sender, mut received) = mpsc::unbounded_channel();
-        let handler = async move |upgrade: WebSocketUpgrade| {
-            let sender = sender.clone();
-            upgrade.max_message_size(8).on_upgrade(async move |mut socket| {
-                let message = socket.recv().await.expect("a message or an error");
-                let _ = sender.send(message.as_ref().err().map(is_too_large));
-            })
-        };
-        let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a free port");
-        let address = listener.local_addr().expect("bound");
-        let router: Router = Router::new().route("/", get(handler));
-        let server = tokio::spawn(async move { axum::serve(listener, router).await });
-        for (characters, expected) in [(8, None), (9, Some(true))] {
-            let client = tokio::task::spawn_blocking(move || sent(address, characters)).await.expect("sent");
-            assert_eq!(received.recv().await, Some(expected), "{characters} characters");
-            drop(client);
-        }
-        server.abort();
-        // The same words in an error of another type.
-        assert!(!is_too_large(&axum::Error::new(std::io::Error::other(
-            "Space limit exceeded: Message too long"
-        ))));
     }
 }

@@ -2,15 +2,14 @@
 
 use super::connection::{self, ConnectionParts};
 use crate::auth::{Auth, Identity, Role, forbidden};
-use crate::problem::Problem;
 use crate::session::Sessions;
-use crate::transport::{Caller, InboundLimits};
+use crate::transport::{self, Caller, InboundLimits, UpgradeRefused};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
-use palmares_protocol::{Code, Encoding, Refusal};
+use palmares_protocol::{Encoding, Refusal};
 use std::sync::Arc;
 
 /// Messages up to this size are read whole, so that the answer `too_large` reaches the client; larger ones are not read.
@@ -27,20 +26,9 @@ pub(crate) async fn control(
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
-) -> Result<Response, Problem> {
-    let upgrade = match upgrade {
-        Ok(upgrade) => upgrade.protocols(Encoding::ALL.map(Encoding::subprotocol)),
-        Err(rejection) => {
-            let message = format!("this address expects a WebSocket: {}", rejection.body_text());
-            return Err(Problem::new(Code::BadRequest, message));
-        }
-    };
-    let chosen = upgrade.selected_protocol().and_then(|name| Encoding::of(name.to_str().ok()?));
-    let Some(encoding) = chosen else {
-        let known = Encoding::ALL.map(Encoding::subprotocol).join(" or ");
-        let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
-        return Err(Problem::new(Code::BadRequest, message));
-    };
+) -> Result<Response, UpgradeRefused> {
+    let known = Encoding::ALL.map(|encoding| (encoding.subprotocol(), encoding));
+    let (upgrade, encoding) = transport::upgrade(upgrade, &headers, known)?;
     // Before the upgrade: a client that may not play gets an HTTP answer.
     let identity = player(&auth, &sessions, &headers).await?;
     let permit = inbound.connections.take(identity.as_ref())?;

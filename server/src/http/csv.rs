@@ -69,7 +69,8 @@ pub(super) const RUNS: [&str; 31] = [
 ];
 
 /// Columns of the audit.
-pub(super) const AUDIT: [&str; 7] = ["seq", "utc", "actor", "action", "subject", "reason", "unix_ms"];
+pub(super) const AUDIT: [&str; 9] =
+    ["seq", "utc", "actor", "action", "subject", "reason", "unix_ms", "label", "seconds"];
 
 /// Rows and the order of their columns.
 pub(super) struct Table {
@@ -176,8 +177,8 @@ mod tests {
         let text = write(&Table::new(&AUDIT, rows));
         assert_eq!(
             text,
-            "seq,utc,actor,action,subject,reason,unix_ms,ended_unix_ms,ended_utc\r\n\
-             1,2026-11-21T05:22:40Z,,,,,1795238560323,,\r\n"
+            "seq,utc,actor,action,subject,reason,unix_ms,label,seconds,ended_unix_ms,ended_utc\r\n\
+             1,2026-11-21T05:22:40Z,,,,,1795238560323,,,,\r\n"
         );
         assert_eq!(write(&leaderboard(&[], &["balls".into()])).lines().count(), 1);
     }

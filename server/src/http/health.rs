@@ -1,5 +1,6 @@
 //! Health checks, and metrics for Prometheus.
 
+use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::METRICS;
 use crate::problem::Problem;
@@ -19,8 +20,12 @@ pub(super) async fn healthz() -> &'static str {
 /// The server is ready: its database answers and it is not shutting down.
 pub(super) async fn readyz(
     State(lifecycle): State<Arc<Lifecycle>>,
+    State(lease): State<Arc<Lease>>,
     State(store): State<Store>,
 ) -> Result<&'static str, Problem> {
+    if !lease.is_valid() {
+        return Err(Problem::new(Code::Internal, "the database does not answer"));
+    }
     if lifecycle.is_stopping() {
         return Err(Problem::new(Code::Capacity, "the server is shutting down"));
     }

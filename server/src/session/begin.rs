@@ -5,7 +5,7 @@ use super::failure::{random_hex, store_failed};
 use super::machine::Machine;
 use super::session::{Session, SessionIds, Sessions};
 use crate::auth::{Identity, sha256_hex};
-use crate::store::{NewSession, ResumableSession, StoreError};
+use crate::store::{FIRST_EPOCH, Held, NewSession};
 use palmares_protocol::{Code, Hello, Refusal};
 use std::sync::Arc;
 
@@ -47,8 +47,9 @@ impl Sessions {
             mode,
             token_hash: Some(token_hash.clone()),
         };
+        let held = Held::new(session_id.clone(), FIRST_EPOCH);
         // Before the row is in the database: another client then finds the session taken, not ended.
-        let inbox = self.registry.insert(&token_hash, &session_id);
+        let inbox = self.registry.insert(&token_hash, &held);
         let inbox =
             inbox.ok_or_else(|| Refusal::new(Code::Internal, "the session's id is in use; try again"))?;
         let begun = self.store.begin_session(&row, max_sessions).await;
@@ -63,7 +64,7 @@ impl Sessions {
             let message = "the team has had all its sessions; ask the organizer";
             return Err(Refusal::new(Code::SessionOver, message));
         }
-        let ids = SessionIds { session_id, resume_token, token_hash, team };
+        let ids = SessionIds { held, resume_token, token_hash, team };
         let official = self.competition.rules.official();
         let mut session = Session::new(self, ids, official, Machine::new(limit_s), inbox);
         session.note = note;
@@ -78,34 +79,5 @@ impl Sessions {
         session.keep_last_observation();
         tracing::info!(session = session.session_id, "session resumed");
         Ok(session)
-    }
-
-    /// Restores the open sessions of an earlier process; they wait for their clients.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub(crate) async fn restore(self: &Arc<Self>) -> Result<(), StoreError> {
-        for row in self.store.load_resumable_sessions().await? {
-            self.restore_one(row);
-        }
-        Ok(())
-    }
-
-    /// Lets an ended session wait for its team again, if the database has it open.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub(crate) async fn revive(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
-        let open = self.store.load_resumable_sessions().await?;
-        if let Some(row) = open.into_iter().find(|row| row.session_id == session_id) {
-            self.restore_one(row);
-        }
-        Ok(())
-    }
-
-    fn restore_one(self: &Arc<Self>, row: ResumableSession) {
-        if let Some(session) = Session::restored(self, row) {
-            session.wait();
-        }
     }
 }

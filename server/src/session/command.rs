@@ -22,6 +22,11 @@ pub(crate) enum Command {
         /// The reason, for people.
         note: String,
     },
+    /// Gives the session to another host, where its client is.
+    Release {
+        /// Also if a connection holds it: that client has shown the resume token.
+        firmly: bool,
+    },
     /// Ends the session; its open run counts or is void.
     End {
         /// Whether the open run is void.

@@ -140,7 +140,7 @@ pub(super) async fn resume_by_team(
         }
     };
     let new = sha256_hex(token.as_bytes());
-    if let Err(error) = sessions.store.set_resume_token(&session_id, &new).await {
+    if let Err(error) = sessions.store.set_resume_token(&session.held, &new).await {
         session.park();
         return Err(store_failed("the session")(error));
     }

@@ -2,12 +2,12 @@
 
 use super::command::{Command, PendingCommand};
 use super::session::{OpenRun, Session};
-use palmares_protocol::{Refusal, Reply};
+use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
 use tokio::task::spawn_blocking;
 
 impl Session {
-    /// Executes a command. Returns whether the session is over, and the message for its client.
+    /// Executes a command. Returns whether the session is over or given away, and the message for its client.
     pub(crate) async fn execute(&mut self, pending: PendingCommand) -> (bool, Option<Reply>) {
         self.catch_up();
         let PendingCommand { command, done } = pending;
@@ -26,13 +26,16 @@ impl Session {
                 self.machine.grant(seconds, self.now());
                 Ok(())
             }
+            Command::Release { firmly } => self.release(firmly).await,
             Command::VoidRun { run_id, note } => self.void_run(&run_id, &note).await,
             Command::End { void, note } => {
                 let reason = if void { Reason::Voided } else { Reason::Stopped };
                 self.end_run(reason, &note).await.map(|result| reply = result)
             }
         };
-        self.save(true).await;
+        if !self.held.is_lost() {
+            self.save(true).await;
+        }
         // An error means that the organizer's request was dropped; the command is done.
         let _ = done.send(result);
         (over, reply)
@@ -55,6 +58,17 @@ impl Session {
                 tracing::error!(%error, "a realtime world does not continue");
             }
         }
+    }
+
+    /// Gives the session to the host where its client is, unless a client is here that has not gone.
+    async fn release(&mut self, firmly: bool) -> Result<(), Refusal> {
+        if !firmly && self.shared.registry.is_connected(&self.token_hash) {
+            return Err(Refusal::new(Code::SessionTaken, "a connection holds the session"));
+        }
+        self.save(true).await;
+        self.shared.store.release_session(&self.held).await?;
+        self.held.lose();
+        Ok(())
     }
 
     async fn void_run(&mut self, run_id: &str, note: &str) -> Result<(), Refusal> {

@@ -135,24 +135,24 @@ impl Session {
         })
     }
 
-    /// Stores the replay's digest, the result and the clock.
+    /// Stores the result, the replay's digest and the clock.
     async fn store(&mut self, finished: &FinishedRun) -> Result<StoredEnd, Refusal> {
         let FinishedRun { run, outcome, decision, stats, replay, .. } = finished;
         let store = &self.shared.store;
-        if let Some(file) = replay {
-            let path = stored_path(file);
-            store.set_replay(&run.run_id, &path, &file.sha256).await.map_err(store_failed("the replay"))?;
-        }
+        let path = replay.as_ref().map(stored_path);
+        let sha256 = replay.as_ref().map(|file| file.sha256.as_str());
         let (now, refund) = (self.now(), decision.refunds());
         let (cost, after) = (self.machine.run_cost(now), self.machine.after(now, refund));
         let row = FinishedRunRow {
+            held: &self.held,
             run_id: &run.run_id,
             status: decision.status.word(),
             outcome,
             note: decision.note.as_deref(),
             missed_ticks: stats.tempo.missed,
             cost_s: (cost.wall_s, cost.simulated_s),
-            clock: self.official.then(|| (self.session_id.as_str(), after.row())),
+            clock: self.official.then(|| after.row()),
+            replay: path.as_deref().zip(sha256),
         };
         let status = store.finish_run(&row).await.map_err(store_failed("the result"))?;
         let by_session = status == "voided" && !matches!(decision.status, RunStatus::Voided { .. });

@@ -4,6 +4,7 @@
 //! session belongs to the thread of its connection. While its client is away, it belongs to a task that waits for the client (see
 //! [`waiting`]) and computes nothing.
 
+mod adopt;
 mod begin;
 mod command;
 mod entry;

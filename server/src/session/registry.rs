@@ -2,6 +2,7 @@
 //! connections. It is generic over the session.
 
 use super::command::{Command, PendingCommand};
+use crate::store::Held;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use std::collections::HashMap;
@@ -45,7 +46,21 @@ const COMMAND_QUEUE: usize = 8;
 #[derive(Debug)]
 pub(crate) struct Registry<S> {
     holders: Mutex<HashMap<String, Holder<S>>>,
-    commands: Mutex<HashMap<String, mpsc::Sender<PendingCommand>>>,
+    commands: Mutex<HashMap<String, Channel>>,
+}
+
+/// An open session, as others see it.
+#[derive(Clone, Debug)]
+struct Channel {
+    held: Held,
+    commands: mpsc::Sender<PendingCommand>,
+}
+
+impl Channel {
+    fn new(held: &Held) -> (Self, mpsc::Receiver<PendingCommand>) {
+        let (commands, receiver) = mpsc::channel(COMMAND_QUEUE);
+        (Channel { held: held.clone(), commands }, receiver)
+    }
 }
 
 impl<S> Default for Registry<S> {
@@ -60,7 +75,7 @@ impl<S> Registry<S> {
         self.holders.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn channels(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<PendingCommand>>> {
+    fn channels(&self) -> MutexGuard<'_, HashMap<String, Channel>> {
         self.commands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -70,10 +85,10 @@ impl<S> Registry<S> {
     }
 
     /// Adds a new session, held by a connection, unless it is open already.
-    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> Option<Inbox<S>> {
-        let (channel, commands) = mpsc::channel(COMMAND_QUEUE);
+    pub(super) fn insert(&self, token_hash: &str, held: &Held) -> Option<Inbox<S>> {
+        let (channel, commands) = Channel::new(held);
         let (sender, claims) = mpsc::unbounded_channel();
-        match self.channels().entry(session_id.to_owned()) {
+        match self.channels().entry(held.session_id.clone()) {
             Entry::Occupied(_) => return None,
             Entry::Vacant(free) => free.insert(channel),
         };
@@ -92,7 +107,7 @@ impl<S> Registry<S> {
         let gone = || Refusal::new(Code::NotFound, format!("no open session `{}`", shortened(session_id)));
         let channel = self.channels().get(session_id).cloned().ok_or_else(gone)?;
         let (done, result) = oneshot::channel();
-        channel.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
+        channel.commands.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
         result.await.map_err(|_| gone())?
     }
 
@@ -102,6 +117,21 @@ impl<S> Registry<S> {
         if let Some(holder) = holders.remove(old) {
             holders.insert(new.to_owned(), holder);
         }
+    }
+
+    /// The sessions that are open here.
+    pub(crate) fn held(&self) -> Vec<Held> {
+        self.channels().values().map(|channel| channel.held.clone()).collect()
+    }
+
+    /// Gives up all sessions: they end here, and continue elsewhere.
+    pub(crate) fn lose_all(&self) {
+        self.channels().values().for_each(|channel| channel.held.lose());
+    }
+
+    /// Whether a connection holds the session of this id.
+    pub(super) fn is_connected(&self, token_hash: &str) -> bool {
+        self.holders().get(token_hash).is_some_and(|holder| !holder.waiting)
     }
 
     /// Whether a session is open here, under any token.
@@ -166,6 +196,10 @@ impl<S> Registry<S> {
 mod tests {
     use super::*;
 
+    fn held() -> Held {
+        Held::new("ses".into(), 1)
+    }
+
     type TestRegistry = Registry<&'static str>;
 
     fn code<T>(done: Result<T, Refusal>) -> Option<Code> {
@@ -180,7 +214,7 @@ mod tests {
     #[tokio::test]
     async fn only_one_client_gets_a_waiting_session() {
         let registry = TestRegistry::default();
-        let mut inbox = registry.insert("hash", "ses").expect("new");
+        let mut inbox = registry.insert("hash", &held()).expect("new");
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken), "a connection holds it");
         registry.wait("hash");
         let (claimed, given) = tokio::join!(registry.claim("hash"), give(&mut inbox));
@@ -193,7 +227,7 @@ mod tests {
     #[tokio::test]
     async fn a_session_is_taken_from_a_connection_by_its_token() {
         let registry = TestRegistry::default();
-        let mut inbox = registry.insert("hash", "ses").expect("new");
+        let mut inbox = registry.insert("hash", &held()).expect("new");
         for _ in 0..2 {
             let (claimed, given) = tokio::join!(registry.replace("hash"), give(&mut inbox));
             assert_eq!((claimed.map(|session| *session), given), (Ok("it"), Ok(())));
@@ -208,13 +242,13 @@ mod tests {
     #[tokio::test]
     async fn it_is_claimed_or_withdrawn_but_not_both() {
         let registry = TestRegistry::default();
-        let inbox = registry.insert("hash", "ses").expect("new");
+        let inbox = registry.insert("hash", &held()).expect("new");
         registry.wait("hash");
         assert!(registry.withdraw("hash"));
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionOver), "it is gone");
         registry.remove("hash", "ses");
         drop(inbox);
-        let mut inbox = registry.insert("hash", "ses").expect("new");
+        let mut inbox = registry.insert("hash", &held()).expect("new");
         registry.wait("hash");
         let late = async {
             assert!(!registry.withdraw("hash"), "it was claimed first");
@@ -226,11 +260,11 @@ mod tests {
     #[tokio::test]
     async fn a_new_token_leads_to_the_same_session_and_the_old_one_nowhere() {
         let registry = TestRegistry::default();
-        let _inbox = registry.insert("old", "ses").expect("new");
+        let _inbox = registry.insert("old", &held()).expect("new");
         registry.rekey("old", "new");
         assert_eq!(code(registry.replace("old").await), Some(Code::SessionOver));
         assert_eq!(code(registry.claim("new").await), Some(Code::SessionTaken));
-        assert!(registry.insert("third", "ses").is_none() && registry.knows("ses"));
+        assert!(registry.insert("third", &held()).is_none() && registry.knows("ses"));
         registry.remove("new", "ses");
         assert!(!registry.knows("ses") && registry.len() == 0);
     }
@@ -238,7 +272,7 @@ mod tests {
     #[tokio::test]
     async fn a_command_returns_when_it_is_done_or_its_session_is_gone() {
         let registry = TestRegistry::default();
-        let mut inbox = registry.insert("hash", "ses").expect("new");
+        let mut inbox = registry.insert("hash", &held()).expect("new");
         let obey = async {
             let PendingCommand { command, done } = inbox.commands.recv().await.expect("a command");
             assert_eq!(command, Command::Pause);

@@ -214,7 +214,6 @@ impl Session {
         let own = version::own();
         let row = NewRun {
             run_id: new.run_id.clone(),
-            session_id: self.session_id.clone(),
             team: self.team.clone(),
             task: new.task.name.clone(),
             hand: new.hand.name.clone(),
@@ -226,8 +225,9 @@ impl Session {
             k: new.key.k,
             server_version: own.version,
             build_hash: own.build_hash,
+            header: None,
         };
-        self.shared.store.begin_run(&row).await.map_err(store_failed("the run"))?;
+        self.shared.store.begin_run(&self.held, &row).await.map_err(store_failed("the run"))?;
         if new.sensing == Sensing::Truth {
             // The team no longer uses sensors only.
             self.shared.hub.ranking_changed();

@@ -10,7 +10,7 @@ use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
-use crate::store::{ClockRow, ResumableSession, Store, unix_ms};
+use crate::store::{ClockRow, Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
 use crate::world::realtime::RealtimeWorld;
@@ -67,6 +67,8 @@ impl Sessions {
 pub(crate) struct Session {
     pub(super) shared: Arc<Sessions>,
     pub(super) session_id: String,
+    /// This process's ownership of the session in the database.
+    pub(super) held: Held,
     /// The secret that resumes the session.
     pub(super) resume_token: String,
     /// Hash of that secret.
@@ -131,7 +133,7 @@ async fn claimed(claims: &mut Claims<Session>, token_hash: &str) -> Handover {
 
 /// The ids of a session.
 pub(super) struct SessionIds {
-    pub(super) session_id: String,
+    pub(super) held: Held,
     /// Empty when only the client has it.
     pub(super) resume_token: String,
     pub(super) token_hash: String,
@@ -147,10 +149,11 @@ impl Session {
         machine: Machine,
         inbox: Inbox<Session>,
     ) -> Box<Self> {
-        let SessionIds { session_id, resume_token, token_hash, team } = ids;
+        let SessionIds { held, resume_token, token_hash, team } = ids;
         Box::new(Session {
             shared: shared.clone(),
-            session_id,
+            session_id: held.session_id.clone(),
+            held,
             resume_token,
             token_hash,
             team,
@@ -170,15 +173,16 @@ impl Session {
 
     /// A session of an earlier process. Its clock continues now. None when it is open already.
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
-        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused } = row;
+        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch } = row;
         let state = ClockState::of(&clock);
-        let inbox = shared.registry.insert(&token_hash, &session_id)?;
+        let held = Held::new(session_id.clone(), epoch);
+        let inbox = shared.registry.insert(&token_hash, &held)?;
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
         shared.clocks.show(&session_id, machine.clock());
         // The client has the token.
-        let ids = SessionIds { session_id, resume_token: String::new(), token_hash, team };
+        let ids = SessionIds { held, resume_token: String::new(), token_hash, team };
         Some(Session::new(shared, ids, true, machine, inbox))
     }
 
@@ -254,6 +258,22 @@ impl Session {
         })
     }
 
+    /// This process's ownership of the session.
+    pub(crate) fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// Ends the session here without a write: another owner continues it. Its world and its recording end.
+    pub(crate) fn part(mut self: Box<Self>) {
+        if let OpenRun::Realtime(live) = std::mem::take(&mut self.open_run) {
+            // Dropped: it ticks no more.
+            drop(live.take(None));
+        }
+        self.shared.registry.remove(&self.token_hash, &self.session_id);
+        self.shared.clocks.remove(&self.session_id);
+        tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
+    }
+
     /// The realtime world whose observations the client gets.
     pub(crate) fn stream(&self) -> Option<&Arc<RealtimeWorld>> {
         self.stream.as_ref()
@@ -314,7 +334,7 @@ impl Session {
         let saved = self.machine.saved(self.now());
         let run_from_s = self.machine.playing().map(|_| saved.spent.counts_s());
         let row = ClockRow { run_from_s, ..saved.row() };
-        match self.shared.store.save_clock(&self.session_id, &row, &self.refunded_runs).await {
+        match self.shared.store.save_clock(&self.held, &row, &self.refunded_runs).await {
             Ok(()) => self.refunded_runs.clear(),
             // The next save tries again in a few seconds.
             Err(error) => {
@@ -333,7 +353,7 @@ impl Session {
         self.save(true).await;
         if self.official && self.shared.lifecycle.is_stopping() && self.outlasts_absence() {
             tracing::debug!(session = self.session_id, "the session continues after the restart");
-        } else if let Err(error) = self.shared.store.end_session(&self.session_id).await {
+        } else if let Err(error) = self.shared.store.end_session(&self.held).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }
         self.shared.registry.remove(&self.token_hash, &self.session_id);

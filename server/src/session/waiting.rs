@@ -43,6 +43,7 @@ async fn keep(mut session: Box<Session>) {
     let (shared, token_hash) = (session.shared.clone(), session.token_hash.clone());
     let lifecycle = &shared.lifecycle;
     let _alive = lifecycle.alive();
+    let held = session.held().clone();
     let mut grace = Some(Instant::now() + shared.competition.settings.resume_grace);
     let give_up = loop {
         let change = session.next_change().map(|wait| Instant::now() + wait);
@@ -70,6 +71,11 @@ async fn keep(mut session: Box<Session>) {
                 // The run ends; the session waits as long as it has time.
                 session.close_run(Reason::Disconnected, None).await;
                 grace = None;
+            }
+            () = held.lost() => {
+                shared.registry.withdraw(&token_hash);
+                session.part();
+                return;
             }
             () = lifecycle.stopping() => break Reason::Disconnected,
         }

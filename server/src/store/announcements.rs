@@ -46,6 +46,6 @@ impl Store {
     /// The newest announcements first, at most `limit` of them.
     pub(crate) async fn announcements(&self, limit: u32) -> Result<Vec<Announcement>, StoreError> {
         let query = sqlx::query_as("SELECT id, at, text FROM announcements ORDER BY id DESC LIMIT $1");
-        Ok(query.bind(i64::from(limit)).fetch_all(&self.pool).await?)
+        Ok(query.bind(i64::from(limit)).fetch_all(&self.pool()).await?)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::database::Store;
 use super::error::StoreError;
+use super::location::Dialect;
 use super::number::{signed, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -31,21 +32,35 @@ pub(crate) struct AuditEntry {
     pub(crate) unix_ms: i64,
     /// Id of the token that was used, or `server`.
     pub(crate) actor: String,
+    /// Label of this token: its holder.
+    pub(crate) label: Option<String>,
     /// The action.
     pub(crate) action: String,
     /// Its object.
     pub(crate) subject: String,
+    /// Granted time, s; for `session.grant`.
+    pub(crate) seconds: Option<f64>,
     /// The reason.
     pub(crate) reason: Option<String>,
 }
 
-from_row!(AuditEntry { seq, unix_ms: "at", actor, action, subject, reason });
+from_row!(AuditEntry { seq, unix_ms: "at", actor, label, action, subject, seconds, reason });
+
+/// Key of the advisory lock on Postgres under which records get their numbers: "plmaudit" as a number.
+const NUMBERING_KEY: i64 = i64::from_be_bytes(*b"plmaudit");
 
 impl Store {
-    /// A transaction that begins with a record of its action: both are stored or neither.
+    /// A transaction that begins with a record of its action: both are stored or neither. There is one at a time, also of several
+    /// servers on one database.
     pub(super) async fn recorded(&self, entry: &NewAuditEntry<'_>) -> Result<Recorded<'_>, StoreError> {
+        // Of this process one transaction waits, so that the others leave it connections.
         let numbering = self.audit.lock().await;
         let mut transaction = self.write().await?;
+        // SQLite has one writer anyway.
+        if self.dialect == Dialect::Postgres {
+            let lock = sqlx::query("SELECT pg_advisory_xact_lock($1)").bind(NUMBERING_KEY);
+            lock.execute(&mut *transaction).await?;
+        }
         sqlx::query(
             "INSERT INTO audit (seq, at, actor, action, subject, reason) \
              SELECT COALESCE(MAX(seq), 0) + 1, $1, $2, $3, $4, $5 FROM audit",
@@ -67,8 +82,11 @@ impl Store {
 
     /// The records after number `after`, oldest first, at most `limit` of them.
     pub(crate) async fn audit(&self, after: u64, limit: u32) -> Result<Vec<AuditEntry>, StoreError> {
-        let query = sqlx::query_as("SELECT * FROM audit WHERE seq > $1 ORDER BY seq LIMIT $2");
-        Ok(query.bind(signed(after)).bind(i64::from(limit)).fetch_all(&self.pool).await?)
+        let query = sqlx::query_as(
+            "SELECT audit.*, tokens.label FROM audit LEFT JOIN tokens ON tokens.token_id = audit.actor \
+             WHERE seq > $1 ORDER BY seq LIMIT $2",
+        );
+        Ok(query.bind(signed(after)).bind(i64::from(limit)).fetch_all(&self.pool()).await?)
     }
 }
 
@@ -80,6 +98,14 @@ pub(super) struct Recorded<'a> {
 }
 
 impl Recorded<'_> {
+    /// Adds the granted time to the record.
+    pub(super) async fn with_seconds(mut self, seconds: f64) -> Result<Self, StoreError> {
+        // The newest record is this one: no other is written before the commit.
+        let query = sqlx::query("UPDATE audit SET seconds = $1 WHERE seq = (SELECT MAX(seq) FROM audit)");
+        query.bind(seconds).execute(&mut *self.transaction).await?;
+        Ok(self)
+    }
+
     pub(super) async fn commit(self) -> Result<(), StoreError> {
         Ok(self.transaction.commit().await?)
     }

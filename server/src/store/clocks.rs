@@ -2,6 +2,7 @@
 
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::Held;
 use sqlx::{Any, AnyConnection, Transaction};
 
 /// A session's clock, as stored.
@@ -87,12 +88,12 @@ impl Store {
     /// Saves the clock of an open session. It includes the refunds of `refunded_runs`.
     pub(crate) async fn save_clock(
         &self,
-        session_id: &str,
+        held: &Held,
         clock: &ClockRow,
         refunded_runs: &[String],
     ) -> Result<(), StoreError> {
-        let mut transaction = self.write().await?;
-        write_clock(&mut transaction, session_id, clock).await?;
+        let mut transaction = self.fenced(held).await?;
+        write_clock(&mut transaction, &held.session_id, clock).await?;
         for run_id in refunded_runs {
             delete_cost(&mut transaction, run_id).await?;
         }
@@ -101,7 +102,7 @@ impl Store {
 
     /// Costs of a session's void runs that are not refunded yet.
     pub(crate) async fn pending_refunds(&self, session_id: &str) -> Result<Vec<RunCost>, StoreError> {
-        Ok(sqlx::query_as(PENDING_REFUNDS).bind(session_id).fetch_all(&self.pool).await?)
+        Ok(sqlx::query_as(PENDING_REFUNDS).bind(session_id).fetch_all(&self.pool()).await?)
     }
 
     /// The sessions with pending refunds.
@@ -110,7 +111,7 @@ impl Store {
             "SELECT DISTINCT session_id FROM runs WHERE status = 'voided' AND taken_wall_s IS NOT NULL \
              ORDER BY session_id",
         );
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// Gives pending refunds to a session that is not open in this process. `refund` computes the clock from the session's length and

@@ -48,7 +48,7 @@ fn json_row(row: &AnyRow) -> Result<Map<String, Value>, StoreError> {
 impl Store {
     /// All tables, from one snapshot.
     pub(crate) async fn dump(&self) -> Result<Vec<Table>, StoreError> {
-        let mut transaction = self.pool.begin_with(self.dialect.begin_snapshot()).await?;
+        let mut transaction = self.pool().begin_with(self.dialect.begin_snapshot()).await?;
         let mut tables = Vec::new();
         for name in TABLES {
             let query = sqlx::query(AssertSqlSafe(format!("SELECT * FROM {name}")));

@@ -24,6 +24,40 @@ pub(crate) enum StoreError {
         /// The database.
         place: String,
     },
+    /// Another host that runs cannot share the database with this one.
+    #[error("the database {place} is in use by the host `{host}`{why}")]
+    Host {
+        /// The database.
+        place: String,
+        /// The other host.
+        host: String,
+        /// The reason, and what to do.
+        why: String,
+    },
+    /// A host of the same name runs.
+    #[error("the database {place} has a host `{host}` that runs; give each server a [fleet] host of its own")]
+    SameHost {
+        /// The database.
+        place: String,
+        /// The name.
+        host: String,
+    },
+    /// A migration is needed while a server runs.
+    #[error(
+        "the database {place} must be brought up to date, but the host `{host}` of an older version uses it; stop it first"
+    )]
+    Older {
+        /// The database.
+        place: String,
+        /// The other host.
+        host: String,
+    },
+    /// The session has another owner.
+    #[error("the session {session_id} belongs to another server now")]
+    Stale {
+        /// The session.
+        session_id: String,
+    },
     /// The data directory cannot be created or written.
     #[error("cannot write in the data directory {}: {source}; choose another with --data-dir", path.display())]
     Folder {
@@ -51,6 +85,11 @@ pub(crate) enum StoreError {
 /// Logs the failure and returns the refusal for the client.
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
+        if let StoreError::Stale { .. } = error {
+            tracing::warn!(%error, "a write was refused");
+            let message = "the session continues on another server; connect again";
+            return Refusal::new(Code::Internal, message).retry_after(0.5);
+        }
         tracing::error!(%error, "the database failed");
         Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0)
     }

@@ -83,7 +83,7 @@ impl Store {
         .bind(signed(hand.bytes))
         .bind(hand.warnings)
         .bind(unix_ms())
-        .execute(&self.pool)
+        .execute(&self.pool())
         .await?;
         Ok(())
     }
@@ -96,13 +96,13 @@ impl Store {
             }
             None => sqlx::query_as("SELECT * FROM hands ORDER BY created_at, hand_id"),
         };
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// The hand with that id.
     pub(crate) async fn hand(&self, hand_id: &str) -> Result<Option<HandRow>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM hands WHERE hand_id = $1").bind(hand_id);
-        Ok(query.fetch_optional(&self.pool).await?)
+        Ok(query.fetch_optional(&self.pool()).await?)
     }
 
     /// Approves or rejects a hand; false if it does not exist. A decision can be changed.

@@ -60,7 +60,7 @@ impl Store {
              WHERE official = $1",
         )
         .bind(i64::from(official))
-        .fetch_all(&self.pool)
+        .fetch_all(&self.pool())
         .await?;
         let mut teams: HashMap<String, LeaderboardRow> = HashMap::new();
         let mut revision = 0;
@@ -92,7 +92,7 @@ impl Store {
         let query = sqlx::query_scalar(
             "SELECT CAST(COALESCE(SUM(revision), 0) AS BIGINT) FROM best WHERE official = $1",
         );
-        Ok(query.bind(i64::from(official)).fetch_one(&self.pool).await?)
+        Ok(query.bind(i64::from(official)).fetch_one(&self.pool()).await?)
     }
 }
 

@@ -83,13 +83,21 @@ impl Dialect {
 pub(super) struct Target {
     /// For messages; without a password.
     pub(super) place: String,
-    pub(super) url: String,
+    url: String,
     pub(super) dialect: Dialect,
     /// The database file, with the lock file in its folder; None for Postgres.
     file: Option<PathBuf>,
 }
 
-/// The lock on the database. It is released when the process ends in any way.
+impl std::fmt::Debug for Target {
+    /// Without the URL, which may contain a password.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Target({})", self.place)
+    }
+}
+
+/// The lock on the database: on SQLite as long as the server runs, on Postgres until it has entered its hosts. It is released when the
+/// process ends in any way.
 #[derive(Debug)]
 pub(super) enum Lock {
     File(File),

@@ -3,10 +3,11 @@
 use super::clocks::{ClockRow, write_clock};
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::Held;
 use super::number::{signed, unix_ms};
 use super::similar_runs::SimilarRun;
 use super::verification::MAX_TRIES;
-use palmares_tasks::{Event, Outcome, Sensing};
+use palmares_tasks::{Event, Outcome, Sensing, identity};
 use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::Row;
@@ -17,8 +18,6 @@ use sqlx::any::AnyRow;
 pub(crate) struct NewRun {
     /// Its id.
     pub(crate) run_id: String,
-    /// Its session.
-    pub(crate) session_id: String,
     /// Its team.
     pub(crate) team: String,
     /// Task.
@@ -41,11 +40,15 @@ pub(crate) struct NewRun {
     pub(crate) server_version: String,
     /// Commit of its build.
     pub(crate) build_hash: String,
+    /// Header of its replay as JSON, if the run can continue on another host.
+    pub(crate) header: Option<String>,
 }
 
 /// The end of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct FinishedRunRow<'a> {
+    /// Its session.
+    pub(crate) held: &'a Held,
     /// The run.
     pub(crate) run_id: &'a str,
     /// `practice`, `provisional`, `aborted` or `voided`.
@@ -58,8 +61,10 @@ pub(crate) struct FinishedRunRow<'a> {
     pub(crate) missed_ticks: u64,
     /// Time that it has spent, refunded if it is voided later: wall-clock and simulated, s.
     pub(crate) cost_s: (f64, f64),
-    /// Its session and the clock from now on, for sessions whose clock is saved.
-    pub(crate) clock: Option<(&'a str, ClockRow)>,
+    /// The session's clock from now on, for sessions whose clock is saved.
+    pub(crate) clock: Option<ClockRow>,
+    /// Path and SHA-256 of its replay.
+    pub(crate) replay: Option<(&'a str, &'a str)>,
 }
 
 /// A run, as in `GET /v1/runs/{id}`.
@@ -175,7 +180,7 @@ impl Store {
         )
         .bind(team)
         .bind(task)
-        .fetch_one(&self.pool)
+        .fetch_one(&self.pool())
         .await?;
         Ok(k.unsigned_abs())
     }
@@ -189,20 +194,21 @@ impl Store {
         .bind(team)
         .bind(task)
         .bind(signed(k))
-        .execute(&self.pool)
+        .execute(&self.pool())
         .await?;
         Ok(())
     }
 
     /// Stores a new run as open.
-    pub(crate) async fn begin_run(&self, run: &NewRun) -> Result<(), StoreError> {
+    pub(crate) async fn begin_run(&self, held: &Held, run: &NewRun) -> Result<(), StoreError> {
+        let mut transaction = self.fenced(held).await?;
         sqlx::query(
             "INSERT INTO runs (run_id, session_id, team, task, hand, mode, sensing, seed_hex, seed, \
-             server_version, build_hash, started_at, status, k, hand_sha256) \
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, 'open', $13, $14)",
+             server_version, build_hash, started_at, status, k, hand_sha256, engine, header) \
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, 'open', $13, $14, $15, $16)",
         )
         .bind(&run.run_id)
-        .bind(&run.session_id)
+        .bind(&held.session_id)
         .bind(&run.team)
         .bind(&run.task)
         .bind(&run.hand)
@@ -215,9 +221,11 @@ impl Store {
         .bind(unix_ms())
         .bind(run.k.map(signed))
         .bind(&run.hand_sha256)
-        .execute(&self.pool)
+        .bind(identity::engine())
+        .bind(&run.header)
+        .execute(&mut *transaction)
         .await?;
-        Ok(())
+        Ok(transaction.commit().await?)
     }
 
     /// Stores the end of a run. Returns its status, which is void in a voided session. The result is on the disk when this returns; a
@@ -226,12 +234,14 @@ impl Store {
         let outcome = run.outcome;
         let events =
             serde_json::to_string(&outcome.events).map_err(|error| sqlx::Error::Encode(error.into()))?;
-        let mut transaction = self.write().await?;
+        let mut transaction = self.fenced(run.held).await?;
+        let (replay_path, replay_sha256) = run.replay.unzip();
         sqlx::query(
             "UPDATE runs SET status = CASE WHEN EXISTS (SELECT 1 FROM sessions WHERE sessions.session_id = \
              runs.session_id AND sessions.status = 'voided') THEN 'voided' ELSE $1 END, reason = $2, note = $3, \
              ticks = $4, sim_time_s = $5, score = $6, in_goal = $7, outside = $8, state_hash = $9, events = $10, \
-             ended_at = $11, missed_ticks = $12 WHERE run_id = $13 AND status = 'open'",
+             ended_at = $11, missed_ticks = $12, replay_path = $13, replay_sha256 = $14, \
+             replay_host = $15 WHERE run_id = $16 AND status = 'open'",
         )
         .bind(run.status)
         .bind(word(&outcome.reason))
@@ -245,6 +255,9 @@ impl Store {
         .bind(events)
         .bind(unix_ms())
         .bind(signed(run.missed_ticks))
+        .bind(replay_path)
+        .bind(replay_sha256)
+        .bind(self.host_name())
         .bind(run.run_id)
         .execute(&mut *transaction)
         .await?;
@@ -258,9 +271,9 @@ impl Store {
         .bind(run.run_id)
         .execute(&mut *transaction)
         .await?;
-        if let Some((session_id, clock)) = &run.clock {
+        if let Some(clock) = &run.clock {
             // In the transaction of the result: a run that counts always costs its time.
-            write_clock(&mut transaction, session_id, clock).await?;
+            write_clock(&mut transaction, &run.held.session_id, clock).await?;
         }
         let status = sqlx::query_scalar("SELECT status FROM runs WHERE run_id = $1")
             .bind(run.run_id)
@@ -273,9 +286,9 @@ impl Store {
     /// The run of that id.
     pub(crate) async fn run(&self, run_id: &str) -> Result<Option<RunRecord>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM runs WHERE run_id = $1").bind(run_id);
-        let mut run: Option<RunRecord> = query.fetch_optional(&self.pool).await?;
+        let mut run: Option<RunRecord> = query.fetch_optional(&self.pool()).await?;
         if let Some(run) = &mut run {
-            run.similar = self.similar_runs(Some(run_id)).await?.remove(run_id);
+            run.similar = self.similar_runs(Some(&[run_id])).await?.remove(run_id);
         }
         Ok(run)
     }
@@ -283,7 +296,7 @@ impl Store {
     /// All runs, oldest first, for the export.
     pub(crate) async fn runs(&self) -> Result<Vec<RunRecord>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM runs ORDER BY started_at, run_id");
-        let mut runs: Vec<RunRecord> = query.fetch_all(&self.pool).await?;
+        let mut runs: Vec<RunRecord> = query.fetch_all(&self.pool()).await?;
         let mut similar = self.similar_runs(None).await?;
         for run in &mut runs {
             run.similar = similar.remove(&run.run_id);
@@ -291,21 +304,17 @@ impl Store {
         Ok(runs)
     }
 
-    /// Marks open runs of an earlier process as aborted and its practice sessions as ended. Official sessions stay open for their
-    /// teams. Returns the runs.
-    pub(crate) async fn abort_open_runs(&self) -> Result<Vec<String>, StoreError> {
-        let mut transaction = self.write().await?;
+    /// Marks the open runs of a session as aborted: their owner is gone, and they cannot continue. Returns them.
+    pub(crate) async fn abort_open_runs(&self, held: &Held) -> Result<Vec<String>, StoreError> {
+        let mut transaction = self.fenced(held).await?;
         let runs = sqlx::query_scalar(
             "UPDATE runs SET status = 'aborted', note = 'interrupted: the server stopped', ended_at = $1 \
-             WHERE status = 'open' RETURNING run_id",
+             WHERE status = 'open' AND session_id = $2 RETURNING run_id",
         )
         .bind(unix_ms())
+        .bind(held.session_id.clone())
         .fetch_all(&mut *transaction)
         .await?;
-        sqlx::query("UPDATE sessions SET ended_at = $1, status = 'ended' WHERE ended_at IS NULL AND mode = 'practice'")
-            .bind(unix_ms())
-            .execute(&mut *transaction)
-            .await?;
         transaction.commit().await?;
         Ok(runs)
     }

@@ -4,6 +4,7 @@ use super::audit::NewAuditEntry;
 use super::clocks::{ClockRow, bind_double};
 use super::database::Store;
 use super::error::StoreError;
+use super::hosts::{FIRST_EPOCH, Held};
 use super::number::unix_ms;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -41,6 +42,8 @@ pub(crate) struct ResumableSession {
     pub(crate) clock: ClockRow,
     /// Whether an organizer has paused it.
     pub(crate) paused: bool,
+    /// The epoch of its owner.
+    pub(crate) epoch: i64,
 }
 
 /// A session, as in the lists for organizers and teams.
@@ -99,7 +102,7 @@ const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version
      (SELECT COUNT(*) FROM runs WHERE runs.session_id = sessions.session_id) AS runs FROM sessions ";
 
 impl Store {
-    /// Stores a new session. False, and nothing is stored, if the team already has `max` official sessions that are not voided.
+    /// Stores a new session of this process, in its first epoch. False, and nothing is stored, if the team already has `max` official sessions that are not voided.
     pub(crate) async fn begin_session(
         &self,
         session: &NewSession,
@@ -123,8 +126,8 @@ impl Store {
             }
         }
         let query = sqlx::query(
-            "INSERT INTO sessions (session_id, team, client_version, mode, limit_s, created_at, token_hash) \
-             VALUES ($1, $2, $3, $4, $5, $6, $7)",
+            "INSERT INTO sessions (session_id, team, client_version, mode, limit_s, created_at, token_hash, owner, \
+             owner_incarnation, epoch) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
         )
         .bind(session.session_id.clone())
         .bind(session.team.clone())
@@ -133,6 +136,9 @@ impl Store {
         bind_double(query, session.limit_s)
             .bind(unix_ms())
             .bind(session.token_hash.clone())
+            .bind(self.host.host_id.clone())
+            .bind(self.host.incarnation())
+            .bind(FIRST_EPOCH)
             .execute(&mut *transaction)
             .await?;
         transaction.commit().await?;
@@ -140,45 +146,42 @@ impl Store {
     }
 
     /// Marks a session as ended now.
-    pub(crate) async fn end_session(&self, session_id: &str) -> Result<(), StoreError> {
+    pub(crate) async fn end_session(&self, held: &Held) -> Result<(), StoreError> {
+        let mut transaction = self.fenced(held).await?;
         sqlx::query(
-            "UPDATE sessions SET ended_at = $1, status = 'ended' WHERE session_id = $2 AND status = 'open'",
+            "UPDATE sessions SET ended_at = $1, status = 'ended', owner = NULL WHERE session_id = $2 AND status = 'open'",
         )
         .bind(unix_ms())
-        .bind(session_id)
-        .execute(&self.pool)
+        .bind(held.session_id.clone())
+        .execute(&mut *transaction)
         .await?;
-        Ok(())
+        Ok(transaction.commit().await?)
     }
 
-    /// The official sessions that are open in the database.
-    pub(crate) async fn load_resumable_sessions(&self) -> Result<Vec<ResumableSession>, StoreError> {
-        type Row = (String, String, String, Option<f64>, i64, f64, f64, f64, Option<f64>, Option<i64>);
-        let rows: Vec<Row> = sqlx::query_as(
-            "SELECT session_id, team, token_hash, limit_s, clock_started, clock_wall_s, clock_simulated_s, refunded_s, \
-             run_from_s, paused_at FROM sessions \
-             WHERE mode = 'official' AND status = 'open' AND token_hash IS NOT NULL ORDER BY created_at, session_id",
+    /// An open official session, to be continued by this process, which owns it.
+    pub(crate) async fn resumable_session(
+        &self,
+        held: &Held,
+    ) -> Result<Option<ResumableSession>, StoreError> {
+        type Row = (String, String, Option<f64>, i64, f64, f64, f64, Option<f64>, Option<i64>);
+        let row: Option<Row> = sqlx::query_as(
+            "SELECT team, token_hash, limit_s, clock_started, clock_wall_s, clock_simulated_s, refunded_s, \
+             run_from_s, paused_at FROM sessions WHERE session_id = $1 AND epoch = $2 AND mode = 'official' \
+             AND status = 'open' AND token_hash IS NOT NULL",
         )
-        .fetch_all(&self.pool)
+        .bind(held.session_id.clone())
+        .bind(held.epoch)
+        .fetch_optional(&self.pool())
         .await?;
         let session = |row: Row| {
-            let (
-                session_id,
-                team,
-                token_hash,
-                limit_s,
-                started,
-                wall_s,
-                simulated_s,
-                refunded_s,
-                from_s,
-                paused_at,
-            ) = row;
-            let clock =
-                ClockRow { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s: from_s };
-            ResumableSession { session_id, team, token_hash, limit_s, clock, paused: paused_at.is_some() }
+            let (team, token_hash, limit_s, started, wall_s, simulated_s, refunded_s, run_from_s, paused_at) =
+                row;
+            let clock = ClockRow { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s };
+            let session_id = held.session_id.clone();
+            let (paused, epoch) = (paused_at.is_some(), held.epoch);
+            ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch }
         };
-        Ok(rows.into_iter().map(session).collect())
+        Ok(row.map(session))
     }
 
     /// The sessions, newest first; of one team or of all.
@@ -190,13 +193,13 @@ impl Store {
             Some(team) => sqlx::query_as(sqlx::AssertSqlSafe(one)).bind(team.to_owned()),
             None => sqlx::query_as(sqlx::AssertSqlSafe(everyone)),
         };
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// The session of that id.
     pub(crate) async fn session(&self, session_id: &str) -> Result<Option<SessionRow>, StoreError> {
         let sql = sqlx::AssertSqlSafe(format!("{SESSION_ROW} WHERE session_id = $1"));
-        Ok(sqlx::query_as(sql).bind(session_id.to_owned()).fetch_optional(&self.pool).await?)
+        Ok(sqlx::query_as(sql).bind(session_id.to_owned()).fetch_optional(&self.pool()).await?)
     }
 
     /// Marks an open session as paused or not; false if nothing changes.
@@ -227,7 +230,7 @@ impl Store {
         )
         .bind(seconds)
         .bind(session_id);
-        self.recorded(entry).await?.change_one(change).await
+        self.recorded(entry).await?.with_seconds(seconds).await?.change_one(change).await
     }
 
     /// Ends an open session by an organizer's command; false if it is not open.
@@ -237,7 +240,8 @@ impl Store {
         entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
         let change = sqlx::query(
-            "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE session_id = $2 AND status = 'open'",
+            "UPDATE sessions SET status = 'ended', ended_at = $1, owner = NULL \
+             WHERE session_id = $2 AND status = 'open'",
         )
         .bind(unix_ms())
         .bind(session_id);
@@ -248,7 +252,7 @@ impl Store {
     pub(crate) async fn open_sessions(&self) -> Result<i64, StoreError> {
         let query =
             sqlx::query_scalar("SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'");
-        Ok(query.fetch_one(&self.pool).await?)
+        Ok(query.fetch_one(&self.pool()).await?)
     }
 
     /// The open official session of a team, with the hash of its resume token.
@@ -257,27 +261,24 @@ impl Store {
             "SELECT session_id, token_hash FROM sessions WHERE team = $1 AND mode = 'official' AND status = 'open' \
              AND token_hash IS NOT NULL ORDER BY created_at LIMIT 1",
         );
-        Ok(query.bind(team).fetch_optional(&self.pool).await?)
+        Ok(query.bind(team).fetch_optional(&self.pool()).await?)
     }
 
     /// Replaces the resume token of a session.
-    pub(crate) async fn set_resume_token(
-        &self,
-        session_id: &str,
-        token_hash: &str,
-    ) -> Result<(), StoreError> {
+    pub(crate) async fn set_resume_token(&self, held: &Held, token_hash: &str) -> Result<(), StoreError> {
+        let mut transaction = self.fenced(held).await?;
         sqlx::query("UPDATE sessions SET token_hash = $1 WHERE session_id = $2")
             .bind(token_hash)
-            .bind(session_id)
-            .execute(&self.pool)
+            .bind(held.session_id.clone())
+            .execute(&mut *transaction)
             .await?;
-        Ok(())
+        Ok(transaction.commit().await?)
     }
 
     /// The team of a resume token, by its hash.
     pub(crate) async fn team_of_resume_token(&self, token_hash: &str) -> Result<Option<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT team FROM sessions WHERE token_hash = $1 LIMIT 1");
-        Ok(query.bind(token_hash).fetch_optional(&self.pool).await?)
+        Ok(query.bind(token_hash).fetch_optional(&self.pool()).await?)
     }
 
     /// Voids a session and its runs: they count for nothing, and the team may have another session. False if there is no such session, or
@@ -289,7 +290,7 @@ impl Store {
     ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
-            "UPDATE sessions SET status = 'voided', ended_at = COALESCE(ended_at, $1) \
+            "UPDATE sessions SET status = 'voided', ended_at = COALESCE(ended_at, $1), owner = NULL \
              WHERE session_id = $2 AND status <> 'voided'",
         )
         .bind(unix_ms())

@@ -3,6 +3,7 @@
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
+use sqlx::AnyConnection;
 
 const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
      ON CONFLICT (key) DO UPDATE SET value = excluded.value";
@@ -11,7 +12,17 @@ impl Store {
     /// The value of a setting.
     pub(crate) async fn setting(&self, key: &str) -> Result<Option<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
-        Ok(query.fetch_optional(&self.pool).await?)
+        Ok(query.fetch_optional(&self.pool()).await?)
+    }
+
+    /// The value of a setting, read by a connection outside the pool.
+    pub(crate) async fn setting_by(
+        &self,
+        connection: &mut AnyConnection,
+        key: &str,
+    ) -> Result<Option<String>, StoreError> {
+        let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key.to_owned());
+        Ok(query.fetch_optional(connection).await?)
     }
 
     /// Stores the value of a setting unless it has one; returns the stored value. Of several servers, the first one decides.
@@ -19,10 +30,10 @@ impl Store {
         sqlx::query("INSERT INTO settings (key, value) VALUES ($1, $2) ON CONFLICT (key) DO NOTHING")
             .bind(key)
             .bind(value)
-            .execute(&self.pool)
+            .execute(&self.pool())
             .await?;
         let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
-        Ok(query.fetch_one(&self.pool).await?)
+        Ok(query.fetch_one(&self.pool()).await?)
     }
 
     /// Stores settings, with an audit entry.

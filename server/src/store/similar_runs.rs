@@ -6,6 +6,7 @@ use super::number::signed;
 use crate::fingerprint::{Fingerprint, is_reportable};
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::AssertSqlSafe;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Rows for each statement: two values each, well below the limits of the databases.
@@ -99,7 +100,7 @@ impl Store {
              AND NOT EXISTS (SELECT 1 FROM common_marks WHERE common_marks.hash = mine.hash)",
         )
         .bind(run_id)
-        .fetch_all(&self.pool)
+        .fetch_all(&self.pool())
         .await?;
         let mut teams: BTreeMap<i64, BTreeSet<&str>> = BTreeMap::new();
         for (hash, _, team, ..) in &shared {
@@ -126,22 +127,22 @@ impl Store {
     /// Replaces the marks of a run. In several statements, so that no other writer waits for all of them; a verification that is
     /// interrupted in between is repeated.
     async fn store_marks(&self, run_id: &str, fingerprint: &Fingerprint) -> Result<(), StoreError> {
-        sqlx::query("DELETE FROM action_marks WHERE run_id = $1").bind(run_id).execute(&self.pool).await?;
+        sqlx::query("DELETE FROM action_marks WHERE run_id = $1").bind(run_id).execute(&self.pool()).await?;
         sqlx::query("UPDATE runs SET action_changes = $1 WHERE run_id = $2")
             .bind(signed(fingerprint.changes))
             .bind(run_id)
-            .execute(&self.pool)
+            .execute(&self.pool())
             .await?;
         for batch in fingerprint.marks.chunks(BATCH) {
             let row =
                 |k| format!("($1, (SELECT k FROM runs WHERE run_id = $1), ${}, ${})", 2 * k + 2, 2 * k + 3);
             let rows: Vec<String> = (0..batch.len()).map(row).collect();
             let sql = format!("INSERT INTO action_marks (run_id, k, hash, place) VALUES {}", rows.join(", "));
-            let mut query = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(run_id.to_owned());
+            let mut query = sqlx::query(AssertSqlSafe(sql)).bind(run_id.to_owned());
             for mark in batch {
                 query = query.bind(mark.hash).bind(mark.place);
             }
-            query.execute(&self.pool).await?;
+            query.execute(&self.pool()).await?;
         }
         Ok(())
     }
@@ -186,21 +187,29 @@ impl Store {
         Ok(transaction.commit().await?)
     }
 
-    /// The similar runs of one run, or of all, by run.
+    /// The similar runs of these runs, or of all, by run.
     pub(super) async fn similar_runs(
         &self,
-        run_id: Option<&str>,
+        of: Option<&[&str]>,
     ) -> Result<BTreeMap<String, Vec<SimilarRun>>, StoreError> {
         use sqlx::{FromRow, Row};
-        let rows = sqlx::query(
+        let which = match of {
+            Some([]) => return Ok(BTreeMap::new()),
+            Some(runs) => {
+                let numbers: Vec<String> = (1..=runs.len()).map(|k| format!("${k}")).collect();
+                format!("WHERE similar_runs.run_id IN ({})", numbers.join(", "))
+            }
+            None => String::new(),
+        };
+        let sql = format!(
             "SELECT similar_runs.run_id AS of_run, other_run_id, runs.team, runs.k, changes FROM similar_runs \
-             JOIN runs ON runs.run_id = other_run_id WHERE similar_runs.run_id = $1 OR $2 = 1 \
-             ORDER BY changes DESC, other_run_id",
-        )
-        .bind(run_id.unwrap_or_default().to_owned())
-        .bind(i64::from(run_id.is_none()))
-        .fetch_all(&self.pool)
-        .await?;
+             JOIN runs ON runs.run_id = other_run_id {which} ORDER BY changes DESC, other_run_id"
+        );
+        let mut query = sqlx::query(AssertSqlSafe(sql));
+        for run_id in of.unwrap_or_default() {
+            query = query.bind((*run_id).to_owned());
+        }
+        let rows = query.fetch_all(&self.pool()).await?;
         let mut found: BTreeMap<String, Vec<SimilarRun>> = BTreeMap::new();
         for row in &rows {
             found.entry(row.try_get("of_run")?).or_default().push(SimilarRun::from_row(row)?);
@@ -230,7 +239,7 @@ impl Store {
              ORDER BY changes DESC, run.run_id, other.run_id LIMIT $3",
         );
         let query = query.bind(team.unwrap_or_default().to_owned()).bind(task.unwrap_or_default().to_owned());
-        let mut pairs: Vec<SimilarPair> = query.bind(i64::from(limit)).fetch_all(&self.pool).await?;
+        let mut pairs: Vec<SimilarPair> = query.bind(i64::from(limit)).fetch_all(&self.pool()).await?;
         for pair in &mut pairs {
             pair.runs.sort_by_key(|run| run.started_unix_ms);
         }

@@ -53,13 +53,13 @@ impl Store {
         let query = sqlx::query(
             "SELECT team FROM sessions WHERE team = $1 UNION SELECT team FROM hands WHERE team = $1",
         );
-        Ok(query.bind(team.to_owned()).fetch_optional(&self.pool).await?.is_some())
+        Ok(query.bind(team.to_owned()).fetch_optional(&self.pool()).await?.is_some())
     }
 
     /// The names of all teams that have played here.
     pub(crate) async fn practice_teams(&self) -> Result<Vec<String>, StoreError> {
         let query = sqlx::query_scalar("SELECT DISTINCT team FROM sessions ORDER BY team");
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// All teams, by name.
@@ -71,12 +71,12 @@ impl Store {
                   AND status <> 'voided') AS sessions \
              FROM teams ORDER BY team",
         );
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// Whether the team exists.
     pub(crate) async fn has_team(&self, team: &str) -> Result<bool, StoreError> {
         let query = sqlx::query("SELECT team FROM teams WHERE team = $1").bind(team);
-        Ok(query.fetch_optional(&self.pool).await?.is_some())
+        Ok(query.fetch_optional(&self.pool()).await?.is_some())
     }
 }

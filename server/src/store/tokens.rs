@@ -93,13 +93,13 @@ impl Store {
     /// The token with that id, valid or revoked.
     pub(crate) async fn token(&self, token_id: &str) -> Result<Option<TokenRow>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM tokens WHERE token_id = $1").bind(token_id);
-        Ok(query.fetch_optional(&self.pool).await?)
+        Ok(query.fetch_optional(&self.pool()).await?)
     }
 
     /// All tokens, oldest first.
     pub(crate) async fn tokens(&self) -> Result<Vec<TokenRow>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM tokens ORDER BY created_at, token_id");
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.pool()).await?)
     }
 
     /// Revokes a token; false if it is not valid, or the last one of an organizer, which stays.
@@ -115,6 +115,15 @@ impl Store {
         .bind(unix_ms())
         .bind(token_id);
         self.recorded(entry).await?.change_one(change).await
+    }
+
+    /// Ids of all revoked tokens, read by a connection outside the pool.
+    pub(crate) async fn revoked_tokens(
+        &self,
+        connection: &mut AnyConnection,
+    ) -> Result<Vec<String>, StoreError> {
+        let query = sqlx::query_scalar("SELECT token_id FROM tokens WHERE revoked_at IS NOT NULL");
+        Ok(query.fetch_all(connection).await?)
     }
 
     /// Revokes all valid tokens of a team; returns their ids.
@@ -134,6 +143,6 @@ impl Store {
         let query = sqlx::query(
             "SELECT token_id FROM tokens WHERE role = 'organizer' AND revoked_at IS NULL LIMIT 1",
         );
-        Ok(query.fetch_optional(&self.pool).await?.is_some())
+        Ok(query.fetch_optional(&self.pool()).await?.is_some())
     }
 }

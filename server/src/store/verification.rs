@@ -7,6 +7,7 @@ use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
 use super::number::unix_ms;
+use palmares_tasks::identity;
 use sqlx::AssertSqlSafe;
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -74,13 +75,14 @@ fn ms(length: Duration) -> i64 {
 }
 
 impl Store {
-    /// Stores path and SHA-256 of a run's replay.
+    /// Stores path and SHA-256 of another replay of a finished run.
+    #[cfg(test)]
     pub(crate) async fn set_replay(&self, run_id: &str, path: &str, sha256: &str) -> Result<(), StoreError> {
         sqlx::query("UPDATE runs SET replay_path = $1, replay_sha256 = $2 WHERE run_id = $3")
             .bind(path)
             .bind(sha256)
             .bind(run_id)
-            .execute(&self.pool)
+            .execute(&self.pool())
             .await?;
         Ok(())
     }
@@ -90,7 +92,7 @@ impl Store {
         let row: Option<(Option<String>, Option<String>)> =
             sqlx::query_as("SELECT replay_path, replay_sha256 FROM runs WHERE run_id = $1")
                 .bind(run_id)
-                .fetch_optional(&self.pool)
+                .fetch_optional(&self.pool())
                 .await?;
         Ok(row.and_then(|(path, sha256)| Some((path?, sha256?))))
     }
@@ -98,22 +100,24 @@ impl Store {
     /// Whether an official run has a replay.
     pub(crate) async fn has_official_replays(&self) -> Result<bool, StoreError> {
         let query = "SELECT COUNT(*) FROM runs WHERE k IS NOT NULL AND replay_sha256 IS NOT NULL";
-        let count: i64 = sqlx::query_scalar(query).fetch_one(&self.pool).await?;
+        let count: i64 = sqlx::query_scalar(query).fetch_one(&self.pool()).await?;
         Ok(count > 0)
     }
 
-    /// Claims the run that waits longest, for [`CLAIM`].
+    /// Claims the run that waits longest, for [`CLAIM`]: of this engine, and with its replay on this host.
     pub(crate) async fn claim_verification(&self, owner: &str) -> Result<Option<Claim>, StoreError> {
         let (now, locked) = (self.dialect.now_ms(), self.dialect.lock_rows_of("runs"));
         let sql = format!(
             "UPDATE runs SET verify_owner = $1, verify_until = {now} + $2, verify_tries = verify_tries + 1 \
              WHERE run_id = (SELECT run_id FROM runs WHERE {WAITING} AND replay_path IS NOT NULL \
              AND verify_tries < $3 AND (verify_until IS NULL OR verify_until < {now}) \
+             AND (engine IS NULL OR engine = $4) AND (replay_host IS NULL OR replay_host = $5) \
              ORDER BY COALESCE(verify_since, ended_at), run_id LIMIT 1{locked}) \
              RETURNING run_id, status, replay_path, replay_sha256, verify_tries"
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(owner).bind(ms(CLAIM)).bind(MAX_TRIES);
-        Ok(query.fetch_optional(&self.pool).await?)
+        let query = query.bind(identity::engine()).bind(self.host.host_id.clone());
+        Ok(query.fetch_optional(&self.pool()).await?)
     }
 
     /// Renews a claim; false if it is lost.
@@ -122,7 +126,7 @@ impl Store {
         let sql =
             format!("UPDATE runs SET verify_until = {now} + $1 WHERE run_id = $2 AND verify_owner = $3");
         let query = sqlx::query(AssertSqlSafe(sql)).bind(ms(CLAIM)).bind(run_id).bind(owner);
-        Ok(query.execute(&self.pool).await?.rows_affected() == 1)
+        Ok(query.execute(&self.pool()).await?.rows_affected() == 1)
     }
 
     /// Gives all claims of a process back; its tries in progress do not count.
@@ -132,7 +136,7 @@ impl Store {
              WHERE verify_owner = $1",
         )
         .bind(owner)
-        .execute(&self.pool)
+        .execute(&self.pool())
         .await?;
         Ok(())
     }
@@ -155,7 +159,7 @@ impl Store {
         .bind(unix_ms())
         .bind(run_id)
         .bind(owner);
-        Ok(query.execute(&self.pool).await?.rows_affected() == 1)
+        Ok(query.execute(&self.pool()).await?.rows_affected() == 1)
     }
 
     /// Notes why a try gave no verdict, and gives the claim back. The next try is after `pause`. False if the claim is lost.
@@ -172,7 +176,17 @@ impl Store {
              WHERE run_id = $3 AND verify_owner = $4"
         );
         let query = sqlx::query(AssertSqlSafe(sql)).bind(problem).bind(ms(pause)).bind(run_id).bind(owner);
-        Ok(query.execute(&self.pool).await?.rows_affected() == 1)
+        Ok(query.execute(&self.pool()).await?.rows_affected() == 1)
+    }
+
+    /// Notes with runs of other engines why they wait.
+    pub(crate) async fn note_other_engines(&self) -> Result<(), StoreError> {
+        let sql = format!(
+            "UPDATE runs SET verify_problem = 'not_here: other_engine: recorded by engine ' || engine || ', this server has ' || $1 \
+             WHERE {WAITING} AND engine <> $1 AND verify_problem IS NULL"
+        );
+        sqlx::query(AssertSqlSafe(sql)).bind(identity::engine()).execute(&self.pool()).await?;
+        Ok(())
     }
 
     /// The runs that wait for their verification.
@@ -184,7 +198,7 @@ impl Store {
              MIN(CASE WHEN verify_tries < $1 OR verify_owner IS NOT NULL THEN COALESCE(verify_since, ended_at) END) AS oldest \
              FROM runs WHERE {WAITING}"
         );
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(MAX_TRIES).fetch_one(&self.pool).await?)
+        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(MAX_TRIES).fetch_one(&self.pool()).await?)
     }
 
     /// The runs whose replays must not be deleted: open and official ones.
@@ -193,7 +207,7 @@ impl Store {
             "SELECT run_id FROM runs WHERE status = 'open' \
              OR session_id IN (SELECT session_id FROM sessions WHERE mode = 'official')",
         );
-        let runs: Vec<String> = query.fetch_all(&self.pool).await?;
+        let runs: Vec<String> = query.fetch_all(&self.pool()).await?;
         Ok(runs.into_iter().collect())
     }
 
@@ -203,7 +217,7 @@ impl Store {
             "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL WHERE run_id = $1 AND status <> 'open'",
         )
         .bind(run_id)
-        .execute(&self.pool)
+        .execute(&self.pool())
         .await?;
         Ok(())
     }

@@ -160,13 +160,14 @@ impl RankingCache {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::Location;
+    use crate::store::{Host, Location};
     use serde_json::json;
 
     /// A cache on an empty database in a folder of its own.
     async fn cache() -> (Arc<RankingCache>, tempfile::TempDir) {
         let folder = tempfile::tempdir().expect("a folder");
-        let store = Store::open(&Location::DataDir(folder.path().into())).await.expect("opens");
+        let store =
+            Store::open(&Location::DataDir(folder.path().into()), &Host::alone()).await.expect("opens");
         (Arc::new(RankingCache::new(store, true, Arc::default())), folder)
     }
 

@@ -11,9 +11,10 @@ use super::ranking_cache::Readings;
 use super::request::{Request, Target, parse};
 use super::sample::Overlays;
 use crate::auth::Identity;
+use crate::config::settings::MESSAGE_BYTES;
 use crate::metrics::METRICS;
 use crate::store::Announcement;
-use crate::transport::close_handshake;
+use crate::transport::{FrameError, answer_close, close_handshake};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use palmares_protocol::reply::ErrorReply;
@@ -38,8 +39,21 @@ const VERDICTS_PERIOD: Duration = Duration::from_millis(500);
 /// Longest time for a viewer to accept a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Reason why a connection ends: close code and reason, or None when the viewer has disconnected.
-type ViewerEnd = Option<(u16, &'static str)>;
+/// Reason why a connection ends.
+enum ViewerEnd {
+    /// The viewer is gone.
+    Lost,
+    /// The viewer closed the connection.
+    Closed,
+    /// The server closes it: code and reason of the close frame.
+    Close(u16, Utf8Bytes),
+}
+
+impl ViewerEnd {
+    fn close(code: u16, reason: &'static str) -> Self {
+        ViewerEnd::Close(code, Utf8Bytes::from_static(reason))
+    }
+}
 
 /// One viewer's connection.
 pub(super) struct Viewer {
@@ -152,7 +166,7 @@ impl Viewer {
         let end = loop {
             let flow = tokio::select! {
                 biased;
-                () = &mut stopping => ControlFlow::Break(Some((1001, "server_shutdown"))),
+                () = &mut stopping => ControlFlow::Break(ViewerEnd::close(1001, "server_shutdown")),
                 () = &mut revoked => {
                     let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
                     self.refuse(None, &refusal).await
@@ -162,7 +176,7 @@ impl Viewer {
                 changed = self.changes.changed(), if self.target.is_some() && self.following.is_none() => {
                     match changed {
                         Ok(()) => self.follow().await,
-                        Err(_) => ControlFlow::Break(None),
+                        Err(_) => ControlFlow::Break(ViewerEnd::Lost),
                     }
                 }
                 () = changed(&mut self.ranking), if self.target.is_some() => {
@@ -182,14 +196,16 @@ impl Viewer {
                 break end;
             }
         };
-        if let Some((code, reason)) = end {
-            close_handshake(self.socket, code, reason).await;
+        match end {
+            ViewerEnd::Lost => {}
+            ViewerEnd::Closed => answer_close(self.socket).await,
+            ViewerEnd::Close(code, reason) => close_handshake(self.socket, code, reason).await,
         }
     }
 
     async fn ping(&mut self) -> ControlFlow<ViewerEnd> {
         if self.heard.elapsed() >= self.context.competition.settings.ping_timeout {
-            return ControlFlow::Break(None);
+            return ControlFlow::Break(ViewerEnd::Lost);
         }
         self.send_message(Message::Ping(Bytes::new())).await
     }
@@ -197,7 +213,18 @@ impl Viewer {
     async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<ViewerEnd> {
         self.heard = Instant::now();
         let text = match message {
-            None | Some(Ok(Message::Close(_)) | Err(_)) => return ControlFlow::Break(None),
+            None => return ControlFlow::Break(ViewerEnd::Lost),
+            Some(Ok(Message::Close(_))) => return ControlFlow::Break(ViewerEnd::Closed),
+            Some(Err(error)) => match FrameError::of(&error) {
+                FrameError::TooLarge => {
+                    let message = format!("a message may have at most {MESSAGE_BYTES} bytes");
+                    return self.refuse(None, &Refusal::new(Code::TooLarge, message).fatal()).await;
+                }
+                FrameError::Violation(code, reason) => {
+                    return ControlFlow::Break(ViewerEnd::Close(code, reason.into()));
+                }
+                FrameError::Lost => return ControlFlow::Break(ViewerEnd::Lost),
+            },
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return ControlFlow::Continue(()),
             Some(Ok(Message::Binary(_))) => {
                 let message = "requests are text frames, in JSON";
@@ -213,7 +240,7 @@ impl Viewer {
                 let runs = self.context.hub.list(&self.watcher);
                 self.send(&WatchReply::Runs(Runs { id, runs })).await
             }
-            (_, Ok(Request::Bye)) => ControlFlow::Break(Some((1000, "bye"))),
+            (_, Ok(Request::Bye)) => ControlFlow::Break(ViewerEnd::close(1000, "bye")),
             (id, Err(refusal)) => self.refuse(id, &refusal).await,
             // The parser returns no request without an id.
             (None, Ok(_)) => ControlFlow::Continue(()),
@@ -421,7 +448,7 @@ impl Viewer {
         METRICS.refused(refusal.code);
         self.send(&WatchReply::Error(ErrorReply::of(id, refusal))).await?;
         if refusal.fatal {
-            return ControlFlow::Break(Some((refusal.code.close_code(), refusal.code.name())));
+            return ControlFlow::Break(ViewerEnd::close(refusal.code.close_code(), refusal.code.name()));
         }
         ControlFlow::Continue(())
     }
@@ -437,7 +464,7 @@ impl Viewer {
     async fn send_message(&mut self, message: Message) -> ControlFlow<ViewerEnd> {
         match timeout(SEND_TIMEOUT, self.socket.send(message)).await {
             Ok(Ok(())) => ControlFlow::Continue(()),
-            Ok(Err(_)) | Err(_) => ControlFlow::Break(None),
+            Ok(Err(_)) | Err(_) => ControlFlow::Break(ViewerEnd::Lost),
         }
     }
 }

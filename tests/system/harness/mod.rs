@@ -4,6 +4,7 @@ mod client;
 mod http;
 mod official;
 mod postgres;
+pub(crate) mod raw;
 mod server;
 
 pub(crate) use client::{Client, assert_error, handshake, handshake_to};

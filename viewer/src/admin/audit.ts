@@ -1,8 +1,8 @@
 /** The audit: organizers' actions with time and reason; the newest first, one page at a time. */
 import { dateTime } from '../ui/format';
-import { button, copyText, el } from '../ui/elements';
+import { button, copyText, el, name } from '../ui/elements';
 import type { AdminClient, Tab } from './admin_client';
-import { KeyedTable } from './keyed_table';
+import { type Cell, KeyedTable } from './keyed_table';
 import type { AuditEntry } from '../wire/messages';
 
 /** Records on a page. */
@@ -26,6 +26,12 @@ export async function lastOf(has: (after: number) => Promise<boolean>, known = 0
   return low;
 }
 
+/** The holder of the token that was used, and its id. */
+function who(entry: AuditEntry): Cell {
+  const id = el('code', {}, entry.actor);
+  return entry.label === null || entry.label === '' ? id : [name(entry.label), ' ', id];
+}
+
 /** The tab. */
 export function auditTab(admin: AdminClient): Tab {
   let last = 0;
@@ -39,7 +45,7 @@ export function auditTab(admin: AdminClient): Tab {
   const table = new KeyedTable<AuditEntry>(
     [{ head: '#', class: 'n' }, { head: 'When' }, { head: 'Who' }, { head: 'What' }, { head: 'Subject', class: 'wide' }, { head: 'Why', class: 'wide' }],
     (entry) => String(entry.seq),
-    (entry) => [entry.seq, dateTime(entry.unix_ms), el('code', {}, entry.actor), entry.action, el('bdi', {}, entry.subject), entry.reason === null ? '–' : el('bdi', {}, entry.reason)],
+    (entry) => [entry.seq, dateTime(entry.unix_ms), who(entry), entry.seconds === null ? entry.action : `${entry.action} ${entry.seconds} s`, el('bdi', {}, entry.subject), entry.reason === null ? '–' : el('bdi', {}, entry.reason)],
     { label: 'Audit', empty: 'No actions yet.', head: 3 });
 
   const tab: Tab = {

@@ -18,6 +18,7 @@ export function needsReview(run: Pick<RunRecord, 'status' | 'similar'>): boolean
 /** The tab. */
 export function runsTab(admin: AdminClient): Tab {
   let all: RunRecord[] = [];
+  let older = false;
   const everything = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
   const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => { show(); } } });
   const line = el('p', { class: 'soft', role: 'status' });
@@ -56,7 +57,7 @@ export function runsTab(admin: AdminClient): Tab {
     const fits = (run: RunRecord): boolean => word === '' || `${run.run_id} ${run.team} ${run.task} ${run.status}`.toLowerCase().includes(word);
     const found = all.filter((run) => (everything.checked || word !== '' || needsReview(run)) && fits(run));
     const waiting = all.filter((run) => run.status === 'provisional').length;
-    line.textContent = `${waiting} of ${all.length} runs are not verified yet.${found.length > MAX_ROWS ? ` The newest ${MAX_ROWS} of ${found.length} are shown.` : ''}`;
+    line.textContent = `${waiting} of ${older ? 'the newest ' : ''}${all.length} runs are not verified yet.${found.length > MAX_ROWS ? ` The newest ${MAX_ROWS} of ${found.length} are shown.` : ''}`;
     table.show(found.slice(0, MAX_ROWS));
   }
 
@@ -64,8 +65,7 @@ export function runsTab(admin: AdminClient): Tab {
     id: 'runs', title: 'Verification', period: 5000,
     element: el('div', {}, el('div', { class: 'row head' }, line, el('label', { class: 'check end' }, everything, 'all runs'), el('span', { class: 'filter' }, filter)), table.element),
     async refresh() {
-      all = await admin.get<RunRecord[]>('/v1/admin/export/runs?format=json');
-      all.sort((a, b) => b.started_unix_ms - a.started_unix_ms);
+      ({ runs: all, more: older } = await admin.get<{ runs: RunRecord[]; more: boolean }>('/v1/admin/runs'));
       show();
     },
   };

@@ -68,6 +68,8 @@ export interface ActuatorObservation {
 /** The hands of all teams, oldest first. */
 export interface AllHands {
   hands: HandRow[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** An announcement of an organizer. */
@@ -88,6 +90,8 @@ export interface Announcements {
 /** Records of the audit, oldest first. */
 export interface Audit {
   records: AuditEntry[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** A record. */
@@ -98,10 +102,14 @@ export interface AuditEntry {
   unix_ms: number;
   /** Id of the token that was used, or `server`. */
   actor: string;
+  /** Label of this token: its holder. */
+  label: string | null;
   /** The action. */
   action: string;
   /** Its object. */
   subject: string;
+  /** Granted time, s; for `session.grant`. */
+  seconds: number | null;
   /** The reason. */
   reason: string | null;
 }
@@ -1250,6 +1258,13 @@ export interface RunInfo {
   tick: number;
   /** False if the server closed it (time limit, end of the session): `stop` returns the result. */
   open: boolean;
+}
+
+/** Runs, newest first. */
+export interface RunList {
+  runs: RunRecord[];
+  /** Whether there are more, which `limit` left out. */
+  more: boolean;
 }
 
 /** A run, as in `GET /v1/runs/{id}`. */

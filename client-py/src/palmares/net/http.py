@@ -88,4 +88,7 @@ def error_of_response(status: int, body: bytes | bytearray, where: str) -> Palma
         return error_of("not_authorized", str(text))
     if isinstance(code, str):
         return error_of(code, str(text), retry_after_s=problem.get("retry_after_s"))
+    if status in (502, 503, 504):
+        # A proxy that reaches no server now. After a break the client tries again.
+        return NoServerError(f"no server behind {where}: HTTP status {status}")
     return PalmaresError(f"{where}: HTTP status {status} {text}".rstrip())

@@ -1,6 +1,6 @@
 //! Exports: leaderboard, sessions, runs, audit as tables, and a backup of everything.
 
-use super::request::not_found;
+use super::request::{MAX_ROWS, not_found};
 use crate::auth::Identity;
 use crate::backup;
 use crate::http::csv::{self, Table};
@@ -28,12 +28,12 @@ use tokio::sync::mpsc;
 pub(super) struct Page {
     #[serde(default)]
     after: u64,
-    #[serde(default = "max_records")]
+    #[serde(default = "max_rows")]
     limit: u32,
 }
 
-fn max_records() -> u32 {
-    1000
+fn max_rows() -> u32 {
+    MAX_ROWS
 }
 
 /// Records of the audit, oldest first.
@@ -41,6 +41,8 @@ fn max_records() -> u32 {
 #[schemars(rename = "Audit")]
 pub(in crate::http) struct Records {
     records: Vec<AuditEntry>,
+    /// Whether there are more, which `limit` left out.
+    more: bool,
 }
 
 #[derive(Deserialize)]
@@ -55,8 +57,11 @@ pub(super) async fn audit(
     State(store): State<Store>,
     Query(page): Query<Page>,
 ) -> Result<Json<Records>, Problem> {
-    let records = store.audit(page.after, page.limit.min(max_records())).await;
-    Ok(Json(Records { records: records? }))
+    let limit = page.limit.min(MAX_ROWS);
+    let mut records = store.audit(page.after, limit + 1).await?;
+    let more = records.len() > limit as usize;
+    records.truncate(limit as usize);
+    Ok(Json(Records { records, more }))
 }
 
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.

@@ -1,8 +1,8 @@
 //! Uploaded hands, and the decisions on them.
 
-use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
+use super::request::{AdminRequest, ListQuery, entry, needs_reason, no_verb, not_found};
 use crate::hands::Inspection;
-use crate::http::extract::Path;
+use crate::http::extract::{Path, Query};
 use crate::problem::Problem;
 use crate::state::AppState;
 use crate::store::HandRow;
@@ -33,6 +33,8 @@ pub(in crate::http) struct HandActionRequest {
 #[schemars(rename = "AllHands")]
 pub(in crate::http) struct List {
     hands: Vec<HandRow>,
+    /// Whether there are more, which `limit` left out.
+    more: bool,
 }
 
 /// The hand after the decision.
@@ -41,10 +43,22 @@ pub(in crate::http) struct HandActionResponse {
     hand: HandRow,
 }
 
-/// The hands of all teams.
-pub(super) async fn list(State(store): State<Store>) -> Result<Json<List>, Problem> {
-    let hands = store.hands(None).await?;
-    Ok(Json(List { hands }))
+/// Hands of a team, a status or a time.
+pub(super) async fn list(
+    State(store): State<Store>,
+    Query(query): Query<ListQuery>,
+) -> Result<Json<List>, Problem> {
+    let filter = query.filter(&["pending", "approved", "rejected"])?;
+    if filter.task.is_some() {
+        return Err(Problem::new(Code::BadRequest, "task: a hand belongs to none"));
+    }
+    if let Some(hand_id) = &filter.after
+        && store.hand(hand_id).await?.is_none()
+    {
+        return Err(Problem::new(Code::BadRequest, format!("after: no hand `{}`", shortened(hand_id))));
+    }
+    let (hands, more) = store.list_hands(&filter).await?;
+    Ok(Json(List { hands, more }))
 }
 
 /// A hand for the decision.

@@ -12,7 +12,7 @@ mod runs;
 mod sessions;
 mod teams;
 
-use super::openapi::operation::{Token, ZIP, get, get_json, post_json};
+use super::openapi::operation::{Operation, Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;
 use crate::auth::Auth;
 use crate::problem::Problem;
@@ -85,6 +85,11 @@ pub(super) fn routes() -> Routes<AppState> {
             runs::act,
         )
         .add(
+            listed(get_json::<runs::RunList>("/v1/admin/runs", "Runs without their events, newest first"))
+                .query("task", "Only runs of this task"),
+            runs::list,
+        )
+        .add(
             get_json::<runs::SimilarRuns>(
                 "/v1/admin/similar",
                 "Pairs of runs of two teams with the same actions, longest common stretch first",
@@ -94,7 +99,7 @@ pub(super) fn routes() -> Routes<AppState> {
             .query("limit", "Max pairs; 1000 if left out, and at most"),
             runs::similar,
         )
-        .add(get_json::<hands::List>("/v1/admin/hands", "The hands of all teams"), hands::list)
+        .add(listed(get_json::<hands::List>("/v1/admin/hands", "The hands of all teams, oldest first")), hands::list)
         .add(
             get_json::<hands::Shown>(
                 "/v1/admin/hands/{id}",
@@ -124,6 +129,17 @@ pub(super) fn routes() -> Routes<AppState> {
             export::export,
         )
         .add(get("/v1/admin/backup", "A backup of everything, secrets included", ZIP), export::backup)
+}
+
+/// The query of a list.
+fn listed(operation: Operation) -> Operation {
+    operation
+        .query("team", "Only those of this team")
+        .query("status", "Only those of this status")
+        .query("since_unix_ms", "Only those that began, or were uploaded, at this time or later")
+        .query("until_unix_ms", "Only those that began, or were uploaded, at this time or earlier")
+        .query("after", "The id of the last row of the page before")
+        .query("limit", "Max rows; 1000 if left out, and at most")
 }
 
 /// Accepts organizers only, and adds their identity to the request. Runs before the body is read.

@@ -3,13 +3,14 @@
 use crate::auth::Identity;
 use crate::problem::Problem;
 use crate::state::AppState;
-use crate::store::NewAuditEntry;
+use crate::store::{ListFilter, NewAuditEntry};
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::Extensions;
 use axum::http::request::Parts;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 /// A JSON body, whose errors are problems, with the organizer's identity.
@@ -57,6 +58,42 @@ pub(super) fn entry<'a>(
     reason: &'a Option<String>,
 ) -> NewAuditEntry<'a> {
     NewAuditEntry { actor: &identity.token_id, action, subject, reason: reason.as_deref() }
+}
+
+/// Rows of a list in a response, if the request does not say how many, and at most.
+pub(super) const MAX_ROWS: u32 = 1000;
+
+/// The query of a list: which rows, and how many.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ListQuery {
+    team: Option<String>,
+    task: Option<String>,
+    status: Option<String>,
+    since_unix_ms: Option<i64>,
+    until_unix_ms: Option<i64>,
+    after: Option<String>,
+    limit: Option<u32>,
+}
+
+impl ListQuery {
+    /// The rows that it asks for.
+    pub(super) fn filter(self, known_status: &[&str]) -> Result<ListFilter, Problem> {
+        if let Some(status) = self.status.as_deref().filter(|status| !known_status.contains(status)) {
+            let message =
+                format!("status: no `{}`; there are {}", shortened(status), known_status.join(", "));
+            return Err(Problem::new(Code::BadRequest, message));
+        }
+        Ok(ListFilter {
+            team: self.team,
+            task: self.task,
+            status: self.status,
+            since_unix_ms: self.since_unix_ms,
+            until_unix_ms: self.until_unix_ms,
+            after: self.after,
+            limit: self.limit.unwrap_or(MAX_ROWS).min(MAX_ROWS),
+        })
+    }
 }
 
 /// Refuses a request without a reason.

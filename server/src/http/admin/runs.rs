@@ -1,6 +1,6 @@
-//! Voids runs and verifies them again; lists pairs of similar runs.
+//! Lists runs and pairs of similar ones, voids runs and verifies them again.
 
-use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
+use super::request::{AdminRequest, ListQuery, MAX_ROWS, entry, needs_reason, no_verb, not_found};
 use crate::http::extract::{Path, Query};
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
@@ -31,8 +31,36 @@ pub(in crate::http) struct RunActionResponse {
     session: Option<SessionNow>,
 }
 
-/// Rows of a response, if the request does not say how many, and at most.
-const MAX_ROWS: u32 = 1000;
+/// Runs, newest first.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::http) struct RunList {
+    runs: Vec<RunRecord>,
+    /// Whether there are more, which `limit` left out.
+    more: bool,
+}
+
+/// Runs of a team, a task, a status or a time.
+pub(super) async fn list(
+    State(store): State<Store>,
+    Query(query): Query<ListQuery>,
+) -> Result<Json<RunList>, Problem> {
+    const STATUS: [&str; 7] =
+        ["open", "practice", "provisional", "verified", "rejected", "aborted", "voided"];
+    let filter = query.filter(&STATUS)?;
+    let unknown = match &filter.after {
+        Some(run_id) if store.run(run_id).await?.is_none() => Some(run_id),
+        _ => None,
+    };
+    if let Some(run_id) = unknown {
+        return Err(Problem::new(Code::BadRequest, format!("after: no run `{}`", shortened(run_id))));
+    }
+    let (mut runs, more) = store.list_runs(&filter).await?;
+    for run in &mut runs {
+        // They can be long; the run itself and the export have them.
+        run.events = None;
+    }
+    Ok(Json(RunList { runs, more }))
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -133,24 +133,25 @@ async fn a_clock_outlives_the_process() {
         store.begin_session(&NewSession { mode: "practice", ..unlimited }, None).await.expect("session");
         let mut clock = ClockRow { started: true, wall_s: 12.25, simulated_s: 3.5, ..ClockRow::default() };
         // None and Some in turn: both go through the same prepared statement.
-        store.save_clock("s", &clock, &[]).await.expect("saves");
+        store.save_clock(&held("s"), &clock, &[]).await.expect("saves");
         clock.run_from_s = Some(10.5);
         clock.refunded_s = 1.125;
-        store.save_clock("s", &clock, &[]).await.expect("saves");
+        store.save_clock(&held("s"), &clock, &[]).await.expect("saves");
         assert!(store.pause_session("s", true, &entry("session.pause", "s")).await.expect("pauses"));
         assert!(!store.pause_session("s", true, &entry("session.pause", "s")).await.expect("is"));
         store.close().await;
 
         let store = place.open().await;
-        store.abort_open_runs().await.expect("aborts");
-        let found = store.load_resumable_sessions().await.expect("query");
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert_eq!((found[0].clock, found[0].limit_s, found[0].paused), (clock, Some(1800.0), true));
+        store.end_lost_practice().await.expect("ends");
+        let taken = store.take_sessions(usize::MAX, None).await.expect("takes");
+        assert_eq!(taken.len(), 1, "{taken:?}");
+        let found = store.resumable_session(&taken[0]).await.expect("query").expect("it is open");
+        assert_eq!((found.clock, found.limit_s, found.paused), (clock, Some(1800.0), true));
         assert!(store.pause_session("s", false, &entry("session.resume", "s")).await.expect("goes on"));
         assert!(store.grant_time("s", 60.0, &entry("session.grant", "s")).await.expect("grants"));
         assert_eq!(store.session("s").await.expect("query").and_then(|s| s.limit_s), Some(1860.0));
-        store.end_session("s").await.expect("ends");
-        assert!(store.load_resumable_sessions().await.expect("query").is_empty());
+        store.end_session(&taken[0]).await.expect("ends");
+        assert!(store.take_sessions(usize::MAX, None).await.expect("takes").is_empty());
         store.close().await;
     }
 }
@@ -178,8 +179,8 @@ async fn a_void_run_is_refunded_once() {
         for run in ["one", "three"] {
             assert!(store.void_run(run, &entry("run.void", run)).await.expect("voids"));
         }
-        store.end_session("s-one").await.expect("ends");
-        store.end_session("s-three").await.expect("ends");
+        store.end_session(&held("s-one")).await.expect("ends");
+        store.end_session(&held("s-three")).await.expect("ends");
         store.close().await;
 
         // The refund is still pending in the next process.
@@ -188,7 +189,7 @@ async fn a_void_run_is_refunded_once() {
         let pending = store.pending_refunds("s-one").await.expect("query");
         assert_eq!(pending, [RunCost { run_id: "one".into(), wall_s: 1.5, simulated_s: 3.25 }]);
         // Refunded by an open session, with its clock.
-        store.save_clock("s-one", &ClockRow::default(), &["one".into()]).await.expect("saves");
+        store.save_clock(&held("s-one"), &ClockRow::default(), &["one".into()]).await.expect("saves");
         assert!(store.pending_refunds("s-one").await.expect("query").is_empty());
         // Refunded in the database alone: once, and reopened only with `reopen` and without another session.
         for (reopen, revived) in [(false, true), (true, true), (true, true)] {
@@ -210,7 +211,7 @@ async fn a_refunded_session_opens_again_unless_its_team_has_another() {
         for (k, run) in ["one", "two"].into_iter().enumerate() {
             begin_in(&store, "official", "crabs", "balls", run, Some(k as u64 + 1), Sensing::Truth).await;
             finish(&store, run, 1.0, "provisional").await;
-            store.end_session(&format!("s-{run}")).await.expect("ends");
+            store.end_session(&held(&format!("s-{run}"))).await.expect("ends");
             assert!(store.void_run(run, &entry("run.void", run)).await.expect("voids"));
         }
         for (session, becomes) in [("s-one", "open"), ("s-two", "ended")] {
@@ -234,13 +235,15 @@ async fn a_result_and_the_clock_after_it_are_stored_together() {
         begin_in(&store, "official", "crabs", "balls", "r", Some(1), Sensing::Truth).await;
         let clock = ClockRow { started: true, wall_s: 9.5, simulated_s: 4.25, ..ClockRow::default() };
         let run = FinishedRunRow {
+            held: &held("s-r"),
+            replay: None,
             run_id: "r",
             status: "provisional",
             outcome: &outcome(1.0),
             note: None,
             missed_ticks: 0,
             cost_s: (2.0, 4.25),
-            clock: Some(("s-r", clock)),
+            clock: Some(clock),
         };
         store.finish_run(&run).await.expect("finish");
         let row = store.session("s-r").await.expect("query").expect("there");
@@ -256,8 +259,9 @@ async fn verification_decides_what_counts() {
         for (k, (run_id, score)) in [("good", 2.0), ("false", 5.0), ("void", 7.0)].into_iter().enumerate() {
             begin_in(&store, "official", "crabs", "balls", run_id, Some(k as u64 + 1), Sensing::Sensors)
                 .await;
-            assert_eq!(finish(&store, run_id, score, "provisional").await, "provisional");
-            store.set_replay(run_id, &format!("replays/{run_id}.mcap"), "ef").await.expect("notes");
+            let path = format!("replays/{run_id}.mcap");
+            let replay = Some((path.as_str(), "ef"));
+            assert_eq!(finish_with(&store, run_id, score, "provisional", replay).await, "provisional");
         }
         begin_in(&store, "official", "eels", "balls", "seen", Some(1), Sensing::Truth).await;
         finish(&store, "seen", 3.0, "provisional").await;
@@ -325,6 +329,35 @@ async fn a_hand_waits_for_a_decision() {
         let change = entry("state", "closed");
         store.change_settings(&[("state", "closed")], &change).await.expect("sets");
         assert_eq!(store.setting("state").await.expect("query").as_deref(), Some("closed"));
+        store.close().await;
+    }
+}
+
+/// As on several servers with one database: each has a lock of its own for numbers.
+#[tokio::test]
+async fn numbers_of_records_and_announcements_hold_with_three_servers() {
+    for place in places().await {
+        let store = place.open().await;
+        let servers = (0..3).map(|server| {
+            let mut store = store.clone();
+            store.audit = Default::default();
+            tokio::spawn(async move {
+                let reason = format!("by {server}");
+                let entry = NewAuditEntry { actor: "test", action: "x", subject: "y", reason: Some(&reason) };
+                for _ in 0..60 {
+                    store.record(&entry).await.expect("recorded");
+                    store.announce("lunch", &entry).await.expect("announced");
+                }
+            })
+        });
+        for server in servers.collect::<Vec<_>>() {
+            server.await.expect("no failure");
+        }
+        let numbers: Vec<i64> = store.audit(0, 1000).await.expect("query").iter().map(|e| e.seq).collect();
+        assert_eq!(numbers, (1..=360).collect::<Vec<_>>());
+        let numbers: Vec<i64> =
+            store.announcements(1000).await.expect("query").iter().map(|a| a.id).collect();
+        assert_eq!(numbers, (1..=180).rev().collect::<Vec<_>>());
         store.close().await;
     }
 }

@@ -1,6 +1,7 @@
 //! The store with real databases: every test runs on each kind.
 
 mod competition;
+mod fence;
 mod leaderboard;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
@@ -12,6 +13,20 @@ use super::*;
 use palmares_tasks::{Event, Outcome, Reason, Sensing};
 use places::places;
 use std::time::Duration;
+
+/// A session of this process since it began.
+fn held(session_id: &str) -> Held {
+    Held::new(session_id.into(), FIRST_EPOCH)
+}
+
+/// Takes over all open sessions, as a server does at its start, and aborts their runs, which it returns.
+async fn take_over(store: &Store) -> Vec<String> {
+    let mut aborted = store.end_lost_practice().await.expect("ends");
+    for held in store.take_sessions(usize::MAX, None).await.expect("takes") {
+        aborted.extend(store.abort_open_runs(&held).await.expect("aborts"));
+    }
+    aborted
+}
 
 async fn begin(store: &Store, team: &str, task: &str, run_id: &str) {
     begin_in(store, "practice", team, task, run_id, None, Sensing::Truth).await;
@@ -37,21 +52,24 @@ async fn begin_in(
     };
     assert!(store.begin_session(&session, None).await.expect("session"));
     store
-        .begin_run(&NewRun {
-            run_id: run_id.into(),
-            session_id,
-            team: team.into(),
-            task: task.into(),
-            hand: "softhand".into(),
-            hand_sha256: None,
-            mode: "lockstep",
-            sensing,
-            seed_hex: "00".repeat(32),
-            seed: Some(7),
-            k,
-            server_version: "0".into(),
-            build_hash: "0".into(),
-        })
+        .begin_run(
+            &held(&session_id),
+            &NewRun {
+                run_id: run_id.into(),
+                team: team.into(),
+                task: task.into(),
+                hand: "softhand".into(),
+                hand_sha256: None,
+                mode: "lockstep",
+                sensing,
+                seed_hex: "00".repeat(32),
+                seed: Some(7),
+                k,
+                server_version: "0".into(),
+                build_hash: "0".into(),
+                header: None,
+            },
+        )
         .await
         .expect("run");
 }
@@ -71,9 +89,21 @@ fn outcome(score: f64) -> Outcome {
 }
 
 async fn finish(store: &Store, run_id: &str, score: f64, status: &str) -> String {
+    finish_with(store, run_id, score, status, None).await
+}
+
+async fn finish_with(
+    store: &Store,
+    run_id: &str,
+    score: f64,
+    status: &str,
+    replay: Option<(&str, &str)>,
+) -> String {
     let outcome = outcome(score);
     let cost_s = (1.5, 3.25);
     let run = FinishedRunRow {
+        held: &held(&format!("s-{run_id}")),
+        replay,
         run_id,
         status,
         outcome: &outcome,
@@ -88,7 +118,7 @@ async fn finish(store: &Store, run_id: &str, score: f64, status: &str) -> String
 /// A verdict on a run, whether it is the run's turn or not.
 async fn judge(store: &Store, run_id: &str, status: VerificationStatus) {
     let claim = sqlx::query("UPDATE runs SET verify_owner = 'judge' WHERE run_id = $1").bind(run_id);
-    claim.execute(&store.pool).await.expect("claims");
+    claim.execute(&store.pool()).await.expect("claims");
     store.set_verdict("judge", run_id, status, "").await.expect("judges");
 }
 
@@ -102,8 +132,8 @@ async fn rows_are_there_after_reopening() {
         store.close().await;
 
         let store = place.open().await;
-        assert_eq!(store.abort_open_runs().await.expect("abort"), ["lost"]);
-        assert!(store.abort_open_runs().await.expect("abort").is_empty());
+        assert_eq!(take_over(&store).await, ["lost"]);
+        assert!(take_over(&store).await.is_empty());
         let done = serde_json::to_value(store.run("done").await.expect("query")).expect("json");
         assert_eq!(done["score"], 2.5);
         assert_eq!(done["reason"], "stopped");
@@ -167,7 +197,19 @@ async fn the_best_of_each_task_counts_and_of_ties_the_earlier_is_first() {
 async fn a_database_has_one_server() {
     for place in places().await {
         let store = place.open().await;
-        let error = Store::open(place.location()).await.expect_err("taken").to_string();
+        let renewing = async {
+            let mut connection = store.connection().await.expect("a connection");
+            loop {
+                let renewal = Renewal { places: 4, taken: 1, draining: false };
+                assert!(store.renew(&mut connection, renewal).await.is_ok());
+                tokio::time::sleep(Duration::from_millis(200)).await;
+            }
+        };
+        let another = Host::alone();
+        let error = tokio::select! {
+            opened = Store::open(place.location(), &another) => opened.expect_err("taken").to_string(),
+            () = renewing => String::new(),
+        };
         assert!(error.contains("in use by another server"), "{error}");
         store.close().await;
         place.open().await.close().await;
@@ -181,9 +223,9 @@ async fn a_database_of_a_newer_version_is_refused() {
         let later = "INSERT INTO _sqlx_migrations (version, description, installed_on, success, checksum, execution_time) \
                      SELECT 999, description, installed_on, success, checksum, execution_time FROM _sqlx_migrations \
                      WHERE version = 1";
-        sqlx::query(later).execute(&store.pool).await.expect("one more migration");
+        sqlx::query(later).execute(&store.pool()).await.expect("one more migration");
         store.close().await;
-        let error = Store::open(place.location()).await.expect_err("newer").to_string();
+        let error = Store::open(place.location(), &Host::alone()).await.expect_err("newer").to_string();
         assert!(error.contains("999"), "{error}");
     }
 }
@@ -207,7 +249,10 @@ async fn a_missing_database_is_refused_without_showing_the_password() {
         ("sqlite::memory:", "in memory"),
         ("postgres://me:secret@127.0.0.1:1/db", "cannot open the database postgres:…"),
     ] {
-        let error = Store::open(&Location::Url(url.to_owned())).await.expect_err("refused").to_string();
+        let error = Store::open(&Location::Url(url.to_owned()), &Host::alone())
+            .await
+            .expect_err("refused")
+            .to_string();
         assert!(error.contains(why) && !error.contains("secret"), "{error}");
     }
 }

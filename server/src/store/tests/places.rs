@@ -1,7 +1,7 @@
 //! Databases for tests: an SQLite file, and Postgres where it is installed.
 
 use super::postgres::postgres_database;
-use crate::store::{Location, Store};
+use crate::store::{Host, Location, Store};
 use tempfile::TempDir;
 
 /// An empty database.
@@ -14,7 +14,7 @@ pub(crate) struct Place {
 impl Place {
     /// Opens the database.
     pub(crate) async fn open(&self) -> Store {
-        Store::open(&self.location).await.expect("opens")
+        Store::open(&self.location, &Host::alone()).await.expect("opens")
     }
 
     /// Its location.

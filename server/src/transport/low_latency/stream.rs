@@ -10,13 +10,20 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::io::unix::AsyncFd;
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, ReadBuf};
+use tokio::runtime::Handle;
+use tokio::sync::Semaphore;
+use tokio::time::timeout;
 
 /// Largest single read, bytes.
 const READ_BYTES: usize = 16 << 10;
 /// Most unread bytes that are discarded before a socket is closed: the close of a socket with unread bytes would discard the
 /// answer too.
 const MAX_DRAINED: usize = 1 << 20;
+/// Longest time that a closed connection waits for the client's end of stream.
+const LINGER_TIME: Duration = Duration::from_secs(2);
+/// Bounds the closed connections that wait.
+static LINGERING: Semaphore = Semaphore::const_new(64);
 /// Longest blocking read: afterwards the reader handles other events.
 const BLOCK_TIME: Duration = Duration::from_millis(4);
 
@@ -111,14 +118,51 @@ impl Stream {
 
     /// Discards bytes that will not be read.
     fn drain(&self) {
-        let Ok(mut stream) = self.stream() else { return };
-        let mut scratch = [0; 4096];
-        let mut left = MAX_DRAINED;
-        while let Ok(count @ 1..) = stream.read(&mut scratch) {
-            left = left.saturating_sub(count);
-            if left == 0 {
-                return;
-            }
+        if let Ok(stream) = self.stream() {
+            discard(stream);
+        }
+    }
+}
+
+/// Discards the bytes that have come. Returns whether more may come.
+fn discard(mut stream: &TcpStream) -> bool {
+    let mut scratch = [0; 4096];
+    let mut left = MAX_DRAINED;
+    loop {
+        match stream.read(&mut scratch) {
+            Ok(0) => return false,
+            Ok(count) => left = left.saturating_sub(count),
+            Err(error) => return error.kind() == ErrorKind::WouldBlock,
+        }
+        if left == 0 {
+            return false;
+        }
+    }
+}
+
+/// Discards what still comes until the client closes its side, for a while.
+async fn linger(stream: TcpStream) -> io::Result<()> {
+    let stream = tokio::net::TcpStream::from_std(stream)?;
+    let mut rest = stream.take(MAX_DRAINED as u64);
+    let mut nowhere = tokio::io::sink();
+    timeout(LINGER_TIME, tokio::io::copy(&mut rest, &mut nowhere)).await??;
+    Ok(())
+}
+
+impl Drop for Stream {
+    /// Closes in order: bytes that come after the close would make the system reset the connection, and the client might lose the
+    /// last message.
+    fn drop(&mut self) {
+        self.deregister();
+        let Some(stream) = self.stream.take() else { return };
+        if stream.shutdown(Shutdown::Write).is_ok()
+            && discard(&stream)
+            && let (Ok(runtime), Ok(permit)) = (Handle::try_current(), LINGERING.try_acquire())
+        {
+            runtime.spawn(async move {
+                let _permit = permit;
+                let _ = linger(stream).await;
+            });
         }
     }
 }
@@ -260,7 +304,7 @@ mod tests {
     use std::future::poll_fn;
     use std::net::TcpListener;
     use std::time::Duration;
-    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::io::AsyncWriteExt;
 
     fn pair() -> (Stream, TcpStream) {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -359,6 +403,26 @@ mod tests {
         other.write_all(&[10]).expect("open");
         stream.read_exact(&mut byte).await.expect("woken as ever");
         assert_eq!((byte, stream.registered.is_some()), ([10], true));
+    }
+
+    #[tokio::test]
+    async fn a_client_that_still_sends_gets_the_last_message_and_no_reset() {
+        let (mut stream, mut other) = pair();
+        other.write_all(b"unread").expect("open");
+        stream.write_all(b"last").await.expect("open");
+        drop(stream);
+        let client = std::thread::spawn(move || {
+            other.write_all(b"more").expect("open");
+            std::thread::sleep(Duration::from_millis(20));
+            let mut all = Vec::new();
+            other.write_all(b"and more").expect("not reset");
+            other.read_to_end(&mut all).expect("closed in order");
+            all
+        });
+        assert_eq!(
+            tokio::task::spawn_blocking(|| client.join()).await.expect("runs").expect("no reset"),
+            b"last"
+        );
     }
 
     #[tokio::test]

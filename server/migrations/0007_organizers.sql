@@ -15,3 +15,9 @@ DELETE FROM similar_runs WHERE NOT EXISTS (
     WHERE run.run_id = similar_runs.run_id AND other.run_id = similar_runs.other_run_id
 );
 CREATE INDEX similar_runs_changes ON similar_runs (changes);
+
+-- Lists of runs begin with the newest.
+CREATE INDEX runs_started ON runs (started_at, run_id);
+
+-- Time that an organizer granted.
+ALTER TABLE audit ADD COLUMN seconds DOUBLE PRECISION;

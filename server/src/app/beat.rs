@@ -1,0 +1,108 @@
+//! The beat of a server whose database can have several: it renews the lease twice a second, takes over sessions of hosts that are gone,
+//! gives sessions to the hosts where their clients are, and reads what other hosts have changed.
+
+use crate::fleet::lease::{Lease, Moment};
+use crate::state::AppState;
+use crate::store::{LEASE, OwnedSession, Renewal, StoreError};
+use sqlx::AnyConnection;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use tokio::time::{Instant, sleep_until, timeout};
+
+/// Time between two beats.
+const PERIOD: Duration = Duration::from_millis(500);
+/// Longest time for one beat. After it the connection is thrown away: an old one can hang for minutes after the repair of a network.
+const BEAT_TIMEOUT: Duration = Duration::from_millis(1000);
+/// A host of a fleet gives up its sessions when its lease has ended for this time: their clients are to find another host.
+const GIVE_UP: Duration = Duration::from_millis(800);
+/// Time between two looks for practice sessions of hosts that are gone.
+const PRACTICE_PERIOD: Duration = Duration::from_secs(5);
+
+/// Renews the lease until the server has stopped. Without `fleet` nobody else can take the sessions, and none are given up.
+pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
+    let mut connection = None;
+    // Since when the lease has been valid without a gap.
+    let mut sound = Moment::now();
+    let mut practice = Instant::now();
+    let adopting = Arc::new(AtomicBool::new(false));
+    loop {
+        let (began, requested) = (Instant::now(), Moment::now());
+        match timeout(BEAT_TIMEOUT, once(&app, &mut connection)).await {
+            Ok(Ok(Some(owned))) => {
+                if !lease.is_valid() {
+                    sound = requested;
+                    tracing::warn!("the database answers again");
+                    if let Err(error) = app.store.reconnect().await {
+                        tracing::error!(%error, "the connections to the database could not be replaced");
+                    }
+                }
+                lease.renew(requested, LEASE);
+                app.sessions.follow_owners(owned);
+            }
+            Ok(Ok(None)) => {
+                tracing::error!("another process has taken this server's place; it stops");
+                app.sessions.registry.lose_all();
+                app.lifecycle.stop();
+                return;
+            }
+            Ok(Err(error)) => {
+                tracing::warn!(%error, "the lease could not be renewed");
+                connection = None;
+            }
+            Err(_) => {
+                tracing::warn!("the lease could not be renewed: the database does not answer");
+                connection = None;
+            }
+        }
+        if fleet && lease.ended_for() >= GIVE_UP && app.sessions.registry.len() > 0 {
+            tracing::error!("no lease: the sessions are given up");
+            app.sessions.registry.lose_all();
+            // As another owner, this server takes over what nobody else has.
+            app.store.renew_incarnation();
+        }
+        let whole = lease.is_valid() && requested.since(sound) >= LEASE;
+        if fleet && whole && !app.lifecycle.is_stopping() && !adopting.swap(true, Ordering::Relaxed) {
+            let lost_practice = practice.elapsed() >= PRACTICE_PERIOD;
+            if lost_practice {
+                practice = Instant::now();
+            }
+            let (app, adopting) = (app.clone(), adopting.clone());
+            tokio::spawn(async move {
+                let free = app.compute.max_worlds().saturating_sub(app.compute.admission.open().all());
+                if let Err(error) = app.sessions.adopt(free).await {
+                    tracing::warn!(%error, "sessions without an owner could not be taken over");
+                }
+                if lost_practice && let Err(error) = app.sessions.end_lost_practice().await {
+                    tracing::warn!(%error, "lost practice sessions could not be ended");
+                }
+                adopting.store(false, Ordering::Relaxed);
+            });
+        }
+        sleep_until(began + PERIOD).await;
+    }
+}
+
+/// One beat. None if another process has taken this host's place.
+async fn once(
+    app: &AppState,
+    connection: &mut Option<AnyConnection>,
+) -> Result<Option<Vec<OwnedSession>>, StoreError> {
+    let connection = match connection {
+        Some(connection) => connection,
+        None => connection.insert(app.store.connection().await?),
+    };
+    let renewal = Renewal {
+        places: app.compute.max_worlds(),
+        taken: app.compute.admission.open().all(),
+        draining: app.lifecycle.is_stopping(),
+    };
+    if !app.store.renew(connection, renewal).await? {
+        return Ok(None);
+    }
+    let held = app.sessions.registry.held();
+    let owned = app.store.owners_of(connection, &held).await?;
+    app.competition.rules.follow(&app.store, connection).await?;
+    app.auth.revoke(app.store.revoked_tokens(connection).await?);
+    Ok(Some(owned))
+}

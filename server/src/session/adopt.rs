@@ -1,0 +1,92 @@
+//! Sessions that this server takes over: from its earlier process, or from a host that is gone.
+
+use super::command::Command;
+use super::session::{Session, Sessions};
+use crate::metrics::METRICS;
+use crate::store::{Held, NewAuditEntry, OwnedSession, StoreError};
+use std::sync::Arc;
+
+impl Sessions {
+    /// Takes over open sessions without an owner, at most `max` of them; they wait for their clients. Returns their number.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn adopt(self: &Arc<Self>, max: usize) -> Result<usize, StoreError> {
+        let taken = self.store.take_sessions(max, None).await?;
+        for held in &taken {
+            // The next one may be sound. This one stays ours, and is tried again when its client comes.
+            if let Err(error) = self.adopt_one(held).await {
+                tracing::error!(%error, session = held.session_id, "a session could not be taken over");
+            }
+        }
+        Ok(taken.len())
+    }
+
+    /// Takes over this session, if it has no owner. Also an ended session of this process that is open again.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn revive(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
+        if self.registry.knows(session_id) {
+            return Ok(());
+        }
+        for held in self.store.take_sessions(1, Some(session_id)).await? {
+            self.adopt_one(&held).await?;
+        }
+        Ok(())
+    }
+
+    /// Compares the sessions that are open here with their rows: a session with another owner ends here, one that another host wants is
+    /// given to it.
+    pub(crate) fn follow_owners(self: &Arc<Self>, owned: Vec<OwnedSession>) {
+        for OwnedSession { held, epoch, wanted, firmly } in owned {
+            if epoch != held.epoch {
+                tracing::warn!(session = held.session_id, "the session has another owner; it ends here");
+                held.lose();
+            } else if let Some(host) = wanted {
+                let sessions = self.clone();
+                tokio::spawn(async move {
+                    let command = Command::Release { firmly };
+                    if sessions.registry.command(&held.session_id, command).await.is_ok() {
+                        tracing::info!(
+                            session = held.session_id,
+                            host,
+                            "the session was given to the host of its client"
+                        );
+                    }
+                });
+            }
+        }
+    }
+
+    async fn adopt_one(self: &Arc<Self>, held: &Held) -> Result<(), StoreError> {
+        for run in self.store.abort_open_runs(held).await? {
+            tracing::warn!(run, "the server stopped during this run; marked as aborted");
+            let why = "the server stopped during this run; its time is given back";
+            let entry =
+                NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
+            self.store.record(&entry).await?;
+        }
+        let Some(row) = self.store.resumable_session(held).await? else { return Ok(()) };
+        if let Some(session) = Session::restored(self, row) {
+            METRICS.took_session(false);
+            session.wait();
+        }
+        Ok(())
+    }
+
+    /// Ends the practice sessions of hosts that are gone, and aborts their runs.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn end_lost_practice(&self) -> Result<(), StoreError> {
+        for run in self.store.end_lost_practice().await? {
+            tracing::warn!(run, "the server stopped during this run; marked as aborted");
+            let why = "the server stopped during this run";
+            let entry =
+                NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
+            self.store.record(&entry).await?;
+        }
+        Ok(())
+    }
+}

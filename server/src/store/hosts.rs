@@ -1,0 +1,443 @@
+//! The table `hosts`: the servers that share the database, and which sessions are theirs.
+//!
+//! A host renews its lease twice a second. After the end of a lease other hosts may take its sessions; that is a hint only. A write is
+//! safe because it locks the session's row on the condition that the owner's epoch is unchanged: see [`Store::fenced`]. A condition
+//! without the lock would be checked before the write of another owner and hold after it.
+
+use super::database::Store;
+use super::error::StoreError;
+use super::location::Dialect;
+use crate::metrics::METRICS;
+use palmares_tasks::identity;
+use sqlx::{Any, AnyConnection, AssertSqlSafe, Transaction};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+
+/// Length of a lease.
+pub(crate) const LEASE: Duration = Duration::from_millis(2000);
+
+/// Longest wait for the lease of an earlier process of the same host.
+const PATIENCE: Duration = Duration::from_millis(3000);
+/// Time between two attempts.
+const RETRY_PERIOD: Duration = Duration::from_millis(100);
+
+/// Sessions in one statement.
+const BATCH: usize = 500;
+
+/// Epoch of a new session.
+pub(crate) const FIRST_EPOCH: i64 = 1;
+
+/// Name of a host that shares its database with no other.
+pub(crate) const ALONE: &str = "alone";
+
+/// A server as it enters the database.
+#[derive(Clone, Debug)]
+pub(crate) struct Host {
+    /// Its name in the fleet; None without a fleet.
+    pub(crate) name: Option<String>,
+    /// SHA-256 of everything in its configuration that all hosts of a competition must have in common.
+    pub(crate) config_sha256: String,
+    /// Commit of its build.
+    pub(crate) build_hash: String,
+    /// The address at which other hosts reach it.
+    pub(crate) internal_url: Option<String>,
+    /// Number of worlds that it can have open.
+    pub(crate) places: usize,
+}
+
+impl Host {
+    /// A server without a fleet.
+    pub(crate) fn alone() -> Self {
+        Host {
+            name: None,
+            config_sha256: String::new(),
+            build_hash: String::new(),
+            internal_url: None,
+            places: 0,
+        }
+    }
+}
+
+/// Characters of the part of an incarnation that is the same as long as the process runs.
+const PROCESS_DIGITS: i64 = 16;
+
+/// This process, as an owner of sessions.
+#[derive(Debug)]
+pub(super) struct HostKey {
+    pub(super) host_id: String,
+    /// Random for each process.
+    process: String,
+    /// How often this process has given up its sessions: then it is another owner.
+    generation: AtomicU64,
+    fleet: bool,
+}
+
+impl HostKey {
+    pub(super) fn new(host: &Host) -> Result<Self, StoreError> {
+        let mut random = [0; 8];
+        getrandom::fill(&mut random).map_err(|error| sqlx::Error::Configuration(error.to_string().into()))?;
+        let host_id = host.name.clone().unwrap_or_else(|| ALONE.into());
+        let generation = AtomicU64::default();
+        Ok(HostKey { host_id, process: hex::encode(random), generation, fleet: host.name.is_some() })
+    }
+
+    /// Tells this owner from others of the same name.
+    pub(super) fn incarnation(&self) -> String {
+        format!("{}-{}", self.process, self.generation.load(Ordering::Relaxed))
+    }
+}
+
+/// A host with a valid lease.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct HostRow {
+    /// Its name.
+    pub(crate) host_id: String,
+    engine: String,
+    config_sha256: String,
+    /// The address at which other hosts reach it.
+    pub(crate) internal_url: Option<String>,
+    /// `up` or `draining`.
+    pub(crate) state: String,
+    /// Worlds that it can have open.
+    pub(crate) places: i64,
+    /// Worlds that it has open.
+    pub(crate) taken: i64,
+}
+
+from_row!(HostRow { host_id, engine, config_sha256, internal_url, state, places, taken });
+
+/// The hosts whose leases are valid.
+pub(super) async fn alive(
+    connection: &mut AnyConnection,
+    dialect: Dialect,
+) -> Result<Vec<HostRow>, StoreError> {
+    let now = dialect.now_ms();
+    let sql = format!("SELECT * FROM hosts WHERE lease_until >= {now} ORDER BY host_id");
+    Ok(sqlx::query_as(AssertSqlSafe(sql)).fetch_all(connection).await?)
+}
+
+/// A session that this process owns.
+#[derive(Clone, Debug)]
+pub(crate) struct Held {
+    /// The session.
+    pub(crate) session_id: String,
+    /// The epoch of the ownership.
+    pub(crate) epoch: i64,
+    lost: Arc<watch::Sender<bool>>,
+}
+
+impl Held {
+    /// A session with this epoch.
+    pub(crate) fn new(session_id: String, epoch: i64) -> Self {
+        Held { session_id, epoch, lost: Arc::default() }
+    }
+
+    /// Notes that the session has another owner.
+    pub(crate) fn lose(&self) {
+        self.lost.send_replace(true);
+    }
+
+    /// Whether the session has another owner.
+    pub(crate) fn is_lost(&self) -> bool {
+        *self.lost.borrow()
+    }
+
+    /// Returns when the session has another owner.
+    pub(crate) async fn lost(&self) {
+        // The sender is in `self`: waiting cannot fail.
+        let _ = self.lost.subscribe().wait_for(|&lost| lost).await;
+    }
+}
+
+/// A session of this host, as a beat finds it.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnedSession {
+    /// The session, as this process holds it.
+    pub(crate) held: Held,
+    /// Its present epoch.
+    pub(crate) epoch: i64,
+    /// Another host, to which its client has connected.
+    pub(crate) wanted: Option<String>,
+    /// Whether that client has shown the resume token.
+    pub(crate) firmly: bool,
+}
+
+/// A lease's renewal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Renewal {
+    /// Worlds that the host can have open.
+    pub(crate) places: usize,
+    /// Worlds that it has open.
+    pub(crate) taken: usize,
+    /// Whether it gives its sessions away and takes no more.
+    pub(crate) draining: bool,
+}
+
+fn count(number: usize) -> i64 {
+    i64::try_from(number).unwrap_or(i64::MAX)
+}
+
+impl Store {
+    /// The name of this host in the fleet; None without a fleet.
+    pub(crate) fn host_name(&self) -> Option<&str> {
+        self.host.fleet.then_some(self.host.host_id.as_str())
+    }
+
+    /// Enters this server among the hosts. Waits until the lease of its earlier process has ended.
+    ///
+    /// # Errors
+    /// A host that runs has the same name, or cannot share the database with this one.
+    pub(super) async fn enter(&self, host: &Host, place: &str) -> Result<(), StoreError> {
+        let began = Instant::now();
+        loop {
+            let mut transaction = self.write().await?;
+            let alive = alive(&mut transaction, self.dialect).await?;
+            let rival = self.rival(host, place, &alive);
+            let Err(rival) = rival else {
+                self.write_host(&mut transaction, host).await?;
+                return Ok(transaction.commit().await?);
+            };
+            transaction.rollback().await?;
+            let may_end = matches!(rival, StoreError::Taken { .. } | StoreError::SameHost { .. });
+            if !may_end || began.elapsed() >= PATIENCE {
+                return Err(rival);
+            }
+            tokio::time::sleep(RETRY_PERIOD).await;
+        }
+    }
+
+    /// Refuses this host beside those that run.
+    fn rival(&self, host: &Host, place: &str, alive: &[HostRow]) -> Result<(), StoreError> {
+        let place = place.to_owned();
+        for other in alive {
+            let refused =
+                |why: String| StoreError::Host { place: place.clone(), host: other.host_id.clone(), why };
+            if other.host_id == self.host.host_id {
+                return Err(match self.host.fleet {
+                    false => StoreError::Taken { place },
+                    true => StoreError::SameHost { place, host: other.host_id.clone() },
+                });
+            }
+            if !self.host.fleet || other.host_id == ALONE {
+                let why = "; servers share a database only if each has [fleet] in its competition.toml, with a host \
+                           of its own";
+                return Err(refused(why.into()));
+            }
+            let engine = identity::engine();
+            if other.engine != engine {
+                let theirs = &other.engine;
+                return Err(refused(format!(
+                    ", which plays with the engine {theirs}, this one with {engine}: their scores cannot be \
+                     compared; use the same version, or stop the other hosts first"
+                )));
+            }
+            if other.config_sha256 != host.config_sha256 {
+                return Err(refused(
+                    ", whose competition.toml, tasks or hands differ from those of this one".into(),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    async fn write_host(
+        &self,
+        transaction: &mut Transaction<'static, Any>,
+        host: &Host,
+    ) -> Result<(), StoreError> {
+        let lease_until = format!("{} + {}", self.dialect.now_ms(), LEASE.as_millis());
+        let sql = format!(
+            "INSERT INTO hosts (host_id, incarnation, engine, config_sha256, build_hash, internal_url, state, places, \
+             taken, lease_until) VALUES ($1, $2, $3, $4, $5, $6, 'up', $7, 0, {lease_until}) \
+             ON CONFLICT (host_id) DO UPDATE SET incarnation = excluded.incarnation, engine = excluded.engine, \
+             config_sha256 = excluded.config_sha256, build_hash = excluded.build_hash, \
+             internal_url = excluded.internal_url, state = 'up', places = excluded.places, taken = 0, \
+             lease_until = excluded.lease_until"
+        );
+        sqlx::query(AssertSqlSafe(sql))
+            .bind(self.host.host_id.clone())
+            .bind(self.host.incarnation())
+            .bind(identity::engine())
+            .bind(host.config_sha256.clone())
+            .bind(host.build_hash.clone())
+            .bind(host.internal_url.clone())
+            .bind(count(host.places))
+            .execute(&mut **transaction)
+            .await?;
+        Ok(())
+    }
+
+    /// Gives up the lease: others need not wait for its end.
+    pub(super) async fn leave(&self) -> Result<(), StoreError> {
+        if self.is_shared() {
+            sqlx::query("UPDATE hosts SET lease_until = 0 WHERE host_id = $1 AND incarnation = $2")
+                .bind(self.host.host_id.clone())
+                .bind(self.host.incarnation())
+                .execute(&self.pool())
+                .await?;
+        }
+        Ok(())
+    }
+
+    /// Renews the lease. False if another process has taken this host's place.
+    pub(crate) async fn renew(
+        &self,
+        connection: &mut AnyConnection,
+        renewal: Renewal,
+    ) -> Result<bool, StoreError> {
+        let sql = format!(
+            "UPDATE hosts SET lease_until = {} + {}, places = $1, taken = $2, state = $3, incarnation = $4 \
+             WHERE host_id = $5 AND SUBSTR(incarnation, 1, {PROCESS_DIGITS}) = $6",
+            self.dialect.now_ms(),
+            LEASE.as_millis()
+        );
+        let renewed = sqlx::query(AssertSqlSafe(sql))
+            .bind(count(renewal.places))
+            .bind(count(renewal.taken))
+            .bind(if renewal.draining { "draining" } else { "up" })
+            .bind(self.host.incarnation())
+            .bind(self.host.host_id.clone())
+            .bind(self.host.process.clone())
+            .execute(connection)
+            .await?;
+        Ok(renewed.rows_affected() == 1)
+    }
+
+    /// Makes this process another owner: the sessions that it has given up have none.
+    pub(crate) fn renew_incarnation(&self) {
+        self.host.generation.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// The present epochs of these sessions, and the hosts that want them.
+    pub(crate) async fn owners_of(
+        &self,
+        connection: &mut AnyConnection,
+        held: &[Held],
+    ) -> Result<Vec<OwnedSession>, StoreError> {
+        let mut owned = Vec::new();
+        for batch in held.chunks(BATCH) {
+            let places: Vec<String> = (1..=batch.len()).map(|k| format!("${k}")).collect();
+            let sql = format!(
+                "SELECT session_id, epoch, wanted_by, wanted_firmly FROM sessions WHERE session_id IN ({})",
+                places.join(", ")
+            );
+            let mut query = sqlx::query_as(AssertSqlSafe(sql));
+            for held in batch {
+                query = query.bind(held.session_id.clone());
+            }
+            let rows: Vec<(String, i64, Option<String>, i64)> = query.fetch_all(&mut *connection).await?;
+            for (session_id, epoch, wanted_by, firmly) in rows {
+                let Some(held) = batch.iter().find(|held| held.session_id == session_id) else { continue };
+                let wanted = wanted_by.filter(|host| *host != self.host.host_id);
+                owned.push(OwnedSession { held: held.clone(), epoch, wanted, firmly: firmly != 0 });
+            }
+        }
+        Ok(owned)
+    }
+
+    /// The hosts whose leases are valid.
+    pub(crate) async fn hosts(&self) -> Result<Vec<HostRow>, StoreError> {
+        alive(&mut *self.pool().acquire().await?, self.dialect).await
+    }
+
+    /// A transaction of a session's owner. It locks the session's row.
+    ///
+    /// # Errors
+    /// [`StoreError::Stale`] if the session has another owner.
+    pub(super) async fn fenced(&self, held: &Held) -> Result<Transaction<'static, Any>, StoreError> {
+        let mut transaction = self.write().await?;
+        let locked = sqlx::query("UPDATE sessions SET epoch = epoch WHERE session_id = $1 AND epoch = $2")
+            .bind(held.session_id.clone())
+            .bind(held.epoch)
+            .execute(&mut *transaction)
+            .await?;
+        if locked.rows_affected() == 1 {
+            return Ok(transaction);
+        }
+        METRICS.refused_stale_write();
+        held.lose();
+        Err(StoreError::Stale { session_id: held.session_id.clone() })
+    }
+
+    /// Makes this process the owner of open official sessions that have none: sessions without an owner, of a host whose lease has
+    /// ended, or of this host's earlier process. At most `max` of them, those first whose clients are here. With `only` it takes this
+    /// session, also if this process owns it. A session whose client is at another host is left to that host.
+    pub(crate) async fn take_sessions(
+        &self,
+        max: usize,
+        only: Option<&str>,
+    ) -> Result<Vec<Held>, StoreError> {
+        let mut transaction = self.write().await?;
+        let now = self.dialect.now_ms();
+        let sql = format!(
+            "UPDATE sessions SET owner = $1, owner_incarnation = $2, epoch = epoch + 1, wanted_by = NULL, \
+             wanted_firmly = 0 WHERE session_id IN (SELECT free.session_id FROM sessions AS free \
+             LEFT JOIN hosts ON hosts.host_id = free.owner AND hosts.incarnation = free.owner_incarnation \
+             AND hosts.lease_until >= {now} AND (hosts.host_id <> $1 OR hosts.incarnation <> $2 OR $3 <> free.session_id) \
+             WHERE free.mode = 'official' AND free.status = 'open' AND hosts.host_id IS NULL \
+             AND ($3 = '' OR $3 = free.session_id) \
+             AND (free.wanted_by IS NULL OR free.wanted_by = $1 OR NOT EXISTS (SELECT 1 FROM hosts AS wanting \
+             WHERE wanting.host_id = free.wanted_by AND wanting.lease_until >= {now})) \
+             ORDER BY CASE WHEN free.wanted_by = $1 THEN 0 ELSE 1 END, free.created_at, free.session_id \
+             LIMIT $4{}) RETURNING session_id, epoch",
+            self.dialect.lock_rows_of("free")
+        );
+        let taken: Vec<(String, i64)> = sqlx::query_as(AssertSqlSafe(sql))
+            .bind(self.host.host_id.clone())
+            .bind(self.host.incarnation())
+            .bind(only.unwrap_or_default().to_owned())
+            .bind(count(max))
+            .fetch_all(&mut *transaction)
+            .await?;
+        transaction.commit().await?;
+        Ok(taken.into_iter().map(|(session_id, epoch)| Held::new(session_id, epoch)).collect())
+    }
+
+    /// Ends the practice sessions of hosts that are gone, and aborts their runs. Returns the runs.
+    pub(crate) async fn end_lost_practice(&self) -> Result<Vec<String>, StoreError> {
+        let mut transaction = self.write().await?;
+        let now = self.dialect.now_ms();
+        let sql = format!(
+            "UPDATE sessions SET status = 'ended', ended_at = $1, epoch = epoch + 1 WHERE mode = 'practice' \
+             AND status = 'open' AND NOT EXISTS (SELECT 1 FROM hosts WHERE hosts.host_id = sessions.owner \
+             AND hosts.incarnation = sessions.owner_incarnation AND hosts.lease_until >= {now})"
+        );
+        sqlx::query(AssertSqlSafe(sql)).bind(super::unix_ms()).execute(&mut *transaction).await?;
+        let runs = sqlx::query_scalar(
+            "UPDATE runs SET status = 'aborted', note = 'interrupted: the server stopped', ended_at = $1 \
+             WHERE status = 'open' AND session_id IN (SELECT session_id FROM sessions WHERE mode = 'practice' \
+             AND status = 'ended') RETURNING run_id",
+        )
+        .bind(super::unix_ms())
+        .fetch_all(&mut *transaction)
+        .await?;
+        transaction.commit().await?;
+        Ok(runs)
+    }
+
+    /// Gives a session up: whoever wants it may take it.
+    pub(crate) async fn release_session(&self, held: &Held) -> Result<(), StoreError> {
+        let mut transaction = self.fenced(held).await?;
+        sqlx::query("UPDATE sessions SET owner = NULL, owner_incarnation = NULL WHERE session_id = $1")
+            .bind(held.session_id.clone())
+            .execute(&mut *transaction)
+            .await?;
+        Ok(transaction.commit().await?)
+    }
+
+    /// Asks the owner of a session for it, since its client is here.
+    pub(crate) async fn want_session(&self, session_id: &str, firmly: bool) -> Result<(), StoreError> {
+        sqlx::query(
+            "UPDATE sessions SET wanted_by = $1, wanted_firmly = $2 WHERE session_id = $3 AND status = 'open' \
+             AND (owner IS NULL OR owner <> $1)",
+        )
+        .bind(self.host.host_id.clone())
+        .bind(i64::from(firmly))
+        .bind(session_id.to_owned())
+        .execute(&self.pool())
+        .await?;
+        Ok(())
+    }
+}

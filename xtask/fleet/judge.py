@@ -1,0 +1,151 @@
+"""What must hold in the end: every acknowledged result is stored, once, and verified."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from fleet.faults import Fault
+from fleet.fleet import Fleet
+from fleet.services import BUCKET
+from fleet.shell import attempt, request, until
+
+COUNTS = ("provisional", "verified")
+
+
+def wait_for_verdicts(fleet: Fleet, limit_s: float) -> None:
+    """Wait until no run is open and none waits for its verification; the counts show those that still do."""
+    assert fleet.postgres
+    postgres = fleet.postgres
+    waiting = "SELECT COUNT(*) FROM runs WHERE status IN ('open', 'provisional')"
+    try:
+        until(lambda: postgres.sql(waiting) == "0", limit_s, "all runs are verified", 0.5)
+    except TimeoutError as late:
+        print(late)
+
+
+def quantile(sorted_values: list[float], share: float) -> float:
+    """Return a quantile: the value that this share of all does not exceed."""
+    if not sorted_values:
+        return 0.0
+    return sorted_values[min(len(sorted_values) - 1, math.ceil(share * len(sorted_values)) - 1)]
+
+
+def resume_times(events: list[dict[str, Any]], faults: list[Fault]) -> list[float]:
+    """Return how long clients waited: each pause without the part in which nobody could serve, sorted."""
+    waits = []
+    for gap in events:
+        if gap["event"] != "gap":
+            continue
+        begin: float = gap["from_s"]
+        for fault in faults:
+            if fault.began_s <= gap["to_s"] and fault.healed_s >= gap["from_s"]:
+                begin = max(begin, fault.began_s, fault.healed_s)
+        waits.append(max(0.0, gap["to_s"] - begin))
+    return sorted(waits)
+
+
+def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
+    """Compare what the teams were told with what is stored."""
+    assert fleet.postgres
+    stored = {row["run_id"]: row for row in fleet.postgres.rows("SELECT * FROM runs")}
+    sessions = fleet.postgres.rows("SELECT session_id, team, status FROM sessions")
+    events = fleet.events()
+    begun = {event["run_id"] for event in events if event["event"] == "begun"}
+    results = [event for event in events if event["event"] == "result"]
+    counted = [result for result in results if result["status"] in COUNTS]
+    lost = wrong = 0
+    for result in counted:
+        row = stored.get(result["run_id"])
+        if row is None or row["status"] not in (*COUNTS, "rejected"):
+            lost += 1
+            print(f"lost: {result} is {row and row['status']}")
+        elif (row["score"], row["ticks"], row["state_hash"]) != tuple(
+            result[key] for key in ("score", "ticks", "state_hash")
+        ):
+            wrong += 1
+            print(f"another result: {result} is {row}")
+    twice = [run for run, times in Counter(result["run_id"] for result in counted).items() if times > 1]
+    numbers = Counter((row["team"], row["task"], row["k"]) for row in stored.values())
+    twice += [str(number) for number, times in numbers.items() if times > 1]
+    # Runs that count and that no team has opened. A reset whose answer was lost leaves one without ticks.
+    ghosts = [
+        row["run_id"]
+        for row in stored.values()
+        if row["status"] in COUNTS and row["run_id"] not in begun and (row["ticks"] or 0) > 0
+    ]
+    open_by_team = Counter(session["team"] for session in sessions if session["status"] == "open")
+    several = [team for team, number in open_by_team.items() if number > 1]
+    for what, found in (("twice", twice), ("unknown to its team", ghosts), ("several sessions", several)):
+        if found:
+            print(f"{what}: {found}")
+    by_status = Counter(row["status"] for row in stored.values())
+    for row in stored.values():
+        if row["status"] == "rejected":
+            print(f"rejected: {row['run_id']}: {row['verify_note']}")
+    return {
+        "acknowledged": len(counted),
+        "acknowledged_lost": lost,
+        "counted_twice": len(twice) + len(ghosts) + len(several),
+        "stale_accepted": wrong,
+        "rejected": by_status["rejected"],
+        "stuck": stuck + by_status["open"] + by_status["provisional"],
+        "runs": dict(by_status),
+        "runs_lost": sum(event["event"] == "lost" for event in events),
+    }
+
+
+def verify_replays(fleet: Fleet) -> tuple[int, int]:
+    """Let `palmares verify` play all replays of runs that count; return how many, and how many fail."""
+    assert fleet.postgres
+    columns = {row["column_name"] for row in fleet.postgres.rows(
+        "SELECT column_name FROM information_schema.columns WHERE table_name = 'runs'"
+    )}  # fmt: skip
+    key = "replay_key" if "replay_key" in columns else "NULL"
+    query = f"SELECT run_id, replay_path, replay_sha256, {key} AS key FROM runs WHERE status = 'verified'"
+    folder = fleet.folder / "replays"
+    folder.mkdir()
+
+    def is_good(row: dict[str, Any]) -> bool:
+        path = _replay(fleet, row, folder)
+        good = path is not None and attempt(str(fleet.program), "verify", str(path))
+        if not good:
+            print(f"the replay of {row['run_id']} is {'missing' if path is None else 'not verified'}")
+        return good
+
+    rows = fleet.postgres.rows(query)
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = list(pool.map(is_good, rows))
+    return len(outcomes), outcomes.count(False)
+
+
+def _replay(fleet: Fleet, row: dict[str, Any], folder: Path) -> Path | None:
+    """Find a replay on the hosts' disks, or in the object store."""
+    for host in fleet.hosts:
+        path = host.data / str(row["replay_path"])
+        if row["replay_path"] and path.is_file():
+            return path
+    if fleet.store is not None:
+        import http.client
+
+        connection = http.client.HTTPConnection(fleet.store.address, timeout=10)
+        for name in (row["key"], f"replays/{row['replay_sha256']}.mcap"):
+            if name:
+                connection.request("GET", f"/{BUCKET}/{name}")
+                answer = connection.getresponse()
+                body = answer.read()
+                if answer.status == 200:
+                    path = folder / f"{row['run_id']}.mcap"
+                    path.write_bytes(body)
+                    return path
+    return None
+
+
+def objects(fleet: Fleet) -> int:
+    """Return the number of objects in the store."""
+    if fleet.store is None:
+        return 0
+    return request("GET", fleet.store.address, f"/{BUCKET}?list-type=2", timeout_s=10.0)[1].count("<Key>")
