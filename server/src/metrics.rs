@@ -238,4 +238,33 @@ mod tests {
             assert!(text.lines().any(|have| have == line), "no `{line}` in\n{text}");
         }
     }
+
+    #[test]
+    fn dashboards_and_alerts_use_metrics_that_exist_and_every_alert_is_explained() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let read = |path: &str| std::fs::read_to_string(root.join(path)).expect(path);
+        let metrics = Metrics::new();
+        metrics.refused(Code::BadAction);
+        let text = metrics.text(Gauges::default());
+        for file in
+            ["deploy/monitoring/alerts.yaml", "deploy/monitoring/dashboard.json", "docs/operations.md"]
+        {
+            let content = read(file);
+            let names = content.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+            for name in names.filter(|name| name.starts_with("palmares_") && name.len() > "palmares_".len()) {
+                let is_there = text.lines().any(|line| line.split([' ', '{']).any(|word| word == name));
+                assert!(is_there || text.contains(&format!("# TYPE {name} ")), "{file}: no metric {name}");
+            }
+        }
+        let guide = read("docs/operations.md");
+        for alert in read("deploy/monitoring/alerts.yaml")
+            .lines()
+            .filter_map(|line| line.trim().strip_prefix("- alert: "))
+        {
+            assert!(
+                guide.contains(&format!("\n### {alert}\n")),
+                "docs/operations.md does not explain {alert}"
+            );
+        }
+    }
 }

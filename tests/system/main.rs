@@ -9,6 +9,7 @@ mod admission;
 mod backup;
 mod crash;
 mod faults;
+mod fleet;
 mod hand;
 mod hands_upload;
 mod handshake;

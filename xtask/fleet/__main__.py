@@ -8,10 +8,27 @@ import shutil
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from fleet.board import board
 from fleet.chaos import chaos
+from fleet.drills import partition, upgrade
 from fleet.fleet import check_machine
+
+
+def execute(options: argparse.Namespace, folder: Path) -> tuple[dict[str, Any], bool]:
+    """Run a command; return its report, and whether it holds."""
+    program = options.program.resolve()
+    if options.command == "board":
+        return board(folder, program, options.teams, options.runs)
+    moto = None if options.without_store else options.moto
+    hosts, teams = options.hosts, options.teams
+    if options.command == "upgrade":
+        return upgrade(folder, program, moto, hosts, teams)
+    if options.command == "partition":
+        return partition(folder, program, moto, hosts, teams, options.seconds)
+    only = [kind for kind in options.only.split(",") if kind]
+    return chaos(folder, program, moto, hosts, options.faults, options.seed, teams, only)
 
 
 def main() -> int:
@@ -21,12 +38,17 @@ def main() -> int:
     parser.add_argument("--moto", type=Path, default=Path("moto_server"), help="the program `moto_server`")
     parser.add_argument("--keep", action="store_true", help="keep the logs, and print their folder")
     commands = parser.add_subparsers(dest="command", required=True)
-    command = commands.add_parser("chaos", help="faults under load")
-    command.add_argument("--hosts", type=int, default=3)
+    fleet = argparse.ArgumentParser(add_help=False)
+    fleet.add_argument("--hosts", type=int, default=3)
+    fleet.add_argument("--teams", type=int, default=12)
+    fleet.add_argument("--without-store", action="store_true", help="several hosts without an object store")
+    command = commands.add_parser("chaos", help="faults under load", parents=[fleet])
     command.add_argument("--faults", type=int, default=40)
     command.add_argument("--seed", type=int, default=1)
-    command.add_argument("--teams", type=int, default=12)
     command.add_argument("--only", default="", help="kinds of faults, with commas; all when left out")
+    commands.add_parser("upgrade", help="end and start all hosts, one after another", parents=[fleet])
+    command = commands.add_parser("partition", help="cut a host from the database", parents=[fleet])
+    command.add_argument("--seconds", type=float, default=60.0)
     command = commands.add_parser("board", help="the ranking of a large event")
     command.add_argument("--runs", type=int, default=500_000)
     command.add_argument("--teams", type=int, default=10_000)
@@ -36,23 +58,8 @@ def main() -> int:
     # Postgres reads its folder as a user of its own.
     folder = Path(tempfile.mkdtemp(prefix="palmares-fleet-"))
     folder.chmod(0o755)
-    program = options.program.resolve()
     try:
-        match options.command:
-            case "board":
-                report, holds = board(folder, program, options.teams, options.runs)
-            case _:
-                only = [kind for kind in options.only.split(",") if kind]
-                report, holds = chaos(
-                    folder,
-                    program,
-                    options.moto,
-                    options.hosts,
-                    options.faults,
-                    options.seed,
-                    options.teams,
-                    only,
-                )
+        report, holds = execute(options, folder)
     finally:
         if options.keep:
             print(f"the logs are in {folder}")

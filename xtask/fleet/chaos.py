@@ -25,7 +25,7 @@ REWOUND_TICKS = 25
 def chaos(
     folder: Path,
     program: Path,
-    moto: Path,
+    moto: Path | None,
     hosts: int,
     count: int,
     seed: int,
@@ -85,7 +85,6 @@ def chaos(
             "faults": dict(Counter(fault.kind for fault in faults)),
             "seed": seed,
             "lasted_s": round(lasted),
-            "errors": dict(Counter(event["code"] for event in events_list if event["event"] == "error")),
         }
     zero = ("acknowledged_lost", "counted_twice", "stale_accepted", "rejected", "stuck", "verdicts_wrong")
     holds = all(report[name] == 0 for name in zero) and report["acknowledged"] > 0

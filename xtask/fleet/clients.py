@@ -79,7 +79,7 @@ class Team:
     def _finish(self, client: palmares.Client) -> None:
         """Close a run of which the client has lost track."""
         try:
-            self._result(client.stop())
+            self._result(client.stop(), asked=True)
         except RunLostError as lost:
             self._lost(lost.result)
         except PalmaresError as error:
@@ -96,6 +96,7 @@ class Team:
         ticks, motors = self.random.randrange(150, 500), len(obs.hand.actuators)
         if mode == "realtime":
             for newest in client.observations():
+                obs = newest
                 self._heard(newest.tick)
                 if newest.done or newest.tick >= ticks or self.stop.exists():
                     break
@@ -110,7 +111,7 @@ class Team:
         self.heard_s = time.monotonic()
         result = client.stop()
         self._heard(None)
-        self._result(result)
+        self._result(result, asked=obs.tick >= ticks or self.stop.exists())
 
     @staticmethod
     def _target(tick: int, motors: int) -> tuple[BaseTarget, list[float]]:
@@ -127,16 +128,17 @@ class Team:
             self.tick = tick
         self.heard_s = now
 
-    def _result(self, result: Result) -> None:
+    def _result(self, result: Result, asked: bool) -> None:
+        """Report a result; `asked` is false if the server has ended the run by itself."""
         self.record.write(
             self.name, "result", run_id=result.run_id, score=result.score, status=result.status,
-            ticks=result.ticks, state_hash=result.state_hash,
+            ticks=result.ticks, state_hash=result.state_hash, reason=result.reason, asked=asked,
         )  # fmt: skip
 
     def _lost(self, result: Result | None) -> None:
         self._heard(None)
         if result is not None:
-            self._result(result)
+            self._result(result, asked=False)
         status = None if result is None else result.status
         self.record.write(self.name, "lost", run_id=self.run_id, status=status)
 

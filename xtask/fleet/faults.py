@@ -107,7 +107,7 @@ def proxy_restart(fleet: Fleet, _host: Host, draw: random.Random) -> None:
     fleet.proxy.begin()
 
 
-# Kind, weight, whether it needs more than one host, whether clients are without service until it is healed.
+# Kind, weight, whether it needs an object store, whether clients are without service until it is healed.
 KINDS: dict[str, tuple[Happen, int, bool, bool]] = {
     "kill": (kill, 6, False, False),
     "stop": (stop, 6, False, False),

@@ -32,7 +32,7 @@ MODES = ("lockstep", "realtime")
 class Fleet:
     """Hosts with their services, and teams that play."""
 
-    def __init__(self, folder: Path, program: Path, hosts: int, moto: Path, teams: int) -> None:
+    def __init__(self, folder: Path, program: Path, hosts: int, moto: Path | None, teams: int) -> None:
         self.folder, self.program = folder, program
         self.players: list[Process] = []
         self.stop = folder / "stop"
@@ -49,7 +49,7 @@ class Fleet:
             self.close()
             raise
 
-    def _build(self, hosts: int, moto: Path) -> None:
+    def _build(self, hosts: int, moto: Path | None) -> None:
         for name, address in ADDRESSES.items():
             self.network.add(name, address)
         names = [f"h{number}" for number in range(1, hosts + 1)]
@@ -59,13 +59,13 @@ class Fleet:
         keys = self.folder / "keys"
         make_keys(self.program, keys)
         # One host needs no object store.
-        if hosts > 1:
+        if hosts > 1 and moto is not None:
             self.store = ObjectStore(self.folder, self.network, moto)
         for name in names:
             store = self.store.address if self.store else None
             place = self.folder / name
             place.mkdir()
-            host = Host(name, place, self.network, self.program, self.postgres.url, keys, store)
+            host = Host(name, place, self.network, self.program, self.postgres.url, keys, store, hosts > 1)
             self.hosts.append(host)
         # The first one migrates the database.
         for host in self.hosts:

@@ -29,6 +29,7 @@ class Host:
         database_url: str,
         keys: Path,
         store: str | None,
+        in_fleet: bool,
     ) -> None:
         self.name, self.folder, self.network, self.program = name, folder, network, program
         self.address = f"{network.addresses[name]}:{HOST_PORT}"
@@ -52,8 +53,9 @@ max_connections_per_address = 4096
 shutdown_grace_s = 20
 """
         if store is not None:
-            settings += f"""storage = "s3://{BUCKET}"
-[fleet]
+            settings += f'storage = "s3://{BUCKET}"\n'
+        if in_fleet:
+            settings += f"""[fleet]
 host = "{name}"
 internal_url = "http://{self.address}"
 """

@@ -14,6 +14,8 @@ from fleet.services import BUCKET
 from fleet.shell import attempt, request, until
 
 COUNTS = ("provisional", "verified")
+# Ends by the rules of the task.
+ENDS = ("complete", "time_limit")
 
 
 def wait_for_verdicts(fleet: Fleet, limit_s: float) -> None:
@@ -82,6 +84,7 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
     for what, found in (("twice", twice), ("unknown to its team", ghosts), ("several sessions", several)):
         if found:
             print(f"{what}: {found}")
+    judged = (*COUNTS, "rejected")
     by_status = Counter(row["status"] for row in stored.values())
     for row in stored.values():
         if row["status"] == "rejected":
@@ -94,6 +97,9 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
         "rejected": by_status["rejected"],
         "stuck": stuck + by_status["open"] + by_status["provisional"],
         "runs": dict(by_status),
+        "runs_cut": sum(not r["asked"] and r["reason"] not in ENDS for r in counted),
+        "unacknowledged": sum(row["status"] in judged for row in stored.values()) - len(counted) + lost,
+        "errors": dict(Counter(event["code"] for event in events if event["event"] == "error")),
         "runs_lost": sum(event["event"] == "lost" for event in events),
     }
 

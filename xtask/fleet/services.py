@@ -113,12 +113,13 @@ class Proxy:
     def __init__(self, folder: Path, network: Network, hosts: list[str]) -> None:
         self.file = folder / "haproxy.cfg"
         self.log = folder / "haproxy.log"
-        servers = [f"    server {host} {network.addresses[host]}:{HOST_PORT}" for host in hosts]
-        # The same settings as for an event, but plain HTTP.
-        backend = (Path(__file__).parents[2] / "deploy/haproxy/backend.cfg").read_text()
-        bind = f"bind {ADDRESSES[PROXY]}:{PROXY_PORT}"
-        frontend = f"frontend clients\n    {bind}\n    default_backend palmares\n"
-        self.file.write_text("\n".join([backend.rstrip(), *servers, "", frontend]))
+        # The file for an event, with other addresses and plain HTTP.
+        lines = (Path(__file__).parents[2] / "deploy/haproxy/haproxy.cfg").read_text().splitlines()
+        bind = f"    bind {ADDRESSES[PROXY]}:{PROXY_PORT}"
+        kept = [bind if line.startswith("    bind ") else line for line in lines]
+        kept = [line for line in kept if not line.startswith("    server ")]
+        kept += [f"    server {host} {network.addresses[host]}:{HOST_PORT}" for host in hosts]
+        self.file.write_text("\n".join([*kept, ""]))
         run("haproxy", "-c", "-f", str(self.file))
         self.address = f"{ADDRESSES[PROXY]}:{PROXY_PORT}"
         self._words = [*network.inside(PROXY), "haproxy", "-db", "-f", str(self.file)]

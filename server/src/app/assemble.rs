@@ -81,6 +81,8 @@ pub(super) async fn app(
         lifecycle: lifecycle.clone(),
         clocks: clocks.clone(),
         registry: Default::default(),
+        lease: lease.clone(),
+        adopting: Default::default(),
     });
     let secrets =
         vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];

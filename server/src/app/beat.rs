@@ -22,8 +22,6 @@ const PRACTICE_PERIOD: Duration = Duration::from_secs(5);
 /// Renews the lease until the server has stopped. Without `fleet` nobody else can take the sessions, and none are given up.
 pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
     let mut connection = None;
-    // Since when the lease has been valid without a gap.
-    let mut sound = Moment::now();
     let mut practice = Instant::now();
     let adopting = Arc::new(AtomicBool::new(false));
     loop {
@@ -31,7 +29,6 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
         match timeout(BEAT_TIMEOUT, once(&app, &mut connection)).await {
             Ok(Ok(Some(owned))) => {
                 if !lease.is_valid() {
-                    sound = requested;
                     tracing::warn!("the database answers again");
                     if let Err(error) = app.store.reconnect().await {
                         tracing::error!(%error, "the connections to the database could not be replaced");
@@ -61,8 +58,11 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
             // As another owner, this server takes over what nobody else has.
             app.store.renew_incarnation();
         }
-        let whole = lease.is_valid() && requested.since(sound) >= LEASE;
-        if fleet && whole && !app.lifecycle.is_stopping() && !adopting.swap(true, Ordering::Relaxed) {
+        if fleet
+            && lease.is_whole()
+            && !app.lifecycle.is_stopping()
+            && !adopting.swap(true, Ordering::Relaxed)
+        {
             let lost_practice = practice.elapsed() >= PRACTICE_PERIOD;
             if lost_practice {
                 practice = Instant::now();

@@ -241,6 +241,12 @@ impl Connection {
                 close_handshake(self.socket, Code::SessionTaken.close_code(), Code::SessionTaken.name())
                     .await;
             }
+            ConnectionEnd::Stopping if session.as_ref().is_some_and(|session| session.moves_on()) => {
+                if let Some(session) = session {
+                    session.hand_over().await;
+                }
+                close_handshake(self.socket, CLOSE_RESTART, "server_restart").await;
+            }
             ConnectionEnd::Stopping => {
                 if let Some(session) = session
                     && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await

@@ -153,6 +153,7 @@ fn routes() -> Routes<AppState> {
 /// All addresses of the server.
 pub(crate) fn router(app: AppState) -> Router {
     let admin = admin::routes().router;
+    let admin = admin.route_layer(from_fn_with_state(app.clone(), admin::to_owner));
     let admin = admin.route_layer(from_fn_with_state(app.clone(), admin::only_organizers));
     let router = routes().router.merge(admin);
     router

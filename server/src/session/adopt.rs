@@ -12,6 +12,7 @@ impl Sessions {
     /// # Errors
     /// The database failed.
     pub(crate) async fn adopt(self: &Arc<Self>, max: usize) -> Result<usize, StoreError> {
+        let _adopting = self.adopting.0.lock().await;
         let taken = self.store.take_sessions(max, None).await?;
         for held in &taken {
             // The next one may be sound. This one stays ours, and is tried again when its client comes.
@@ -27,6 +28,8 @@ impl Sessions {
     /// # Errors
     /// The database failed.
     pub(crate) async fn revive(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
+        // A session that is being taken over is not taken twice.
+        let _adopting = self.adopting.0.lock().await;
         if self.registry.knows(session_id) {
             return Ok(());
         }

@@ -36,6 +36,7 @@ impl Sessions {
         }
         let Entry { team, client_version, limit_s, mode, max_sessions, note } =
             entry::entry(self, hello, identity).await?;
+        self.check_reserve().await?;
         let session_id = format!("ses_{}", random_hex(8)?);
         let resume_token = random_hex(16)?;
         let token_hash = sha256_hex(resume_token.as_bytes());
@@ -72,9 +73,15 @@ impl Sessions {
         Ok(session)
     }
 
-    async fn resume(&self, token: &str, identity: Option<&Identity>) -> Result<Box<Session>, Refusal> {
+    async fn resume(
+        self: &Arc<Self>,
+        token: &str,
+        identity: Option<&Identity>,
+    ) -> Result<Box<Session>, Refusal> {
         entry::may_resume(self, token, identity).await?;
-        let mut session = self.registry.replace(&sha256_hex(token.as_bytes())).await?;
+        let token_hash = sha256_hex(token.as_bytes());
+        self.fetch(&token_hash, true).await?;
+        let mut session = self.registry.replace(&token_hash).await?;
         session.resume_token = token.to_owned();
         session.keep_last_observation();
         tracing::info!(session = session.session_id, "session resumed");

@@ -9,6 +9,7 @@ use crate::names::{self, printable};
 use crate::rules::CompetitionPhase;
 use crate::store::Store;
 use palmares_protocol::{Code, Hello, Refusal};
+use std::sync::Arc;
 
 /// The properties of a new session.
 pub(super) struct Entry {
@@ -112,7 +113,7 @@ pub(super) async fn may_resume(
 /// Resumes the open session of this client's team, if it has one: the team's token suffices, and the session gets a new
 /// resume_token.
 pub(super) async fn resume_by_team(
-    sessions: &Sessions,
+    sessions: &Arc<Sessions>,
     identity: Option<&Identity>,
 ) -> Result<Option<Box<Session>>, Refusal> {
     let Some(team) = identity.and_then(|identity| identity.team.as_ref()) else { return Ok(None) };
@@ -123,6 +124,7 @@ pub(super) async fn resume_by_team(
     let Some((session_id, old)) = open.map_err(store_failed("the session"))? else {
         return Ok(None);
     };
+    sessions.fetch(&old, false).await?;
     let mut session = match sessions.registry.claim(&old).await {
         Ok(session) => session,
         // Another client resumes it and gives it a new token at this moment.

@@ -43,6 +43,11 @@ impl Session {
 
     fn pause(&mut self) {
         self.machine.pause(self.now());
+        self.stand();
+    }
+
+    /// Stops a realtime world.
+    pub(super) fn stand(&mut self) {
         if let OpenRun::Realtime(live) = &self.open_run {
             live.pause();
         }
@@ -65,10 +70,7 @@ impl Session {
         if !firmly && self.shared.registry.is_connected(&self.token_hash) {
             return Err(Refusal::new(Code::SessionTaken, "a connection holds the session"));
         }
-        self.save(true).await;
-        self.shared.store.release_session(&self.held).await?;
-        self.held.lose();
-        Ok(())
+        self.give_away().await
     }
 
     async fn void_run(&mut self, run_id: &str, note: &str) -> Result<(), Refusal> {

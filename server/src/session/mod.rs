@@ -7,6 +7,7 @@
 mod adopt;
 mod begin;
 mod command;
+mod elsewhere;
 mod entry;
 mod execute;
 mod failure;

@@ -134,6 +134,11 @@ impl<S> Registry<S> {
         self.holders().get(token_hash).is_some_and(|holder| !holder.waiting)
     }
 
+    /// Whether the session with this token is open here.
+    pub(super) fn has(&self, token_hash: &str) -> bool {
+        self.holders().contains_key(token_hash)
+    }
+
     /// Whether a session is open here, under any token.
     pub(super) fn knows(&self, session_id: &str) -> bool {
         self.channels().contains_key(session_id)

@@ -8,6 +8,7 @@ use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
+use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
 use crate::store::{ClockRow, Held, ResumableSession, Store, unix_ms};
@@ -29,6 +30,10 @@ const SAVE_INTERVAL: Duration = Duration::from_secs(5);
 /// Time until the next attempt to store a result.
 const RETRY: Duration = Duration::from_secs(1);
 
+/// Held while sessions are taken over.
+#[derive(Debug, Default)]
+pub(crate) struct Adopting(pub(super) tokio::sync::Mutex<()>);
+
 /// The parts that all sessions share.
 #[derive(Debug)]
 pub(crate) struct Sessions {
@@ -48,6 +53,10 @@ pub(crate) struct Sessions {
     pub(crate) clocks: Arc<SessionClocks>,
     /// The open sessions.
     pub(crate) registry: Registry<Session>,
+    /// This server's right to them.
+    pub(crate) lease: Arc<Lease>,
+    /// Held while sessions are taken over.
+    pub(crate) adopting: Adopting,
 }
 
 impl Sessions {

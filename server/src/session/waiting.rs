@@ -81,6 +81,9 @@ async fn keep(mut session: Box<Session>) {
         }
     };
     if shared.registry.withdraw(&token_hash) {
+        if lifecycle.is_stopping() && session.moves_on() {
+            return session.hand_over().await;
+        }
         let note = lifecycle.is_stopping().then_some("the server shut down");
         session.end(give_up, note).await;
     } else {

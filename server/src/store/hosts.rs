@@ -342,6 +342,24 @@ impl Store {
         alive(&mut *self.pool().acquire().await?, self.dialect).await
     }
 
+    /// Name and address of another host that has a session, by the id of the session or of one of its runs.
+    pub(crate) async fn owner_elsewhere(
+        &self,
+        session_id: &str,
+        run_id: &str,
+    ) -> Result<Option<(String, Option<String>)>, StoreError> {
+        let sql = format!(
+            "SELECT hosts.host_id, hosts.internal_url FROM sessions JOIN hosts ON hosts.host_id = sessions.owner \
+             AND hosts.incarnation = sessions.owner_incarnation AND hosts.lease_until >= {} \
+             WHERE hosts.host_id <> $1 AND (session_id = $2 OR session_id = (SELECT runs.session_id FROM runs \
+             WHERE run_id = $3)) AND sessions.status = 'open'",
+            self.dialect.now_ms()
+        );
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(self.host.host_id.clone());
+        let query = query.bind(session_id.to_owned()).bind(run_id.to_owned());
+        Ok(query.fetch_optional(&self.pool()).await?)
+    }
+
     /// A transaction of a session's owner. It locks the session's row.
     ///
     /// # Errors

@@ -264,6 +264,14 @@ impl Store {
         Ok(query.bind(team).fetch_optional(&self.pool()).await?)
     }
 
+    /// The open official session with this hash of its resume token.
+    pub(crate) async fn open_session_by_token(&self, token_hash: &str) -> Result<Option<String>, StoreError> {
+        let query = sqlx::query_scalar(
+            "SELECT session_id FROM sessions WHERE token_hash = $1 AND mode = 'official' AND status = 'open' LIMIT 1",
+        );
+        Ok(query.bind(token_hash.to_owned()).fetch_optional(&self.pool()).await?)
+    }
+
     /// Replaces the resume token of a session.
     pub(crate) async fn set_resume_token(&self, held: &Held, token_hash: &str) -> Result<(), StoreError> {
         let mut transaction = self.fenced(held).await?;

@@ -63,6 +63,7 @@ impl Official {
         let file = folder.path().join("competition.toml");
         fs::write(&file, rules).expect("rules");
         let mut arguments = vec!["--config", file.to_str().expect("a path")];
+        arguments.extend(more);
         if let Some(url) = &database_url {
             arguments.extend(["--database-url", url]);
         }

@@ -74,8 +74,11 @@ impl Server {
     }
 
     fn spawn(mut command: Command, folder: TempDir, arguments: &[&str]) -> Self {
+        let listen = if arguments.contains(&"--listen") { &[][..] } else { &["--listen", "127.0.0.1:0"] };
         let mut child = command
-            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+            .arg("serve")
+            .args(listen)
+            .arg("--data-dir")
             .arg(folder.path())
             .args(arguments)
             .env_remove("DATABASE_URL")

@@ -6,11 +6,14 @@
 mod announcement;
 mod competition;
 mod export;
+mod forward;
 mod hands;
 mod request;
 mod runs;
 mod sessions;
 mod teams;
+
+pub(super) use forward::to_owner;
 
 use super::openapi::operation::{Operation, Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;

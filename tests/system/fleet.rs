@@ -1,0 +1,219 @@
+//! Several servers that share one competition on a Postgres database.
+
+use crate::harness::{
+    Client, Official, RULES, assert_error, official_reset as reset, postgres_database, program,
+};
+use serde_json::{Value, json};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Longer than a lease and the claim after it.
+const TAKEN_OVER: Duration = Duration::from_millis(3500);
+
+/// Rules of a host.
+fn rules(host: &str, port: u16) -> String {
+    format!("{RULES}[fleet]\nhost = \"{host}\"\ninternal_url = \"http://127.0.0.1:{port}\"\n")
+}
+
+fn free_port() -> u16 {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
+    listener.local_addr().expect("bound").port()
+}
+
+/// Starts a host of a fleet. `like` is a host whose keys it gets.
+fn host(name: &str, url: &str, like: Option<&Official>) -> Official {
+    let folder = TempDir::new().expect("temporary directory");
+    if let Some(first) = like {
+        for file in ["seed.secret", "signing.key", "organizer.token"] {
+            let from = first.server.folder().join(file);
+            std::fs::copy(from, folder.path().join(file)).expect("the first host has it");
+        }
+    }
+    let port = free_port();
+    let listen = format!("127.0.0.1:{port}");
+    Official::start_with(folder, &rules(name, port), Some(url.to_owned()), &["--listen", &listen])
+}
+
+/// Two hosts of an open competition, and a team's token; None without Postgres.
+async fn two_hosts() -> Option<(Official, Official, String)> {
+    let url = postgres_database().await?;
+    let first = host("h1", &url, None);
+    let second = host("h2", &url, Some(&first));
+    first.open();
+    let team = first.team("crabs");
+    Some((first, second, team))
+}
+
+/// Says hello with a resume token until the host has the session.
+async fn resumed(official: &Official, team: &str, token: &Value) -> (Client, Value) {
+    let began = Instant::now();
+    loop {
+        let mut client = official.connect(team).await;
+        let welcome = client.ask(json!({"op": "hello", "client": "test", "resume_token": token})).await;
+        if welcome["op"] == "welcome" {
+            return (client, welcome);
+        }
+        assert!(began.elapsed() < 3 * TAKEN_OVER, "{welcome}");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+}
+
+/// Starts a server that must refuse to start; returns the last line of its log.
+fn refuses_to_start(url: &str, config: &str) -> String {
+    let folder = TempDir::new().expect("temporary directory");
+    let file = folder.path().join("competition.toml");
+    std::fs::write(&file, config).expect("rules");
+    let mut command = Command::new(program());
+    command.args(["serve", "--listen", "127.0.0.1:0", "--data-dir"]).arg(folder.path());
+    command.arg("--config").arg(&file).args(["--database-url", url]).stdin(Stdio::null());
+    let output = command.output().expect("runs");
+    assert!(!output.status.success(), "it started");
+    String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned()
+}
+
+/// Ends all connections to the database, as its restart does.
+async fn end_connections(url: &str) {
+    use sqlx::{ConnectOptions, Executor};
+    let options: sqlx::postgres::PgConnectOptions = url.parse().expect("URL");
+    let mut connection = options.connect().await.expect("connects");
+    let all = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = current_database() \
+               AND pid <> pg_backend_pid()";
+    connection.execute(all).await.expect("ends them");
+}
+
+#[tokio::test]
+async fn a_second_server_is_refused_also_after_the_database_was_away() {
+    let Some(url) = postgres_database().await else { return };
+    let first = Official::start_on(TempDir::new().expect("temporary directory"), RULES, Some(url.clone()));
+    first.open();
+    let (mut client, _, obs) = first.playing(&first.team("crabs")).await;
+    client.goes_on(0).await;
+    end_connections(&url).await;
+    tokio::time::sleep(Duration::from_millis(1500)).await;
+    let refused = refuses_to_start(&url, RULES);
+    assert!(refused.contains("in use by another server"), "{refused}");
+    let refused = refuses_to_start(&url, &rules("h1", free_port()));
+    assert!(refused.contains("only if each has [fleet]"), "{refused}");
+    client.goes_on(1).await;
+    let result = client.ask(json!({"op": "stop"})).await;
+    assert_eq!(result["status"], "provisional", "{result}");
+    first.verified(&obs["run_id"]).await;
+}
+
+#[tokio::test]
+async fn a_server_that_was_only_stopped_loses_its_place_and_changes_nothing_afterwards() {
+    let Some(url) = postgres_database().await else { return };
+    let first = Official::start_on(TempDir::new().expect("temporary directory"), RULES, Some(url.clone()));
+    first.open();
+    let team = first.team("crabs");
+    let (mut client, welcome, obs) = first.playing(&team).await;
+    client.goes_on(0).await;
+    first.server.signal("STOP");
+    let folder = TempDir::new().expect("temporary directory");
+    for file in ["seed.secret", "signing.key", "organizer.token"] {
+        std::fs::copy(first.server.folder().join(file), folder.path().join(file)).expect("it has it");
+    }
+    let second = Official::start_on(folder, RULES, Some(url));
+    first.server.signal("CONT");
+    // Its successor has aborted the run; its own result is refused.
+    client.try_send(&json!({"op": "stop", "id": 77}).to_string()).await;
+    let (status, log, _folder) = first.server.wait();
+    assert!(log.contains("another process has taken this server's place"), "{status}");
+    let run =
+        second.get(&format!("/v1/runs/{}", obs["run_id"].as_str().expect("id")), &second.organizer).json();
+    assert_eq!(run["status"], "aborted", "{run}");
+    let (mut client, again) = resumed(&second, &team, &welcome["resume_token"]).await;
+    assert_eq!(again["session_id"], welcome["session_id"]);
+    assert_eq!(client.ask(reset()).await["op"], "obs");
+}
+
+#[tokio::test]
+async fn a_session_outlives_its_host() {
+    let Some((first, second, team)) = two_hosts().await else { return };
+    let (mut client, welcome) = first.greet(&team).await;
+    assert_eq!(client.ask(reset()).await["op"], "obs");
+    let result = client.ask(json!({"op": "stop"})).await;
+    assert_eq!(result["op"], "result", "{result}");
+    // While its client is connected the other host does not get it by the team's token.
+    let mut other = second.connect(&team).await;
+    assert_error(&other.ask(json!({"op": "hello", "client": "test"})).await, "session_taken", false);
+    // With the resume token it does.
+    let (mut moved, again) = resumed(&second, &team, &welcome["resume_token"]).await;
+    assert_eq!(again["session_id"], welcome["session_id"]);
+    assert_eq!(client.closed().await, (1012, "session_moved".into()));
+    assert_eq!(moved.ask(reset()).await["op"], "obs");
+    assert_eq!(moved.ask(json!({"op": "stop"})).await["op"], "result");
+    let before = moved.ask(json!({"op": "time"})).await;
+    drop(moved);
+    let began = Instant::now();
+    second.server.kill();
+    let (mut back, again) = resumed(&first, &team, &welcome["resume_token"]).await;
+    assert!(began.elapsed() < 2 * TAKEN_OVER, "{:?}", began.elapsed());
+    assert_eq!(again["session_id"], welcome["session_id"]);
+    let after = back.ask(json!({"op": "time"})).await;
+    let seconds = |time: &Value| time["elapsed_s"].as_f64().expect("seconds");
+    assert!(seconds(&after) < seconds(&before) + 1.0, "{before} {after}");
+    assert_eq!(back.ask(reset()).await["op"], "obs");
+}
+
+#[tokio::test]
+async fn a_host_that_stops_gives_its_sessions_away() {
+    let Some((first, second, team)) = two_hosts().await else { return };
+    let (mut client, welcome) = first.greet(&team).await;
+    let waiting = first.team("eels");
+    let (gone, other) = first.greet(&waiting).await;
+    drop(gone);
+    first.server.signal("TERM");
+    assert_eq!(client.closed().await, (1012, "server_restart".into()));
+    let began = Instant::now();
+    for (team, welcome) in [(&team, &welcome), (&waiting, &other)] {
+        let (_, again) = resumed(&second, team, &welcome["resume_token"]).await;
+        assert_eq!(again["session_id"], welcome["session_id"]);
+    }
+    // Without waiting for the end of a lease.
+    assert!(began.elapsed() < Duration::from_secs(2), "{:?}", began.elapsed());
+    assert!(first.server.wait().0.success());
+}
+
+#[tokio::test]
+async fn an_organizers_command_reaches_the_host_that_has_the_session() {
+    let Some((first, second, team)) = two_hosts().await else { return };
+    let (mut client, welcome) = first.greet(&team).await;
+    let session = json!({"session_id": welcome["session_id"], "reason": "a test"});
+    second.order("session/pause", session.clone());
+    assert_eq!(client.ask(json!({"op": "time"})).await["paused"], true);
+    assert_error(&client.ask(reset()).await, "wrong_state", false);
+    second.order("session/resume", session.clone());
+    assert_eq!(client.ask(reset()).await["op"], "obs");
+    client.goes_on(0).await;
+    second.order("session/end", session);
+    assert_eq!(client.next().await["op"], "result");
+    // The phase of the competition is one for all.
+    second.order("competition/close", json!({}));
+    tokio::time::sleep(Duration::from_millis(1500)).await;
+    let eels = first.team("eels");
+    let mut late = first.connect(&eels).await;
+    assert_error(&late.ask(json!({"op": "hello", "client": "test"})).await, "wrong_state", false);
+    // A revoked token ends its connections everywhere.
+    second.order("competition/open", json!({}));
+    tokio::time::sleep(Duration::from_millis(1500)).await;
+    let (mut client, _) = first.greet(&eels).await;
+    second.order("team/revoke", json!({"team": "eels", "reason": "a test"}));
+    assert_error(&client.next().await, "not_authorized", true);
+}
+
+#[tokio::test]
+async fn a_host_that_does_not_fit_is_refused() {
+    let Some((first, _second, _)) = two_hosts().await else { return };
+    let url = first.database_url.clone().expect("Postgres");
+    let refused = refuses_to_start(&url, RULES);
+    assert!(refused.contains("only if each has [fleet]"), "{refused}");
+    let refused = refuses_to_start(&url, &rules("h1", free_port()));
+    assert!(refused.contains("has a host `h1` that runs"), "{refused}");
+    let other = rules("h3", free_port()).replace("session_s = 600", "session_s = 601");
+    let refused = refuses_to_start(&url, &other);
+    assert!(refused.contains("whose competition.toml, tasks or hands differ"), "{refused}");
+    let refused = refuses_to_start("sqlite:///tmp/x.sqlite", &rules("h3", free_port()));
+    assert!(refused.contains("a fleet needs a Postgres database"), "{refused}");
+}
