@@ -67,7 +67,6 @@ impl Official {
         if let Some(url) = &database_url {
             arguments.extend(["--database-url", url]);
         }
-        arguments.extend(more);
         let token = folder.path().join("organizer.token");
         let server = Server::start_in(folder, &arguments);
         let organizer = fs::read_to_string(token).expect("an organizer's token").trim().to_owned();
