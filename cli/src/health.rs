@@ -1,9 +1,11 @@
 //! `palmares health`, for the health check of a container.
 
+use crate::http::{self, unreachable};
 use anyhow::{Context, bail};
 use clap::Args;
 use std::io::Write;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Longest wait for the server's response.
@@ -19,6 +21,10 @@ pub(crate) struct HealthOptions {
     /// The address on which the server listens
     #[arg(long, value_name = "ADDRESS:PORT", env = "PALMARES_LISTEN", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
+
+    /// A file with certificates (PEM) of authorities that are trusted in addition to the system's, for https
+    #[arg(long, value_name = "FILE", env = "PALMARES_CA")]
+    ca: Option<PathBuf>,
 }
 
 impl HealthOptions {
@@ -39,9 +45,9 @@ pub(crate) fn health(options: &HealthOptions) -> anyhow::Result<()> {
         .http_status_as_error(false)
         .max_redirects(0)
         .proxy(None);
-    let agent: ureq::Agent = config.build().into();
+    let agent: ureq::Agent = http::for_url(config, &options.url(), options.ca.as_deref())?.build().into();
     let address = format!("{}/readyz", options.url());
-    let mut answer = agent.get(&address).call().with_context(|| format!("{address} does not answer"))?;
+    let mut answer = agent.get(&address).call().map_err(|error| unreachable(&address, &error))?;
     let status = answer.status();
     let body = answer.body_mut().read_to_string().unwrap_or_default();
     if !status.is_success() {
@@ -56,7 +62,7 @@ mod tests {
 
     fn url(listen: &str, url: Option<&str>) -> String {
         let listen = listen.parse().expect("an address");
-        HealthOptions { listen, url: url.map(str::to_owned) }.url()
+        HealthOptions { listen, url: url.map(str::to_owned), ca: None }.url()
     }
 
     #[test]

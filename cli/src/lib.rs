@@ -3,6 +3,7 @@
 mod admin;
 mod command;
 mod health;
+mod http;
 mod list;
 mod replay;
 mod schema;

@@ -68,7 +68,7 @@ mod missing {
         Err(refused("palmares serve"))
     }
 
-    pub(crate) fn restore(_: &Path, _: &Path, _: Option<&str>) -> anyhow::Result<()> {
+    pub(crate) fn restore(_: &Path, _: &Path, _: Option<&str>, _: bool) -> anyhow::Result<Vec<String>> {
         Err(refused("palmares admin restore"))
     }
 

@@ -44,6 +44,12 @@ class FakeServer:
     """Number of handshakes that a proxy answers with 503, since it reaches no server."""
     closed_meanwhile: bool = False
     """Greet a reconnected client with an ended run, which waits for `stop`."""
+    rewind_to: int | None = None
+    """Greet the next reconnected client with the run at this tick, as after a host's death."""
+    drop_at: set[int] = field(default_factory=set)
+    """Numbers of requests, from 1, at which the connection breaks before they are processed."""
+    rewinds: dict[int, int] = field(default_factory=dict)
+    """Ticks of a real-time run after which it continues from an earlier tick, once each."""
     ticks: int = 20
     """Ticks until a real-time run is truncated."""
     realtime_tick_s: float = 0.002
@@ -110,8 +116,9 @@ class FakeServer:
         with contextlib.suppress(ConnectionClosed, OSError):
             while self.running and self.tick < self.ticks:
                 time.sleep(self.realtime_tick_s)
-                self.tick += 1
-                obs = self._obs()
+                gone_back = self.rewinds.pop(self.tick, None)
+                self.tick = (self.tick if gone_back is None else gone_back) + 1
+                obs = self._obs() | ({} if gone_back is None else {"resumed": True})
                 if self.tick in self.events:
                     obs["events"] = [{"tick": self.tick, "kind": self.events[self.tick]}]
                 if self.tick == self.ticks:
@@ -126,6 +133,9 @@ class FakeServer:
                 request = msgspec.msgpack.decode(frame) if isinstance(frame, bytes) else json.loads(frame)
                 self.requests.append(request)
                 op = request["op"]
+                if len(self.requests) in self.drop_at:
+                    socket.socket.shutdown(SHUT_RDWR)
+                    return
                 if op in self.drop_before:
                     self.drop_before.discard(op)
                     socket.socket.shutdown(SHUT_RDWR)
@@ -148,6 +158,8 @@ class FakeServer:
     def _reply(self, request: dict[str, Any]) -> dict[str, Any]:
         match request["op"]:
             case "hello":
+                if self.rewind_to is not None and self.running:
+                    self.tick, self.rewind_to = self.rewind_to, None
                 run = {
                     "run_id": "run-1",
                     "task": "balls",

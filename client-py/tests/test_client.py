@@ -239,3 +239,21 @@ def test_an_unreadable_reply(server: FakeServer) -> None:
         server.replies.append({"op": "time", "session_left_s": "soon"})
         with pytest.raises(palmares.ProtocolError, match="cannot read"):
             client.time()
+
+
+@pytest.mark.parametrize("mode", ["practice", "official"])
+def test_a_competition_makes_the_client_wait_for_a_place(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch, mode: str
+) -> None:
+    monkeypatch.setitem(GREETING["competition"], "mode", mode)
+    full = {"op": "error", "code": "capacity", "message": "full", "retry_after_s": 0.001}
+    with palmares.Client(server.url) as client:
+        server.replies += [full] * 50
+        if mode == "practice":
+            with pytest.raises(palmares.CapacityError):
+                client.reset("balls", "softhand")
+        else:
+            assert client.reset("balls", "softhand").tick == 0
+            server.replies.append(full)
+            with pytest.raises(palmares.CapacityError):
+                client.step()

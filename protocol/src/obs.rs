@@ -44,6 +44,9 @@ pub struct Obs {
     /// In a realtime run: how long after the tick was due this was sent, s.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub late_s: Option<f64>,
+    /// The run has gone back: another host continues it, and this is the first observation.
+    #[schemars(skip_serializing_if = "std::ops::Not::not")]
+    pub resumed: bool,
     /// Inputs of the run; only in the reply to `reset`.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub run: Option<Opened>,
@@ -66,7 +69,7 @@ fn written<S: SerializeStruct>(
 
 impl Serialize for Obs {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Obs { id, run_id, session_left_s, observation, late_s, run, scene } = self;
+        let Obs { id, run_id, session_left_s, observation, late_s, resumed, run, scene } = self;
         // Taken apart, so that none of its fields is forgotten.
         let Observation {
             tick,
@@ -87,6 +90,7 @@ impl Serialize for Obs {
             truth.is_some(),
             reason.is_some(),
             late_s.is_some(),
+            *resumed,
             run.is_some(),
             scene.is_some(),
         ];
@@ -108,6 +112,7 @@ impl Serialize for Obs {
         fields.serialize_field("truncated", truncated)?;
         written(&mut fields, "reason", reason.as_ref())?;
         written(&mut fields, "late_s", late_s.as_ref())?;
+        written(&mut fields, "resumed", resumed.then_some(resumed))?;
         written(&mut fields, "run", run.as_ref())?;
         written(&mut fields, "scene", scene.as_ref())?;
         fields.end()

@@ -79,6 +79,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
+    /// The path of the file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Creates `<folder>/<run_id>.mcap`. `hand_files`: the archive of a hand that is not built in.
     ///
     /// # Errors

@@ -24,6 +24,9 @@ ALTER TABLE sessions ADD COLUMN epoch BIGINT NOT NULL DEFAULT 0;
 -- The host to which the session's client has connected, and whether that client has shown the resume token.
 ALTER TABLE sessions ADD COLUMN wanted_by TEXT;
 ALTER TABLE sessions ADD COLUMN wanted_firmly BIGINT NOT NULL DEFAULT 0;
+-- The clock within an open run, for a host that continues it: wall-clock time and time given back, s.
+ALTER TABLE sessions ADD COLUMN run_wall_s DOUBLE PRECISION;
+ALTER TABLE sessions ADD COLUMN run_refunded_s DOUBLE PRECISION;
 CREATE INDEX sessions_owner ON sessions (status, owner);
 
 -- Needed to continue an open run on another host: the engine that plays it, and the header of its replay as JSON.

@@ -16,6 +16,8 @@ CREATE TABLE best (
     ended_at BIGINT,
     -- Number of changes of this row. It only grows, so the sum over all rows changes with the ranking.
     revision BIGINT NOT NULL,
+    -- The last change, by the database's clock, ms since 1970 UTC: a reader reads what has changed since.
+    changed_at BIGINT NOT NULL,
     PRIMARY KEY (team, task, official)
 ) WITH (fillfactor = 70);
 
@@ -33,9 +35,10 @@ CREATE INDEX runs_session ON runs (session_id);
 CREATE FUNCTION best_counted(in_team TEXT, in_task TEXT, in_official BIGINT, change BIGINT) RETURNS void
 LANGUAGE plpgsql AS $$
 BEGIN
-    INSERT INTO best AS kept (team, task, official, runs, truth, revision)
-        VALUES (in_team, in_task, in_official, change, 0, 1)
-        ON CONFLICT (team, task, official) DO UPDATE SET runs = kept.runs + change, revision = kept.revision + 1;
+    INSERT INTO best AS kept (team, task, official, runs, truth, revision, changed_at)
+        VALUES (in_team, in_task, in_official, change, 0, 1, (EXTRACT(EPOCH FROM clock_timestamp()) * 1000)::BIGINT)
+        ON CONFLICT (team, task, official) DO UPDATE
+        SET runs = kept.runs + change, revision = kept.revision + 1, changed_at = excluded.changed_at;
     IF in_official = 1 THEN
         UPDATE best SET (score, run_id, status, ended_at) = (
             SELECT runs.score, runs.run_id, runs.status, runs.ended_at FROM runs
@@ -56,10 +59,10 @@ END $$;
 CREATE FUNCTION runs_begun() RETURNS trigger LANGUAGE plpgsql AS $$
 BEGIN
     IF NEW.sensing = 'truth' THEN
-        INSERT INTO best AS kept (team, task, official, runs, truth, revision)
-            VALUES (NEW.team, NEW.task, (NEW.k IS NOT NULL)::INT, 0, 1, 1)
-            ON CONFLICT (team, task, official)
-            DO UPDATE SET truth = 1, revision = kept.revision + 1 WHERE kept.truth = 0;
+        INSERT INTO best AS kept (team, task, official, runs, truth, revision, changed_at)
+            VALUES (NEW.team, NEW.task, (NEW.k IS NOT NULL)::INT, 0, 1, 1, (EXTRACT(EPOCH FROM clock_timestamp()) * 1000)::BIGINT)
+            ON CONFLICT (team, task, official) DO UPDATE
+            SET truth = 1, revision = kept.revision + 1, changed_at = excluded.changed_at WHERE kept.truth = 0;
     END IF;
     -- A run of a backup arrives finished.
     IF NEW.score IS NOT NULL AND NEW.status IN ('practice', 'provisional', 'verified') THEN
@@ -88,10 +91,10 @@ CREATE TRIGGER runs_begun AFTER INSERT ON runs FOR EACH ROW
 CREATE TRIGGER runs_judged AFTER UPDATE OF status, score ON runs FOR EACH ROW
     WHEN (OLD.status <> NEW.status OR OLD.score IS DISTINCT FROM NEW.score) EXECUTE FUNCTION runs_judged();
 
-INSERT INTO best (team, task, official, runs, truth, score, run_id, status, ended_at, revision)
+INSERT INTO best (team, task, official, runs, truth, score, run_id, status, ended_at, revision, changed_at)
     SELECT team, task, official, SUM(counts), MAX(truth), MAX(CASE WHEN place = 1 THEN score END),
         MAX(CASE WHEN place = 1 THEN run_id END), MAX(CASE WHEN place = 1 THEN status END),
-        MAX(CASE WHEN place = 1 THEN ended_at END), 1
+        MAX(CASE WHEN place = 1 THEN ended_at END), 1, 0
     FROM (
         SELECT *, CASE WHEN counts = 1 THEN ROW_NUMBER() OVER (
             PARTITION BY team, task, official, counts ORDER BY score DESC, ended_at, run_id) END AS place

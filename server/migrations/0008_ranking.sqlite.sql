@@ -16,6 +16,8 @@ CREATE TABLE best (
     ended_at BIGINT,
     -- Number of changes of this row. It only grows, so the sum over all rows changes with the ranking.
     revision BIGINT NOT NULL,
+    -- The last change, by the database's clock, ms since 1970 UTC: a reader reads what has changed since.
+    changed_at BIGINT NOT NULL,
     PRIMARY KEY (team, task, official)
 );
 
@@ -32,9 +34,10 @@ CREATE INDEX runs_session ON runs (session_id);
 CREATE VIEW best_counted AS SELECT team, task, official, 0 AS change FROM best;
 
 CREATE TRIGGER best_counted_official INSTEAD OF INSERT ON best_counted WHEN NEW.official = 1 BEGIN
-    INSERT INTO best (team, task, official, runs, truth, revision) VALUES (NEW.team, NEW.task, 1, 0, 0, 0)
+    INSERT INTO best (team, task, official, runs, truth, revision, changed_at) VALUES (NEW.team, NEW.task, 1, 0, 0, 0, 0)
         ON CONFLICT (team, task, official) DO NOTHING;
-    UPDATE best SET runs = runs + NEW.change, revision = revision + 1, (score, run_id, status, ended_at) = (
+    UPDATE best SET runs = runs + NEW.change, revision = revision + 1,
+        changed_at = CAST((julianday('now') - 2440587.5) * 86400000 AS INTEGER), (score, run_id, status, ended_at) = (
         SELECT score, run_id, status, ended_at FROM runs
         WHERE team = NEW.team AND task = NEW.task AND score IS NOT NULL AND status IN ('provisional', 'verified')
         ORDER BY score DESC, ended_at, run_id LIMIT 1)
@@ -42,9 +45,10 @@ CREATE TRIGGER best_counted_official INSTEAD OF INSERT ON best_counted WHEN NEW.
 END;
 
 CREATE TRIGGER best_counted_practice INSTEAD OF INSERT ON best_counted WHEN NEW.official = 0 BEGIN
-    INSERT INTO best (team, task, official, runs, truth, revision) VALUES (NEW.team, NEW.task, 0, 0, 0, 0)
+    INSERT INTO best (team, task, official, runs, truth, revision, changed_at) VALUES (NEW.team, NEW.task, 0, 0, 0, 0, 0)
         ON CONFLICT (team, task, official) DO NOTHING;
-    UPDATE best SET runs = runs + NEW.change, revision = revision + 1, (score, run_id, status, ended_at) = (
+    UPDATE best SET runs = runs + NEW.change, revision = revision + 1,
+        changed_at = CAST((julianday('now') - 2440587.5) * 86400000 AS INTEGER), (score, run_id, status, ended_at) = (
         SELECT score, run_id, status, ended_at FROM runs
         WHERE team = NEW.team AND task = NEW.task AND score IS NOT NULL AND status = 'practice'
         ORDER BY score DESC, ended_at, run_id LIMIT 1)
@@ -52,9 +56,10 @@ CREATE TRIGGER best_counted_practice INSTEAD OF INSERT ON best_counted WHEN NEW.
 END;
 
 CREATE TRIGGER runs_truth AFTER INSERT ON runs WHEN NEW.sensing = 'truth' BEGIN
-    INSERT INTO best (team, task, official, runs, truth, revision)
-        VALUES (NEW.team, NEW.task, NEW.k IS NOT NULL, 0, 1, 1)
-        ON CONFLICT (team, task, official) DO UPDATE SET truth = 1, revision = revision + 1 WHERE truth = 0;
+    INSERT INTO best (team, task, official, runs, truth, revision, changed_at)
+        VALUES (NEW.team, NEW.task, NEW.k IS NOT NULL, 0, 1, 1, CAST((julianday('now') - 2440587.5) * 86400000 AS INTEGER))
+        ON CONFLICT (team, task, official)
+        DO UPDATE SET truth = 1, revision = revision + 1, changed_at = excluded.changed_at WHERE truth = 0;
 END;
 
 -- A run of a backup arrives finished.
@@ -76,10 +81,10 @@ WHEN OLD.status <> NEW.status OR OLD.score IS DISTINCT FROM NEW.score BEGIN
         WHERE OLD.status = 'practice' OR NEW.status = 'practice';
 END;
 
-INSERT INTO best (team, task, official, runs, truth, score, run_id, status, ended_at, revision)
+INSERT INTO best (team, task, official, runs, truth, score, run_id, status, ended_at, revision, changed_at)
     SELECT team, task, official, SUM(counts), MAX(truth), MAX(CASE WHEN place = 1 THEN score END),
         MAX(CASE WHEN place = 1 THEN run_id END), MAX(CASE WHEN place = 1 THEN status END),
-        MAX(CASE WHEN place = 1 THEN ended_at END), 1
+        MAX(CASE WHEN place = 1 THEN ended_at END), 1, 0
     FROM (
         SELECT *, CASE WHEN counts = 1 THEN ROW_NUMBER() OVER (
             PARTITION BY team, task, official, counts ORDER BY score DESC, ended_at, run_id) END AS place

@@ -1,6 +1,7 @@
 //! Configuration of `palmares serve`: by options, environment variables and a file.
 
 mod file;
+mod network;
 pub(crate) mod sensing;
 pub(crate) mod settings;
 
@@ -9,6 +10,7 @@ use anyhow::bail;
 use clap::Args;
 use file::File;
 pub(crate) use file::{CompetitionMode, MAX_SESSION_S};
+pub(crate) use network::Network;
 use palmares_models::measure::HandLimits;
 use sensing::SensingRules;
 use settings::Settings;
@@ -98,6 +100,16 @@ pub struct ServeOptions {
         value_delimiter = ','
     )]
     pub(crate) allowed_origins: Vec<String>,
+
+    /// A reverse proxy whose X-Forwarded-For names the clients: its address, or a range such as 10.0.0.0/8. May be given several
+    /// times
+    #[arg(
+        long = "trusted-proxy",
+        value_name = "ADDRESS",
+        env = "PALMARES_TRUSTED_PROXIES",
+        value_delimiter = ','
+    )]
+    pub(crate) trusted_proxies: Vec<Network>,
 
     /// Max requests per second of a connection, with bursts of twice that number [default: 10000]
     #[arg(long, value_name = "N", env = "PALMARES_MAX_REQUESTS_PER_S", value_parser = clap::value_parser!(u32).range(1..))]
@@ -191,6 +203,8 @@ pub(crate) struct Config {
     pub(crate) allowed_hosts: Vec<String>,
     /// Sites whose pages may use the server, in addition to its own.
     pub(crate) allowed_origins: Vec<String>,
+    /// Reverse proxies whose `X-Forwarded-For` names the clients.
+    pub(crate) trusted_proxies: Vec<Network>,
     /// Limits and timeouts of connections and worlds.
     pub(crate) settings: Settings,
 }
@@ -263,6 +277,7 @@ impl ServeOptions {
             listen,
             allowed_hosts: both(&self.allowed_hosts, &file.allowed_hosts),
             allowed_origins: both(&self.allowed_origins, &file.allowed_origins),
+            trusted_proxies: self.trusted_proxies.iter().chain(&file.trusted_proxies).copied().collect(),
             seed_secret: key(&file.seed_secret, "seed.secret"),
             signing_key: key(&file.signing_key, SIGNING_KEY_FILE),
             replace_signing_key: self.replace_signing_key,

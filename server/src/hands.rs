@@ -4,7 +4,9 @@ use crate::auth::{random_hex, sha256_hex};
 use crate::blocking::{assert_may_block, blocking};
 use crate::compute::{Background, JobPriority};
 use crate::names;
+use crate::private_files;
 use crate::store::{HandRow, NewHand, Store, StoreError};
+use crate::stored_path::{self, HANDS, checked};
 use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -18,7 +20,7 @@ use palmares_tasks::inspect::{self, FigureRow, join_reasons};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -32,7 +34,7 @@ const MAX_LOADED: usize = 64;
 /// The archives of uploaded hands, and the hands that are loaded.
 #[derive(Debug)]
 pub(crate) struct OwnHands {
-    folder: PathBuf,
+    data_dir: PathBuf,
     /// Limits on hands.
     limits: Arc<HandLimits>,
     /// The tasks that a hand must fit into.
@@ -123,18 +125,18 @@ pub(crate) struct Inspection {
 fn write_file(path: &Path, draft: &Path, bytes: &[u8]) -> std::io::Result<()> {
     assert_may_block();
     if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
+        private_files::make_folder(folder)?;
     }
-    let mut file = File::create(draft)?;
+    let mut file = private_files::create(draft)?;
     file.write_all(bytes)?;
     file.sync_all()?;
     fs::rename(draft, path)
 }
 
 /// Reads an archive, and checks that it is the uploaded one.
-fn read_archive(path: &Path, sha256: &str) -> Result<Vec<u8>, String> {
+fn read_archive(path: std::io::Result<PathBuf>, sha256: &str) -> Result<Vec<u8>, String> {
     assert_may_block();
-    let bytes = fs::read(path).map_err(|error| error.to_string())?;
+    let bytes = path.and_then(fs::read).map_err(|error| error.to_string())?;
     if sha256_hex(&bytes) == sha256 { Ok(bytes) } else { Err("the file was changed".to_owned()) }
 }
 
@@ -150,13 +152,13 @@ fn usable(row: &HandRow, official: bool) -> bool {
 impl OwnHands {
     /// The uploaded hands in a data directory.
     pub(crate) fn new(data_dir: &Path, limits: HandLimits, tasks: Vec<Arc<Task>>) -> Self {
-        let folder = data_dir.join("hands");
         let (loaded, checking) = (Mutex::default(), Semaphore::new(1));
-        OwnHands { folder, limits: Arc::new(limits), tasks, loaded, checking }
+        OwnHands { data_dir: data_dir.to_owned(), limits: Arc::new(limits), tasks, loaded, checking }
     }
 
-    fn path(&self, sha256: &str) -> PathBuf {
-        self.folder.join(format!("{sha256}.zip"))
+    /// The path of an archive, from the SHA-256 stored with its hand.
+    fn path(&self, sha256: &str) -> std::io::Result<PathBuf> {
+        checked(HANDS, &stored_path::hand(sha256)).map(|stored| self.data_dir.join(stored))
     }
 
     /// Checks and stores a hand; it waits for approval.
@@ -218,7 +220,8 @@ impl OwnHands {
 
     /// Writes an archive to the disk, whole or not at all.
     async fn write_archive(&self, sha256: &str, received: Arc<Received>) -> std::io::Result<()> {
-        let (path, draft) = (self.path(sha256), self.folder.join(format!("{sha256}.draft")));
+        let path = self.path(sha256)?;
+        let draft = path.with_extension("draft");
         blocking(move || write_file(&path, &draft, &received.bytes)).await?
     }
 
@@ -263,7 +266,7 @@ impl OwnHands {
             return Ok(hand.clone());
         }
         let (path, sha256, limits) = (self.path(&row.sha256), row.sha256.clone(), self.limits.clone());
-        let read = move || Ok(read_within(&read_archive(&path, &sha256)?, &limits));
+        let read = move || Ok(read_within(&read_archive(path, &sha256)?, &limits));
         let loaded = background.run(JobPriority::Awaited, read);
         let loaded = loaded.await.map_err(|error| failed("the hand could not be loaded", &error))?;
         let within = loaded.map_err(|error: String| failed("the hand could not be loaded", &error))?;
@@ -289,7 +292,7 @@ impl OwnHands {
         let (path, sha256) = (self.path(&row.sha256), row.sha256.clone());
         let (limits, tasks) = (self.limits.clone(), self.tasks.clone());
         let inspected = background.run(JobPriority::Awaited, move || {
-            let Loaded { hand, sources, .. } = read(&read_archive(&path, &sha256)?)?;
+            let Loaded { hand, sources, .. } = read(&read_archive(path, &sha256)?)?;
             let hand = Arc::new(hand);
             let figures = inspect::figures(&hand, &sources, &limits);
             let (in_the_way, description) = (inspect::in_the_way(&hand, &tasks), hand.describe());
@@ -315,7 +318,7 @@ impl OwnHands {
         let path = self.path(&sha256);
         let visuals = background.run(JobPriority::Awaited, move || {
             let options = LoadOptions::default();
-            let bytes = read_archive(&path, &sha256)?;
+            let bytes = read_archive(path, &sha256)?;
             let files = Files::archive(Path::new("hand.zip"), &bytes, &options.limits);
             files.and_then(|files| read::visuals(files, &options)).map_err(|error| error.to_string())
         });
@@ -327,8 +330,8 @@ impl OwnHands {
 
     /// The archive of a hand, for a replay or a download.
     pub(crate) async fn archive(&self, sha256: &str) -> std::io::Result<Vec<u8>> {
-        let path = self.path(sha256);
-        blocking(move || fs::read(path)).await?
+        let (path, sha256) = (self.path(sha256), sha256.to_owned());
+        blocking(move || read_archive(path, &sha256).map_err(std::io::Error::other)).await?
     }
 
     fn loaded(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Arc<Hand>>> {

@@ -1,5 +1,6 @@
 //! The metrics of `GET /metrics`. They are global, so that every part can count without a reference.
 
+use crate::compute::admission::OpenWorlds;
 use palmares_protocol::Code;
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
@@ -39,6 +40,8 @@ pub(crate) struct Metrics {
     ranking_read: Histogram,
     refusals: Family<CodeLabel, Counter>,
     worlds: Gauge,
+    idle_worlds: Gauge,
+    waiting: Gauge,
     sessions: Gauge,
     viewers: Gauge,
     unverified: Gauge,
@@ -51,7 +54,9 @@ pub(crate) struct Metrics {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Gauges {
     /// Open worlds.
-    pub(crate) worlds: usize,
+    pub(crate) worlds: OpenWorlds,
+    /// Sessions that wait for a world.
+    pub(crate) waiting: usize,
     /// Open sessions.
     pub(crate) sessions: usize,
     /// Connected viewers.
@@ -81,6 +86,8 @@ impl Metrics {
             ranking_read: histogram(),
             refusals: Family::default(),
             worlds: Gauge::default(),
+            idle_worlds: Gauge::default(),
+            waiting: Gauge::default(),
             sessions: Gauge::default(),
             viewers: Gauge::default(),
             unverified: Gauge::default(),
@@ -108,6 +115,10 @@ impl Metrics {
         registry.register_with_unit("ranking_read", ranking, Unit::Seconds, metrics.ranking_read.clone());
         registry.register("refusals", "Requests refused, by code", metrics.refusals.clone());
         registry.register("worlds_open", "Worlds that are open", metrics.worlds.clone());
+        let idle = "Open lockstep worlds without a request for 10 s, which do not count against max_worlds";
+        registry.register("worlds_idle", idle, metrics.idle_worlds.clone());
+        let waiting = "Sessions that were refused a world and wait for one";
+        registry.register("sessions_waiting", waiting, metrics.waiting.clone());
         registry.register("sessions_open", "Sessions that are open", metrics.sessions.clone());
         registry.register("viewers", "Viewers that are connected", metrics.viewers.clone());
         let unverified = "Runs that wait for their verification";
@@ -182,7 +193,9 @@ impl Metrics {
 
     /// All metrics in the text format of OpenMetrics.
     pub(crate) fn text(&self, gauges: Gauges) -> String {
-        self.worlds.set(gauge(gauges.worlds));
+        self.worlds.set(gauge(gauges.worlds.with_idle()));
+        self.idle_worlds.set(gauge(gauges.worlds.idle));
+        self.waiting.set(gauge(gauges.waiting));
         self.sessions.set(gauge(gauges.sessions));
         self.viewers.set(gauge(gauges.viewers));
         self.unverified.set(gauge(gauges.unverified));
@@ -212,7 +225,13 @@ mod tests {
         metrics.refused_stale_write();
         metrics.took_session(false);
         metrics.took_session(true);
-        let text = metrics.text(Gauges { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
+        let text = metrics.text(Gauges {
+            worlds: OpenWorlds { lockstep: 1, idle: 2, ..OpenWorlds::default() },
+            waiting: 5,
+            sessions: 2,
+            viewers: 3,
+            unverified: 4,
+        });
         for line in [
             "palmares_ticks_total 1",
             "palmares_tick_compute_seconds_count 1",
@@ -226,7 +245,9 @@ mod tests {
             "palmares_runs_continued_total 1",
             "palmares_ranking_read_seconds_count 1",
             "palmares_refusals_total{code=\"bad_action\"} 2",
-            "palmares_worlds_open 1",
+            "palmares_worlds_open 3",
+            "palmares_worlds_idle 2",
+            "palmares_sessions_waiting 5",
             "palmares_sessions_open 2",
             "palmares_viewers 3",
             "palmares_verification_queue 4",

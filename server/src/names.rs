@@ -7,6 +7,7 @@
 use palmares_protocol::text::hidden;
 pub(crate) use palmares_protocol::text::printable;
 use palmares_protocol::{Code, Refusal};
+use std::collections::BTreeMap;
 use unicode_normalization::UnicodeNormalization;
 use unicode_normalization::char::is_combining_mark;
 use unicode_properties::{GeneralCategory, UnicodeGeneralCategory};
@@ -149,6 +150,23 @@ impl Skeleton {
 pub(crate) fn like<'a>(name: &str, others: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let skeleton = Skeleton::of(name);
     others.into_iter().find(|other| Skeleton::of(other).is_like(&skeleton))
+}
+
+/// Names that do not look alike.
+#[derive(Debug, Default)]
+pub(crate) struct DistinctNames(BTreeMap<(usize, String), String>);
+
+impl DistinctNames {
+    /// Adds a name, or returns the one that it looks like.
+    pub(crate) fn add(&mut self, name: &str) -> Option<&str> {
+        let Skeleton(skeletons) = Skeleton::of(name);
+        let keys = || skeletons.iter().cloned().enumerate();
+        if let Some(key) = keys().find(|key| self.0.contains_key(key)) {
+            return self.0.get(&key).map(String::as_str);
+        }
+        self.0.extend(keys().map(|key| (key, name.to_owned())));
+        None
+    }
 }
 
 #[cfg(test)]

@@ -187,6 +187,14 @@ impl Rules {
         self.secret.as_ref().map(|secret| Seed::for_run(&secret.0, task, k))
     }
 
+    /// Reads the phase in the database: another host may just have changed it.
+    async fn read_phase(&self, store: &Store) -> Result<(), Refusal> {
+        if let Some(phase) = store.setting(PHASE).await?.and_then(|word| word.parse().ok()) {
+            *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = phase;
+        }
+        Ok(())
+    }
+
     /// Follows the phase in the database, which another host may have changed.
     ///
     /// # Errors
@@ -218,6 +226,7 @@ impl Rules {
         if !self.official() {
             return wrong("this is a practice server: it is always open");
         }
+        self.read_phase(store).await?;
         match (self.phase(), to) {
             (CompetitionPhase::Revealed, _) => return wrong("the secret is public: the competition is over"),
             (CompetitionPhase::Open, CompetitionPhase::Open) => {
@@ -231,7 +240,7 @@ impl Rules {
             }
             _ => {}
         }
-        store.change_settings(&[(PHASE, to.into())], entry).await.map_err(|error| {
+        store.enter_phase(PHASE, to.into(), entry).await.map_err(|error| {
             tracing::error!(%error, "the database failed");
             Refusal::new(Code::Internal, "the database does not answer; nothing was changed").retry_after(5.0)
         })?;

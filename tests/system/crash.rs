@@ -1,7 +1,8 @@
 //! SIGKILL in the middle of a run: finished runs remain, the open one is marked, the file is whole. And
 //! SIGTERM with runs that do not finish in time.
 
-use crate::harness::{Client, Server, get, reset};
+use crate::harness::{Client, Official, Server, get, reset};
+use futures_util::future::join_all;
 use serde_json::json;
 use sqlx::ConnectOptions;
 use sqlx::sqlite::SqliteConnectOptions;
@@ -58,4 +59,23 @@ async fn a_server_ends_whatever_its_runs_do_and_says_so() {
     assert!(log.contains("did not finish in time"), "{log}");
     let server = Server::start_in(folder, &[]);
     assert_eq!(get(&server, "/readyz").status, 200);
+}
+
+#[tokio::test]
+async fn all_teams_come_back_at_once_after_a_sigkill() {
+    let cup = Official::start();
+    let teams: Vec<String> = (0..12).map(|k| cup.team(&format!("team {k}"))).collect();
+    cup.open();
+    let mut playing = join_all(teams.iter().map(|token| cup.playing(token))).await;
+    for (client, _, _) in &mut playing {
+        client.goes_on(0).await;
+    }
+    let cup = cup.crashed();
+    let after = join_all(teams.iter().map(|token| cup.greet(token))).await;
+    for ((_, welcome), (_, before, _)) in after.iter().zip(&playing) {
+        assert_eq!(welcome["session_id"], before["session_id"], "{welcome}");
+    }
+    let runs = cup.get("/v1/admin/export/runs", &cup.organizer).json();
+    let aborted = runs.as_array().expect("runs").iter().filter(|run| run["status"] == "aborted").count();
+    assert_eq!(aborted, teams.len(), "{runs}");
 }

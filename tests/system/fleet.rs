@@ -4,6 +4,7 @@ use crate::harness::{
     Client, Official, RULES, assert_error, official_reset as reset, postgres_database, program,
 };
 use serde_json::{Value, json};
+use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -216,4 +217,101 @@ async fn a_host_that_does_not_fit_is_refused() {
     assert!(refused.contains("whose competition.toml, tasks or hands differ"), "{refused}");
     let refused = refuses_to_start("sqlite:///tmp/x.sqlite", &rules("h3", free_port()));
     assert!(refused.contains("a fleet needs a Postgres database"), "{refused}");
+}
+
+/// A step whose action depends on the tick.
+fn moving(tick: u64) -> Value {
+    let hand = if tick / 30 % 2 == 0 { [0.4, 0.6] } else { [0.7, 0.2] };
+    json!({"op": "step", "tick": tick, "action": {"hand": hand}})
+}
+
+/// Steps a run of the hand `pinch`; returns the observations' state of the hand, which is the same in another process.
+async fn play(client: &mut Client, from: u64, to: u64) -> Vec<Value> {
+    let mut seen = Vec::new();
+    for tick in from..to {
+        let obs = client.ask(moving(tick)).await;
+        assert_eq!((&obs["op"], &obs["tick"]), (&json!("obs"), &json!(tick + 1)), "{obs}");
+        seen.push(obs["hand"].clone());
+    }
+    seen
+}
+
+/// Waits until the run of the welcome is here, and checks that it has gone back by no more than is promised.
+fn went_back_to(welcome: &Value, run_id: &Value, seen: u64) -> u64 {
+    assert_eq!(&welcome["run"]["run_id"], run_id, "{welcome}");
+    let tick = welcome["run"]["tick"].as_u64().expect("a tick");
+    assert!(tick <= seen && seen - tick <= 25, "from {seen} to {tick}");
+    tick
+}
+
+#[tokio::test]
+async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
+    let Some((first, second, team)) = two_hosts().await else { return };
+    let (mut client, welcome) = first.greet(&team).await;
+    let obs = client.ask(json!({"op": "reset", "task": "balls", "hand": "pinch"})).await;
+    assert_eq!(obs["op"], "obs", "{obs}");
+    let seen = play(&mut client, 0, 230).await;
+    let before = client.ask(json!({"op": "time"})).await;
+    let first_folder = first.server.folder().to_owned();
+    let keys = ["seed.secret", "signing.key", "organizer.token"]
+        .map(|file| (file, std::fs::read(first_folder.join(file)).expect("it has it")));
+    let url = first.database_url.clone().expect("Postgres");
+    drop(first.server.kill());
+    let (mut client, again) = resumed(&second, &team, &welcome["resume_token"]).await;
+    let tick = went_back_to(&again, &obs["run_id"], 230);
+    let after = client.ask(json!({"op": "time"})).await;
+    let elapsed = |time: &Value| time["elapsed_s"].as_f64().expect("seconds");
+    assert!(elapsed(&after) < elapsed(&before) + 0.5, "the outage costs nothing: {before} {after}");
+    // The same steps give the same observations.
+    assert_eq!(play(&mut client, tick, 230).await, seen[tick as usize..]);
+    play(&mut client, 230, 260).await;
+    // Another one: a host that stops in good order loses no tick.
+    let third = {
+        let folder = TempDir::new().expect("temporary directory");
+        for (file, bytes) in &keys {
+            let path = folder.path().join(file);
+            std::fs::write(&path, bytes).expect("written");
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("private");
+        }
+        let port = free_port();
+        let listen = format!("127.0.0.1:{port}");
+        Official::start_with(folder, &rules("h3", port), Some(url), &["--listen", &listen])
+    };
+    second.server.signal("TERM");
+    assert_eq!(client.closed().await, (1012, "server_restart".into()));
+    let (mut client, again) = resumed(&third, &team, &welcome["resume_token"]).await;
+    assert_eq!(went_back_to(&again, &obs["run_id"], 260), 260);
+    play(&mut client, 260, 300).await;
+    let result = client.ask(json!({"op": "stop"})).await;
+    assert_eq!((&result["status"], &result["ticks"]), (&json!("provisional"), &json!(300)), "{result}");
+    third.verified(&obs["run_id"]).await;
+}
+
+#[tokio::test]
+async fn a_realtime_run_continues_on_another_host() {
+    let Some((first, second, team)) = two_hosts().await else { return };
+    let (mut client, welcome) = first.greet(&team).await;
+    let reset = json!({"op": "reset", "task": "balls", "hand": "pinch", "mode": "realtime"});
+    let obs = client.ask(reset).await;
+    assert_eq!(obs["op"], "obs", "{obs}");
+    let mut seen = 0;
+    while seen < 150 {
+        let streamed = client.streamed().await;
+        seen = streamed["tick"].as_u64().expect("a tick");
+        assert!(streamed.get("resumed").is_none(), "{streamed}");
+    }
+    let began = Instant::now();
+    drop(first.server.kill());
+    let (mut client, again) = resumed(&second, &team, &welcome["resume_token"]).await;
+    let tick = went_back_to(&again, &obs["run_id"], seen);
+    let next = client.streamed().await;
+    assert!(began.elapsed() < 2 * TAKEN_OVER, "{:?}", began.elapsed());
+    // It stood until its client was back.
+    let now = next["tick"].as_u64().expect("a tick");
+    assert!(now > tick && now <= tick + 20, "{tick} {now}");
+    assert_eq!(next["resumed"], true);
+    assert!(client.streamed().await.get("resumed").is_none());
+    let result = client.ask(json!({"op": "stop"})).await;
+    assert_eq!(result["status"], "provisional", "{result}");
+    second.verified(&obs["run_id"]).await;
 }

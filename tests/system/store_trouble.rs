@@ -4,7 +4,7 @@ use crate::harness::{Client, Official, Server, get, official_reset, reset, step}
 use serde_json::json;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
 use sqlx::{ConnectOptions, Connection};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Another program that holds the database's write lock.
 async fn hold(server: &Server) -> SqliteConnection {
@@ -71,6 +71,44 @@ async fn the_time_until_the_database_takes_it_is_not_the_teams() {
         let after = client.ask(json!({"op": "time"})).await;
         assert!(after["refunded_s"].as_f64() > before["refunded_s"].as_f64(), "{before} {after}");
         assert!(wall_s(&after) - wall_s(&before) < trouble_s, "{before} {after}: {trouble_s} s of trouble");
+    }
+}
+
+#[tokio::test]
+async fn a_slow_database_costs_the_team_nothing_but_its_own_waiting_counts() {
+    let cup = Official::start();
+    let token = cup.team("patient");
+    cup.open();
+    let (mut client, _, _) = cup.playing(&token).await;
+    client.goes_on(0).await;
+    let refunded_s = async |client: &mut Client| {
+        let time = client.ask(json!({"op": "time"})).await;
+        time["refunded_s"].as_f64().expect("a number")
+    };
+    // The first `stop` fails. The team waits before the second one.
+    let (mut holder, begun) = (hold(&cup.server).await, Instant::now());
+    client.refused(json!({"op": "stop"}), "internal").await;
+    let mut answering_s = begun.elapsed().as_secs_f64();
+    holder.close().await.expect("unlocks");
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    let begun = Instant::now();
+    assert_eq!(client.ask(json!({"op": "stop"})).await["op"], "result");
+    answering_s += begun.elapsed().as_secs_f64();
+    let refund_s = refunded_s(&mut client).await;
+    assert!((4.0..=answering_s).contains(&refund_s), "{refund_s} of {answering_s} s");
+
+    // Requests that succeed late.
+    for request in [official_reset(), json!({"op": "stop"})] {
+        let before_s = refunded_s(&mut client).await;
+        holder = hold(&cup.server).await;
+        let unlock = async {
+            tokio::time::sleep(Duration::from_secs(3)).await;
+            holder.close().await.expect("unlocks");
+        };
+        let (done, ()) = tokio::join!(client.ask(request), unlock);
+        assert!(done["op"] == "result" || done["op"] == "obs", "{done}");
+        let refund_s = refunded_s(&mut client).await - before_s;
+        assert!(refund_s > 2.0, "{refund_s} s: {done}");
     }
 }
 

@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import sqlite3
+import statistics
 import threading
 import time
 from pathlib import Path
@@ -21,8 +22,9 @@ TASKS = ("balls", "shelf")
 VIEWERS = 100
 # How long the viewers watch while results come, s.
 WATCH_S = 15.0
-# Finished runs that are timed, with the ranking and without it.
-FINISHES = 400
+# Turns with and without the ranking, and the finished runs that are timed in each.
+TURNS = 4
+FINISHES = 100
 # The goals, s: reading the ranking, and the further cost of a finished run.
 RANKING_S = 0.050
 FINISH_S = 0.005
@@ -48,7 +50,7 @@ SESSION = (
 def numbers(postgres: bool, first: int, end: int) -> str:
     """Return a table of the numbers i."""
     if postgres:
-        return f"generate_series({first}, {end - 1}) AS n(i)"
+        return f"generate_series({first}::bigint, {end - 1}) AS n(i)"
     series = f"SELECT {first} AS i UNION ALL SELECT i + 1 FROM n WHERE i < {end - 1}"
     return f"(WITH RECURSIVE n AS ({series}) SELECT i FROM n)"
 
@@ -56,10 +58,11 @@ def numbers(postgres: bool, first: int, end: int) -> str:
 def inserts(postgres: bool, teams: int, runs: int) -> list[str]:
     """Return the statements that fill the database."""
     finished, opened = ROW.format(teams=teams, **FINISHED), ROW.format(teams=teams, **OPEN)
+    end = runs + 2 * TURNS * FINISHES
     return [
         SESSION,
         f"INSERT INTO runs ({COLUMNS}) SELECT {finished} FROM {numbers(postgres, 0, runs)}",
-        f"INSERT INTO runs ({COLUMNS}) SELECT {opened} FROM {numbers(postgres, runs, runs + 4 * FINISHES)}",
+        f"INSERT INTO runs ({COLUMNS}) SELECT {opened} FROM {numbers(postgres, runs, end)}",
         "ANALYZE",
     ]
 
@@ -113,6 +116,7 @@ class Database:
 
     def __init__(self, postgres: Postgres | None, file: Path) -> None:
         self.postgres = postgres
+        self.triggers: list[str] = []
         self.sqlite = None if postgres else sqlite3.connect(file, isolation_level=None, timeout=30.0)
         if self.sqlite:
             # As the server sets it.
@@ -126,31 +130,44 @@ class Database:
             for statement in ("BEGIN IMMEDIATE", *statements, "COMMIT"):
                 self.sqlite.execute(statement)
 
-    def time(self, statements: list[str]) -> float:
-        """Execute statements, each in a transaction of its own; return the median of their times, s."""
+    def times(self, statements: list[str]) -> list[float]:
+        """Execute statements, each in a transaction of its own; return their times, s."""
         if self.postgres:
             text = "\\timing on\n" + ";\n".join(statements) + ";\n"
             words = ["-X", "-q", "-h", str(self.postgres.folder), "-U", "palmares", "-d", "cup"]
             output = run(str(self.postgres.programs / "psql"), *words, text=text, timeout_s=300.0)
-            took = sorted(float(ms) / 1000 for ms in re.findall(r"Time: ([0-9.]+) ms", output))
-        else:
-            assert self.sqlite
-            took = []
-            for statement in statements:
-                began = time.perf_counter()
-                self.sqlite.execute(statement)
-                took.append(time.perf_counter() - began)
-            took.sort()
-        return took[len(took) // 2]
+            return [float(ms) / 1000 for ms in re.findall(r"Time: ([0-9.]+) ms", output)]
+        assert self.sqlite
+        took = []
+        for statement in statements:
+            began = time.perf_counter()
+            self.sqlite.execute(statement)
+            took.append(time.perf_counter() - began)
+        return took
 
-    def without_ranking(self) -> None:
-        """Drop the triggers that keep the ranking."""
+    def keep_ranking(self, kept: bool) -> None:
+        """Switch the triggers that keep the ranking on or off."""
         if self.postgres:
-            self.postgres.sql("DROP TRIGGER runs_judged ON runs; DROP TRIGGER runs_begun ON runs")
+            self.postgres.sql(f"ALTER TABLE runs {'ENABLE' if kept else 'DISABLE'} TRIGGER USER")
+        elif self.sqlite and not kept:
+            triggers = "SELECT name, sql FROM sqlite_master WHERE tbl_name = 'runs' AND type = 'trigger'"
+            for name, sql in self.sqlite.execute(triggers).fetchall():
+                self.triggers.append(sql)
+                self.sqlite.execute(f"DROP TRIGGER {name}")
         elif self.sqlite:
-            self.sqlite.executescript(
-                "DROP TRIGGER runs_judged; DROP TRIGGER runs_truth; DROP TRIGGER runs_restored"
-            )
+            for sql in self.triggers:
+                self.sqlite.execute(sql)
+            self.triggers.clear()
+
+    def finish_times(self, first: int) -> tuple[float, float]:
+        """Finish runs from number `first` on, in turns with and without the ranking; return the medians, s."""
+        took: dict[bool, list[float]] = {True: [], False: []}
+        for turn in range(2 * TURNS):
+            kept = turn % 2 == 0
+            self.keep_ranking(kept)
+            took[kept] += self.times(finishes(first + turn * FINISHES))
+        self.keep_ranking(True)
+        return statistics.median(took[True]), statistics.median(took[False])
 
     def close(self) -> None:
         """Close the file."""
@@ -210,9 +227,7 @@ def measure(program: Path, folder: Path, postgres: Postgres | None, teams: int, 
             socket.close()
     finally:
         server.close()
-    with_ranking = database.time(finishes(runs))
-    database.without_ranking()
-    without = database.time(finishes(runs + FINISHES))
+    with_ranking, without = database.finish_times(runs)
     database.close()
     return {
         "filled_s": round(filled, 1),

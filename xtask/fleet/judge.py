@@ -56,7 +56,6 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
     stored = {row["run_id"]: row for row in fleet.postgres.rows("SELECT * FROM runs")}
     sessions = fleet.postgres.rows("SELECT session_id, team, status FROM sessions")
     events = fleet.events()
-    begun = {event["run_id"] for event in events if event["event"] == "begun"}
     results = [event for event in events if event["event"] == "result"]
     counted = [result for result in results if result["status"] in COUNTS]
     lost = wrong = 0
@@ -73,15 +72,9 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
     twice = [run for run, times in Counter(result["run_id"] for result in counted).items() if times > 1]
     numbers = Counter((row["team"], row["task"], row["k"]) for row in stored.values())
     twice += [str(number) for number, times in numbers.items() if times > 1]
-    # Runs that count and that no team has opened. A reset whose answer was lost leaves one without ticks.
-    ghosts = [
-        row["run_id"]
-        for row in stored.values()
-        if row["status"] in COUNTS and row["run_id"] not in begun and (row["ticks"] or 0) > 0
-    ]
     open_by_team = Counter(session["team"] for session in sessions if session["status"] == "open")
     several = [team for team, number in open_by_team.items() if number > 1]
-    for what, found in (("twice", twice), ("unknown to its team", ghosts), ("several sessions", several)):
+    for what, found in (("twice", twice), ("several sessions", several)):
         if found:
             print(f"{what}: {found}")
     judged = (*COUNTS, "rejected")
@@ -92,7 +85,7 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
     return {
         "acknowledged": len(counted),
         "acknowledged_lost": lost,
-        "counted_twice": len(twice) + len(ghosts) + len(several),
+        "counted_twice": len(twice) + len(several),
         "stale_accepted": wrong,
         "rejected": by_status["rejected"],
         "stuck": stuck + by_status["open"] + by_status["provisional"],

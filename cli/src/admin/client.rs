@@ -1,11 +1,11 @@
 //! An HTTP client for the server's addresses, with an organizer's token.
 
-use super::tls;
-use anyhow::{Context, anyhow, bail, ensure};
+use crate::http::{self, unreachable};
+use anyhow::{Context, bail};
 use clap::Args;
 use palmares_protocol::text::printable;
 use serde_json::{Value, json};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -92,12 +92,7 @@ impl Client {
             .max_redirects(0)
             .proxy(None);
         let url = access.url.trim_end_matches('/').to_owned();
-        let secure = url.starts_with("https://");
-        ensure!(
-            url.starts_with("http://") || secure,
-            "--url {url}: expected http://HOST:PORT or https://HOST:PORT"
-        );
-        let config = if secure { config.tls_config(tls::config(access.ca.as_deref())?) } else { config };
+        let config = http::for_url(config, &url, access.ca.as_deref())?;
         let authorization = format!("Bearer {token}");
         Ok(Client { agent: config.build().into(), url, authorization })
     }
@@ -164,21 +159,6 @@ impl Client {
         let request = self.agent.get(&address).header("Authorization", &self.authorization);
         checked(request.call().map_err(|error| unreachable(&address, &error))?)
     }
-}
-
-/// The reason why a request got no response, and what helps.
-fn unreachable(address: &str, error: &ureq::Error) -> anyhow::Error {
-    let help = match error {
-        ureq::Error::Io(io) if io.kind() == ErrorKind::ConnectionRefused => {
-            "is the server running? --url names another"
-        }
-        ureq::Error::Timeout(_) => "the server takes connections, but does not answer in time",
-        // rustls packs its errors into this kind.
-        ureq::Error::Io(io) if io.kind() == ErrorKind::InvalidData => tls::help(io),
-        ureq::Error::Io(_) | ureq::Error::HostNotFound => "--url names another server",
-        _ => return anyhow!("{address}: {error}"),
-    };
-    anyhow!("{address}: {error}; {help}")
 }
 
 /// Turns a problem into an error.

@@ -1,10 +1,10 @@
 //! `palmares admin`: an organizer's commands, sent to a running server.
 
-mod client;
+pub(crate) mod client;
 mod hand;
+mod import;
 mod lists;
 mod restore;
-mod tls;
 mod when;
 
 use client::{Access, Client, Paged};
@@ -162,6 +162,12 @@ impl Rows {
 enum Team {
     /// Add a team; prints its token, which cannot be shown again
     Add(TeamName),
+    /// Add the teams of a CSV file; writes each team's token into a file of its own
+    ///
+    /// The file has a head: the column `name`, and `label` for the holder of the token, if there is one. Other columns are ignored. All
+    /// errors are printed with their lines before anything is changed. Teams that exist are kept. After an interruption, repeat the
+    /// command: it continues.
+    Import(import::ImportOptions),
     /// List the teams
     List,
     /// Replace a team's token; the old one ends at once
@@ -361,7 +367,8 @@ impl AdminCommand {
                 post("announcement", json!({"text": text, "reason": reason.reason}))
             }
             AdminCommand::Team(Team::Add(name)) => post("team/add", by_name(name)),
-            AdminCommand::Team(Team::List) => get("/v1/admin/teams"),
+            // It sends several requests.
+            AdminCommand::Team(Team::Import(_)) | AdminCommand::Team(Team::List) => get("/v1/admin/teams"),
             AdminCommand::Team(Team::Rotate(name)) => post("team/rotate", by_name(name)),
             AdminCommand::Team(Team::Revoke(name)) => post("team/revoke", by_name(name)),
             AdminCommand::Token(Token::Add { role, label }) => {
@@ -419,11 +426,13 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
         return restore::restore(options);
     }
     let client = Client::new(&options.access)?;
+    let json = options.json;
     match &options.command {
         AdminCommand::Hand(Hand::Show { id, output }) => {
-            return hand::show(&client, id, output.as_deref(), options.json);
+            return hand::show(&client, id, output.as_deref(), json);
         }
-        AdminCommand::Hand(Hand::Try { id }) => return hand::attempt(&client, id, options.json),
+        AdminCommand::Team(Team::Import(options)) => return import::import(&client, options, json),
+        AdminCommand::Hand(Hand::Try { id }) => return hand::attempt(&client, id, json),
         AdminCommand::Hand(Hand::Approve(id)) => hand::warn(&client, &id.id)?,
         AdminCommand::Reveal { yes: false, .. } => confirm_reveal(&client)?,
         _ => {}
@@ -440,7 +449,7 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
         Request::Fetch(path, Some(file)) => return fetch_into(&client, &path, &file, &options.command),
     };
     let text = match options.command.list() {
-        Some(list) if !options.json => list.table(&answer),
+        Some(list) if !json => list.table(&answer),
         _ => table::json(&answer) + "\n",
     };
     write!(std::io::stdout().lock(), "{text}").context("cannot write to stdout")

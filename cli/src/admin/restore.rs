@@ -17,11 +17,18 @@ pub(crate) struct RestoreOptions {
     /// URL of an empty database instead of a file in the data directory; its kind may differ from the backup's
     #[arg(long, value_name = "URL", env = "DATABASE_URL", hide_env_values = true)]
     database_url: Option<String>,
+
+    /// Restore although the backup lacks replays or hands; each one is named
+    #[arg(long)]
+    allow_missing: bool,
 }
 
 /// Restores a backup.
 pub(crate) fn restore(options: &RestoreOptions) -> anyhow::Result<()> {
-    server::restore(&options.file, &options.data_dir, options.database_url.as_deref())?;
-    eprintln!("restored into {}", options.data_dir.display());
+    let RestoreOptions { file, data_dir, database_url, allow_missing } = options;
+    for note in server::restore(file, data_dir, database_url.as_deref(), *allow_missing)? {
+        eprintln!("note: {note}");
+    }
+    eprintln!("restored into {}", data_dir.display());
     Ok(())
 }

@@ -257,7 +257,16 @@ impl World {
 impl World {
     fn obs(&self, id: u64, observation: Observation) -> Obs {
         let run_id = self.run_id.clone();
-        Obs { id: Some(id), run_id, session_left_s: None, observation, late_s: None, run: None, scene: None }
+        Obs {
+            id: Some(id),
+            run_id,
+            session_left_s: None,
+            observation,
+            late_s: None,
+            resumed: false,
+            run: None,
+            scene: None,
+        }
     }
 
     /// The observation now.

@@ -16,6 +16,7 @@ from palmares import own_task
 from palmares.arguments import MAX_SEED
 from palmares.clipping import Clipping
 from palmares.errors import (
+    CapacityError,
     ConnectionLostError,
     RateLimitedError,
     RunLostError,
@@ -25,6 +26,7 @@ from palmares.errors import (
 from palmares.messages import Observation, Result, Welcome
 from palmares.net.codec import Encoding, Message
 from palmares.net.link import Link, Resumed, raise_if_fatal
+from palmares.net.replayed import StepHistory
 from palmares.net.requests import names, whole_of
 from palmares.net.stream import Stream
 from palmares.net.transport import Closed
@@ -115,6 +117,7 @@ class Client:
         self._motors = 0
         self._newest: Observation | None = None
         self._stream = Stream()
+        self._steps = StepHistory()
         self.clipping = Clipping()
         self._unrequested: Result | None = None
         self._link: Link
@@ -190,6 +193,7 @@ class Client:
         self._motors = len(obs.hand.actuators)
         self._newest = self._named(obs)
         self._stream.open(obs.run_id)
+        self._steps.clear()
         self._link.set_realtime(mode == "realtime")
         return obs
 
@@ -231,6 +235,7 @@ class Client:
             if last is None:
                 raise
             return last
+        self._steps.made(request.tick, obs.tick, action)
         self._tick, self._newest = obs.tick, self._named(obs)
         self.clipping.request(action)
         self.clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
@@ -438,10 +443,13 @@ class Client:
         """Repeat a request until a reply comes; wait as the server demands, resume a broken session."""
         last: Exception | None = None
         retries = 0
+        wanted = request
         while retries < MAX_RETRIES:
             try:
                 if self._link.resumed is not None:
-                    request = self._check_resumed(request)
+                    request = self._check_resumed(wanted)
+                while (again := self._steps.next(self.welcome.limits.repeat)) is not None:
+                    self._repeat(again)
                 return self._link.exchange(request, kind)
             except Resumed:
                 continue  # The heartbeat resumed after the check above: check again.
@@ -457,6 +465,15 @@ class Client:
                 time.sleep(paused.retry_after_s)
                 last = paused
                 continue  # The session's clock is stopped, too: wait until the pause ends.
+            except CapacityError as full:
+                # In a competition the session keeps its place in the queue, and its clock is stopped meanwhile.
+                official = self.competition.mode == "official"
+                if full.retry_after_s is None or not (official and isinstance(request, ResetRequest)):
+                    raise
+                LOG.log(logging.DEBUG if last else logging.WARNING, "waiting: %s", full)
+                time.sleep(full.retry_after_s)
+                last = full
+                continue
             except Closed as lost:
                 raise_if_fatal(lost)
                 self._link.resume(lost)
@@ -482,10 +499,32 @@ class Client:
             # The run's last observation was lost: make one.
             closed = structs.replace(self._newest, tick=run.tick, truncated=True, reason="closed", events=[])
             self._stream.put(closed)
-        elif isinstance(request, StepRequest) and run.tick != request.tick:
-            # The step was made, but its observation was lost: make one more tick with the same targets.
-            return StepRequest(tick=run.tick, action=Action())
+        elif run.mode == "lockstep" and self._tick is not None and run.tick != self._tick:
+            return self._continued(request, run.tick)
         return request
+
+    def _continued(self, request: Request, tick: int) -> Request:
+        """Return the request to send when the run goes on at another tick than the last observation's."""
+        if self._tick is not None and tick < self._tick and self._steps.rewind(tick):
+            # Another host has continued the run from an earlier tick: the steps since then are sent again.
+            return request
+        if not isinstance(request, StepRequest):
+            return request
+        end = request.tick + request.repeat
+        if request.tick < tick < end:
+            # Another host has continued the run within this step.
+            return structs.replace(request, tick=tick, repeat=end - tick)
+        # The step was made, but its observation was lost: make one more tick with the same targets.
+        return StepRequest(tick=tick, action=Action())
+
+    def _repeat(self, step: StepRequest) -> None:
+        """Send a step again; drop the observation, which the controller has."""
+        obs = self._link.exchange(step, Observation)
+        self._steps.reached(obs.tick)
+        if obs.done:
+            # Only a limit of the session ends the run earlier than before.
+            self._steps.give_up()
+            self._stream.put(self._named(obs))
 
     def _run_lost(self) -> RunLostError:
         """Forget a run that the server has closed; return the error with its outcome."""
@@ -515,6 +554,7 @@ class Client:
 
     def _forget_run(self) -> None:
         self._tick = self._run_id = self._newest = None
+        self._steps.clear()
         self._stream.close()
         self._link.set_realtime(False)
 

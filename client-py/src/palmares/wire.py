@@ -489,6 +489,8 @@ class Observation(Reply, kw_only=True, gc=False, tag="obs"):
     """In a realtime run: how long after the tick was due this was sent, s."""
     reason: str | None = None
     """The reason, when ``terminated`` or ``truncated``."""
+    resumed: bool = False
+    """The run has gone back: another host continues it, and this is the first observation."""
     run: Opened | None = None
     """Inputs of the run; only in the reply to ``reset``."""
     scene: Scene | None = None

@@ -8,6 +8,7 @@ use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::config::{CompetitionMode, Config};
 use crate::fleet::lease::Lease;
+use crate::fleet::shipper::Shipper;
 use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
@@ -17,6 +18,7 @@ use crate::state::AppState;
 use crate::store::{Host, NewAuditEntry, Store};
 use crate::transport::InboundLimits;
 use crate::transport::guard::Guard;
+use crate::transport::trusted_proxies::TrustedProxies;
 use crate::version;
 use crate::watch::{Hub, RankingCache};
 use anyhow::{Context, anyhow, bail};
@@ -57,7 +59,8 @@ pub(super) async fn app(
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
-    let inbound = Arc::new(InboundLimits::new(&settings, guard));
+    let inbound =
+        Arc::new(InboundLimits::new(&settings, guard, TrustedProxies(config.trusted_proxies.clone())));
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
     let sensing = config.sensing.clone();
     if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
@@ -82,6 +85,7 @@ pub(super) async fn app(
         clocks: clocks.clone(),
         registry: Default::default(),
         lease: lease.clone(),
+        shipper: fleet_shipper(config, &store)?,
         adopting: Default::default(),
     });
     let secrets =
@@ -122,6 +126,13 @@ pub(super) fn host(config: &Config, tasks: &[Arc<Task>], hands: &[Arc<Hand>]) ->
         internal_url: config.fleet.as_ref().and_then(|fleet| fleet.internal_url.clone()),
         places: config.settings.max_worlds,
     }
+}
+
+/// Stores the ticks of official runs, for the other hosts of a fleet.
+fn fleet_shipper(config: &Config, store: &Store) -> anyhow::Result<Option<Shipper>> {
+    let ships = config.fleet.is_some() && config.mode == CompetitionMode::Official;
+    let shipper = ships.then(|| Shipper::start(store.clone())).transpose();
+    shipper.context("cannot start the thread that stores the ticks of runs")
 }
 
 /// The archive of replays; None on a practice server that does not record.

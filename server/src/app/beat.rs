@@ -103,6 +103,7 @@ async fn once(
     let held = app.sessions.registry.held();
     let owned = app.store.owners_of(connection, &held).await?;
     app.competition.rules.follow(&app.store, connection).await?;
+    app.ranking.follow(connection).await?;
     app.auth.revoke(app.store.revoked_tokens(connection).await?);
     Ok(Some(owned))
 }

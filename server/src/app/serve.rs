@@ -8,6 +8,7 @@ use crate::config::{Config, ServeOptions};
 use crate::fleet::lease::{Lease, Moment};
 use crate::http;
 use crate::logging;
+use crate::private_files;
 use crate::rules::CompetitionPhase;
 use crate::state::AppState;
 use crate::store::{LEASE, Location, Store};
@@ -59,8 +60,9 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", config.listen)
     })?;
     let address = listener.local_addr().context("the listening socket has no address")?;
-    std::fs::create_dir_all(&config.data_dir)
+    private_files::make_folder(&config.data_dir)
         .with_context(|| format!("cannot make the data directory {}", config.data_dir.display()))?;
+    private_files::withdraw_access(&config.data_dir);
     let location = Location::new(&config.data_dir, config.database_url.clone());
     let host = assemble::host(config, &tasks, &hands);
     let requested = Moment::now();
@@ -105,6 +107,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let server = transport::serve(listener, router, app.inbound.clone(), lifecycle.clone());
     let server = tokio::spawn(server);
     let overseer = tokio::spawn(overrun::watch_over(app.compute.clone()));
+    tokio::spawn(app.sessions.clone().keep_clocks_saved());
     lifecycle.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.
     let finished = timeout(config.shutdown_grace, lifecycle.idle()).await.is_ok();

@@ -1,18 +1,19 @@
 //! The folder of replays.
 
 use super::keys::Keys;
+use crate::private_files;
+use crate::stored_path::{REPLAYS, checked};
 use crate::world::RunObserver;
 use palmares_models::hand::Hand;
-use palmares_replay::{Header, PublicKey, RecordError, Recorder, Replay, ReplayFile, Signer, VerifyError};
+use palmares_replay::{
+    Header, LoggedTick, PublicKey, RecordError, Recorder, Replay, ReplayFile, Signer, VerifyError,
+};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, oneshot};
-
-/// Folder of the replays in the data directory.
-const FOLDER: &str = "replays";
 
 /// The replays of a server.
 #[derive(Debug)]
@@ -35,7 +36,7 @@ impl Archive {
     /// # Errors
     /// The folder cannot be created.
     pub(crate) fn open(data_dir: &Path, keys: Keys, practice_bytes: u64) -> std::io::Result<Self> {
-        std::fs::create_dir_all(data_dir.join(FOLDER))?;
+        private_files::make_folder(&data_dir.join(REPLAYS))?;
         Ok(Archive {
             signer: Arc::new(keys.signer),
             earlier_keys: keys.earlier,
@@ -63,12 +64,15 @@ impl Archive {
 
     /// The folder of the replays.
     pub(super) fn folder(&self) -> PathBuf {
-        self.data_dir.join(FOLDER)
+        self.data_dir.join(REPLAYS)
     }
 
     /// The path of a replay, from the path stored with its run.
-    pub(crate) fn locate(&self, stored: &str) -> PathBuf {
-        self.data_dir.join(stored)
+    ///
+    /// # Errors
+    /// The stored path leads elsewhere.
+    pub(crate) fn locate(&self, stored: &str) -> std::io::Result<PathBuf> {
+        checked(REPLAYS, stored).map(|stored| self.data_dir.join(stored))
     }
 
     /// Adds the files of a hand that is not built in: its replays include them.
@@ -108,11 +112,29 @@ struct Unopened {
     hand_files: Option<Arc<Vec<u8>>>,
 }
 
+impl RecordingObserver {
+    /// Begins the recording of a run that another process has played for some ticks: `run` is at tick 0, `past` has those ticks.
+    /// An unfinished file of the run is replaced.
+    pub(crate) fn continued(&mut self, run: &Run, past: impl Iterator<Item = LoggedTick>) {
+        if let Some(Unopened { folder, header, .. }) = &self.unopened {
+            // If it is there and cannot be deleted, the next one cannot be created, which is reported.
+            let _ = std::fs::remove_file(folder.join(format!("{}.mcap", header.run_id)));
+        }
+        self.opened(run);
+        if let Some(recorder) = &mut self.recorder {
+            past.for_each(|tick| recorder.past(tick));
+        }
+    }
+}
+
 impl RunObserver for RecordingObserver {
     fn opened(&mut self, run: &Run) {
         let Some(Unopened { folder, header, signer, hand_files }) = self.unopened.take() else { return };
         match Recorder::create(&folder, header, run, &signer, hand_files) {
-            Ok(recorder) => self.recorder = Some(recorder),
+            Ok(recorder) => {
+                private_files::restrict(recorder.path(), private_files::FILE_MODE);
+                self.recorder = Some(recorder);
+            }
             Err(error) => drop(self.done.take().map(|done| done.send(Err(error)))),
         }
     }
@@ -163,5 +185,5 @@ impl Recording {
 /// The path that is stored with the run, relative to the data directory.
 pub(crate) fn stored_path(file: &ReplayFile) -> String {
     let name = file.path.file_name().unwrap_or_default().to_string_lossy();
-    format!("{FOLDER}/{name}")
+    format!("{REPLAYS}/{name}")
 }

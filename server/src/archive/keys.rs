@@ -23,6 +23,12 @@ pub(crate) struct Keys {
 }
 
 impl Keys {
+    /// A new key for a test.
+    #[cfg(test)]
+    pub(crate) fn random() -> Self {
+        Keys { signer: Signer::random().expect("randomness"), earlier: Vec::new() }
+    }
+
     /// Reads the key that the database expects; creates it with a new database. With `replace`, the file's key, or a new one if the
     /// file is missing, becomes the expected one, and the previous key stays valid for its replays.
     ///

@@ -8,6 +8,6 @@ mod verification;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use folder::{Archive, Recording, stored_path};
+pub(crate) use folder::{Archive, Recording, RecordingObserver, stored_path};
 pub(crate) use keys::Keys;
 pub(crate) use verification::Verification;

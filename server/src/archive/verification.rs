@@ -206,7 +206,8 @@ fn check(
     archive: &Archive,
     tasks: &[Arc<Task>],
 ) -> Result<Verdict, Inconclusive> {
-    let bytes = load(&archive.locate(&claim.replay_path))?;
+    let path = archive.locate(&claim.replay_path);
+    let bytes = load(&path.map_err(|error| Inconclusive::Unreadable(error.to_string()))?)?;
     let result = (|| -> Result<_, VerifyError> {
         let replay = read(&bytes)?;
         archive.signed(&replay)?;

@@ -4,4 +4,4 @@ mod session_clock;
 mod session_clocks;
 
 pub(crate) use session_clock::{ClockState, SessionClock, Spent};
-pub(crate) use session_clocks::SessionClocks;
+pub(crate) use session_clocks::{Saving, SessionClocks};

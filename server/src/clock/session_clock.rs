@@ -44,8 +44,8 @@ impl Spent {
 }
 
 /// The clock of a session: the greater of wall-clock and simulated time since the first reset, so that a team gains time
-/// neither by disconnecting nor by simulating faster than real time. It stops only while an organizer pauses it or the server
-/// is down.
+/// neither by disconnecting nor by simulating faster than real time. It stops only while an organizer pauses it, while the session
+/// waits for a place, or while the server is down.
 ///
 /// When a run is void by a fault of the server, both of its times are taken back.
 ///
@@ -57,7 +57,7 @@ pub(crate) struct SessionClock {
     paused: bool,
     /// Time spent until `since`.
     spent: Spent,
-    /// Since when wall-clock time passes; None while the clock stops.
+    /// Since when wall-clock time passes, a later moment while the clock is held; None while it stops.
     since: Option<Duration>,
     refunded_s: f64,
     /// Number of marks that have been announced.
@@ -119,9 +119,15 @@ impl SessionClock {
     /// stops: time that is granted or given back later can be used in full.
     fn settle(&mut self, now: Duration) {
         self.spent = self.spent(now);
-        self.since = None;
+        let since = self.since.take().map_or(now, |since| since.max(now));
         let runs = self.started && !self.paused && !self.is_over(now);
-        self.since = runs.then_some(now);
+        self.since = runs.then_some(since);
+    }
+
+    /// Stops the clock until this moment, for a session that waits for a place. It replaces an earlier moment.
+    pub(crate) fn hold(&mut self, until: Duration, now: Duration) {
+        self.settle(now);
+        self.since = self.since.map(|_| until);
     }
 
     /// Stops the clock.
@@ -181,8 +187,8 @@ impl SessionClock {
     /// Gives back the time of a run that is void.
     pub(crate) fn refund(&mut self, run: Spent, now: Duration) {
         let before_s = self.elapsed_s(now);
-        self.spent = self.spent(now).since(run);
-        self.since = None;
+        self.settle(now);
+        self.spent = self.spent.since(run);
         self.settle(now);
         self.refunded_s += before_s - self.elapsed_s(now);
         // Marks that are ahead again are announced again.
@@ -257,11 +263,11 @@ impl SessionClock {
 
     /// Time until the next mark or the end, if nothing is simulated until then.
     pub(crate) fn next_change(&self, now: Duration) -> Option<Duration> {
-        self.since?;
+        let held = self.since?.saturating_sub(now);
         let left_s = self.left_s(now).filter(|&left_s| left_s > 0.0)?;
         let mark =
             MARKS_S.iter().skip(self.announced).map(|&mark| f64::from(mark)).find(|&mark| mark < left_s);
-        Some(Duration::from_secs_f64(left_s - mark.unwrap_or(0.0)))
+        Some(held + Duration::from_secs_f64(left_s - mark.unwrap_or(0.0)))
     }
 }
 
@@ -335,6 +341,37 @@ mod tests {
         clock.resume(at(100.0));
         clock.resume(at(101.0));
         assert_eq!(clock.elapsed_s(at(105.0)), 15.0);
+    }
+
+    #[test]
+    fn a_clock_that_is_held_stops_until_it_is_released_or_the_time_is_over() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.hold(at(5.0), at(0.0));
+        clock.start(at(1.0));
+        assert_eq!(clock.elapsed_s(at(2.0)), 1.0, "a clock that has not started is not held");
+        clock.hold(at(20.0), at(10.0));
+        assert_eq!(
+            (clock.elapsed_s(at(10.0)), clock.elapsed_s(at(19.0)), clock.elapsed_s(at(25.0))),
+            (9.0, 9.0, 14.0)
+        );
+        // 31 s until 60 s are left, after the hold.
+        assert_eq!(clock.next_change(at(12.0)), Some(Duration::from_secs(8 + 31)));
+        // Neither a refund nor a grant ends the hold, and a later one replaces it.
+        clock.refund(Spent { wall_s: 2.0, simulated_s: 0.0 }, at(15.0));
+        clock.grant(7.0, at(15.0));
+        assert_eq!((clock.elapsed_s(at(20.0)), clock.elapsed_s(at(21.0))), (7.0, 8.0));
+        clock.hold(at(30.0), at(18.0));
+        assert_eq!(clock.state(at(29.0)).spent.wall_s, 7.0);
+        clock.hold(at(30.0), at(30.0));
+        assert_eq!(clock.elapsed_s(at(31.0)), 8.0);
+        clock.hold(at(99.0), at(31.0));
+        clock.hold(at(40.0), at(40.0));
+        assert_eq!(clock.elapsed_s(at(41.0)), 9.0, "it is released");
+        clock.hold(at(60.0), at(41.0));
+        clock.pause(at(42.0));
+        assert_eq!(clock.elapsed_s(at(70.0)), 9.0);
+        clock.resume(at(70.0));
+        assert_eq!(clock.elapsed_s(at(71.0)), 10.0);
     }
 
     #[test]

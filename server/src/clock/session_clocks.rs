@@ -1,31 +1,101 @@
 //! The clocks of all open sessions, for spectators and organizers. Each session writes its own, without waiting for a reader.
 
-use super::session_clock::SessionClock;
+use super::session_clock::{ClockState, SessionClock};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// The clock from which a later process continues.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Saving {
+    /// None, or the session saves it itself.
+    Own,
+    /// The clock as it is.
+    Present,
+    /// The clock before the open run.
+    BeforeRun(ClockState),
+}
+
+#[derive(Debug)]
+struct Shown {
+    /// The epoch of the session's owner.
+    epoch: i64,
+    clock: SessionClock,
+    saving: Saving,
+    /// As saved last by [`SessionClocks::unsaved`].
+    saved: Option<(ClockState, bool)>,
+}
+
+/// A clock to be saved.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unsaved {
+    pub(crate) session_id: String,
+    pub(crate) epoch: i64,
+    pub(crate) state: ClockState,
+    /// Whether a run is open.
+    pub(crate) in_run: bool,
+    /// The clock within the open run, if another host can continue the run.
+    pub(crate) present: Option<ClockState>,
+}
 
 /// Clocks by session id, as they were when something last happened; they run on by themselves.
 #[derive(Debug, Default)]
-pub(crate) struct SessionClocks(Mutex<HashMap<String, SessionClock>>);
+pub(crate) struct SessionClocks(Mutex<HashMap<String, Shown>>);
 
 impl SessionClocks {
-    fn lock(&self) -> MutexGuard<'_, HashMap<String, SessionClock>> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<String, Shown>> {
         // Nothing panics while it holds the lock; if something did, the map would still be whole.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Shows a session's clock.
-    pub(crate) fn show(&self, session_id: &str, clock: &SessionClock) {
+    pub(crate) fn show(&self, session_id: &str, epoch: i64, clock: &SessionClock, saving: Saving) {
         let mut clocks = self.lock();
         match clocks.get_mut(session_id) {
-            Some(shown) => shown.clone_from(clock),
-            None => drop(clocks.insert(session_id.to_owned(), clock.clone())),
+            Some(shown) => {
+                shown.clock.clone_from(clock);
+                (shown.epoch, shown.saving) = (epoch, saving);
+            }
+            None => {
+                let shown = Shown { epoch, clock: clock.clone(), saving, saved: None };
+                clocks.insert(session_id.to_owned(), shown);
+            }
         }
     }
 
     /// The clock of an open session.
     pub(crate) fn get(&self, session_id: &str) -> Option<SessionClock> {
-        self.lock().get(session_id).cloned()
+        self.lock().get(session_id).map(|shown| shown.clock.clone())
+    }
+
+    /// The clocks that have changed since they were saved last; with `within_runs` also those within an open run.
+    pub(crate) fn unsaved(&self, now: Duration, within_runs: bool) -> Vec<Unsaved> {
+        let mut unsaved: Vec<Unsaved> = Vec::new();
+        for (session_id, shown) in &*self.lock() {
+            let (state, in_run) = match shown.saving {
+                Saving::Own => continue,
+                Saving::Present => (shown.clock.state(now), false),
+                Saving::BeforeRun(state) => (state, true),
+            };
+            let present = (within_runs && in_run).then(|| shown.clock.state(now));
+            if present.is_some() || shown.saved != Some((state, in_run)) {
+                let (session_id, epoch) = (session_id.clone(), shown.epoch);
+                unsaved.push(Unsaved { session_id, epoch, state, in_run, present });
+            }
+        }
+        // Two servers that lock rows in the same order do not wait for each other in a circle.
+        unsaved.sort_by(|a, b| a.session_id.cmp(&b.session_id));
+        unsaved
+    }
+
+    /// These clocks are saved.
+    pub(crate) fn saved(&self, clocks: &[Unsaved]) {
+        let mut shown = self.lock();
+        for Unsaved { session_id, state, in_run, .. } in clocks {
+            if let Some(shown) = shown.get_mut(session_id) {
+                shown.saved = Some((*state, *in_run));
+            }
+        }
     }
 
     /// The session has ended.
@@ -42,10 +112,37 @@ mod tests {
     fn a_clock_is_shown_from_the_first_time_until_its_session_ends() {
         let clocks = SessionClocks::default();
         assert!(clocks.get("ses").is_none());
-        clocks.show("ses", &SessionClock::new(Some(9.0)));
-        clocks.show("ses", &SessionClock::new(Some(8.0)));
+        clocks.show("ses", 1, &SessionClock::new(Some(9.0)), Saving::Own);
+        clocks.show("ses", 1, &SessionClock::new(Some(8.0)), Saving::Own);
         assert_eq!(clocks.get("ses").and_then(|clock| clock.limit_s()), Some(8.0));
         clocks.remove("ses");
         assert!(clocks.get("ses").is_none());
+    }
+
+    #[test]
+    fn a_clock_is_saved_when_it_has_changed() {
+        let clocks = SessionClocks::default();
+        let at = Duration::from_secs;
+        let mut clock = SessionClock::new(Some(99.0));
+        clock.start(at(0));
+        let before = clock.state(at(1));
+        let states = |now: u64| {
+            let unsaved = clocks.unsaved(at(now), false);
+            clocks.saved(&unsaved);
+            unsaved.into_iter().map(|clock| (clock.state, clock.in_run)).collect::<Vec<_>>()
+        };
+        clocks.show("ses", 1, &clock, Saving::Own);
+        assert_eq!(states(2), []);
+        clocks.show("ses", 1, &clock, Saving::Present);
+        // It runs on while nothing happens.
+        assert_eq!(states(3), [(clock.state(at(3)), false)]);
+        assert_eq!(states(4), [(clock.state(at(4)), false)]);
+        clocks.show("ses", 1, &clock, Saving::BeforeRun(before));
+        assert_eq!(states(5), [(before, true)]);
+        assert_eq!(states(6), [], "the clock before the run is the same");
+        clock.pause(at(7));
+        clocks.show("ses", 1, &clock, Saving::Present);
+        assert_eq!(states(8).len(), 1);
+        assert_eq!(states(9), [], "a clock that is stopped is saved once");
     }
 }

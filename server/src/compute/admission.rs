@@ -1,9 +1,16 @@
-//! Decides whether another world may open, by the configured maximum and the load of the last seconds. Official runs come first.
+//! Decides whether another world may open, by the configured maximum and the load of the last seconds. Official runs come first, and
+//! sessions that were refused come before those that ask later.
+//!
+//! A lockstep world without a request for a while is idle. It takes memory but no computing time, and does not count against the
+//! maximum. From its next step on it counts again; that step is never refused, since lockstep worlds share the cores, and realtime
+//! ticks come first.
 
 use super::load::LoadReport;
 use palmares_protocol::Mode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Part of the cores that worlds may keep busy; the rest is for the network and for bursts.
 const OFFICIAL_SHARE: f64 = 0.85;
@@ -16,6 +23,12 @@ const LATE_S: f64 = 5e-3;
 const PRACTICE_QUARTERS: usize = 3;
 /// Time until a refused client should try again, s: about the window of the measurement.
 pub(crate) const RETRY_S: f64 = 5.0;
+/// A refused session that does not ask again within this time wants no world any more.
+pub(crate) const WAIT: Duration = Duration::from_secs(10);
+/// A lockstep world without a request for this long is idle.
+const IDLE: Duration = Duration::from_secs(10);
+/// Open worlds for each place, idle ones included: a bound on memory. A world of SoftHand among balls takes MEASURED.
+const OPEN_PER_PLACE: usize = 8;
 /// Ticks per second of a world at real-time rate, for worlds that are not measured yet.
 const RATE: f64 = 100.0;
 
@@ -24,16 +37,32 @@ const RATE: f64 = 100.0;
 pub(crate) struct OpenWorlds {
     /// Realtime worlds.
     pub(crate) realtime: usize,
-    /// Lockstep worlds.
+    /// Lockstep worlds that are not idle.
     pub(crate) lockstep: usize,
-    /// Worlds of official sessions, of both kinds.
+    /// Those of official sessions, of both kinds.
     pub(crate) official: usize,
+    /// Idle worlds.
+    pub(crate) idle: usize,
 }
 
 impl OpenWorlds {
-    /// All worlds.
+    /// All worlds that are not idle.
     pub(crate) fn all(self) -> usize {
         self.realtime + self.lockstep
+    }
+
+    /// All worlds.
+    pub(crate) fn with_idle(self) -> usize {
+        self.all() + self.idle
+    }
+
+    /// Adds a world that is not idle.
+    fn add(&mut self, mode: Mode, official: bool) {
+        match mode {
+            Mode::Realtime => self.realtime += 1,
+            Mode::Lockstep => self.lockstep += 1,
+        }
+        self.official += usize::from(official);
     }
 }
 
@@ -43,6 +72,9 @@ pub(crate) enum AdmissionError {
     /// The configured maximum is reached.
     #[error("all {0} worlds of this server are in use")]
     Worlds(usize),
+    /// With idle worlds the bound on memory is reached.
+    #[error("{0} worlds are open, most of them idle; this server opens no more")]
+    Idle(usize),
     /// Practice has its part of the configured maximum.
     #[error("official runs are being played; all {0} worlds left to practice are in use")]
     Practice(usize),
@@ -67,6 +99,9 @@ pub(crate) fn admit(
 ) -> Result<(), AdmissionError> {
     if open.all() >= max {
         return Err(AdmissionError::Worlds(max));
+    }
+    if open.with_idle() >= max * OPEN_PER_PLACE {
+        return Err(AdmissionError::Idle(open.with_idle()));
     }
     let for_practice = (max * PRACTICE_QUARTERS / 4).max(1);
     if !official && open.official > 0 && open.all() >= for_practice {
@@ -105,78 +140,191 @@ pub(crate) fn admit(
     Ok(())
 }
 
-#[derive(Debug, Default)]
-struct WorldCounts {
-    realtime: AtomicUsize,
-    lockstep: AtomicUsize,
-    official: AtomicUsize,
+/// A request for a world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WorldRequest<'a> {
+    /// The session.
+    pub(crate) session_id: &'a str,
+    /// The pacing of the world.
+    pub(crate) mode: Mode,
+    /// Whether the session is official.
+    pub(crate) official: bool,
 }
 
-/// Counts the open worlds.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Admission(Arc<WorldCounts>);
+/// A refusal.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NoPlace {
+    /// The reason.
+    pub(crate) error: AdmissionError,
+    /// Number of sessions that get a world before this one.
+    pub(crate) ahead: usize,
+}
+
+#[derive(Debug)]
+struct OpenWorld {
+    mode: Mode,
+    official: bool,
+    /// When it was used last: ms since the origin.
+    used: Arc<AtomicU64>,
+}
+
+/// A session that was refused a world.
+#[derive(Debug)]
+struct Waiting {
+    session_id: String,
+    mode: Mode,
+    official: bool,
+    /// When it leaves the queue unless it asks again.
+    until: Instant,
+}
+
+/// The open worlds, and the sessions that wait for one.
+#[derive(Debug, Default)]
+struct Places {
+    worlds: HashMap<u64, OpenWorld>,
+    last_id: u64,
+    /// Official and practice sessions, each in the order in which they asked first.
+    waiting: Vec<Waiting>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    places: Mutex<Places>,
+    /// Number of open worlds.
+    count: AtomicUsize,
+    origin: Instant,
+}
+
+/// Counts the open worlds, and keeps the queue of those that wait for one.
+#[derive(Clone, Debug)]
+pub(crate) struct Admission(Arc<Shared>);
 
 /// The place of a world. Dropping it frees the place.
 #[derive(Debug)]
 pub(crate) struct Admitted {
-    counts: Arc<WorldCounts>,
-    mode: Mode,
-    official: bool,
+    shared: Arc<Shared>,
+    id: u64,
+    used: Arc<AtomicU64>,
 }
 
-impl WorldCounts {
-    fn of(&self, mode: Mode) -> &AtomicUsize {
-        match mode {
-            Mode::Realtime => &self.realtime,
-            Mode::Lockstep => &self.lockstep,
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Places> {
+        // Nothing panics while it holds the lock; if something did, the places would still be whole.
+        self.places.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// ms since the origin.
+    fn since_origin(&self, now: Instant) -> u64 {
+        u64::try_from(now.saturating_duration_since(self.origin).as_millis()).unwrap_or(u64::MAX)
+    }
+
+    fn open(&self, places: &Places, now: Instant) -> OpenWorlds {
+        let idle_since = self.since_origin(now).checked_sub(IDLE.as_millis() as u64);
+        let mut open = OpenWorlds::default();
+        for world in places.worlds.values() {
+            let idle = idle_since.is_some_and(|since| world.used.load(Ordering::Relaxed) <= since);
+            if idle && world.mode == Mode::Lockstep {
+                open.idle += 1;
+            } else {
+                open.add(world.mode, world.official);
+            }
         }
+        open
+    }
+}
+
+impl Default for Admission {
+    fn default() -> Self {
+        Admission(Arc::new(Shared {
+            places: Mutex::default(),
+            count: AtomicUsize::default(),
+            origin: Instant::now(),
+        }))
     }
 }
 
 impl Admission {
     /// The worlds that are open now.
     pub(crate) fn open(&self) -> OpenWorlds {
-        let count = |counter: &AtomicUsize| counter.load(Ordering::Acquire);
-        OpenWorlds {
-            realtime: count(&self.0.realtime),
-            lockstep: count(&self.0.lockstep),
-            official: count(&self.0.official),
-        }
+        self.0.open(&self.0.lock(), Instant::now())
     }
 
-    /// Takes a place if `may` accepts the number of places taken before.
+    /// Number of sessions that wait for a world.
+    pub(crate) fn waiting(&self) -> usize {
+        let now = Instant::now();
+        self.0.lock().waiting.iter().filter(|waiting| waiting.until > now).count()
+    }
+
+    /// Takes a place if `may` accepts the worlds that are open or will be opened by sessions before this one in the queue. A refused
+    /// session enters the queue.
     pub(crate) fn take(
         &self,
-        mode: Mode,
-        official: bool,
+        request: WorldRequest<'_>,
+        now: Instant,
         may: impl FnOnce(OpenWorlds) -> Result<(), AdmissionError>,
-    ) -> Result<Admitted, AdmissionError> {
-        // Increments first, then checks: two requests at once may both be refused, but are never both admitted to the last place.
-        let admitted = Admitted { counts: self.0.clone(), mode, official };
-        self.0.of(mode).fetch_add(1, Ordering::AcqRel);
-        self.0.official.fetch_add(usize::from(official), Ordering::AcqRel);
-        let mut before = self.open();
-        match mode {
-            Mode::Realtime => before.realtime -= 1,
-            Mode::Lockstep => before.lockstep -= 1,
+    ) -> Result<Admitted, NoPlace> {
+        let WorldRequest { session_id, mode, official } = request;
+        let mut places = self.0.lock();
+        places.waiting.retain(|waiting| waiting.until > now);
+        let place = places.waiting.iter().position(|waiting| waiting.session_id == session_id);
+        let mut open = self.0.open(&places, now);
+        let mut ahead = 0;
+        for (k, other) in places.waiting.iter().enumerate() {
+            let asked_before = place.is_none_or(|place| k < place);
+            let before = if other.official == official { asked_before } else { other.official };
+            if before && Some(k) != place {
+                ahead += 1;
+                open.add(other.mode, other.official);
+            }
         }
-        before.official -= usize::from(official);
-        // A refusal drops `admitted`, which frees the place.
-        may(before).map(|()| admitted)
+        if let Err(error) = may(open) {
+            let until = now + WAIT;
+            match place {
+                Some(place) => places.waiting[place].until = until,
+                None => {
+                    let session_id = session_id.to_owned();
+                    places.waiting.push(Waiting { session_id, mode, official, until });
+                }
+            }
+            return Err(NoPlace { error, ahead });
+        }
+        if let Some(place) = place {
+            places.waiting.remove(place);
+        }
+        Ok(self.open_world(&mut places, request, now))
+    }
+
+    /// Takes a place without a question.
+    pub(crate) fn force(&self, request: WorldRequest<'_>, now: Instant) -> Admitted {
+        self.open_world(&mut self.0.lock(), request, now)
+    }
+
+    fn open_world(&self, places: &mut Places, request: WorldRequest<'_>, now: Instant) -> Admitted {
+        let WorldRequest { mode, official, .. } = request;
+        places.last_id += 1;
+        let (id, used) = (places.last_id, Arc::new(AtomicU64::new(self.0.since_origin(now))));
+        places.worlds.insert(id, OpenWorld { mode, official, used: used.clone() });
+        self.0.count.fetch_add(1, Ordering::Relaxed);
+        Admitted { shared: self.0.clone(), id, used }
     }
 }
 
 impl Admitted {
     /// Whether other worlds are open.
     pub(crate) fn has_others(&self) -> bool {
-        Admission(self.counts.clone()).open().all() > 1
+        self.shared.count.load(Ordering::Relaxed) > 1
+    }
+
+    /// Notes that the world is used: it is not idle.
+    pub(crate) fn used(&self) {
+        self.used.store(self.shared.since_origin(Instant::now()), Ordering::Relaxed);
     }
 }
 
 impl Drop for Admitted {
     fn drop(&mut self) {
-        self.counts.of(self.mode).fetch_sub(1, Ordering::AcqRel);
-        self.counts.official.fetch_sub(usize::from(self.official), Ordering::AcqRel);
+        self.shared.lock().worlds.remove(&self.id);
+        self.shared.count.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -193,7 +341,7 @@ mod tests {
         let load = LoadReport::default();
         let open = OpenWorlds { realtime: 19, ..OpenWorlds::default() };
         assert_eq!(ask(open, &load, Mode::Realtime, false), Ok(()));
-        let open = OpenWorlds { realtime: 19, lockstep: 1, official: 0 };
+        let open = OpenWorlds { realtime: 19, lockstep: 1, ..OpenWorlds::default() };
         for official in [false, true] {
             assert_eq!(ask(open, &load, Mode::Lockstep, official), Err(AdmissionError::Worlds(20)));
         }
@@ -201,7 +349,7 @@ mod tests {
 
     #[test]
     fn practice_leaves_places_to_official_runs() {
-        let open = OpenWorlds { realtime: 15, lockstep: 0, official: 1 };
+        let open = OpenWorlds { realtime: 15, official: 1, ..OpenWorlds::default() };
         let load = LoadReport::default();
         assert_eq!(ask(open, &load, Mode::Realtime, false), Err(AdmissionError::Practice(15)));
         assert_eq!(ask(open, &load, Mode::Realtime, true), Ok(()));
@@ -257,14 +405,92 @@ mod tests {
         assert_eq!(ask(open, &idle, Mode::Realtime, true), Ok(()));
     }
 
+    /// Asks for a lockstep world where this many fit.
+    fn take(admission: &Admission, session_id: &str, now: Instant, max: usize) -> Result<Admitted, usize> {
+        let request = WorldRequest { session_id, mode: Mode::Lockstep, official: true };
+        let may = |open: OpenWorlds| admit(open, max, 64, &LoadReport::default(), Mode::Lockstep, true);
+        admission.take(request, now, may).map_err(|refused| refused.ahead)
+    }
+
     #[test]
     fn a_place_is_given_back() {
         let admission = Admission::default();
-        let one = |open: OpenWorlds| if open.all() == 0 { Ok(()) } else { Err(AdmissionError::Worlds(1)) };
-        let admitted = admission.take(Mode::Realtime, true, one).expect("free");
-        assert_eq!(admission.open(), OpenWorlds { realtime: 1, lockstep: 0, official: 1 });
-        assert!(admission.take(Mode::Lockstep, false, one).is_err());
+        let now = Instant::now();
+        let request = WorldRequest { session_id: "a", mode: Mode::Realtime, official: true };
+        let admitted = admission.take(request, now, |_| Ok(())).expect("free");
+        assert_eq!(admission.open(), OpenWorlds { realtime: 1, official: 1, ..OpenWorlds::default() });
+        assert!(!admitted.has_others());
+        assert_eq!(take(&admission, "b", now, 1).err(), Some(0));
         drop(admitted);
         assert_eq!(admission.open(), OpenWorlds::default());
+    }
+
+    #[test]
+    fn who_was_refused_comes_before_those_who_ask_later() {
+        let admission = Admission::default();
+        let start = Instant::now();
+        let at = |seconds: u64| start + Duration::from_secs(seconds);
+        let [first, second] = ["a", "b"].map(|name| take(&admission, name, at(0), 2).expect("free"));
+        for (k, name) in ["c", "d", "e"].into_iter().enumerate() {
+            assert_eq!(take(&admission, name, at(k as u64), 2).err(), Some(k), "{name}");
+        }
+        assert_eq!(admission.waiting(), 3);
+        drop(first);
+        // The place is for the first in the queue, whoever asks.
+        for (name, ahead) in [("a", 3), ("e", 2), ("d", 1)] {
+            assert_eq!(take(&admission, name, at(5), 2).err(), Some(ahead), "{name}");
+        }
+        drop(second);
+        // Two places are free: the second in the queue need not wait until the first asks again.
+        let third = take(&admission, "d", at(6), 2).expect("the second place is for it");
+        assert_eq!(take(&admission, "a", at(6), 2).err(), Some(2));
+        let fourth = take(&admission, "c", at(7), 2).expect("the first place is for it");
+        // `e` does not ask again in time; `a` has, and is the next.
+        assert_eq!(take(&admission, "a", at(15), 2).err(), Some(0));
+        assert_eq!(take(&admission, "e", at(16), 2).err(), Some(1));
+        drop((third, fourth));
+    }
+
+    #[test]
+    fn official_sessions_come_first() {
+        let admission = Admission::default();
+        let now = Instant::now();
+        let full = |_: OpenWorlds| Err(AdmissionError::Worlds(1));
+        let ahead = |session_id, official| {
+            let request = WorldRequest { session_id, mode: Mode::Lockstep, official };
+            admission.take(request, now, full).expect_err("full").ahead
+        };
+        assert_eq!((ahead("practice", false), ahead("official", true)), (0, 0));
+        assert_eq!((ahead("practice", false), ahead("official", true)), (1, 0));
+    }
+
+    #[test]
+    fn an_idle_lockstep_world_leaves_its_place_until_it_is_used_again() {
+        let admission = Admission::default();
+        let now = Instant::now();
+        let idle = take(&admission, "a", now, 1).expect("free");
+        assert_eq!(take(&admission, "b", now + IDLE / 2, 1).err(), Some(0));
+        let later = now + IDLE + Duration::from_secs(1);
+        let busy = take(&admission, "b", later, 1).expect("the other world is idle");
+        let open = admission.0.open(&admission.0.lock(), later);
+        assert_eq!((open.all(), open.idle, open.with_idle(), busy.has_others()), (1, 1, 2, true));
+        // It is used by the clock of the system; the test's clock is ahead.
+        idle.used.store(admission.0.since_origin(later), Ordering::Relaxed);
+        assert_eq!(admission.0.open(&admission.0.lock(), later).lockstep, 2);
+        let request = WorldRequest { session_id: "c", mode: Mode::Realtime, official: true };
+        let realtime = admission.take(request, now, |_| Ok(())).expect("free");
+        let much_later = later + 2 * IDLE;
+        let open = admission.0.open(&admission.0.lock(), much_later);
+        assert_eq!((open.realtime, open.idle), (1, 2), "a realtime world is never idle");
+        drop((idle, busy, realtime));
+    }
+
+    #[test]
+    fn idle_worlds_have_a_bound_too() {
+        let load = LoadReport::default();
+        let open = OpenWorlds { idle: 20 * OPEN_PER_PLACE - 1, ..OpenWorlds::default() };
+        assert_eq!(ask(open, &load, Mode::Lockstep, true), Ok(()));
+        let open = OpenWorlds { idle: open.idle + 1, ..open };
+        assert_eq!(ask(open, &load, Mode::Lockstep, true), Err(AdmissionError::Idle(20 * OPEN_PER_PLACE)));
     }
 }

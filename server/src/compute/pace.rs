@@ -62,6 +62,14 @@ impl Pace {
         self.ticks = 0;
     }
 
+    /// Postpones the next tick by whole ticks until after `now`. Returns by how much.
+    pub(crate) fn postpone(&mut self, now: Instant) -> Duration {
+        let late_s = now.saturating_duration_since(self.due()).as_secs_f64();
+        let by = Duration::from_secs_f64(((late_s / self.tick_s).floor() + 1.0) * self.tick_s);
+        self.origin += by;
+        by
+    }
+
     /// A tick begins at `now`. Returns its delay and the source of its action.
     pub(crate) fn begin(&mut self, now: Instant, fresh: bool) -> (Duration, ActionSource) {
         let late = now.saturating_duration_since(self.due());
@@ -136,6 +144,19 @@ mod tests {
             assert_eq!(pace.begin(pace.due(), false).1, ActionSource::Repeat);
         }
         assert_eq!(pace.tempo().missed, u64::from(2 * HOLD_TICKS + 2 * (HOLD_TICKS + 2)));
+    }
+
+    #[test]
+    fn a_postponed_tick_is_not_late_and_keeps_the_phase() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start, TICK_S);
+        pace.begin(pace.due(), true);
+        assert_eq!(pace.postpone(after(start, 2.0)), Duration::from_millis(10));
+        assert_eq!(pace.due(), after(start, 3.0));
+        assert_eq!(pace.postpone(after(start, 5.5)), Duration::from_millis(30));
+        assert_eq!(pace.due(), after(start, 6.0));
+        assert_eq!(pace.begin(after(start, 6.0), true).0, Duration::ZERO);
+        assert_eq!((pace.due(), pace.tempo().late), (after(start, 7.0), 0));
     }
 
     #[test]

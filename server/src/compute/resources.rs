@@ -1,10 +1,10 @@
 //! The computing resources of the server.
 
-use super::admission::{Admission, Admitted, RETRY_S, admit};
+use super::admission::{Admission, Admitted, NoPlace, RETRY_S, WAIT, WorldRequest, admit};
 use super::background::Background;
 use super::pacer::Pacer;
 use super::scheduler::Scheduler;
-use palmares_protocol::{Code, Mode, Refusal};
+use palmares_protocol::{Code, Refusal};
 use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::Semaphore;
@@ -43,17 +43,28 @@ impl Compute {
         self.max_worlds
     }
 
+    /// Admits the world of a run that another host has begun: it has a place in any case.
+    pub(crate) fn admit_continued(&self, request: WorldRequest<'_>) -> Admitted {
+        self.admission.force(request, Instant::now())
+    }
+
     /// Admits another world.
     ///
     /// # Errors
-    /// The maximum is reached, or it would slow the others.
-    pub(crate) fn admit(&self, mode: Mode, official: bool) -> Result<Admitted, Refusal> {
-        let load = self.scheduler.load().report(Instant::now());
+    /// The maximum is reached, it would slow the others, or other sessions have waited longer.
+    pub(crate) fn admit(&self, request: WorldRequest<'_>) -> Result<Admitted, Refusal> {
+        let now = Instant::now();
+        let load = self.scheduler.load().report(now);
         let (max, cores) = (self.max_worlds, self.scheduler.cores());
-        let may = |open| admit(open, max, cores, &load, mode, official);
-        self.admission.take(mode, official, may).map_err(|error| {
-            tracing::info!(%error, ?load, "no place for a world");
-            Refusal::new(Code::Capacity, error.to_string()).retry_after(RETRY_S)
+        let may = |open| admit(open, max, cores, &load, request.mode, request.official);
+        self.admission.take(request, now, may).map_err(|NoPlace { error, ahead }| {
+            tracing::info!(%error, session = request.session_id, ahead, ?load, "no place for a world");
+            let wait_s = WAIT.as_secs();
+            let message = format!(
+                "{error}. {ahead} sessions wait before this one; its place in the queue is kept and its clock is \
+                 stopped for {wait_s} s: ask again within this time"
+            );
+            Refusal::new(Code::Capacity, message).retry_after(RETRY_S)
         })
     }
 }

@@ -1,5 +1,6 @@
 //! The file `competition.toml`.
 
+use super::network::Network;
 use anyhow::{Context, bail};
 use palmares_models::measure::HandLimits;
 use palmares_tasks::Noise;
@@ -49,6 +50,7 @@ pub(super) struct File {
     pub(super) max_connections_per_address: Option<u32>,
     pub(super) allowed_hosts: Option<Vec<String>>,
     pub(super) allowed_origins: Option<Vec<String>>,
+    pub(super) trusted_proxies: Vec<Network>,
     pub(super) max_requests_per_s: Option<u32>,
     pub(super) resume_grace_s: Option<u32>,
     pub(super) shutdown_grace_s: Option<u32>,
@@ -180,6 +182,14 @@ mod tests {
             let error = parse(wrong).expect_err(wrong);
             assert!(error.starts_with("competition.toml: ") && error.contains("expected"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_proxy_is_an_address_or_a_range() {
+        let file = parse("trusted_proxies = [\"127.0.0.1\", \"10.0.0.0/8\"]").expect("reads");
+        assert_eq!(file.trusted_proxies.len(), 2);
+        let error = parse("\ntrusted_proxies = [\"proxy.example.org\"]").expect_err("a name");
+        assert!(error.contains("line 2") && error.contains("10.0.0.0/8"), "{error}");
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub(crate) async fn control(
     // Before the upgrade: a client that may not play gets an HTTP answer.
     let identity = player(&auth, &sessions, &headers).await?;
     let permit = inbound.connections.take(identity.as_ref())?;
+    let caller = caller.counted(&inbound)?;
     let parts = ConnectionParts { caller, encoding, sessions, auth, identity, permit };
     Ok(upgrade
         .read_buffer_size(BUFFER_BYTES)

@@ -38,7 +38,7 @@ pub(super) async fn replay(
         stored.ok_or_else(|| none("it was not recorded, is not finished, or was deleted"))?;
     let archive = app.archive.as_ref().ok_or_else(|| none("this server does not record"))?;
     let path = archive.locate(&stored);
-    let read = blocking(move || std::fs::read(path)).await;
+    let read = blocking(move || std::fs::read(path?)).await;
     let bytes = match read {
         Ok(Ok(bytes)) => bytes,
         Ok(Err(error)) => {

@@ -95,6 +95,19 @@ fn names_of_hands_are_safe_in_paths() {
     }
 }
 
+#[test]
+fn names_are_distinct_if_no_two_look_alike() {
+    let mut names = DistinctNames::default();
+    for name in ["crabs", "eels", "Иван"] {
+        assert_eq!(names.add(name), None, "{name}");
+    }
+    for (name, other) in [("CRABS", "crabs"), ("сrabs", "crabs"), ("ee1s", "eels"), ("Иван", "Иван")]
+    {
+        assert_eq!(names.add(name), Some(other), "{name}");
+        assert!(like(name, ["newts", other]).is_some(), "{name}");
+    }
+}
+
 proptest! {
     #[test]
     fn a_valid_name_is_in_its_stored_form_already(text in "\\PC{0,40}|(?s).{0,8}") {

@@ -5,6 +5,7 @@ use super::session::{Session, Sessions};
 use crate::metrics::METRICS;
 use crate::store::{Held, NewAuditEntry, OwnedSession, StoreError};
 use std::sync::Arc;
+use tokio::task::JoinSet;
 
 impl Sessions {
     /// Takes over open sessions without an owner, at most `max` of them; they wait for their clients. Returns their number.
@@ -14,13 +15,24 @@ impl Sessions {
     pub(crate) async fn adopt(self: &Arc<Self>, max: usize) -> Result<usize, StoreError> {
         let _adopting = self.adopting.0.lock().await;
         let taken = self.store.take_sessions(max, None).await?;
-        for held in &taken {
-            // The next one may be sound. This one stays ours, and is tried again when its client comes.
-            if let Err(error) = self.adopt_one(held).await {
-                tracing::error!(%error, session = held.session_id, "a session could not be taken over");
-            }
+        let number = taken.len();
+        // Their runs are built side by side, on all cores.
+        let mut adopted = JoinSet::new();
+        for held in taken {
+            let sessions = self.clone();
+            adopted.spawn(async move { sessions.adopt_or_release(&held).await });
         }
-        Ok(taken.len())
+        adopted.join_all().await;
+        Ok(number)
+    }
+
+    async fn adopt_or_release(self: &Arc<Self>, held: &Held) {
+        let Err(error) = self.adopt_one(held).await else { return };
+        tracing::error!(%error, session = held.session_id, "a session could not be taken over");
+        // For another attempt, here or elsewhere.
+        if let Err(error) = self.store.release_session(held).await {
+            tracing::error!(%error, session = held.session_id, "the session waits for the end of this server's lease");
+        }
     }
 
     /// Takes over this session, if it has no owner. Also an ended session of this process that is open again.
@@ -34,7 +46,7 @@ impl Sessions {
             return Ok(());
         }
         for held in self.store.take_sessions(1, Some(session_id)).await? {
-            self.adopt_one(&held).await?;
+            self.adopt_or_release(&held).await;
         }
         Ok(())
     }
@@ -63,6 +75,24 @@ impl Sessions {
     }
 
     async fn adopt_one(self: &Arc<Self>, held: &Held) -> Result<(), StoreError> {
+        if let Some(run) = self.store.interrupted_run(held).await?
+            && let Some(row) = self.store.resumable_session(held).await?
+        {
+            let run_id = run.run_id.clone();
+            match self.continued(&row, held, run).await {
+                Ok(session) => {
+                    METRICS.took_session(true);
+                    session.wait();
+                    return Ok(());
+                }
+                Err(error) => {
+                    tracing::error!(%error, run = run_id, "the run of another host cannot be continued");
+                    if let Some(shipper) = &self.shipper {
+                        shipper.forget(&run_id, held).await;
+                    }
+                }
+            }
+        }
         for run in self.store.abort_open_runs(held).await? {
             tracing::warn!(run, "the server stopped during this run; marked as aborted");
             let why = "the server stopped during this run; its time is given back";

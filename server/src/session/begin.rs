@@ -83,6 +83,7 @@ impl Sessions {
         self.fetch(&token_hash, true).await?;
         let mut session = self.registry.replace(&token_hash).await?;
         session.resume_token = token.to_owned();
+        session.go_on().await;
         session.keep_last_observation();
         tracing::info!(session = session.session_id, "session resumed");
         Ok(session)

@@ -2,7 +2,8 @@
 
 use super::failure::store_failed;
 use super::registry::Registry;
-use super::session::{Session, Sessions};
+use super::session::{OpenRun, Session, Sessions};
+use crate::world::run::World;
 use palmares_protocol::{Code, Refusal};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -86,10 +87,24 @@ impl Session {
         self.part();
     }
 
-    /// Stops the world, saves the clock and gives up the ownership.
+    /// Stops the world, stores its last ticks and the clock, and gives up the ownership.
     pub(super) async fn give_away(&mut self) -> Result<(), Refusal> {
         self.stand();
-        self.save(true).await;
+        self.catch_up();
+        if let (Some(shipper), Some(run)) = (&self.shared.shipper, self.machine.playing())
+            && self.gate.is_some()
+        {
+            let run_id = run.run_id.clone();
+            match &mut self.open_run {
+                OpenRun::Lockstep(world) => world.notify_observers(),
+                OpenRun::Realtime(live) => drop(live.with_world(World::notify_observers)),
+                OpenRun::None => {}
+            }
+            let lost = |_| Refusal::new(Code::Internal, "the session has another owner");
+            shipper.flush(&run_id).await.map_err(lost)?;
+        }
+        self.show_clock();
+        self.shared.save_clocks().await?;
         self.shared.store.release_session(&self.held).await?;
         self.held.lose();
         Ok(())

@@ -147,6 +147,7 @@ pub(super) async fn resume_by_team(
         return Err(store_failed("the session")(error));
     }
     sessions.registry.rekey(&old, &new);
+    session.go_on().await;
     session.rekey(token, new);
     Ok(Some(session))
 }

@@ -42,6 +42,9 @@ impl Session {
     }
 
     fn pause(&mut self) {
+        if let Some(paused) = &mut self.standing {
+            *paused = true;
+        }
         self.machine.pause(self.now());
         self.stand();
     }
@@ -54,6 +57,11 @@ impl Session {
     }
 
     async fn unpause(&mut self) {
+        if let Some(paused) = &mut self.standing {
+            *paused = false;
+            // The clock stands until the client is back.
+            return;
+        }
         self.machine.resume(self.now());
         if let OpenRun::Realtime(live) = &self.open_run {
             let (live, compute) = (live.clone(), self.shared.compute.clone());

@@ -52,15 +52,16 @@ impl Session {
     /// Finishes the open run, stores its result, then returns it.
     pub(super) async fn finish(&mut self, reason: Reason, note: Option<&str>) -> Result<RunResult, Refusal> {
         let finished = match self.unstored.take() {
-            Some(finished) => {
-                self.machine.refund_since(finished.ended, self.now());
-                finished
-            }
+            Some(finished) => finished,
             None => self.close(reason, note).await?,
         };
+        let before = self.machine.clock().spent(self.now());
         let stored = match self.store(&finished).await {
             Ok(stored) => stored,
             Err(refusal) => {
+                // The attempt costs nothing. The time until the next request is the team's.
+                self.machine.refund_since(before, self.now());
+                self.show_clock();
                 self.unstored = Some(finished);
                 return Err(refusal);
             }
@@ -70,6 +71,7 @@ impl Session {
         if let Some(archive) = &self.shared.archive {
             archive.wake();
         }
+        self.forget_ticks(true);
         self.machine.ended(self.now(), stored.refund);
         self.save(true).await;
         Ok(result(finished, &stored))
@@ -95,8 +97,7 @@ impl Session {
             log(&self.session_id, &run, &failure);
             nothing(&run, failure.fault)
         });
-        let ended = self.machine.clock().spent(self.now());
-        Ok(FinishedRun { run, outcome, decision, stats, replay: replay.unwrap_or(None), ended })
+        Ok(FinishedRun { run, outcome, decision, stats, replay: replay.unwrap_or(None) })
     }
 
     /// Takes the world, lets it settle and scores the run.
@@ -138,13 +139,13 @@ impl Session {
     /// Stores the result, the replay's digest and the clock.
     async fn store(&mut self, finished: &FinishedRun) -> Result<StoredEnd, Refusal> {
         let FinishedRun { run, outcome, decision, stats, replay, .. } = finished;
-        let store = &self.shared.store;
+        let (shared, held) = (self.shared.clone(), self.held.clone());
         let path = replay.as_ref().map(stored_path);
         let sha256 = replay.as_ref().map(|file| file.sha256.as_str());
         let (now, refund) = (self.now(), decision.refunds());
         let (cost, after) = (self.machine.run_cost(now), self.machine.after(now, refund));
         let row = FinishedRunRow {
-            held: &self.held,
+            held: &held,
             run_id: &run.run_id,
             status: decision.status.word(),
             outcome,
@@ -154,7 +155,7 @@ impl Session {
             clock: self.official.then(|| after.row()),
             replay: path.as_deref().zip(sha256),
         };
-        let status = store.finish_run(&row).await.map_err(store_failed("the result"))?;
+        let status = self.stored(shared.store.finish_run(&row)).await.map_err(store_failed("the result"))?;
         let by_session = status == "voided" && !matches!(decision.status, RunStatus::Voided { .. });
         Ok(StoredEnd { status, refund: refund || by_session })
     }
@@ -168,7 +169,8 @@ impl Session {
         };
         let (subject, reason) = (finished.run.run_id.as_str(), finished.decision.note.as_deref());
         let entry = NewAuditEntry { actor: "server", action, subject, reason };
-        if let Err(error) = self.shared.store.record(&entry).await {
+        let shared = self.shared.clone();
+        if let Err(error) = self.stored(shared.store.record(&entry)).await {
             tracing::error!(%error, run = subject, "{what} is not in the audit");
         }
     }

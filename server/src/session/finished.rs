@@ -1,7 +1,6 @@
 //! A run that has ended, and the decision on its status.
 
 use super::machine::Playing;
-use crate::clock::Spent;
 use crate::world::realtime::RealtimeStats;
 use palmares_replay::ReplayFile;
 use palmares_tasks::run::Failure;
@@ -15,8 +14,6 @@ pub(super) struct FinishedRun {
     pub(super) decision: Decision,
     pub(super) stats: RealtimeStats,
     pub(super) replay: Option<ReplayFile>,
-    /// The session's clock at the end: time until the result is stored is given back.
-    pub(super) ended: Spent,
 }
 
 /// The status of a result.

@@ -78,6 +78,18 @@ impl Machine {
         Self::with(SessionClock::restored(limit_s, state, paused, now))
     }
 
+    /// A session of another host with its open run, as at the run's last stored tick. The clock stops.
+    pub(crate) fn continued(
+        limit_s: Option<f64>,
+        before_run: ClockState,
+        in_run: &ClockState,
+        run: Playing,
+        now: Duration,
+    ) -> Self {
+        let machine = Self::with(SessionClock::restored(limit_s, in_run, true, now));
+        Machine { run: RunState::Playing(run), clock_before_run: before_run, ..machine }
+    }
+
     fn with(clock: SessionClock) -> Self {
         Machine { clock, run: RunState::Idle, clock_before_run: ClockState::default(), reset_cost_s: 0.0 }
     }
@@ -89,7 +101,12 @@ impl Machine {
 
     /// The clock from which a later process continues: while a run is open, the clock before that run.
     pub(crate) fn saved(&self, now: Duration) -> ClockState {
-        if self.playing().is_some() { self.clock_before_run } else { self.clock.state(now) }
+        self.before_run().unwrap_or_else(|| self.clock.state(now))
+    }
+
+    /// The clock before the open run, without the cost of its reset.
+    pub(crate) fn before_run(&self) -> Option<ClockState> {
+        self.playing().map(|_| self.clock_before_run)
     }
 
     /// An organizer stops the clock.
@@ -100,6 +117,11 @@ impl Machine {
     /// An organizer continues the clock.
     pub(crate) fn resume(&mut self, now: Duration) {
         self.clock.resume(now);
+    }
+
+    /// Stops the clock until this moment: the session waits for a place. The present moment lets it run.
+    pub(crate) fn hold(&mut self, until: Duration, now: Duration) {
+        self.clock.hold(until, now);
     }
 
     /// An organizer gives the session more time.
@@ -247,6 +269,13 @@ impl Machine {
             let ticks = tick.saturating_sub(run.tick);
             run.tick = tick;
             self.clock.simulate(ticks as f64 * run.tick_s, now);
+        }
+    }
+
+    /// Refunds time for which the open run stood until its ticks were stored.
+    pub(crate) fn stood(&mut self, time: Duration, now: Duration) {
+        if !time.is_zero() {
+            self.clock.refund(Spent { wall_s: time.as_secs_f64(), simulated_s: 0.0 }, now);
         }
     }
 

@@ -7,6 +7,7 @@
 mod adopt;
 mod begin;
 mod command;
+mod continued;
 mod elsewhere;
 mod entry;
 mod execute;
@@ -18,6 +19,7 @@ mod refunds;
 mod registry;
 mod run;
 mod run_inputs;
+mod saving;
 #[expect(clippy::module_inception, reason = "the folder is about sessions, the file about one")]
 mod session;
 mod waiting;

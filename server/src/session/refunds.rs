@@ -1,4 +1,4 @@
-//! Refunds for runs that were voided after their end: exactly once, even if the server crashes.
+//! Refunds: for waits for the database, and for runs that were voided after their end: exactly once, even if the server crashes.
 //!
 //! The cost of a run is stored with its result. While the cost is stored and the run is void, a refund is pending. One transaction
 //! gives the time back and deletes the cost: through the session if it is open, otherwise in the database alone.
@@ -9,7 +9,16 @@ use crate::clock::{ClockState, SessionClock, Spent};
 use crate::rules::CompetitionPhase;
 use crate::store::{ClockRow, RefundedClock, RunCost, StoreError};
 use palmares_protocol::Refusal;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// Longest time that the database may take for a request. A wait that is longer costs the session nothing; a healthy database takes
+/// milliseconds.
+const PROMPT: Duration = Duration::from_secs(1);
+
+/// A clock as stored; with `in_run` it is the one before the open run.
+pub(super) fn saved_row(state: ClockState, in_run: bool) -> ClockRow {
+    ClockRow { run_from_s: in_run.then(|| state.spent.counts_s()), ..state.row() }
+}
 
 impl ClockState {
     /// As stored.
@@ -35,6 +44,17 @@ fn spent(cost: &RunCost) -> Spent {
 }
 
 impl Session {
+    /// Waits for the database. The session gets the time back if the wait is longer than [`PROMPT`].
+    pub(super) async fn stored<T>(&mut self, storing: impl Future<Output = T>) -> T {
+        let (before, begun) = (self.machine.clock().spent(self.now()), Instant::now());
+        let done = storing.await;
+        if begun.elapsed() > PROMPT {
+            self.machine.refund_since(before, self.now());
+            self.show_clock();
+        }
+        done
+    }
+
     /// Refunds the void runs of this session.
     pub(super) async fn refund_void_runs(&mut self) -> Result<(), Refusal> {
         let pending = self.shared.store.pending_refunds(&self.session_id).await;

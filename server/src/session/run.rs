@@ -5,7 +5,7 @@ use super::machine::Playing;
 use super::run_inputs::{self, RunKey};
 use super::session::{OpenRun, Session};
 use crate::archive::Recording;
-use crate::compute::admission::Admitted;
+use crate::compute::admission::{Admitted, WAIT, WorldRequest};
 use crate::compute::background::JobError;
 use crate::config::settings::MAX_REPEAT;
 use crate::store::{NewRun, unix_ms};
@@ -86,13 +86,14 @@ impl Session {
         let opened = self.open(id, reset).await;
         if opened.as_ref().is_err_and(|refusal| refusal.code == Code::Internal) {
             self.machine.refund_since(before, self.now());
+            self.show_clock();
         }
         opened
     }
 
     async fn open(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
         self.machine.may_reset(self.now())?;
-        let (shared, team) = (self.shared.clone(), &self.team);
+        let (shared, team) = (self.shared.clone(), self.team.clone());
         let task = shared.competition.task(&reset.task).ok_or_else(|| {
             let known = names(shared.competition.tasks.iter().map(|task| task.name.as_str()));
             let message = format!("no task `{}`; there are: {known}", shortened(&reset.task));
@@ -104,26 +105,40 @@ impl Session {
         }
         let noise = self.shared.competition.sensing.noise(reset.noise)?;
         self.shared.competition.sensing.check_sensing(&task.name, reset.sensing)?;
-        let (hand, hand_sha256) = run_inputs::hand(&shared, team, &reset.hand).await?;
+        let (hand, hand_sha256) = run_inputs::hand(&shared, &team, &reset.hand).await?;
         let shots = shots(task, &hand, &reset.cameras, reset.sensing).map_err(bad_camera)?;
-        let admitted = shared.compute.admit(reset.mode, self.official)?;
+        let admitted = self.place(reset.mode)?;
         let run_id = format!("run_{}", random_hex(8)?);
-        let key = run_inputs::run_key(&shared, team, task, reset.seed).await?;
+        let key = self.stored(run_inputs::run_key(&shared, &team, task, reset.seed)).await?;
         let (k, task) = (key.k, task.clone());
         let (mode, sensing) = (reset.mode, reset.sensing);
         let task_of = task.clone();
         let new = NewWorld { run_id, task: task_of, hand, hand_sha256, key, mode, sensing, noise, shots };
-        match self.build(&new, admitted).await {
+        let built = self.build(&new, admitted).await;
+        if built.is_err() {
+            self.forget_ticks_of(&new.run_id, false);
+        }
+        match built {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
             // The scene was not shown: the next run gets the number.
             Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
-                match run_inputs::give_back_number(&shared, &self.team, &task, k).await {
+                match run_inputs::give_back_number(&shared, &team, &task, k).await {
                     Err(failed) if refusal.code == Code::HandInTheWay => Err(failed),
                     _ => Err(refusal),
                 }
             }
             Err(refusal) => Err(refusal),
         }
+    }
+
+    /// Takes a place for a world. The clock is stopped while the session waits for one.
+    fn place(&mut self, mode: Mode) -> Result<Admitted, Refusal> {
+        let request = WorldRequest { session_id: &self.session_id, mode, official: self.official };
+        let admitted = self.shared.compute.admit(request);
+        let now = self.now();
+        self.machine.hold(if admitted.is_ok() { now } else { now + WAIT }, now);
+        self.show_clock();
+        admitted
     }
 
     /// Builds the world of a run and stores the run as open.
@@ -137,7 +152,15 @@ impl Session {
         let hub = &self.shared.hub;
         let mut observers: Vec<Box<dyn RunObserver>> =
             vec![Box::new(hub.publisher(self.watch_run(new), new.sensing, new.hand_sha256.is_some()))];
-        let recorded = self.shared.archive.as_ref().map(|archive| archive.record(self.header(new)));
+        let header = self.header(new);
+        let shipper = self.shared.shipper.as_ref().filter(|_| self.official);
+        let shipped = shipper.map(|shipper| shipper.follow(&new.run_id, &self.held));
+        let stored_header = shipped.as_ref().map(|_| header.to_json());
+        self.gate = shipped.map(|(observer, gate)| {
+            observers.push(Box::new(observer));
+            gate
+        });
+        let recorded = self.shared.archive.as_ref().map(|archive| archive.record(header));
         let recording = recorded.map(|(recorder, recording)| {
             observers.push(Box::new(recorder));
             recording
@@ -148,7 +171,7 @@ impl Session {
         let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, shots };
         let opened = World::open(setup, admitted, &self.shared.compute.background, observers).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
-        self.store_opened(new).await?;
+        self.store_opened(new, stored_header).await?;
         Ok((opened, recording))
     }
 
@@ -210,7 +233,7 @@ impl Session {
         Refusal::new(code, message)
     }
 
-    async fn store_opened(&mut self, new: &NewWorld) -> Result<(), Refusal> {
+    async fn store_opened(&mut self, new: &NewWorld, header: Option<String>) -> Result<(), Refusal> {
         let own = version::own();
         let row = NewRun {
             run_id: new.run_id.clone(),
@@ -225,9 +248,10 @@ impl Session {
             k: new.key.k,
             server_version: own.version,
             build_hash: own.build_hash,
-            header: None,
+            header,
         };
-        self.shared.store.begin_run(&self.held, &row).await.map_err(store_failed("the run"))?;
+        let (shared, held) = (self.shared.clone(), self.held.clone());
+        self.stored(shared.store.begin_run(&held, &row)).await.map_err(store_failed("the run"))?;
         if new.sensing == Sensing::Truth {
             // The team no longer uses sensors only.
             self.shared.hub.ranking_changed();
@@ -286,6 +310,7 @@ impl Session {
                     hand,
                     task.tick_s,
                     self.official,
+                    self.gate.clone(),
                     &self.shared.compute,
                 );
                 self.stream = Some(live.clone());
@@ -299,7 +324,7 @@ impl Session {
     /// The message for an observation.
     fn obs(&self, id: Option<u64>, run_id: String, observation: Observation) -> Obs {
         let session_left_s = self.left_s();
-        Obs { id, run_id, session_left_s, observation, late_s: None, run: None, scene: None }
+        Obs { id, run_id, session_left_s, observation, late_s: None, resumed: false, run: None, scene: None }
     }
 
     /// Advances a lockstep world.
@@ -330,10 +355,26 @@ impl Session {
             self.close_run(Reason::SessionOver, None).await;
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
+        } else {
+            self.pass_gate(observation.tick).await?;
         }
         observation.cameras = images::render(&self.shared.compute, requested).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
+    }
+
+    /// Waits until so few ticks are unstored that the client may see this one. The time is given back.
+    async fn pass_gate(&mut self, tick: u64) -> Result<(), Refusal> {
+        let Some(gate) = &self.gate else { return Ok(()) };
+        let opened = tokio::select! {
+            biased;
+            opened = gate.open(tick) => opened.map_err(|lost| lost.to_string()),
+            () = self.shared.lifecycle.stopping() => Err("the server stops".to_owned()),
+        };
+        self.catch_up();
+        opened.map_err(|why| {
+            Refusal::new(Code::Internal, format!("{why}; connect again to go on")).retry_after(1.0)
+        })
     }
 
     /// After a reply, while the controller computes: notifies the observers, and on a free core prepares the next tick and renders
@@ -386,8 +427,9 @@ impl Session {
         images::render_ahead(&self.shared.compute, upcoming);
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
+        let resumed = std::mem::take(&mut self.went_back);
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());
-        Some(Reply::Obs(Box::new(Obs { late_s, ..self.obs(None, run_id, observation) })))
+        Some(Reply::Obs(Box::new(Obs { late_s, resumed, ..self.obs(None, run_id, observation) })))
     }
 
     /// Closes a realtime run whose world is over.

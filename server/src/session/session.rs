@@ -3,17 +3,20 @@
 use super::command::PendingCommand;
 use super::finished::FinishedRun;
 use super::machine::Machine;
+use super::refunds::saved_row;
 use super::registry::{Claims, Inbox, Registry};
 use crate::archive::{Archive, Recording};
-use crate::clock::{ClockState, SessionClocks};
+use crate::clock::{ClockState, Saving, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::fleet::lease::Lease;
+use crate::fleet::shipper::Shipper;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::Gauges;
-use crate::store::{ClockRow, Held, ResumableSession, Store, unix_ms};
+use crate::store::{Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
+use crate::world::backlog::Gate;
 use crate::world::realtime::RealtimeWorld;
 use crate::world::run::World;
 use palmares_protocol::Reply;
@@ -22,11 +25,9 @@ use palmares_protocol::specs::Specs;
 use palmares_tasks::Reason;
 use palmares_tasks::run::Exposure;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::sync::oneshot;
 
-/// How often the clock is saved while nothing else saves it.
-const SAVE_INTERVAL: Duration = Duration::from_secs(5);
 /// Time until the next attempt to store a result.
 const RETRY: Duration = Duration::from_secs(1);
 
@@ -55,6 +56,8 @@ pub(crate) struct Sessions {
     pub(crate) registry: Registry<Session>,
     /// This server's right to them.
     pub(crate) lease: Arc<Lease>,
+    /// Stores the ticks of official runs, so that another host can continue them; None without a fleet.
+    pub(crate) shipper: Option<Shipper>,
     /// Held while sessions are taken over.
     pub(crate) adopting: Adopting,
 }
@@ -63,7 +66,8 @@ impl Sessions {
     /// The gauges of the metrics; `unverified` comes from the database.
     pub(crate) fn gauges(&self, unverified: usize) -> Gauges {
         Gauges {
-            worlds: self.compute.admission.open().all(),
+            worlds: self.compute.admission.open(),
+            waiting: self.compute.admission.waiting(),
             sessions: self.registry.len(),
             viewers: self.hub.viewers(),
             unverified,
@@ -93,12 +97,17 @@ pub(crate) struct Session {
     pub(super) upcoming: Vec<Arc<Exposure>>,
     /// The open run's replay.
     pub(super) recording: Option<Recording>,
+    /// Bounds the ticks of the open run that a failure of this host takes back; None if no other host can continue the run.
+    pub(super) gate: Option<Gate>,
+    /// A continued run stands until its client is back; then whether an organizer has paused the session.
+    pub(super) standing: Option<bool>,
+    /// Whether the run has gone back to its last stored tick since the last observation of a realtime run.
+    pub(super) went_back: bool,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
     inbox: Inbox<Session>,
     /// Refunded runs whose rows are not updated yet.
     pub(super) refunded_runs: Vec<String>,
-    saved: Instant,
     /// A remark on the team's name, for the first `welcome`.
     pub(super) note: Option<String>,
 }
@@ -172,10 +181,12 @@ impl Session {
             stream: None,
             upcoming: Vec::new(),
             recording: None,
+            gate: None,
+            standing: None,
+            went_back: false,
             unstored: None,
             inbox,
             refunded_runs: Vec::new(),
-            saved: Instant::now(),
             note: None,
         })
     }
@@ -189,10 +200,11 @@ impl Session {
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
-        shared.clocks.show(&session_id, machine.clock());
         // The client has the token.
         let ids = SessionIds { held, resume_token: String::new(), token_hash, team };
-        Some(Session::new(shared, ids, true, machine, inbox))
+        let session = Session::new(shared, ids, true, machine, inbox);
+        session.show_clock();
+        Some(session)
     }
 
     /// Time of the sessions: since the server started.
@@ -278,6 +290,7 @@ impl Session {
             // Dropped: it ticks no more.
             drop(live.take(None));
         }
+        self.forget_ticks(false);
         self.shared.registry.remove(&self.token_hash, &self.session_id);
         self.shared.clocks.remove(&self.session_id);
         tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
@@ -288,8 +301,11 @@ impl Session {
         self.stream.as_ref()
     }
 
-    /// Updates the machine to the tick of a realtime world.
+    /// Gives back the time for which the run stood at its gate, and updates the machine to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
+        if let Some(gate) = &self.gate {
+            self.machine.stood(gate.take_stood(), self.now());
+        }
         if let OpenRun::Realtime(live) = &self.open_run {
             self.machine.stepped(live.tick_now(), self.now());
         }
@@ -332,20 +348,31 @@ impl Session {
         warning
     }
 
-    /// Shows the clock to organizers and spectators. Saves it for a later process, with `now` or when the last save is old.
+    /// Shows the clock to organizers and spectators, and to [`Sessions::save_clocks`].
+    pub(super) fn show_clock(&self) {
+        // A clock and the refunds that it includes are saved together.
+        let saving = match self.machine.before_run() {
+            _ if !self.official || !self.refunded_runs.is_empty() => Saving::Own,
+            Some(before) => Saving::BeforeRun(before),
+            None => Saving::Present,
+        };
+        self.shared.clocks.show(&self.session_id, self.held.epoch, self.machine.clock(), saving);
+    }
+
+    /// Shows the clock. Saves it for a later process, with `now` or while refunds are not saved yet.
     pub(super) async fn save(&mut self, now: bool) {
-        self.shared.clocks.show(&self.session_id, self.machine.clock());
-        let due = self.official && (now || self.saved.elapsed() >= SAVE_INTERVAL);
-        if !due && self.refunded_runs.is_empty() {
+        self.show_clock();
+        if !(self.official && now) && self.refunded_runs.is_empty() {
             return;
         }
-        self.saved = Instant::now();
-        let saved = self.machine.saved(self.now());
-        let run_from_s = self.machine.playing().map(|_| saved.spent.counts_s());
-        let row = ClockRow { run_from_s, ..saved.row() };
-        match self.shared.store.save_clock(&self.held, &row, &self.refunded_runs).await {
-            Ok(()) => self.refunded_runs.clear(),
-            // The next save tries again in a few seconds.
+        let row = saved_row(self.machine.saved(self.now()), self.machine.playing().is_some());
+        let (shared, held, refunded) = (self.shared.clone(), self.held.clone(), self.refunded_runs.clone());
+        match self.stored(shared.store.save_clock(&held, &row, &refunded)).await {
+            Ok(()) => {
+                self.refunded_runs.clear();
+                self.show_clock();
+            }
+            // Without refunds the next save of all clocks tries again; otherwise the next request.
             Err(error) => {
                 tracing::error!(%error, session = self.session_id, "the session's clock could not be saved");
             }

@@ -68,6 +68,7 @@ async fn keep(mut session: Box<Session>) {
                 if !session.outlasts_absence() {
                     break Reason::Disconnected;
                 }
+                session.go_on().await;
                 // The run ends; the session waits as long as it has time.
                 session.close_run(Reason::Disconnected, None).await;
                 grace = None;

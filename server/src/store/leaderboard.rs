@@ -4,6 +4,7 @@ use super::database::Store;
 use super::error::StoreError;
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::AnyConnection;
 use std::collections::{BTreeMap, HashMap};
 
 /// A team's row in the ranking.
@@ -40,59 +41,134 @@ pub(crate) struct TaskBest {
     pub(crate) ended_unix_ms: i64,
 }
 
-/// A row of the table `best`: a team's runs of a task. Without a run that counts, the best one is missing.
-type Best = (String, String, i64, i64, Option<f64>, Option<String>, Option<String>, Option<i64>, i64);
+/// A row of the table `best`: team, task, runs that count, whether a run had the true state, the best run if any counts, number and
+/// time of changes.
+type Best = (String, String, i64, i64, Option<f64>, Option<String>, Option<String>, Option<i64>, i64, i64);
+
+/// Changes may become visible this much later than the time that they have, ms: at the end of their transaction.
+const LATE_MS: i64 = 10_000;
+
+/// The ranking as it was read last, so that the next reading needs only what has changed since.
+#[derive(Debug, Default)]
+pub(crate) struct ReadTeams {
+    teams: HashMap<String, HashMap<String, ReadTask>>,
+    /// Sum of the revisions of all rows.
+    revision: i64,
+    /// Time of the last change.
+    changed_at: i64,
+}
+
+/// A team's runs of a task.
+#[derive(Debug)]
+struct ReadTask {
+    runs: i64,
+    truth: bool,
+    best: Option<TaskBest>,
+    revision: i64,
+}
+
+impl ReadTeams {
+    /// The revision of the ranking.
+    pub(crate) fn revision(&self) -> i64 {
+        self.revision
+    }
+
+    fn insert(&mut self, row: Best) {
+        let (team, task, runs, truth, score, run_id, status, ended_at, revision, changed_at) = row;
+        let best = match (score, run_id, status, ended_at) {
+            (Some(score), Some(run_id), Some(status), Some(ended_unix_ms)) => {
+                Some(TaskBest { score, run_id, status, ended_unix_ms })
+            }
+            _ => None,
+        };
+        let read = ReadTask { runs, truth: truth != 0, best, revision };
+        let before = self.teams.entry(team).or_default().insert(task, read);
+        self.revision += revision - before.map_or(0, |before| before.revision);
+        self.changed_at = self.changed_at.max(changed_at);
+    }
+
+    /// The ranking.
+    fn rows(&self) -> Vec<LeaderboardRow> {
+        let row = |(team, read): (&String, &HashMap<String, ReadTask>)| {
+            let best = |(task, read): (&String, &ReadTask)| Some((task.clone(), read.best.clone()?));
+            LeaderboardRow {
+                rank: 0,
+                team: team.clone(),
+                total: 0.0,
+                runs: read.values().map(|task| task.runs).sum(),
+                reached_unix_ms: i64::MIN,
+                sensors_only: !read.values().any(|task| task.truth),
+                sensors_rank: None,
+                tasks: read.iter().filter_map(best).collect(),
+            }
+        };
+        rank(self.teams.iter().map(row).filter(|row| !row.tasks.is_empty()).collect())
+    }
+}
 
 impl Store {
     /// All teams with a finished run that counts, best first. Rejected and voided runs do not count, practice runs
     /// only in practice.
     pub(crate) async fn leaderboard(&self, official: bool) -> Result<Vec<LeaderboardRow>, StoreError> {
-        Ok(self.revised_leaderboard(official).await?.1)
+        self.read_leaderboard(official, &mut ReadTeams::default()).await
     }
 
-    /// The ranking, and its revision.
-    pub(crate) async fn revised_leaderboard(
+    /// The ranking, from an earlier reading and the changes since.
+    pub(crate) async fn read_leaderboard(
         &self,
         official: bool,
-    ) -> Result<(i64, Vec<LeaderboardRow>), StoreError> {
-        let best: Vec<Best> = sqlx::query_as(
-            "SELECT team, task, runs, truth, score, run_id, status, ended_at, revision FROM best \
-             WHERE official = $1",
+        read: &mut ReadTeams,
+    ) -> Result<Vec<LeaderboardRow>, StoreError> {
+        let since = if read.teams.is_empty() { i64::MIN } else { read.changed_at - LATE_MS };
+        if !self.read_changes(official, since, read).await? {
+            // A change came later than expected, or the database's clock was set back.
+            *read = ReadTeams::default();
+            self.read_changes(official, i64::MIN, read).await?;
+        }
+        Ok(read.rows())
+    }
+
+    /// Reads the rows that changed since a time; whether no change is missing after that.
+    async fn read_changes(
+        &self,
+        official: bool,
+        since: i64,
+        read: &mut ReadTeams,
+    ) -> Result<bool, StoreError> {
+        // One statement, so that the sum is that of the rows. It is the first row.
+        let rows: Vec<Best> = sqlx::query_as(
+            "SELECT '' AS team, '' AS task, CAST(0 AS BIGINT) AS runs, CAST(0 AS BIGINT) AS truth, \
+                 CAST(NULL AS DOUBLE PRECISION) AS score, CAST(NULL AS TEXT) AS run_id, CAST(NULL AS TEXT) AS status, \
+                 CAST(NULL AS BIGINT) AS ended_at, CAST(COALESCE(SUM(revision), 0) AS BIGINT) AS revision, \
+                 CAST(0 AS BIGINT) AS changed_at FROM best WHERE official = $1 \
+             UNION ALL \
+             SELECT team, task, runs, truth, score, run_id, status, ended_at, revision, changed_at FROM best \
+             WHERE official = $1 AND changed_at >= $2",
         )
         .bind(i64::from(official))
+        .bind(since)
         .fetch_all(&self.pool())
         .await?;
-        let mut teams: HashMap<String, LeaderboardRow> = HashMap::new();
-        let mut revision = 0;
-        for (team, task, runs, truth, score, run_id, status, ended_at, changes) in best {
-            revision += changes;
-            let row = teams.entry(team).or_insert_with_key(|team| LeaderboardRow {
-                rank: 0,
-                team: team.clone(),
-                total: 0.0,
-                runs: 0,
-                reached_unix_ms: i64::MIN,
-                sensors_only: true,
-                sensors_rank: None,
-                tasks: BTreeMap::new(),
-            });
-            row.runs += runs;
-            row.sensors_only &= truth == 0;
-            if let (Some(score), Some(run_id), Some(status), Some(ended_unix_ms)) =
-                (score, run_id, status, ended_at)
-            {
-                row.tasks.insert(task, TaskBest { score, run_id, status, ended_unix_ms });
+        let (mut total, mut rows) = (0, rows.into_iter());
+        for row in rows.by_ref() {
+            match row.0.is_empty() {
+                true => total += row.8,
+                false => read.insert(row),
             }
         }
-        Ok((revision, rank(teams.into_values().filter(|row| !row.tasks.is_empty()).collect())))
+        Ok(read.revision == total)
     }
 
     /// The revision of the ranking: it grows with every change, on whichever server.
-    pub(crate) async fn leaderboard_revision(&self, official: bool) -> Result<i64, StoreError> {
+    pub(crate) async fn leaderboard_revision(
+        &self,
+        connection: &mut AnyConnection,
+        official: bool,
+    ) -> Result<i64, StoreError> {
         let query = sqlx::query_scalar(
             "SELECT CAST(COALESCE(SUM(revision), 0) AS BIGINT) FROM best WHERE official = $1",
         );
-        Ok(query.bind(i64::from(official)).fetch_one(&self.pool()).await?)
+        Ok(query.bind(i64::from(official)).fetch_one(connection).await?)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The location of the database, and the lock that one server holds on it.
 
 use super::error::StoreError;
+use crate::private_files;
 use sqlx::any::AnyConnectOptions;
 use sqlx::{AnyConnection, Connection};
 use std::fmt::Write;
@@ -111,8 +112,10 @@ impl Target {
         match location {
             Location::DataDir(folder) => {
                 let failed = |source| StoreError::Folder { path: folder.clone(), source };
-                std::fs::create_dir_all(folder).map_err(failed)?;
+                private_files::make_folder(folder).map_err(failed)?;
                 let file = folder.canonicalize().map_err(failed)?.join("palmares.sqlite");
+                // SQLite gives the files beside it the same mode.
+                private_files::open_or_make(&file).map_err(failed)?;
                 let place = folder.join("palmares.sqlite").display().to_string();
                 let url = format!("sqlite://{}?mode=rwc", percent_encoded(&file));
                 Ok(Target { place, url, dialect: Dialect::Sqlite, file: Some(file) })
@@ -140,8 +143,14 @@ impl Target {
                     false if parameters.is_empty() => format!("{}?mode=rwc", url.trim_end_matches('?')),
                     false => format!("{url}&mode=rwc"),
                 };
+                let file = PathBuf::from(path);
+                // A path with escapes is another file's; the database then gets the mode that the system sets.
+                if !parameters.contains("mode=") && !path.contains('%') {
+                    let failed = |source| StoreError::Folder { path: file.clone(), source };
+                    private_files::open_or_make(&file).map_err(failed)?;
+                }
                 // For the lock file only: escapes in the path change nothing but its name.
-                let file = Some(PathBuf::from(path));
+                let file = Some(file);
                 Ok(Target { place, url, dialect: Dialect::Sqlite, file })
             }
             _ => Err(refused("this kind of database is not supported".into())),
@@ -175,7 +184,7 @@ impl Target {
         match &self.file {
             Some(file) => {
                 let path = file.with_file_name("palmares.lock");
-                match File::options().create(true).append(true).open(&path) {
+                match private_files::open_or_make(&path) {
                     Ok(file) => Ok(Lock::File(file)),
                     Err(source) => Err(StoreError::Folder { path, source }),
                 }

@@ -30,6 +30,7 @@ mod leaderboard;
 mod lists;
 mod location;
 mod number;
+mod run_actions;
 mod runs;
 mod sessions;
 mod settings;
@@ -40,18 +41,21 @@ mod verification;
 
 pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
-pub(crate) use clocks::{ClockRow, RefundedClock, RunCost};
+pub(crate) use clocks::{ClockRow, RefundedClock, RunCost, SavedClock};
 pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
 pub(crate) use hosts::{ALONE, FIRST_EPOCH, Held, Host, LEASE, OwnedSession, Renewal};
-pub(crate) use leaderboard::LeaderboardRow;
 pub(crate) use leaderboard::TaskBest;
+pub(crate) use leaderboard::{LeaderboardRow, ReadTeams};
 pub(crate) use lists::ListFilter;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
-pub(crate) use runs::{FinishedRunRow, NewRun, RunRecord};
+pub(crate) use run_actions::{
+    OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
+};
+pub(crate) use runs::{FinishedRunRow, InterruptedRun, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
@@ -59,4 +63,4 @@ pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{CLAIM, Claim, MAX_TRIES, VerificationStatus};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

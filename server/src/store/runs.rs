@@ -67,6 +67,21 @@ pub(crate) struct FinishedRunRow<'a> {
     pub(crate) replay: Option<(&'a str, &'a str)>,
 }
 
+/// An open run whose host is gone.
+#[derive(Clone, Debug)]
+pub(crate) struct InterruptedRun {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Header of its replay as JSON.
+    pub(crate) header: String,
+    /// Wall-clock time of the session, as saved last in the run, s.
+    pub(crate) wall_s: Option<f64>,
+    /// Time given back, as saved last in the run, s.
+    pub(crate) refunded_s: Option<f64>,
+}
+
+from_row!(InterruptedRun { run_id, header, wall_s: "run_wall_s", refunded_s: "run_refunded_s" });
+
 /// A run, as in `GET /v1/runs/{id}`.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct RunRecord {
@@ -302,6 +317,27 @@ impl Store {
             run.similar = similar.remove(&run.run_id);
         }
         Ok(runs)
+    }
+
+    /// The open run of a session that this process has taken over, if this engine can continue it.
+    pub(crate) async fn interrupted_run(&self, held: &Held) -> Result<Option<InterruptedRun>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT run_id, header, run_wall_s, run_refunded_s FROM runs JOIN sessions \
+             ON sessions.session_id = runs.session_id WHERE runs.session_id = $1 AND sessions.epoch = $2 \
+             AND runs.status = 'open' AND header IS NOT NULL AND engine = $3 ORDER BY started_at DESC LIMIT 1",
+        );
+        let query = query.bind(held.session_id.clone()).bind(held.epoch).bind(identity::engine());
+        Ok(query.fetch_optional(&self.pool()).await?)
+    }
+
+    /// Counts that another host continues a run.
+    pub(crate) async fn count_move(&self, held: &Held, run_id: &str) -> Result<(), StoreError> {
+        let mut transaction = self.fenced(held).await?;
+        sqlx::query("UPDATE runs SET moved = moved + 1 WHERE run_id = $1")
+            .bind(run_id)
+            .execute(&mut *transaction)
+            .await?;
+        Ok(transaction.commit().await?)
     }
 
     /// Marks the open runs of a session as aborted: their owner is gone, and they cannot continue. Returns them.

@@ -96,6 +96,14 @@ impl Store {
         Ok(query.fetch_optional(&self.pool()).await?)
     }
 
+    /// The label of a team's newest token.
+    pub(crate) async fn team_label(&self, team: &str) -> Result<Option<String>, StoreError> {
+        let query = sqlx::query_scalar(
+            "SELECT label FROM tokens WHERE team = $1 ORDER BY created_at DESC, token_id LIMIT 1",
+        );
+        Ok(query.bind(team).fetch_optional(&self.pool()).await?)
+    }
+
     /// All tokens, oldest first.
     pub(crate) async fn tokens(&self) -> Result<Vec<TokenRow>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM tokens ORDER BY created_at, token_id");

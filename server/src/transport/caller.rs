@@ -1,8 +1,13 @@
 //! The other end of a connection.
 
+use super::inbound_limits::InboundLimits;
 use super::low_latency::busy_poll::BusyPoll;
 use super::low_latency::listener::Link;
+use super::quota::Quota;
 use super::socket_limits::SocketPermit;
+use super::trusted_proxies::TrustedProxies;
+use axum::http::HeaderMap;
+use palmares_protocol::{Code, Refusal};
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 
@@ -12,6 +17,10 @@ use std::sync::Arc;
 pub(crate) struct Caller {
     /// Its address.
     pub(crate) address: IpAddr,
+    /// Whether a trusted proxy named the address.
+    forwarded: bool,
+    /// Counts a WebSocket that came through a proxy.
+    _quota: Option<Arc<Quota<IpAddr>>>,
     /// The server's end of the low-latency path.
     link: Link,
     _permit: Arc<SocketPermit>,
@@ -20,7 +29,31 @@ pub(crate) struct Caller {
 impl Caller {
     pub(super) fn new(from: Peer, permit: SocketPermit) -> Self {
         let Peer { address, link } = from;
-        Caller { address, link, _permit: Arc::new(permit) }
+        Caller { address, forwarded: false, _quota: None, link, _permit: Arc::new(permit) }
+    }
+
+    /// The client behind trusted proxies, as the headers of a request name it.
+    pub(super) fn behind(self, proxies: &TrustedProxies, headers: &HeaderMap) -> Self {
+        let address = proxies.client(self.address, headers);
+        Caller { forwarded: address != self.address, address, ..self }
+    }
+
+    /// Counts a WebSocket towards the sockets of its client's address, if a trusted proxy opened the connection. Others are counted
+    /// when they connect.
+    ///
+    /// # Errors
+    /// The address has too many sockets.
+    pub(crate) fn counted(self, limits: &InboundLimits) -> Result<Self, Refusal> {
+        if !self.forwarded {
+            return Ok(self);
+        }
+        match limits.sockets.of_address(self.address) {
+            Some(quota) => Ok(Caller { _quota: quota.map(Arc::new), ..self }),
+            None => {
+                let message = "too many connections from this address; try again";
+                Err(Refusal::new(Code::Capacity, message).retry_after(5.0))
+            }
+        }
     }
 
     /// How its connection waits for requests, on a machine with this number of cores.

@@ -4,6 +4,7 @@ use super::body::Bodies;
 use super::connections::Connections;
 use super::guard::Guard;
 use super::socket_limits::SocketLimits;
+use super::trusted_proxies::TrustedProxies;
 use crate::config::settings::Settings;
 
 /// The checks that come before a handler.
@@ -21,10 +22,11 @@ pub(crate) struct InboundLimits {
 
 impl InboundLimits {
     /// The limits that the organizer sets.
-    pub(crate) fn new(settings: &Settings, guard: Guard) -> Self {
+    pub(crate) fn new(settings: &Settings, guard: Guard, proxies: TrustedProxies) -> Self {
+        let (all, per_address) = (settings.max_connections, settings.max_connections_per_address);
         InboundLimits {
             guard,
-            sockets: SocketLimits::new(settings.max_connections, settings.max_connections_per_address),
+            sockets: SocketLimits::new(all, per_address, proxies),
             connections: Connections::new(settings),
             bodies: Bodies::default(),
         }

@@ -12,6 +12,7 @@ pub(crate) mod low_latency;
 mod quota;
 mod serve;
 mod socket_limits;
+pub(crate) mod trusted_proxies;
 mod upgrade;
 
 pub(crate) use body::Received;
@@ -21,5 +22,6 @@ pub(crate) use connections::ConnectionPermit;
 pub(crate) use frame_error::FrameError;
 pub(crate) use guard_layer::guard;
 pub(crate) use inbound_limits::InboundLimits;
+pub(crate) use quota::{Quota, Quotas};
 pub(crate) use serve::serve;
 pub(crate) use upgrade::{UpgradeRefused, upgrade};

@@ -36,6 +36,11 @@ impl<K: Eq + Hash + Clone> Quotas<K> {
 }
 
 impl<K> Quotas<K> {
+    /// The amount of all keys.
+    pub(crate) fn total(&self) -> usize {
+        self.lock().values().sum()
+    }
+
     fn lock(&self) -> MutexGuard<'_, HashMap<K, usize>> {
         // Nothing panics while it holds the lock; if something did, the map would still be whole.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)

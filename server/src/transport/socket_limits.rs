@@ -1,11 +1,12 @@
 //! Limits on open sockets: in total, and for each address.
 
 use super::quota::{Quota, Quotas};
+use super::trusted_proxies::TrustedProxies;
 use std::net::IpAddr;
 use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Sockets in addition to those of controllers: for viewers and single requests.
+/// Sockets in addition to those of controllers: for viewers, and more than a hundred for single requests.
 const OTHER_SOCKETS: usize = 512;
 
 /// Counts the open sockets.
@@ -14,6 +15,8 @@ pub(crate) struct SocketLimits {
     all: Arc<Semaphore>,
     by_address: Quotas<IpAddr>,
     per_address: usize,
+    /// Sockets from these count towards the total only.
+    pub(super) proxies: TrustedProxies,
 }
 
 /// A socket, counted until this is dropped.
@@ -25,24 +28,30 @@ pub(crate) struct SocketPermit {
 
 impl SocketLimits {
     /// Limits for this number of controllers, and of sockets from one address.
-    pub(crate) fn new(controllers: usize, per_address: usize) -> Self {
+    pub(crate) fn new(controllers: usize, per_address: usize, proxies: TrustedProxies) -> Self {
         let all = Arc::new(Semaphore::new(controllers + OTHER_SOCKETS));
-        SocketLimits { all, by_address: Quotas::default(), per_address }
+        SocketLimits { all, by_address: Quotas::default(), per_address, proxies }
     }
 
-    /// Counts a socket from an address; None when a limit is reached. Sockets from this machine, where a proxy may run, count
-    /// towards the total only.
+    /// Counts a socket from an address; None when a limit is reached. Sockets from this machine, where a proxy may run, and from
+    /// trusted proxies count towards the total only.
     pub(crate) fn enter(&self, from: IpAddr) -> Option<SocketPermit> {
         let of_all = self.all.clone().try_acquire_owned().ok()?;
-        let address = from.to_canonical();
-        let of_address = match Some(address).filter(|address| !address.is_loopback()) {
-            Some(address) => {
-                let mut quota = self.by_address.of(address);
-                quota.grow(1, self.per_address).then_some(Some(quota))?
-            }
-            None => None,
+        let of_address = match self.proxies.contains(from) {
+            true => None,
+            false => self.of_address(from)?,
         };
         Some(SocketPermit { _of_all: of_all, _of_address: of_address })
+    }
+
+    /// Counts a socket towards those of its client's address; None when there are too many. Those of this machine have no limit.
+    pub(super) fn of_address(&self, address: IpAddr) -> Option<Option<Quota<IpAddr>>> {
+        let address = address.to_canonical();
+        if address.is_loopback() {
+            return Some(None);
+        }
+        let mut quota = self.by_address.of(address);
+        quota.grow(1, self.per_address).then_some(Some(quota))
     }
 }
 
@@ -52,7 +61,8 @@ mod tests {
 
     #[test]
     fn an_address_has_a_quota_of_the_sockets_and_this_machine_has_none() {
-        let sockets = SocketLimits::new(1, 2);
+        let proxy = "10.9.0.0/16".parse().expect("a range");
+        let sockets = SocketLimits::new(1, 2, TrustedProxies(vec![proxy]));
         let far = IpAddr::from([10, 0, 0, 1]);
         let held = [sockets.enter(far), sockets.enter(far)];
         assert!(held.iter().all(Option::is_some));
@@ -62,6 +72,9 @@ mod tests {
         assert!(sockets.enter(IpAddr::from([10, 0, 0, 2])).is_some());
         let near: Vec<_> = (0..9).map(|_| sockets.enter(IpAddr::from([127, 0, 0, 1]))).collect();
         assert!(near.iter().all(Option::is_some));
+        let proxied: Vec<_> = (0..9).map(|_| sockets.enter(IpAddr::from([10, 9, 0, 1]))).collect();
+        assert!(proxied.iter().all(Option::is_some));
+        assert!(sockets.of_address(far).is_none(), "also through a proxy");
         drop(held);
         assert!(sockets.enter(far).is_some());
     }

@@ -5,13 +5,14 @@ use super::context::WatchContext;
 use super::viewer::Viewer;
 use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;
-use crate::transport::{self, Caller, UpgradeRefused};
+use crate::transport::{self, Caller, InboundLimits, UpgradeRefused};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
-use palmares_protocol::{Code, Encoding, Refusal};
+use palmares_protocol::Encoding;
+use std::sync::Arc;
 
 /// The subprotocol with binary frames of poses.
 const BINARY: &str = "palmares.v1.bin";
@@ -19,6 +20,7 @@ const BINARY: &str = "palmares.v1.bin";
 /// `GET /v1/watch`.
 pub(crate) async fn watch(
     State(context): State<WatchContext>,
+    State(inbound): State<Arc<InboundLimits>>,
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
@@ -26,19 +28,17 @@ pub(crate) async fn watch(
     let known = [(BINARY, true), (Encoding::Json.subprotocol(), false)];
     let (upgrade, binary) = transport::upgrade(upgrade, &headers, known)?;
     let identity = context.auth.identify_browser(&context.store, &headers).await?;
-    let Some(permit) = context.hub.viewer_permit() else {
-        let message = "all places for viewers are taken";
-        return Err(Refusal::new(Code::Capacity, message).retry_after(5.0).into());
-    };
     let watcher = match &identity {
         None => Watcher::Anybody,
         Some(Identity { role: Role::Organizer, .. }) => Watcher::Organizer,
         Some(Identity { role: Role::Viewer, .. }) => Watcher::Spectator,
         Some(Identity { role: Role::Team, team, .. }) => Watcher::Team(team.clone().unwrap_or_default()),
     };
+    let place = context.hub.places.take(&watcher, context.competition.settings.max_connections_per_team)?;
+    let caller = caller.counted(&inbound)?;
     let upgrade = upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES);
     Ok(upgrade.on_upgrade(async move |socket| {
-        let (_permit, _caller) = (permit, caller);
+        let (_place, _caller) = (place, caller);
         let _alive = context.lifecycle.alive();
         Viewer::new(socket, context, watcher, binary).serve(identity.as_ref()).await;
     }))

@@ -4,6 +4,7 @@ use super::access::Watcher;
 use super::channel::{Channel, Following, QueuedMessage};
 use super::frame::{self, Frame};
 use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
+use super::places::Places;
 use super::request::Target;
 use super::sample::{Overlays, WatchSample};
 use crate::store::Announcement;
@@ -13,10 +14,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast, watch};
+use tokio::sync::{broadcast, watch};
 
-/// Viewers that may be connected at once.
-const MAX_VIEWERS: usize = 256;
 /// Longest queue of messages for a viewer; a viewer that falls further behind is closed.
 const QUEUE_LENGTH: usize = 256;
 /// Time between two samples of a run without viewers, for a viewer that comes while its world is not stepped.
@@ -57,7 +56,7 @@ pub(crate) struct Hub {
     ranking: watch::Sender<u64>,
     /// The newest announcement.
     announced: watch::Sender<Option<Announcement>>,
-    viewer_permits: Arc<Semaphore>,
+    pub(super) places: Places,
     since: Instant,
 }
 
@@ -68,7 +67,7 @@ impl Default for Hub {
             changed: watch::Sender::new(0),
             ranking: watch::Sender::new(0),
             announced: watch::Sender::default(),
-            viewer_permits: Arc::new(Semaphore::new(MAX_VIEWERS)),
+            places: Places::default(),
             since: Instant::now(),
         }
     }
@@ -138,14 +137,9 @@ impl Hub {
         });
     }
 
-    /// A permit for another viewer; None when the server has too many.
-    pub(super) fn viewer_permit(&self) -> Option<OwnedSemaphorePermit> {
-        self.viewer_permits.clone().try_acquire_owned().ok()
-    }
-
     /// Number of connected viewers.
     pub(crate) fn viewers(&self) -> usize {
-        MAX_VIEWERS - self.viewer_permits.available_permits()
+        self.places.taken()
     }
 
     /// Changes whenever a run opens or ends.

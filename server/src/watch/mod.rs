@@ -13,6 +13,7 @@ mod frame;
 mod handshake;
 mod hub;
 pub(crate) mod messages;
+mod places;
 mod ranking_cache;
 pub(crate) mod request;
 mod sample;

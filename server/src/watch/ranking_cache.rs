@@ -4,8 +4,9 @@ use super::frame::text;
 use super::hub::Hub;
 use super::messages::{Ranking, WatchReply};
 use crate::metrics::METRICS;
-use crate::store::{LeaderboardRow, Store, StoreError};
+use crate::store::{LeaderboardRow, ReadTeams, Store, StoreError};
 use axum::extract::ws::Utf8Bytes;
+use sqlx::AnyConnection;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
@@ -56,13 +57,22 @@ pub(crate) struct RankingCache {
     hub: Arc<Hub>,
     readings: watch::Sender<Readings>,
     reader: Mutex<Reader>,
+    /// What was read last.
+    teams: tokio::sync::Mutex<ReadTeams>,
 }
 
 impl RankingCache {
     /// The ranking of a competition, or of practice.
     pub(crate) fn new(store: Store, official: bool, hub: Arc<Hub>) -> Self {
         let reader = Mutex::new(Reader { running: false, not_before: Instant::now() });
-        RankingCache { store, official, hub, readings: watch::Sender::default(), reader }
+        RankingCache {
+            store,
+            official,
+            hub,
+            readings: watch::Sender::default(),
+            reader,
+            teams: Default::default(),
+        }
     }
 
     /// The ranking with every change that was stored before this call. After a recent reading it waits for the next one.
@@ -77,13 +87,9 @@ impl RankingCache {
             }
             if seen.failed > failed {
                 // The error is this caller's own.
-                let (revision, rows) = self.store.revised_leaderboard(self.official).await?;
-                return Ok(Arc::new(ReadRanking {
-                    rows,
-                    changes: needed,
-                    revision,
-                    message: OnceLock::new(),
-                }));
+                let rows = self.store.leaderboard(self.official).await?;
+                let message = OnceLock::new();
+                return Ok(Arc::new(ReadRanking { rows, changes: needed, revision: 0, message }));
             }
             self.refresh();
             // The sender is in `self`.
@@ -112,12 +118,13 @@ impl RankingCache {
 
     /// Compares the ranking with its revision in the database, which changes with the writes of every server. The beat of a server calls
     /// this.
-    #[cfg_attr(not(test), expect(dead_code, reason = "one server has a database until servers have a beat"))]
-    pub(crate) async fn check(&self) -> Result<(), StoreError> {
-        let revision = self.store.leaderboard_revision(self.official).await?;
-        // A stale ranking is read again anyway.
-        if !self.is_stale() && self.readings.borrow().newest.as_ref().is_some_and(|n| n.revision != revision)
-        {
+    pub(crate) async fn follow(&self, connection: &mut AnyConnection) -> Result<(), StoreError> {
+        // A stale ranking is read again when somebody needs it.
+        if self.is_stale() {
+            return Ok(());
+        }
+        let revision = self.store.leaderboard_revision(connection, self.official).await?;
+        if self.readings.borrow().newest.as_ref().is_some_and(|newest| newest.revision != revision) {
             self.hub.ranking_changed();
         }
         Ok(())
@@ -133,14 +140,17 @@ impl RankingCache {
         // Before reading: a change in between is read once more.
         let changes = self.hub.ranking_count();
         let began = Instant::now();
-        let read = self.store.revised_leaderboard(self.official).await;
+        let mut teams = self.teams.lock().await;
+        let read = self.store.read_leaderboard(self.official, &mut teams).await;
+        let revision = teams.revision();
+        drop(teams);
         METRICS.ranking_read(began.elapsed());
         {
             let mut reader = self.reader();
             *reader = Reader { running: false, not_before: Instant::now() + PERIOD };
         }
         self.readings.send_modify(|readings| match read {
-            Ok((revision, rows)) => {
+            Ok(rows) => {
                 let message = OnceLock::new();
                 readings.newest = Some(Arc::new(ReadRanking { rows, changes, revision, message }));
             }
@@ -212,17 +222,19 @@ mod tests {
     #[tokio::test]
     async fn a_change_by_another_server_is_found_by_its_revision() {
         let (cache, _folder) = cache().await;
-        cache.check().await.expect("reads");
-        assert_eq!(cache.hub.ranking_count(), 0, "nobody has needed the ranking yet");
+        let mut connection = cache.store.connection().await.expect("connects");
+        let mut count = async || {
+            cache.follow(&mut connection).await.expect("reads");
+            cache.hub.ranking_count()
+        };
+        assert_eq!(count().await, 0, "nobody has needed the ranking yet");
         cache.current().await.expect("reads");
-        cache.check().await.expect("reads");
-        assert_eq!(cache.hub.ranking_count(), 0);
+        assert_eq!(count().await, 0);
         store_a_run(&cache.store).await;
-        for _ in 0..2 {
-            cache.check().await.expect("reads");
-            assert_eq!(cache.hub.ranking_count(), 1, "counted once");
-        }
+        assert_eq!(count().await, 1);
+        assert_eq!(count().await, 1, "counted once");
         assert_eq!(cache.current().await.expect("reads").rows[0].team, "crabs");
+        assert_eq!(count().await, 1);
         cache.store.close().await;
     }
 

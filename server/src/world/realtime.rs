@@ -3,6 +3,7 @@
 //! The pacer steps it; the session's connection puts actions into its inbox and takes observations from its stream. Neither waits
 //! for the other: when the stream is full, the oldest observation is dropped.
 
+use super::backlog::Gate;
 use super::images::StepImages;
 use super::run::{StepError, World};
 use crate::compute::Compute;
@@ -74,6 +75,8 @@ pub(crate) struct RealtimeWorld {
     hand: Arc<Hand>,
     tick_phase: TickPhase,
     official: bool,
+    /// Closed while too many ticks are not stored; None for a run that no other host can continue.
+    gate: Option<Gate>,
     scheduler: Scheduler,
     inbox: Mutex<Inbox>,
     ticking: Mutex<Ticking>,
@@ -93,19 +96,34 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl RealtimeWorld {
-    /// Starts a world at tick 0.
+    /// Starts a world.
     pub(crate) fn start(
         world: World,
         hand: Arc<Hand>,
         tick_s: f64,
         official: bool,
+        gate: Option<Gate>,
+        compute: &Compute,
+    ) -> Arc<Self> {
+        let live = Self::standing(world, hand, tick_s, official, gate, compute);
+        live.resume(&compute.pacer);
+        live
+    }
+
+    /// A world that stands until [`RealtimeWorld::resume`].
+    pub(crate) fn standing(
+        world: World,
+        hand: Arc<Hand>,
+        tick_s: f64,
+        official: bool,
+        gate: Option<Gate>,
         compute: &Compute,
     ) -> Arc<Self> {
         let tick_phase = compute.pacer.next_phase();
         let pace = Pace::new(tick_phase.not_before(Instant::now(), tick_s), tick_s);
-        let due = pace.due();
-        let live = Arc::new(Self::new(world, hand, pace, tick_phase, official, compute.scheduler.clone()));
-        compute.pacer.enlist(due, 0, live.clone());
+        let scheduler = compute.scheduler.clone();
+        let live = Arc::new(Self::new(world, hand, pace, tick_phase, official, gate, scheduler));
+        live.pause();
         live
     }
 
@@ -115,15 +133,18 @@ impl RealtimeWorld {
         pace: Pace,
         tick_phase: TickPhase,
         official: bool,
+        gate: Option<Gate>,
         scheduler: Scheduler,
     ) -> Self {
         let last = world.observe().ok();
+        let tick = last.as_ref().map_or(0, |observation| observation.tick);
         RealtimeWorld {
             hand,
             tick_phase,
             official,
+            gate,
             scheduler,
-            inbox: Mutex::new(Inbox { action: None, shots: vec![], tick: 0, generation: 0, paused: false }),
+            inbox: Mutex::new(Inbox { action: None, shots: vec![], tick, generation: 0, paused: false }),
             ticking: Mutex::new(Ticking { world: Some(world), pace }),
             stream: Mutex::new(Stream { last, ..Stream::default() }),
             notify: Notify::new(),
@@ -278,6 +299,20 @@ impl RealtimeWorld {
         self.notify.notify_one();
     }
 
+    /// Whether the next tick may begin. While the gate is closed the world stands as in a pause: `Err` has when to try again, or
+    /// None if the session has another owner.
+    fn pass_gate(&self, pace: &mut Pace) -> Result<(), Option<Instant>> {
+        let Some(gate) = &self.gate else { return Ok(()) };
+        if gate.is_lost() {
+            return Err(None);
+        }
+        if gate.may_show(self.tick_now() + 1) {
+            return Ok(());
+        }
+        gate.add_stood(pace.postpone(Instant::now()));
+        Err(Some(pace.due()))
+    }
+
     /// The action that holds the hand where it is.
     fn hold(world: &mut World) -> Result<Action, StepError> {
         let observation = world.observe()?;
@@ -294,8 +329,14 @@ impl Paced for RealtimeWorld {
 
     fn tick(&self, generation: u64) -> Option<Instant> {
         let due = {
-            let ticking = lock(&self.ticking);
+            let mut ticking = lock(&self.ticking);
             ticking.world.as_ref()?;
+            if lock(&self.inbox).generation != generation {
+                return None;
+            }
+            if let Err(later) = self.pass_gate(&mut ticking.pace) {
+                return later;
+            }
             ticking.pace.due()
         };
         let permit = self.scheduler.permit_blocking(Urgency::realtime(self.official, due));

@@ -133,13 +133,13 @@ impl std::fmt::Debug for World {
     }
 }
 
-/// A world at tick 0.
+/// A world that was opened.
 pub(crate) struct OpenedWorld {
     /// The world.
     pub(crate) world: World,
     /// The scene, as the controller may know it.
     pub(crate) scene: Scene,
-    /// The first observation.
+    /// Its present observation.
     pub(crate) observation: Observation,
 }
 
@@ -149,18 +149,30 @@ impl World {
         setup: WorldSetup,
         admitted: Admitted,
         background: &Background,
-        mut observers: Vec<Box<dyn RunObserver>>,
+        observers: Vec<Box<dyn RunObserver>>,
     ) -> Result<OpenedWorld, OpenError> {
         let build = move || {
             let WorldSetup { task, hand, seed, sensing, noise, shots } = setup;
             let mut run = Run::new(task, hand, seed)?.with_noise(noise);
-            let (scene, mut observation) = (run.scene().clone().redacted_for(sensing), run.observe(sensing));
-            observation.cameras = images::render_here(&run.expose(&shots));
-            observers.iter_mut().for_each(|observer| observer.opened(&run));
-            let world = World::of(Box::new(run), sensing, observers, admitted);
-            Ok(OpenedWorld { world, scene, observation })
+            let cameras = images::render_here(&run.expose(&shots));
+            let mut opened = World::of_run(run, sensing, observers, admitted);
+            opened.observation.cameras = cameras;
+            Ok(opened)
         };
         background.run(JobPriority::Awaited, build).await?
+    }
+
+    /// The world of a run at any tick; `observers` see it from there.
+    pub(crate) fn of_run(
+        run: Run,
+        sensing: Sensing,
+        mut observers: Vec<Box<dyn RunObserver>>,
+        admitted: Admitted,
+    ) -> OpenedWorld {
+        let (scene, observation) = (run.scene().clone().redacted_for(sensing), run.observe(sensing));
+        observers.iter_mut().for_each(|observer| observer.opened(&run));
+        let world = World::of(Box::new(run), sensing, observers, admitted);
+        OpenedWorld { world, scene, observation }
     }
 
     pub(crate) fn of(
@@ -214,6 +226,7 @@ impl World {
         action: &Action,
         repeat: u32,
     ) -> Result<StepResult, StepError> {
+        self.admitted.used();
         let mut earlier = Vec::new();
         let mut left = repeat.max(1);
         loop {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 /// Sees every tick of a world. It must not block: the world waits for it.
 pub(crate) trait RunObserver: Send {
-    /// The run is at tick 0.
+    /// The run is at tick 0, or at the tick at which another host continues it.
     fn opened(&mut self, run: &Run);
     /// Before a tick of a realtime run, with its delay.
     fn began(&mut self, late: Duration) {

@@ -1,12 +1,17 @@
 //! A run without physics, for tests: it counts ticks, and ends, breaks, panics or never returns at a given tick.
 
 use super::run::{Playable, World};
-use crate::compute::admission::Admission;
+use crate::compute::admission::{Admission, WorldRequest};
 use palmares_protocol::Mode;
 use palmares_tasks::run::Failure;
 use palmares_tasks::{
     Action, ActionError, Event, Fault, HandObservation, Observation, Outcome, Reason, Run, Sensing,
 };
+use std::time::Instant;
+
+/// A request for a world.
+pub(crate) const REQUEST: WorldRequest<'static> =
+    WorldRequest { session_id: "ses", mode: Mode::Lockstep, official: false };
 
 /// Counts ticks; ends, breaks, panics or never returns at a given tick.
 pub(crate) struct Stub {
@@ -100,6 +105,6 @@ impl Playable for Stub {
 /// A world with this stub, and the admission that counts it.
 pub(crate) fn stub_world(stub: Stub) -> (World, Admission) {
     let admission = Admission::default();
-    let admitted = admission.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
+    let admitted = admission.take(REQUEST, Instant::now(), |_| Ok(())).expect("free");
     (World::of(Box::new(stub), Sensing::Truth, vec![], admitted), admission)
 }

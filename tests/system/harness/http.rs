@@ -37,14 +37,8 @@ pub(crate) fn get(server: &Server, path: &str) -> Response {
 
 /// GETs a file: status and content.
 pub(crate) fn get_bytes(server: &Server, path: &str) -> (u16, Vec<u8>) {
-    let mut stream = TcpStream::connect(server.address()).expect("connects");
-    write!(stream, "GET {path} HTTP/1.0\r\nHost: {}\r\n\r\n", server.address()).expect("sent");
-    let mut answer = Vec::new();
-    stream.read_to_end(&mut answer).expect("answer");
-    let split = answer.windows(4).position(|four| four == b"\r\n\r\n").expect("a head and a body");
-    let head = String::from_utf8_lossy(&answer[..split]).into_owned();
-    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
-    (status, answer.split_off(split + 4))
+    let (status, _, body) = exchange(server, "GET", path, "", b"");
+    (status, body)
 }
 
 /// Any request without a body.
@@ -52,8 +46,20 @@ pub(crate) fn request(server: &Server, method: &str, path: &str) -> Response {
     send(server, method, path, "", b"")
 }
 
-/// Any request, with more header lines and a body.
+/// Any request, with more header lines and a body; its answer is text.
 pub(crate) fn send(server: &Server, method: &str, path: &str, headers: &str, body: &[u8]) -> Response {
+    let (status, head, body) = exchange(server, method, path, headers, body);
+    Response { status, head: head.to_lowercase(), body: String::from_utf8(body).expect("text") }
+}
+
+/// Status, head and body of the answer to any request.
+pub(crate) fn exchange(
+    server: &Server,
+    method: &str,
+    path: &str,
+    headers: &str,
+    body: &[u8],
+) -> (u16, String, Vec<u8>) {
     let mut stream = TcpStream::connect(server.address()).expect("connects");
     let (host, length) = (server.address(), body.len());
     // HTTP/1.0: the answer ends where the connection does.
@@ -64,8 +70,9 @@ pub(crate) fn send(server: &Server, method: &str, path: &str, headers: &str, bod
     // It may also close the connection with unread bytes.
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
-    let answer = String::from_utf8(answer).expect("text");
-    let (head, body) = answer.split_once("\r\n\r\n").expect("a head and a body");
+    let split = answer.windows(4).position(|four| four == b"\r\n\r\n").expect("a head and a body");
+    let body = answer.split_off(split + 4);
+    let head = String::from_utf8(answer).expect("text");
     let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
-    Response { status, head: head.to_lowercase(), body: body.to_owned() }
+    (status, head, body)
 }

@@ -8,7 +8,7 @@ pub(crate) mod raw;
 mod server;
 
 pub(crate) use client::{Client, assert_error, handshake, handshake_to};
-pub(crate) use http::{Response, get, get_bytes, request, send};
+pub(crate) use http::{Response, exchange, get, get_bytes, request, send};
 pub(crate) use official::{Official, RULES, bearer, reset as official_reset};
 pub(crate) use postgres::postgres_database;
 pub(crate) use server::{Server, program};

@@ -134,11 +134,16 @@ pub(crate) fn answer_to(server: &Server, head: &str) -> (TcpStream, String) {
 impl RawSocket {
     /// Opens a socket with a subprotocol.
     pub(crate) fn open(server: &Server, path: &str, subprotocol: &str) -> Self {
+        Self::open_with(server, path, subprotocol, "")
+    }
+
+    /// The same with more header lines.
+    pub(crate) fn open_with(server: &Server, path: &str, subprotocol: &str, headers: &str) -> Self {
         let host = server.address();
         let head = format!(
             "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
              Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
-             Sec-WebSocket-Protocol: {subprotocol}\r\n\r\n"
+             Sec-WebSocket-Protocol: {subprotocol}\r\n{headers}\r\n"
         );
         let (stream, answer) = answer_to(server, &head);
         assert!(answer.starts_with("http/1.1 101 "), "{answer}");

@@ -229,6 +229,16 @@ export interface ChannelInfo {
   truth?: boolean;
 }
 
+/** Whether a team can be added. */
+export interface CheckedTeam {
+  /** Its name as it is stored, or as it was sent if it is not valid. */
+  team: string;
+  /** Whether it exists. */
+  exists: boolean;
+  /** The reason why it cannot be added. */
+  problem: string | null;
+}
+
 /** The client program: `"name/version"`, or an object. */
 export type ClientInfo =
   | string
@@ -965,6 +975,13 @@ export interface NewAnnouncement {
   text: string;
   /** The reason, for the audit. */
   reason?: string;
+}
+
+/** A team to add. */
+export interface NewTeam {
+  team: string;
+  /** Label of its token. */
+  label?: string;
 }
 
 /** A new token of an organizer or a viewer. */
@@ -1736,8 +1753,20 @@ export interface Tasks {
 /** An action on a team. */
 export interface TeamActionRequest {
   team: string;
+  /** The holder of the new token, for people; for `add` and `rotate`. A new token without one has the label of the last. */
+  label?: string;
   /** The reason, for the audit. */
   reason?: string;
+}
+
+/** Teams to add. */
+export interface TeamCheckRequest {
+  teams: NewTeam[];
+}
+
+/** The teams in the order of the request. */
+export interface TeamCheckResponse {
+  teams: CheckedTeam[];
 }
 
 /** A team. */

@@ -43,8 +43,10 @@ class Stream:
                 return  # It belongs to an earlier run.
             if self._newest is not None:
                 self.skipped += 1
-                if self._newest.events:
-                    obs.events = (self._newest.events + obs.events)[-MAX_EVENTS:]
+                # Later ticks than those of a run that has gone back are played again.
+                earlier = [event for event in self._newest.events if event.tick < obs.tick or not obs.resumed]
+                obs.events = (earlier + obs.events)[-MAX_EVENTS:]
+                obs.resumed |= self._newest.resumed
             self._newest = obs
 
     def take(self) -> Observation | None:

@@ -7,6 +7,7 @@ use crate::http::csv::{self, Table};
 use crate::http::extract::{Path, Query};
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
+use crate::session::Sessions;
 use crate::state::AppState;
 use crate::store::Store;
 use crate::store::{AuditEntry, NewAuditEntry};
@@ -105,11 +106,14 @@ pub(super) async fn export(
 pub(super) async fn backup(
     State(backup): State<Arc<backup::Files>>,
     State(store): State<Store>,
+    State(sessions): State<Arc<Sessions>>,
     identity: Identity,
 ) -> Result<Response, Problem> {
     let entry =
         NewAuditEntry { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
     store.record(&entry).await?;
+    // The backup has the clocks as of now.
+    sessions.save_clocks().await?;
     let tables = store.dump().await?;
     let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);
     let files = backup.clone();

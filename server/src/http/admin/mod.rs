@@ -26,7 +26,10 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value};
 use std::sync::Arc;
-use teams::{IssuedToken, NewToken, RevokedTokens, TeamActionRequest, Teams, TokenActionRequest, Tokens};
+use teams::{
+    IssuedToken, NewToken, RevokedTokens, TeamActionRequest, TeamCheckRequest, TeamCheckResponse, Teams,
+    TokenActionRequest, Tokens,
+};
 
 /// The organizers' addresses.
 pub(super) fn routes() -> Routes<AppState> {
@@ -47,6 +50,13 @@ pub(super) fn routes() -> Routes<AppState> {
             announcement::announce,
         )
         .add(post_json::<TeamActionRequest, IssuedToken>("/v1/admin/team/add", "Add a team; returns its token"), teams::add)
+        .add(
+            post_json::<TeamCheckRequest, TeamCheckResponse>(
+                "/v1/admin/team/check",
+                "Whether teams can be added; changes nothing",
+            ),
+            teams::check,
+        )
         .add(
             post_json::<TeamActionRequest, IssuedToken>(
                 "/v1/admin/team/rotate",

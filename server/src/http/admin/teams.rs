@@ -3,7 +3,7 @@
 use super::request::{AdminRequest, entry, not_found};
 use crate::auth::Auth;
 use crate::auth::{self, Role};
-use crate::names::{self, printable};
+use crate::names::{self, DistinctNames, printable};
 use crate::problem::Problem;
 use crate::state::AppState;
 use crate::store::Store;
@@ -14,6 +14,7 @@ use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// An action on a team.
@@ -21,9 +22,46 @@ use std::sync::Arc;
 #[serde(deny_unknown_fields)]
 pub(in crate::http) struct TeamActionRequest {
     team: String,
+    /// The holder of the new token, for people; for `add` and `rotate`. A new token without one has the label of the last.
+    #[serde(default)]
+    label: Option<String>,
     /// The reason, for the audit.
     #[serde(default)]
     reason: Option<String>,
+}
+
+/// Teams to add.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::http) struct TeamCheckRequest {
+    teams: Vec<NewTeam>,
+}
+
+/// A team to add.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::http) struct NewTeam {
+    team: String,
+    /// Label of its token.
+    #[serde(default)]
+    label: String,
+}
+
+/// The teams in the order of the request.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::http) struct TeamCheckResponse {
+    teams: Vec<CheckedTeam>,
+}
+
+/// Whether a team can be added.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::http) struct CheckedTeam {
+    /// Its name as it is stored, or as it was sent if it is not valid.
+    team: String,
+    /// Whether it exists.
+    exists: bool,
+    /// The reason why it cannot be added.
+    problem: Option<String>,
 }
 
 /// A new token of an organizer or a viewer.
@@ -105,16 +143,62 @@ pub(super) async fn add(
     request: AdminRequest<TeamActionRequest>,
 ) -> Result<Json<IssuedToken>, Problem> {
     let team = names::team(&request.body.team).map_err(|error| Problem(error.of("team")))?;
+    let label = label(&request.body)?.unwrap_or_default();
     let add = entry(&request.identity, "team.add", &team, &request.body.reason);
     if let Some(other) = app.store.add_team(&team, &add).await? {
         let message = if other == team {
             format!("there is a team `{team}` already; rotate gives it a new token")
         } else {
-            format!("`{team}` looks like the team `{}` (UTS 39); choose another name", printable(&other))
+            format!("`{team}` {}", looks_like(&other))
         };
         return Err(Problem::new(Code::WrongState, message));
     }
-    new_token(&app, &request.identity, "token.issue", &team, &request.body.reason).await
+    new_token(&app, &request.identity, "token.issue", &team, &label, &request.body.reason).await
+}
+
+fn looks_like(other: &str) -> String {
+    format!("looks like the team `{}` (UTS 39); choose another name", printable(other))
+}
+
+/// The label of a request in the form that is stored.
+fn label(body: &TeamActionRequest) -> Result<Option<String>, Problem> {
+    let label = body.label.as_deref().map(names::label).transpose();
+    label.map_err(|error| Problem(error.of("label")))
+}
+
+/// Checks teams before they are added; changes nothing.
+pub(super) async fn check(
+    State(store): State<Store>,
+    request: AdminRequest<TeamCheckRequest>,
+) -> Result<Json<TeamCheckResponse>, Problem> {
+    let had: BTreeSet<String> = store.teams().await?.into_iter().map(|row| row.team).collect();
+    let (mut distinct, mut checked) = (DistinctNames::default(), BTreeSet::new());
+    for team in &had {
+        distinct.add(team);
+    }
+    let mut one = |new: NewTeam| {
+        let team = match names::team(&new.team) {
+            Ok(team) => team,
+            Err(error) => {
+                return CheckedTeam {
+                    team: new.team,
+                    exists: false,
+                    problem: Some(format!("name: {error}")),
+                };
+            }
+        };
+        let (exists, first) = (had.contains(&team), checked.insert(team.clone()));
+        let other = if exists { None } else { distinct.add(&team) };
+        let problem = match (names::label(&new.label), first, other) {
+            (Err(error), ..) => Some(format!("label: {error}")),
+            (_, false, _) => Some("it is there twice".to_owned()),
+            (.., Some(other)) => Some(looks_like(other)),
+            (_, true, None) => None,
+        };
+        CheckedTeam { team, exists, problem }
+    };
+    let teams = request.body.teams.into_iter().map(&mut one).collect();
+    Ok(Json(TeamCheckResponse { teams }))
 }
 
 async fn new_token(
@@ -122,10 +206,11 @@ async fn new_token(
     identity: &auth::Identity,
     action: &str,
     team: &str,
+    label: &str,
     reason: &Option<String>,
 ) -> Result<Json<IssuedToken>, Problem> {
     let entry = entry(identity, action, team, reason);
-    let issued = auth::issue(&app.store, Role::Team, Some(team), "", true, &entry).await;
+    let issued = auth::issue(&app.store, Role::Team, Some(team), label, true, &entry).await;
     let (token, revoked) = issued.map_err(|error| issue_failed(&error))?;
     app.auth.revoke(revoked);
     let (team, text) = (Some(team.to_owned()), token.reveal());
@@ -141,7 +226,11 @@ pub(super) async fn rotate(
     if !app.store.has_team(team).await? {
         return Err(no_team(team));
     }
-    new_token(&app, &request.identity, "token.rotate", team, &request.body.reason).await
+    let label = match label(&request.body)? {
+        Some(label) => label,
+        None => app.store.team_label(team).await?.unwrap_or_default(),
+    };
+    new_token(&app, &request.identity, "token.rotate", team, &label, &request.body.reason).await
 }
 
 /// Revokes a team's tokens; its connections close.

@@ -156,6 +156,63 @@ async fn a_clock_outlives_the_process() {
     }
 }
 
+#[tokio::test]
+async fn the_clocks_of_all_sessions_are_saved_at_once_but_no_later_one_is_lost() {
+    for place in places().await {
+        let store = place.open().await;
+        let names: Vec<String> = (0..202).map(|k| format!("s{k}")).collect();
+        for name in &names {
+            store.begin_session(&session(name, name), None).await.expect("session");
+        }
+        let clock = |wall_s, simulated_s, refunded_s, run_from_s| ClockRow {
+            started: true,
+            wall_s,
+            simulated_s,
+            refunded_s,
+            run_from_s,
+        };
+        let save = async |clocks: &[(&str, ClockRow)]| {
+            let saved = |&(name, clock): &(&str, ClockRow)| SavedClock {
+                session_id: name.into(),
+                epoch: held(name).epoch,
+                clock,
+                in_run: None,
+            };
+            store.save_clocks(&clocks.iter().map(saved).collect::<Vec<_>>()).await.expect("saves");
+        };
+        let saved = async |name: &str| {
+            store.resumable_session(&held(name)).await.expect("query").map(|session| session.clock)
+        };
+        save(&[]).await;
+        let first = [clock(10.0, 3.0, 0.0, None), clock(0.5, 9.5, 0.0, Some(9.5))];
+        let all: Vec<_> = names.iter().enumerate().map(|(k, name)| (name.as_str(), first[k % 2])).collect();
+        save(&all).await;
+        for (name, clock) in [all[0], all[1], all[200], all[201]] {
+            assert_eq!(saved(name).await, Some(clock), "{name}");
+        }
+        // Two sessions save a refund and a result, one ends; then come the clocks that were read before.
+        let (refund, result) = (clock(8.0, 3.0, 2.0, None), clock(0.7, 19.5, 0.0, None));
+        store.save_clock(&held("s0"), &refund, &[]).await.expect("saves");
+        store.save_clock(&held("s1"), &result, &[]).await.expect("saves");
+        store.end_session(&held("s2")).await.expect("ends");
+        let later = clock(11.0, 9.5, 0.0, None);
+        save(&[all[0], all[1], ("s2", later), ("s3", later)]).await;
+        for (name, clock) in [("s0", refund), ("s1", result), ("s3", later)] {
+            assert_eq!(saved(name).await, Some(clock), "{name}");
+        }
+        assert_eq!(store.session("s2").await.expect("query").map(|session| session.clock_wall_s), Some(10.0));
+        let later = [clock(8.5, 3.0, 2.0, None), clock(20.0, 19.5, 0.0, Some(20.0))];
+        save(&[("s0", later[0]), ("s1", later[1])]).await;
+        assert_eq!((saved("s0").await, saved("s1").await), (Some(later[0]), Some(later[1])));
+        // Another owner.
+        let epoch = held("s4").epoch + 1;
+        let stale = SavedClock { session_id: "s4".into(), epoch, clock: later[0], in_run: None };
+        store.save_clocks(&[stale]).await.expect("saves nothing");
+        assert_eq!(saved("s4").await, Some(first[0]));
+        store.close().await;
+    }
+}
+
 /// Adds the pending refunds to the clock's refunds.
 fn refund(clock: ClockRow, pending: &[RunCost], revived: bool) -> RefundedClock {
     let more: f64 = pending.iter().map(|cost| cost.simulated_s).sum();

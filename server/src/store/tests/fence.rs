@@ -12,6 +12,10 @@ async fn taken_over(store: &Store) -> (Held, Held) {
     (held("s-r"), taken[0].clone())
 }
 
+fn entry<'a>(action: &'a str, subject: &'a str) -> NewAuditEntry<'a> {
+    NewAuditEntry { actor: "tok_1", action, subject, reason: None }
+}
+
 fn new_run(run_id: &str) -> NewRun {
     NewRun {
         run_id: run_id.into(),
@@ -146,6 +150,14 @@ async fn hosts_share_a_database_if_they_fit() {
             () = renewing => {}
         }
     }
+    // While the competition is open, its engine is one.
+    first.enter_phase("phase", "open", &entry("competition.open", "competition")).await.expect("opens");
+    let opened = entry("competition.open", "competition");
+    let engine = first.change_settings(&[("engine", "0.0.1+another")], &opened).await;
+    engine.expect("as if it were opened by another version");
+    let error = Store::open(&location, &host("h3", "c")).await.expect_err("refused").to_string();
+    assert!(error.contains("open with the engine 0.0.1+another"), "{error}");
+    first.enter_phase("phase", "closed", &entry("competition.close", "competition")).await.expect("closes");
     // Sessions of a host that lives stay with it, those of one that is gone do not.
     begin_in(&first, "official", "crabs", "balls", "one", Some(1), Sensing::Truth).await;
     begin_in(&second, "official", "eels", "balls", "two", Some(1), Sensing::Truth).await;

@@ -126,15 +126,22 @@ async fn the_kept_ranking_is_that_of_all_runs_after_any_writes() {
     for (index, place) in places().await.into_iter().enumerate() {
         let store = place.open().await;
         let (mut draw, mut runs, mut writes) = (Draw(7), Vec::new(), Vec::new());
-        let mut revision = 0;
+        let (mut revision, mut connection) = (0, store.connection().await.expect("connects"));
+        let mut read = ReadTeams::default();
         for i in 0..150 {
             let before = kept(&store, true).await;
             writes.push(random_write(&store, &mut draw, &mut runs).await);
             let last = format!("{i}: {}", writes.last().expect("one"));
             assert_kept(&store, &last).await;
-            let now = store.leaderboard_revision(true).await.expect("query");
+            let now = store.leaderboard_revision(&mut connection, true).await.expect("query");
             assert!(now > revision || now == revision && kept(&store, true).await == before, "{last}");
-            assert_eq!(store.revised_leaderboard(true).await.expect("query").0, now);
+            // Read from what was read before and the changes since.
+            let rows = store.read_leaderboard(true, &mut read).await.expect("query");
+            assert_eq!(
+                (rows, read.revision()),
+                (store.leaderboard(true).await.expect("query"), now),
+                "{last}"
+            );
             revision = now;
         }
         assert!(!kept(&store, true).await.is_empty() && !kept(&store, false).await.is_empty());
@@ -187,6 +194,27 @@ async fn the_ranking_of_an_older_database_is_computed_once() {
         assert_eq!([kept(&store, false).await, kept(&store, true).await], before);
         random_write(&store, &mut draw, &mut runs).await;
         assert_kept(&store, "after the migration").await;
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_change_with_an_older_time_is_found_by_the_sum_of_revisions() {
+    for place in places().await {
+        let store = place.open().await;
+        for (k, team) in ["crabs", "eels"].into_iter().enumerate() {
+            begin_in(&store, "official", team, "balls", team, Some(k as u64 + 1), Sensing::Sensors).await;
+            finish(&store, team, 1.0, "provisional").await;
+        }
+        let mut read = ReadTeams::default();
+        assert_eq!(store.read_leaderboard(true, &mut read).await.expect("query").len(), 2);
+        // As after a long transaction, or with the database's clock set back by a minute.
+        judge(&store, "eels", VerificationStatus::Rejected).await;
+        let older = "UPDATE best SET changed_at = changed_at - 60000 WHERE team = 'eels'";
+        sqlx::query(older).execute(&store.pool()).await.expect("older");
+        let rows = store.read_leaderboard(true, &mut read).await.expect("query");
+        assert_eq!(rows, store.leaderboard(true).await.expect("query"));
+        assert_eq!((rows.len(), rows[0].team.as_str()), (1, "crabs"));
         store.close().await;
     }
 }

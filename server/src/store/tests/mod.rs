@@ -2,10 +2,12 @@
 
 mod competition;
 mod fence;
+pub(crate) mod fleet_database;
 mod leaderboard;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;
+mod run_actions;
 mod similar_runs;
 mod verification;
 

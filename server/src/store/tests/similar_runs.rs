@@ -133,3 +133,22 @@ async fn a_run_keeps_its_longest_matches() {
         store.close().await;
     }
 }
+
+#[tokio::test]
+async fn marks_of_a_backup_of_an_older_version_are_compared() {
+    for (old, new) in places().await.into_iter().zip(places().await) {
+        let store = old.open().await;
+        play(&store, "a", "balls", 2, &marks(1, 3000)).await;
+        let mut tables = store.dump().await.expect("dumps");
+        store.close().await;
+        let (_, rows) = tables.iter_mut().find(|(name, _)| name == "action_marks").expect("marks");
+        for row in rows {
+            row.remove("k");
+        }
+        let store = new.open().await;
+        store.fill(&tables).await.expect("restores");
+        let copy = play(&store, "b", "balls", 2, &marks(1, 3000)).await;
+        assert_eq!(similar(&store, &copy).await, [("a".into(), 2, 3006)]);
+        store.close().await;
+    }
+}

@@ -7,10 +7,14 @@ use palmares_models::builtin::builtin_hands;
 use palmares_tasks::BaseTarget;
 
 fn live(stub: Stub) -> Arc<RealtimeWorld> {
+    live_with(stub, None)
+}
+
+fn live_with(stub: Stub, gate: Option<Gate>) -> Arc<RealtimeWorld> {
     let hand = builtin_hands()[0].clone();
     let now = Instant::now();
     let (pace, tick_phase) = (Pace::new(now, 0.01), TickPhases::new(now).next());
-    Arc::new(RealtimeWorld::new(stub_world(stub).0, hand, pace, tick_phase, false, Scheduler::new(1)))
+    Arc::new(RealtimeWorld::new(stub_world(stub).0, hand, pace, tick_phase, false, gate, Scheduler::new(1)))
 }
 
 fn moving(speed: f64) -> Action {
@@ -128,4 +132,34 @@ fn a_run_that_is_cut_short_says_why_in_its_last_observation() {
     let streamed: Vec<(u64, bool)> =
         std::iter::from_fn(|| live.pop()).map(|s| (s.observation.tick, s.observation.truncated)).collect();
     assert_eq!(streamed, [(1, false), (1, true)]);
+}
+
+#[test]
+fn a_world_with_too_many_unstored_ticks_stands_until_they_are_stored() {
+    use crate::world::backlog::{Backlog, MAX_UNSTORED};
+    let backlog = Backlog::new();
+    let live = live_with(Stub::default(), Some(backlog.gate().clone()));
+    let play = || {
+        for _ in 0..MAX_UNSTORED {
+            assert!(live.tick(0).is_some());
+            backlog.add(live.tick_now());
+        }
+    };
+    play();
+    let before = lock(&live.ticking).pace.due();
+    for stood in 1..4 {
+        let later = live.tick(0).expect("it tries again");
+        assert!(later >= before + stood * std::time::Duration::from_millis(10));
+        assert_eq!(live.tick_now(), MAX_UNSTORED);
+    }
+    assert!(backlog.gate().take_stood() >= std::time::Duration::from_millis(30));
+    assert!(backlog.gate().take_stood().is_zero(), "given back once");
+    let late = live.stats().tempo.late;
+    assert!(backlog.take().is_some());
+    backlog.confirm();
+    play();
+    assert_eq!(live.tick_now(), 2 * MAX_UNSTORED);
+    assert_eq!(live.stats().tempo.late, late, "ticks before they were due");
+    backlog.lose();
+    assert!(live.tick(0).is_none(), "its next owner continues it");
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::compute::admission::Admission;
-use crate::world::stub::{Stub, stub_world};
+use crate::world::stub::{REQUEST, Stub, stub_world};
 
 struct Fixture {
     world: World,
@@ -69,7 +69,7 @@ async fn observers_see_every_tick_once_and_in_order() {
     let hand = Hand::builtin("pinch").expect("built in");
     let link = hand.links[0].name.clone();
     let admission = Admission::default();
-    let admitted = admission.take(palmares_protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
+    let admitted = admission.take(REQUEST, Instant::now(), |_| Ok(())).expect("free");
     let (log, calls) = std::sync::mpsc::channel();
     let observers: Vec<Box<dyn RunObserver>> = vec![Box::new(CallLog(log))];
     let (scheduler, background) = (Scheduler::new(1), Background::new(1));

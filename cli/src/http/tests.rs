@@ -1,6 +1,7 @@
 //! The client against a server with a certificate of a test authority, whose key is thrown away.
 
 use crate::admin::client::{Access, Client};
+use crate::health::{HealthOptions, health};
 use clap::Parser;
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
@@ -9,7 +10,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpListener;
 use std::sync::Arc;
 
-const AUTHORITY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/admin/tls/authority.pem");
+const AUTHORITY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/http/authority.pem");
 const LOCALHOST: &[u8] = include_bytes!("localhost.pem");
 
 #[derive(Parser)]
@@ -25,6 +26,17 @@ fn get(url: &str, ca: Option<&str>) -> Result<String, String> {
     let access = Arguments::parse_from(words).access;
     let answer = Client::with_token(&access, "plm_test".into()).and_then(|client| client.get("/"));
     answer.map(|value| value.to_string()).map_err(|error| format!("{error:#}"))
+}
+
+/// The error of `palmares health`.
+fn ill(url: &str) -> String {
+    #[derive(Parser)]
+    struct Arguments {
+        #[command(flatten)]
+        options: HealthOptions,
+    }
+    let options = Arguments::parse_from(["test", "--url", url]).options;
+    format!("{:#}", health(&options).expect_err("not healthy"))
 }
 
 /// Answers one request on each connection.
@@ -100,4 +112,9 @@ fn an_error_says_what_is_wrong_and_what_helps() {
         let error = get(&url, ca).expect_err(&url);
         assert!(parts.iter().all(|part| error.contains(part)), "{url} {ca:?}: {error}");
     }
+    // The check of a server's health asks in the same way.
+    let error = ill(&format!("https://localhost:{secure}"));
+    assert!(error.contains("UnknownIssuer"), "{error}");
+    let error = ill(&format!("http://127.0.0.1:{closed}"));
+    assert!(error.contains("is the server running?"), "{error}");
 }

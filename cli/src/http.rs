@@ -1,14 +1,45 @@
-//! TLS of the client: the system's certificate authorities, and those of `--ca`.
+//! Requests over HTTP, or over TLS with the system's certificate authorities and those of `--ca`.
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, anyhow, ensure};
 use rustls::crypto::ring;
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
+use ureq::config::ConfigBuilder;
 use ureq::tls::{Certificate, PemItem, RootCerts, TlsConfig, parse_pem};
+use ureq::typestate::AgentScope;
+
+/// The configuration of an agent for this URL.
+pub(crate) fn for_url(
+    config: ConfigBuilder<AgentScope>,
+    url: &str,
+    ca: Option<&Path>,
+) -> anyhow::Result<ConfigBuilder<AgentScope>> {
+    let secure = url.starts_with("https://");
+    ensure!(
+        secure || url.starts_with("http://"),
+        "--url {url}: expected http://HOST:PORT or https://HOST:PORT"
+    );
+    Ok(if secure { config.tls_config(tls(ca)?) } else { config })
+}
+
+/// The reason why a request got no response, and what helps.
+pub(crate) fn unreachable(address: &str, error: &ureq::Error) -> anyhow::Error {
+    let help = match error {
+        ureq::Error::Io(io) if io.kind() == ErrorKind::ConnectionRefused => {
+            "is the server running? --url names another"
+        }
+        ureq::Error::Timeout(_) => "the server takes connections, but does not answer in time",
+        // rustls packs its errors into this kind.
+        ureq::Error::Io(io) if io.kind() == ErrorKind::InvalidData => help(io),
+        ureq::Error::Io(_) | ureq::Error::HostNotFound => "--url names another server",
+        _ => return anyhow!("{address}: {error}"),
+    };
+    anyhow!("{address}: {error}; {help}")
+}
 
 /// The settings of an HTTPS client.
-pub(crate) fn config(ca: Option<&Path>) -> anyhow::Result<TlsConfig> {
+fn tls(ca: Option<&Path>) -> anyhow::Result<TlsConfig> {
     // A system without authorities is no error as long as --ca names one.
     let system = rustls_native_certs::load_native_certs().certs;
     let mut roots: Vec<Certificate<'static>> =
@@ -41,7 +72,7 @@ fn authorities(path: &Path) -> anyhow::Result<Vec<Certificate<'static>>> {
 }
 
 /// Advice for an error of a TLS connection.
-pub(crate) fn help(error: &io::Error) -> &'static str {
+fn help(error: &io::Error) -> &'static str {
     use rustls::CertificateError::{NotValidForName, NotValidForNameContext};
     use rustls::Error::{InvalidCertificate, InvalidMessage};
     match error.get_ref().and_then(|inner| inner.downcast_ref()) {

@@ -1,0 +1,106 @@
+//! The files of the data directory: only the server's account can read them. They hold official seeds, keys and tokens.
+
+use crate::stored_path::{HANDS, REPLAYS, checked};
+use std::fs::{self, DirBuilder, File, Permissions};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
+use std::path::Path;
+
+/// Mode of folders.
+const FOLDER_MODE: u32 = 0o700;
+/// Mode of files.
+pub(crate) const FILE_MODE: u32 = 0o600;
+/// The server's files in the data directory, but for the secrets: the server refuses secrets that others could read.
+const FILES: [&str; 7] = [
+    "palmares.sqlite",
+    "palmares.sqlite-wal",
+    "palmares.sqlite-shm",
+    "palmares.sqlite-journal",
+    "palmares.lock",
+    "organizer.token",
+    // Of the Python package.
+    "server.log",
+];
+/// Its secrets.
+const SECRETS: [&str; 2] = ["seed.secret", "signing.key"];
+
+/// Makes a folder that only its owner can read, if there is none.
+pub(crate) fn make_folder(path: &Path) -> io::Result<()> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    match DirBuilder::new().mode(FOLDER_MODE).create(path) {
+        Err(_) if path.is_dir() => Ok(()),
+        made => made,
+    }
+}
+
+/// Opens a file for appending; makes one that only its owner can read, if there is none.
+pub(crate) fn open_or_make(path: &Path) -> io::Result<File> {
+    File::options().create(true).append(true).mode(FILE_MODE).open(path)
+}
+
+/// Opens a file that only its owner can read, empty.
+pub(crate) fn create(path: &Path) -> io::Result<File> {
+    File::options().create(true).write(true).truncate(true).mode(FILE_MODE).open(path)
+}
+
+/// Withdraws the access of other accounts to the server's files in a data directory, which an earlier version or a copy may have
+/// left, and says so in the log. Other files stay as they are.
+pub(crate) fn withdraw_access(data_dir: &Path) {
+    let mut changed = 0;
+    for name in FILES {
+        changed += restrict(&data_dir.join(name), FILE_MODE);
+    }
+    for folder in [REPLAYS, HANDS] {
+        let path = data_dir.join(folder);
+        changed += restrict(&path, FOLDER_MODE);
+        for name in names(&path) {
+            if checked(folder, &format!("{folder}/{name}")).is_ok() {
+                changed += restrict(&path.join(name), FILE_MODE);
+            }
+        }
+    }
+    let ours = |name: &String| {
+        let name = name.as_str();
+        FILES.contains(&name) || SECRETS.contains(&name) || name == REPLAYS || name == HANDS
+    };
+    match names(data_dir).iter().find(|name| !ours(name)) {
+        None => changed += restrict(data_dir, FOLDER_MODE),
+        Some(other) if mode(data_dir).is_some_and(|mode| mode & 0o077 != 0) => tracing::warn!(
+            other,
+            "other accounts can list {}; it stays so, since it has other files than the server's",
+            data_dir.display()
+        ),
+        Some(_) => {}
+    }
+    if changed > 0 {
+        tracing::warn!(changed, "other accounts could read files in {}; now they cannot", data_dir.display());
+    }
+}
+
+/// The names in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// The mode of a file or folder; None for links and for nothing.
+fn mode(path: &Path) -> Option<u32> {
+    let facts = fs::symlink_metadata(path).ok()?;
+    (facts.is_file() || facts.is_dir()).then(|| facts.permissions().mode() & 0o777)
+}
+
+/// Sets the mode of a file or folder that others can access. Returns the number of changes.
+pub(crate) fn restrict(path: &Path, to: u32) -> usize {
+    if mode(path).is_none_or(|mode| mode & 0o077 == 0) {
+        return 0;
+    }
+    match fs::set_permissions(path, Permissions::from_mode(to)) {
+        Ok(()) => 1,
+        Err(error) => {
+            tracing::warn!(%error, path = %path.display(), "other accounts can read this; its mode cannot be changed");
+            0
+        }
+    }
+}

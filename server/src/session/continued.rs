@@ -1,0 +1,165 @@
+//! A run that another host has begun, continued here: the same world, bit for bit, at its last stored tick.
+//!
+//! World and clock stand until the client is back, or until the grace period of a lost connection has passed: the loss of the host is
+//! no fault of the team.
+
+use super::machine::{Machine, Playing};
+use super::run_inputs;
+use super::session::{OpenRun, Session, SessionIds, Sessions};
+use crate::clock::{ClockState, Spent};
+use crate::compute::admission::WorldRequest;
+use crate::fleet::continued_run::ContinuedRun;
+use crate::store::{Held, InterruptedRun, ResumableSession};
+use crate::watch::messages::WatchRun;
+use crate::world::RunObserver;
+use crate::world::realtime::RealtimeWorld;
+use anyhow::{Context, anyhow};
+use palmares_protocol::Mode;
+use palmares_replay::{Header, Pacing};
+use std::sync::Arc;
+use tokio::task::spawn_blocking;
+
+impl Sessions {
+    /// A session with its open run, which stands at its last stored tick.
+    ///
+    /// # Errors
+    /// Reason why the run cannot be continued.
+    pub(super) async fn continued(
+        self: &Arc<Self>,
+        row: &ResumableSession,
+        held: &Held,
+        run: InterruptedRun,
+    ) -> anyhow::Result<Box<Session>> {
+        let shipper = self.shipper.as_ref().context("this server is in no fleet")?;
+        let archive = self.archive.as_ref().context("this server records nothing")?;
+        let header = Header::from_json(&run.header).map_err(|error| anyhow!("its header: {error}"))?;
+        let task = self.competition.task(&header.task).context("its task is not played here")?.clone();
+        let found = run_inputs::hand(self, &row.team, &header.hand).await;
+        let (hand, hand_sha256) = found.map_err(|refusal| anyhow!("its hand: {}", refusal.message))?;
+        let provided = run_inputs::provide(self, &hand, hand_sha256.as_deref()).await;
+        provided.map_err(|refusal| anyhow!("its hand: {}", refusal.message))?;
+        let mode = match header.pacing {
+            Pacing::Lockstep => Mode::Lockstep,
+            Pacing::Realtime => Mode::Realtime,
+        };
+        let watch_run = WatchRun {
+            run_id: run.run_id.clone(),
+            session_id: held.session_id.clone(),
+            team: row.team.clone(),
+            task: task.name.clone(),
+            hand: hand.name.clone(),
+            official: true,
+            tick_s: task.tick_s,
+            time_limit_s: task.time_limit_s,
+        };
+        let (recorder, recording) = archive.record(header.clone());
+        let (shipped_to, gate) = shipper.follow(&run.run_id, held);
+        let publisher = self.hub.publisher(watch_run, header.sensing, hand_sha256.is_some());
+        let observers: Vec<Box<dyn RunObserver>> = vec![Box::new(publisher), Box::new(shipped_to)];
+        let shipped = self.store.shipped_run(&run.run_id).await?;
+        let continued =
+            ContinuedRun { header: header.clone(), task: task.clone(), hand: hand.clone(), shipped };
+        let request = WorldRequest { session_id: &held.session_id, mode, official: true };
+        let admitted = self.compute.admit_continued(request);
+        let opened = continued.open(admitted, &self.compute.background, Some(recorder), observers).await?;
+        let tick = opened.observation.tick;
+        let playing = Playing {
+            run_id: run.run_id.clone(),
+            task: task.name.clone(),
+            task_hash: task.content_hash().to_owned(),
+            hand: hand.name.clone(),
+            hand_sha256,
+            seed: None,
+            k: header.k,
+            tick_s: task.tick_s,
+            mode,
+            tick,
+        };
+        let before = ClockState::of(&row.clock);
+        let reset_s = self.competition.rules.reset_cost_s;
+        // The clock as saved last in the run; its simulated time is that of the last stored tick.
+        let in_run = ClockState {
+            started: true,
+            spent: Spent {
+                wall_s: run.wall_s.unwrap_or(before.spent.wall_s + reset_s),
+                simulated_s: before.spent.simulated_s + reset_s + tick as f64 * task.tick_s,
+            },
+            refunded_s: run.refunded_s.unwrap_or(before.refunded_s),
+        };
+        let now = self.lifecycle.now();
+        let machine = Machine::continued(row.limit_s, before, &in_run, playing, now);
+        let inbox = self.registry.insert(&row.token_hash, held).context("the session is open here")?;
+        let ids = SessionIds {
+            held: held.clone(),
+            // The client has the token.
+            resume_token: String::new(),
+            token_hash: row.token_hash.clone(),
+            team: row.team.clone(),
+        };
+        let mut session = Session::new(self, ids, true, machine, inbox);
+        session.recording = Some(recording);
+        session.gate = Some(gate.clone());
+        session.standing = Some(row.paused);
+        session.went_back = mode == Mode::Realtime;
+        session.open_run = match mode {
+            Mode::Lockstep => OpenRun::Lockstep(Box::new(opened.world)),
+            Mode::Realtime => {
+                let live =
+                    RealtimeWorld::standing(opened.world, hand, task.tick_s, true, Some(gate), &self.compute);
+                session.stream = Some(live.clone());
+                OpenRun::Realtime(live)
+            }
+        };
+        session.show_clock();
+        self.store.count_move(held, &run.run_id).await?;
+        tracing::warn!(
+            session = held.session_id,
+            run = run.run_id,
+            tick,
+            "the run of another host continues here when its client is back"
+        );
+        Ok(session)
+    }
+}
+
+impl Session {
+    /// Stores no more ticks of the open run. With `delete` those that are stored are deleted: the result is stored.
+    pub(super) fn forget_ticks(&mut self, delete: bool) {
+        if let Some(run) = self.machine.playing() {
+            let run_id = run.run_id.clone();
+            self.forget_ticks_of(&run_id, delete);
+        }
+    }
+
+    /// The same for a run of this id.
+    pub(super) fn forget_ticks_of(&mut self, run_id: &str, delete: bool) {
+        if self.gate.take().is_none() {
+            return;
+        }
+        let (sessions, held, run_id) = (self.shared.clone(), self.held.clone(), run_id.to_owned());
+        // It waits for a statement in progress; nobody waits for this.
+        tokio::spawn(async move {
+            if let Some(shipper) = &sessions.shipper {
+                shipper.forget(&run_id, &held).await;
+            }
+            if delete && let Err(error) = sessions.store.delete_shipped_run(&run_id).await {
+                tracing::warn!(%error, run = run_id, "the stored ticks of a finished run were not deleted");
+            }
+        });
+    }
+
+    /// Lets a continued run go on: its client is back, or has been away for too long.
+    pub(super) async fn go_on(&mut self) {
+        let Some(paused) = self.standing.take() else { return };
+        if paused {
+            return;
+        }
+        self.machine.resume(self.now());
+        if let OpenRun::Realtime(live) = &self.open_run {
+            let (live, compute) = (live.clone(), self.shared.compute.clone());
+            if let Err(error) = spawn_blocking(move || live.resume(&compute.pacer)).await {
+                tracing::error!(%error, "a realtime world does not continue");
+            }
+        }
+    }
+}

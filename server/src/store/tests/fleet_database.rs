@@ -1,0 +1,75 @@
+//! A Postgres with sessions that have owners.
+
+use super::postgres::postgres_database;
+use crate::store::{Host, Location, Store};
+use sqlx::{AnyConnection, AssertSqlSafe, Connection, Executor};
+
+/// A database with the tables of a fleet.
+pub(crate) struct FleetDatabase {
+    url: String,
+}
+
+/// A take-over in progress.
+pub(crate) struct TakeOver(AnyConnection);
+
+impl TakeOver {
+    /// Completes it.
+    pub(crate) async fn commit(mut self) {
+        self.0.execute("COMMIT").await.expect("commits");
+    }
+}
+
+impl FleetDatabase {
+    /// An empty database; none without Postgres.
+    pub(crate) async fn new() -> Option<Self> {
+        let url = postgres_database().await?;
+        let database = FleetDatabase { url };
+        // Makes the tables.
+        database.open().await.close().await;
+        Some(database)
+    }
+
+    /// Opens it.
+    pub(crate) async fn open(&self) -> Store {
+        Store::open(&Location::Url(self.url.clone()), &Host::alone()).await.expect("opens")
+    }
+
+    /// A connection of its own.
+    pub(crate) async fn connect(&self) -> AnyConnection {
+        AnyConnection::connect(&self.url).await.expect("connects")
+    }
+
+    /// Executes a statement.
+    pub(crate) async fn execute(&self, sql: &str) {
+        let mut connection = self.connect().await;
+        connection.execute(AssertSqlSafe(sql.to_owned())).await.expect("executes");
+        connection.close().await.expect("closes");
+    }
+
+    /// Adds a session.
+    pub(crate) async fn session(&self, session_id: &str, epoch: i64) {
+        self.execute(&format!(
+            "INSERT INTO sessions (session_id, team, mode, created_at, epoch) \
+             VALUES ('{session_id}', 'crabs', 'official', 0, {epoch})"
+        ))
+        .await;
+    }
+
+    /// Gives a session to its next owner, in a transaction that has not ended.
+    pub(crate) async fn take_over_without_commit(&self, session_id: &str) -> TakeOver {
+        let mut connection = self.connect().await;
+        connection.execute("BEGIN").await.expect("begins");
+        let update = format!("UPDATE sessions SET epoch = epoch + 1 WHERE session_id = '{session_id}'");
+        connection.execute(AssertSqlSafe(update)).await.expect("updates");
+        TakeOver(connection)
+    }
+
+    /// Ends all connections but one.
+    pub(crate) async fn end_other_connections(&self) {
+        self.execute(
+            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity \
+             WHERE datname = current_database() AND pid <> pg_backend_pid()",
+        )
+        .await;
+    }
+}
