@@ -3,7 +3,7 @@
 use super::keys::Keys;
 use crate::private_files;
 use crate::stored_path::{REPLAYS, checked};
-use crate::world::RunObserver;
+use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{
     Header, LoggedTick, PublicKey, RecordError, Recorder, Replay, ReplayFile, Signer, VerifyError,
@@ -145,9 +145,9 @@ impl RunObserver for RecordingObserver {
         }
     }
 
-    fn ticked(&mut self, run: &Run) {
+    fn ticked(&mut self, tick: &Ticked<'_>) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.tick(run);
+            recorder.tick_with(tick.run, tick.state());
         }
     }
 

@@ -3,11 +3,9 @@
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
-use super::hosts::ENGINE;
-use palmares_tasks::identity;
 use sqlx::AnyConnection;
 
-const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
+pub(super) const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
      ON CONFLICT (key) DO UPDATE SET value = excluded.value";
 
 impl Store {
@@ -36,22 +34,6 @@ impl Store {
             .await?;
         let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
         Ok(query.fetch_one(&self.pool()).await?)
-    }
-
-    /// Stores the phase of the competition, and when it opens its engine.
-    pub(crate) async fn enter_phase(
-        &self,
-        key: &str,
-        value: &str,
-        entry: &NewAuditEntry<'_>,
-    ) -> Result<(), StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        sqlx::query(WRITE).bind(key).bind(value).execute(&mut *recorded.transaction).await?;
-        if value == "open" {
-            let engine = identity::engine();
-            sqlx::query(WRITE).bind(ENGINE).bind(engine).execute(&mut *recorded.transaction).await?;
-        }
-        recorded.commit().await
     }
 
     /// Stores settings, with an audit entry.

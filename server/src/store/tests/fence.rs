@@ -70,6 +70,13 @@ async fn state(store: &Store) -> serde_json::Value {
     serde_json::json!({ "runs": runs, "session": store.session("s-r").await.expect("session") })
 }
 
+async fn enter(store: &Store, phase: CompetitionPhase, action: &str) {
+    let change = CompetitionChange::Enter(phase);
+    let entry = entry(action, "competition");
+    let changed = store.change_competition(change, &entry, |_, _| Ok::<(), ()>(())).await;
+    changed.expect("query").expect("may");
+}
+
 #[tokio::test]
 async fn a_write_of_an_earlier_owner_changes_nothing() {
     for place in places().await {
@@ -151,13 +158,13 @@ async fn hosts_share_a_database_if_they_fit() {
         }
     }
     // While the competition is open, its engine is one.
-    first.enter_phase("phase", "open", &entry("competition.open", "competition")).await.expect("opens");
+    enter(&first, CompetitionPhase::Open, "competition.open").await;
     let opened = entry("competition.open", "competition");
     let engine = first.change_settings(&[("engine", "0.0.1+another")], &opened).await;
     engine.expect("as if it were opened by another version");
     let error = Store::open(&location, &host("h3", "c")).await.expect_err("refused").to_string();
     assert!(error.contains("open with the engine 0.0.1+another"), "{error}");
-    first.enter_phase("phase", "closed", &entry("competition.close", "competition")).await.expect("closes");
+    enter(&first, CompetitionPhase::Closed, "competition.close").await;
     // Sessions of a host that lives stay with it, those of one that is gone do not.
     begin_in(&first, "official", "crabs", "balls", "one", Some(1), Sensing::Truth).await;
     begin_in(&second, "official", "eels", "balls", "two", Some(1), Sensing::Truth).await;
