@@ -12,7 +12,7 @@ import pytest
 import palmares
 from palmares.net import link as link_module
 from palmares.wire import TimeRequest
-from tests.fake_server import BALLS, FakeServer
+from tests.fake_server import BALLS, GREETING, FakeServer
 
 
 @pytest.fixture
@@ -107,6 +107,7 @@ def test_every_error_code_has_its_exception(server: FakeServer) -> None:
         "not_authorized": palmares.NotAuthorizedError,
         "session_taken": palmares.SessionTakenError,
         "session_over": palmares.SessionOverError,
+        "not_scheduled": palmares.NotScheduledError,
         "capacity": palmares.CapacityError,
         "too_large": palmares.TooLargeError,
         "internal": palmares.InternalError,

@@ -37,6 +37,8 @@ pub enum Code {
     SessionTaken,
     /// The session has ended, or its time is used up.
     SessionOver,
+    /// The team has no time slot now; the message says when the next one begins.
+    NotScheduled,
     /// The server has no capacity for another world or connection.
     Capacity,
     /// Too many requests per second.
@@ -71,6 +73,7 @@ impl Code {
             Code::UnknownTask => 4406,
             Code::UnknownHand => 4407,
             Code::UnknownCamera => 4415,
+            Code::NotScheduled => 4416,
             Code::HandInTheWay => 4422,
             Code::TooSlow => 4408,
             Code::SessionTaken => 4409,
@@ -131,7 +134,7 @@ mod tests {
     use super::*;
     use crate::Reply;
 
-    const ALL: [Code; 19] = [
+    const ALL: [Code; 21] = [
         Code::BadJson,
         Code::UnknownOp,
         Code::BadRequest,
@@ -140,11 +143,13 @@ mod tests {
         Code::WrongState,
         Code::UnknownTask,
         Code::UnknownHand,
+        Code::UnknownCamera,
         Code::HandInTheWay,
         Code::NotAuthorized,
         Code::Forbidden,
         Code::SessionTaken,
         Code::SessionOver,
+        Code::NotScheduled,
         Code::Capacity,
         Code::RateLimited,
         Code::TooLarge,

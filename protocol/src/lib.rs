@@ -23,4 +23,4 @@ pub use encoding::Encoding;
 pub use parse::{MAX_SAFE_INTEGER, Parsed};
 pub use reply::Reply;
 pub use request::{Act, Hello, Mode, Perturb, Request, Reset, Step};
-pub use utc::utc;
+pub use utc::{unix_ms, utc};

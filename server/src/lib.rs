@@ -22,6 +22,7 @@ mod private_files;
 mod problem;
 mod restore;
 mod rules;
+mod schedule;
 pub mod schema;
 mod session;
 mod state;

@@ -51,7 +51,7 @@ fn respond(status: StatusCode, refusal: &Refusal) -> Response {
 fn status(code: Code) -> StatusCode {
     match code {
         Code::BadJson | Code::UnknownOp | Code::BadRequest | Code::BadAction => StatusCode::BAD_REQUEST,
-        Code::StaleTick | Code::WrongState | Code::SessionTaken => StatusCode::CONFLICT,
+        Code::StaleTick | Code::WrongState | Code::SessionTaken | Code::NotScheduled => StatusCode::CONFLICT,
         Code::UnknownTask | Code::UnknownHand | Code::UnknownCamera | Code::NotFound => StatusCode::NOT_FOUND,
         Code::NotAuthorized => StatusCode::UNAUTHORIZED,
         Code::TooSlow => StatusCode::REQUEST_TIMEOUT,

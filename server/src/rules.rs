@@ -1,41 +1,22 @@
-//! The rules of the competition, and its phase.
+//! The rules of the competition, and its state.
 
 use crate::auth::{random_hex, sha256_hex};
 use crate::config::{CompetitionMode, Config};
-use crate::store::{NewAuditEntry, Store, StoreError};
+pub(crate) use crate::store::CompetitionPhase;
+use crate::store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Seed;
-use schemars::JsonSchema;
-use serde::Serialize;
-use sqlx::AnyConnection;
 use std::fmt;
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Setting: the phase of the competition.
-const PHASE: &str = "phase";
 /// Setting: SHA-256 of the secret, as published at the first start.
 const SECRET_HASH: &str = "seed_secret_sha256";
 /// Length of the secret, bytes.
 const SECRET_BYTES: usize = 32;
-
-/// The phase of an official competition.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::EnumString, strum::IntoStaticStr,
-)]
-#[serde(rename_all = "snake_case")]
-#[strum(serialize_all = "snake_case")]
-pub(crate) enum CompetitionPhase {
-    /// No session can begin.
-    Closed,
-    /// Sessions can begin.
-    Open,
-    /// The competition is over for good: the secret behind the seeds is public.
-    Revealed,
-}
 
 /// The secret from which official seeds are derived.
 #[derive(Clone)]
@@ -84,7 +65,7 @@ pub(crate) fn write_secret(path: &Path, text: &str) -> std::io::Result<()> {
     file.sync_all()
 }
 
-/// The rules and the phase.
+/// The rules and the state.
 #[derive(Debug)]
 pub(crate) struct Rules {
     /// The competition's name, for people.
@@ -99,21 +80,22 @@ pub(crate) struct Rules {
     pub(crate) reset_cost_s: f64,
     /// Set in the official mode.
     secret: Option<SeedSecret>,
-    phase: Mutex<CompetitionPhase>,
+    /// The state as the database last had it.
+    state: Mutex<CompetitionState>,
 }
 
 impl Rules {
-    /// The rules of this configuration, with the phase from the database.
+    /// The rules of this configuration, with the state from the database.
     ///
     /// # Errors
     /// The secret cannot be read, or its hash is not the published one.
     pub(crate) async fn open(config: &Config, store: &Store) -> anyhow::Result<Self> {
-        let (secret, phase) = match config.mode {
+        let secret = match config.mode {
             CompetitionMode::Practice => {
                 if store.setting(SECRET_HASH).await?.is_some() {
                     bail!("this database belongs to an official competition; start it with its --config");
                 }
-                (None, CompetitionPhase::Open)
+                None
             }
             CompetitionMode::Official => {
                 let secret = SeedSecret::open(&config.seed_secret)?;
@@ -126,8 +108,7 @@ impl Rules {
                     Some(_) => {}
                     None => store.set_setting(SECRET_HASH, &secret.sha256()).await?,
                 }
-                let phase = store.setting(PHASE).await?.and_then(|word| word.parse().ok());
-                (Some(secret), phase.unwrap_or(CompetitionPhase::Closed))
+                Some(secret)
             }
         };
         Ok(Rules {
@@ -137,7 +118,7 @@ impl Rules {
             sessions_per_team: config.sessions_per_team,
             reset_cost_s: config.reset_cost_s,
             secret,
-            phase: Mutex::new(phase),
+            state: Mutex::new(store.competition_state().await?),
         })
     }
 
@@ -146,9 +127,31 @@ impl Rules {
         self.mode == CompetitionMode::Official
     }
 
-    /// The phase of the competition.
+    fn state_now(&self) -> MutexGuard<'_, CompetitionState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The state of the competition.
+    pub(crate) fn state(&self) -> CompetitionState {
+        *self.state_now()
+    }
+
+    /// The phase of the competition; a practice server is always open.
     pub(crate) fn phase(&self) -> CompetitionPhase {
-        *self.phase.lock().unwrap_or_else(PoisonError::into_inner)
+        if self.official() { self.state().phase } else { CompetitionPhase::Open }
+    }
+
+    /// Whether all sessions are paused.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.state().paused_unix_ms.is_some()
+    }
+
+    /// Takes over the state that the database has now.
+    pub(crate) fn adopt(&self, now: CompetitionState) {
+        let before = std::mem::replace(&mut *self.state_now(), now);
+        if before != now {
+            tracing::info!(?before, ?now, "the state of the competition changes");
+        }
     }
 
     /// Whether seeds are public.
@@ -172,72 +175,85 @@ impl Rules {
         self.secret.as_ref().map(|secret| Seed::for_run(&secret.0, task, k))
     }
 
-    /// Reads the phase in the database: another host may just have changed it.
-    async fn read_phase(&self, store: &Store) -> Result<(), Refusal> {
-        if let Some(phase) = store.setting(PHASE).await?.and_then(|word| word.parse().ok()) {
-            *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = phase;
-        }
-        Ok(())
-    }
-
-    /// Follows the phase in the database, which another host may have changed.
+    /// Changes the state by an organizer's command. The caller then applies it to the sessions.
     ///
     /// # Errors
-    /// The database failed.
-    pub(crate) async fn follow(
+    /// The command does not fit the state.
+    pub(crate) async fn change(
         &self,
         store: &Store,
-        connection: &mut AnyConnection,
-    ) -> Result<(), StoreError> {
-        if self.official()
-            && let Some(phase) = store.setting_by(connection, PHASE).await?.and_then(|word| word.parse().ok())
-        {
-            *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = phase;
-        }
-        Ok(())
-    }
-
-    /// Enters another phase.
-    ///
-    /// # Errors
-    /// The phase cannot follow the current one.
-    pub(crate) async fn enter(
-        &self,
-        store: &Store,
-        to: CompetitionPhase,
+        change: CompetitionChange,
         entry: &NewAuditEntry<'_>,
     ) -> Result<(), Refusal> {
-        let wrong = |message: &str| Err(Refusal::new(Code::WrongState, message));
         if !self.official() {
-            return wrong("this is a practice server: it is always open");
+            let message =
+                "this is a practice server: it is always open, and its sessions are paused and ended singly";
+            return Err(Refusal::new(Code::WrongState, message));
         }
-        self.read_phase(store).await?;
-        match (self.phase(), to) {
-            (CompetitionPhase::Revealed, _) => return wrong("the secret is public: the competition is over"),
-            (CompetitionPhase::Open, CompetitionPhase::Open) => {
-                return wrong("the competition is open already");
-            }
-            (CompetitionPhase::Closed, CompetitionPhase::Closed) => {
-                return wrong("the competition is closed already");
-            }
-            (CompetitionPhase::Open, CompetitionPhase::Revealed) => {
-                return wrong("close the competition first");
-            }
-            _ => {}
-        }
-        store.enter_phase(PHASE, to.into(), entry).await.map_err(|error| {
+        let fits = |state, open| fits(change, state, open).map_err(|why| Refusal::new(Code::WrongState, why));
+        store.change_competition(change, entry, fits).await.map_err(|error| {
             tracing::error!(%error, "the database failed");
             Refusal::new(Code::Internal, "the database does not answer; nothing was changed").retry_after(5.0)
-        })?;
-        *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = to;
-        tracing::info!(phase = ?to, "the competition enters another phase");
-        Ok(())
+        })?
+    }
+}
+
+/// Whether a command fits the state of a competition with this number of open sessions; the error is the reason.
+fn fits(change: CompetitionChange, state: CompetitionState, open: i64) -> Result<(), &'static str> {
+    use CompetitionChange::{EndSessions, Enter, Pause, Resume};
+    use CompetitionPhase::{Closed, Open, Revealed};
+    match (state.phase, change) {
+        (Revealed, _) => Err("the secret is public: the competition is over"),
+        (Open, Enter(Open)) => Err("the competition is open already"),
+        (Closed, Enter(Closed)) => Err("the competition is closed already"),
+        (Open, Enter(Revealed)) => Err("close the competition first"),
+        (_, Pause) if state.paused_unix_ms.is_some() => Err("the competition is paused already"),
+        (_, Resume) if state.paused_unix_ms.is_none() => Err("the competition is not paused"),
+        (Closed, EndSessions) if open == 0 => Err("the competition is closed, and no session is open"),
+        _ => Ok(()),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_command_fits_the_state_or_says_why_not() {
+        use CompetitionChange::{EndSessions, Enter, Pause, Resume};
+        use CompetitionPhase::{Closed, Open, Revealed};
+        let state = |phase, paused| CompetitionState {
+            phase,
+            paused_unix_ms: Some(1).filter(|_| paused),
+            ended_unix_ms: None,
+        };
+        for (change, phase, paused, open, fit) in [
+            (Enter(Open), Closed, false, 0, true),
+            (Enter(Open), Open, false, 0, false),
+            (Enter(Closed), Closed, false, 0, false),
+            (Enter(Revealed), Open, false, 0, false),
+            (Enter(Revealed), Closed, true, 0, true),
+            (Pause, Open, false, 0, true),
+            (Pause, Closed, false, 0, true),
+            (Pause, Open, true, 3, false),
+            (Resume, Open, true, 0, true),
+            (Resume, Closed, false, 3, false),
+            (EndSessions, Open, true, 0, true),
+            (EndSessions, Closed, false, 1, true),
+            (EndSessions, Closed, false, 0, false),
+            (Enter(Open), Revealed, false, 0, false),
+            (Pause, Revealed, false, 0, false),
+            (Resume, Revealed, true, 0, false),
+            (EndSessions, Revealed, false, 1, false),
+        ] {
+            let answer = fits(change, state(phase, paused), open);
+            assert_eq!(
+                answer.is_ok(),
+                fit,
+                "{change:?} {phase:?} paused: {paused}, open: {open}: {answer:?}"
+            );
+        }
+    }
 
     #[test]
     fn a_secret_is_created_once_private_and_never_shown() {

@@ -160,9 +160,11 @@ async fn a_list_of_sessions_tells_their_clocks_as_they_stand() {
 #[test]
 fn what_is_final_is_not_done_unasked() {
     let cup = Official::start();
-    let output = cup.admin(&["reveal"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && said.contains("Test Cup") && said.contains("--yes"), "{said}");
+    for command in ["pause", "resume", "end", "reveal"] {
+        let output = cup.admin(&[command]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains("Test Cup") && said.contains("--yes"), "{said}");
+    }
     assert_eq!(get(&cup.server, "/v1/competition").json()["phase"], "closed");
     assert!(cup.admin(&["reveal", "--yes"]).status.success());
     assert_eq!(get(&cup.server, "/v1/competition").json()["phase"], "revealed");

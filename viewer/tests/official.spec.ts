@@ -144,7 +144,7 @@ test('a session is opened, paused, extended and ended; a run is voided; the audi
 
   await tab(page, 'Audit');
   const audit = page.getByRole('table', { name: 'Audit' });
-  for (const [action, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant', 'the alarm'],
+  for (const [action, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant 120 s', 'the alarm'],
     ['run.void', 'the ball was <b>pushed</b>'], ['session.end', 'the team went home'], ['team.add', 'paid its fee']] as const) {
     await expect(audit.getByRole('row').filter({ hasText: action }).filter({ hasText: reason }).first()).toBeVisible();
   }
@@ -280,6 +280,44 @@ test('an organizer whose token is revoked is logged out', async ({ page, officia
   await expect(page.getByRole('alert')).toContainText('was revoked', { timeout: 6000 });
 });
 
+test('a pause, the places and the time slots', async ({ page, official }) => {
+  const wrong = complaints(page);
+  await logIn(page, official);
+  await tab(page, 'Competition');
+  await expect(page.getByText(/Places: \d+ of 32 in use\. One is free\./)).toBeVisible();
+  await decide(page, page.getByRole('button', { name: 'Pause…' }), 'Pause', 'fire alarm', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await expect(page.getByText(/Paused since .*: all clocks and worlds are stopped/)).toBeVisible();
+  await expect(page.locator('.title .badge.warn')).toHaveText('paused');
+  const board = await page.context().newPage();
+  await board.goto(`${official.url}/`);
+  await expect(board.getByText('The competition is paused: all clocks are stopped.')).toBeVisible();
+  await board.close();
+  await decide(page, page.getByRole('button', { name: 'Resume…' }), 'Resume', 'false alarm', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await expect(page.locator('.title .badge.warn')).toBeHidden();
+
+  await tab(page, 'Schedule');
+  await expect(page.getByText('No schedule: every team can begin')).toBeVisible();
+  const slot = (team: string, hours: number): string => `"${team.replaceAll('"', '""')}",${new Date(Date.now() + hours * 3_600_000).toISOString()},${new Date(Date.now() + (hours + 1) * 3_600_000).toISOString()}`;
+  await page.getByLabel('CSV file').setInputFiles({ name: 'slots.csv', mimeType: 'text/csv', buffer: Buffer.from(`team,begins_at,ends_at\n${slot(TEAM, -0.5)}\n`) });
+  await page.getByRole('dialog').getByRole('button', { name: 'Import' }).click();
+  const rows = page.getByRole('table', { name: 'Schedule' }).locator('tbody tr');
+  await expect(rows).toHaveCount(1);
+  await expect(rows.first()).toContainText('now');
+  await expect(page.getByText('teams without a slot cannot play')).toBeVisible();
+  await decide(page, page.getByRole('button', { name: 'Add a slot…' }), 'Add', 'the draw', (dialog) => dialog.getByLabel('Team').fill(OTHER));
+  await expect(rows).toHaveCount(2);
+  await decide(page, page.getByRole('button', { name: 'Move all…' }), 'Move', 'we are late', (dialog) => dialog.getByLabel('Minutes').fill('30'));
+  await decide(page, rows.nth(1).getByRole('button', { name: 'Move…' }), 'Move', 'on request', async (dialog) => {
+    await dialog.getByLabel('Begins').fill('2099-01-01T09:00');
+    await dialog.getByLabel('Ends').fill('2099-01-01T09:40');
+  });
+  await expect(rows.nth(1)).toContainText('2099-01-01 09:00:00');
+  await expect(rows.nth(1)).toContainText('40');
+  await decide(page, page.getByRole('button', { name: 'Remove…' }), 'Remove', 'no slots after all');
+  await expect(rows).toHaveCount(0);
+  expect(wrong).toEqual([]);
+});
+
 test('the end opens seeds and replays, after the name was typed', async ({ page, official }) => {
   await logIn(page, official);
   await tab(page, 'Competition');
@@ -288,7 +326,7 @@ test('the end opens seeds and replays, after the name was typed', async ({ page,
   await page.getByRole('button', { name: 'Reveal…' }).click();
   await page.getByRole('dialog').getByLabel('To confirm').fill(EVENT);
   await page.getByRole('dialog').getByRole('button', { name: 'Reveal' }).click();
-  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('end or void them first');
+  await expect(page.getByRole('dialog').getByRole('alert')).toContainText('palmares admin end');
   await page.getByRole('button', { name: 'Cancel' }).click();
   await decide(page, page.getByRole('button', { name: 'Close…' }), 'Close', 'six o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
   const { sessions } = await official.get('/v1/sessions') as { sessions: { session_id: string; status: string }[] };

@@ -5,6 +5,7 @@ mod hand;
 mod import;
 mod lists;
 mod restore;
+mod schedule;
 mod when;
 
 use client::{Access, Client, Paged};
@@ -38,14 +39,14 @@ enum AdminCommand {
     Open(Reason),
     /// Close the competition: no new session can begin, open ones continue
     Close(Reason),
+    /// Pause all sessions, also those that begin later: clocks and worlds stop. Asks for confirmation
+    Pause(Confirmed),
+    /// End the pause of all sessions. Asks for confirmation
+    Resume(Confirmed),
+    /// End all sessions and close the competition; open runs are scored. Asks for confirmation
+    End(Confirmed),
     /// End the competition for good and publish the secret behind the seeds. Asks for confirmation
-    Reveal {
-        /// Do not ask for confirmation
-        #[arg(long)]
-        yes: bool,
-        #[command(flatten)]
-        reason: Reason,
-    },
+    Reveal(Confirmed),
     /// Show an announcement on the pages; an empty text withdraws the last one
     Announce {
         /// The text, at most 500 characters
@@ -53,6 +54,9 @@ enum AdminCommand {
         #[command(flatten)]
         reason: Reason,
     },
+    /// Manage the time slots of teams
+    #[command(subcommand)]
+    Schedule(schedule::Schedule),
     /// Manage teams and their tokens
     #[command(subcommand)]
     Team(Team),
@@ -99,6 +103,15 @@ struct Reason {
     /// The reason, for the audit
     #[arg(long, allow_hyphen_values = true)]
     reason: Option<String>,
+}
+
+#[derive(Args, Debug)]
+struct Confirmed {
+    /// Do not ask for confirmation
+    #[arg(long)]
+    yes: bool,
+    #[command(flatten)]
+    reason: Reason,
 }
 
 #[derive(Args, Debug)]
@@ -353,6 +366,20 @@ impl AdminCommand {
         }
     }
 
+    /// The effect that an organizer confirms first, if any.
+    fn effect(&self) -> Option<&'static str> {
+        let (sure, effect) = match self {
+            AdminCommand::Pause(sure) => (sure, "stops the clocks and worlds of all sessions of"),
+            AdminCommand::Resume(sure) => (sure, "continues the clocks and worlds of all sessions of"),
+            AdminCommand::End(sure) => {
+                (sure, "ends all sessions for good, scores their open runs and closes")
+            }
+            AdminCommand::Reveal(sure) => (sure, "publishes the secret behind the seeds and ends for good"),
+            _ => return None,
+        };
+        (!sure.yes).then_some(effect)
+    }
+
     fn request(&self) -> Request {
         use Request::{Fetch, Get, Pages};
         let get = |path: &str| Get(path.to_owned());
@@ -362,7 +389,10 @@ impl AdminCommand {
             AdminCommand::Status => get("/v1/competition"),
             AdminCommand::Open(reason) => post("competition/open", why(reason)),
             AdminCommand::Close(reason) => post("competition/close", why(reason)),
-            AdminCommand::Reveal { reason, .. } => post("competition/reveal", why(reason)),
+            AdminCommand::Pause(sure) => post("competition/pause", why(&sure.reason)),
+            AdminCommand::Resume(sure) => post("competition/resume", why(&sure.reason)),
+            AdminCommand::End(sure) => post("competition/end", why(&sure.reason)),
+            AdminCommand::Reveal(sure) => post("competition/reveal", why(&sure.reason)),
             AdminCommand::Announce { text, reason } => {
                 post("announcement", json!({"text": text, "reason": reason.reason}))
             }
@@ -414,8 +444,8 @@ impl AdminCommand {
                 Pages(&AUDIT, vec![("after", after.map(|after| after.to_string()))], None)
             }
             AdminCommand::Backup { file } => Fetch("/v1/admin/backup".into(), Some(file.clone())),
-            // Not sent: restoring needs no server.
-            AdminCommand::Restore(_) => get("/v1/competition"),
+            // Handled before: a restore needs no server, and the schedule has its own form.
+            AdminCommand::Restore(_) | AdminCommand::Schedule(_) => get("/v1/competition"),
         }
     }
 }
@@ -431,11 +461,14 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
         AdminCommand::Hand(Hand::Show { id, output }) => {
             return hand::show(&client, id, output.as_deref(), json);
         }
+        AdminCommand::Schedule(command) => return schedule::schedule(&client, command, json),
         AdminCommand::Team(Team::Import(options)) => return import::import(&client, options, json),
         AdminCommand::Hand(Hand::Try { id }) => return hand::attempt(&client, id, json),
         AdminCommand::Hand(Hand::Approve(id)) => hand::warn(&client, &id.id)?,
-        AdminCommand::Reveal { yes: false, .. } => confirm_reveal(&client)?,
         _ => {}
+    }
+    if let Some(effect) = options.command.effect() {
+        confirm(&client, effect)?;
     }
     let answer = match options.command.request() {
         Request::Get(path) => client.get(&path)?,
@@ -455,21 +488,15 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
     write!(std::io::stdout().lock(), "{text}").context("cannot write to stdout")
 }
 
-/// Asks for the competition's name at the terminal, since the publication cannot be undone.
-fn confirm_reveal(client: &Client) -> anyhow::Result<()> {
+/// Asks for the competition's name at the terminal.
+fn confirm(client: &Client, effect: &str) -> anyhow::Result<()> {
     let competition = client.get("/v1/competition")?;
     let name = competition["name"].as_str().unwrap_or_default();
     let shown = printable(name);
     if !std::io::stdin().is_terminal() {
-        bail!(
-            "this ends `{shown}` for good and publishes the secret behind its seeds; there is no terminal for a confirmation: \
-             repeat it with --yes"
-        );
+        bail!("this {effect} `{shown}`; there is no terminal for a confirmation: repeat it with --yes");
     }
-    eprint!(
-        "This ends `{shown}` for good and publishes the secret behind its seeds: it cannot be opened again.\n\
-         Type the competition's name to go on: "
-    );
+    eprint!("This {effect} `{shown}`.\nType the competition's name to go on: ");
     let mut typed = String::new();
     std::io::stdin().read_line(&mut typed).context("cannot read the answer")?;
     if typed.trim() != name.trim() {

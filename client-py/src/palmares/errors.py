@@ -166,6 +166,12 @@ class SessionOverError(PalmaresError):
     code = "session_over"
 
 
+class NotScheduledError(PalmaresError):
+    """The team has no time slot now; the text and ``retry_after_s`` say when the next one begins."""
+
+    code = "not_scheduled"
+
+
 class CapacityError(PalmaresError):
     """The server has no capacity for another world or connection; see ``retry_after_s``."""
 
@@ -229,6 +235,7 @@ _BY_CODE: dict[str, type[PalmaresError]] = {
         ForbiddenError,
         SessionTakenError,
         SessionOverError,
+        NotScheduledError,
         CapacityError,
         RateLimitedError,
         TooLargeError,

@@ -83,6 +83,7 @@ pub(super) async fn app(
         lifecycle: lifecycle.clone(),
         clocks: clocks.clone(),
         registry: Default::default(),
+        following: Default::default(),
         lease: lease.clone(),
         shipper: fleet_shipper(config, &store)?,
         adopting: Default::default(),

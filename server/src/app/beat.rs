@@ -83,6 +83,16 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
     }
 }
 
+/// Applies what another host has changed; the beat does not wait for the sessions.
+fn follow_competition(app: &AppState) {
+    let sessions = app.sessions.clone();
+    tokio::spawn(async move {
+        if let Err(error) = sessions.follow_competition().await {
+            tracing::warn!(%error, "a change of the competition's state could not be applied");
+        }
+    });
+}
+
 /// One beat. None if another process has taken this host's place.
 async fn once(
     app: &AppState,
@@ -102,7 +112,9 @@ async fn once(
     }
     let held = app.sessions.registry.held();
     let owned = app.store.owners_of(connection, &held).await?;
-    app.competition.rules.follow(&app.store, connection).await?;
+    if app.store.competition_state_by(connection).await? != app.competition.rules.state() {
+        follow_competition(app);
+    }
     app.ranking.follow(connection).await?;
     app.auth.revoke(app.store.revoked_tokens(connection).await?);
     Ok(Some(owned))

@@ -54,7 +54,10 @@ impl Spent {
 pub(crate) struct SessionClock {
     limit_s: Option<f64>,
     started: bool,
+    /// Whether an organizer has paused this session.
     paused: bool,
+    /// Whether an organizer has paused the whole competition.
+    competition_paused: bool,
     /// Time spent until `since`.
     spent: Spent,
     /// Since when wall-clock time passes, a later moment while the clock is held; None while it stops.
@@ -72,6 +75,7 @@ impl SessionClock {
             limit_s,
             started: false,
             paused: false,
+            competition_paused: false,
             spent,
             since: None,
             refunded_s: 0.0,
@@ -120,7 +124,7 @@ impl SessionClock {
     fn settle(&mut self, now: Duration) {
         self.spent = self.spent(now);
         let since = self.since.take().map_or(now, |since| since.max(now));
-        let runs = self.started && !self.paused && !self.is_over(now);
+        let runs = self.started && !self.is_paused() && !self.is_over(now);
         self.since = runs.then_some(since);
     }
 
@@ -144,6 +148,14 @@ impl SessionClock {
         }
     }
 
+    /// Stops the clock while the whole competition is paused, continues it afterwards.
+    pub(crate) fn set_competition_paused(&mut self, paused: bool, now: Duration) {
+        if self.competition_paused != paused {
+            self.competition_paused = paused;
+            self.settle(now);
+        }
+    }
+
     /// Makes the session longer; marks that are ahead again are announced again.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
         // Until now the old limit holds.
@@ -157,14 +169,28 @@ impl SessionClock {
         }
     }
 
+    /// Makes the session shorter.
+    pub(crate) fn shorten(&mut self, limit_s: f64, now: Duration) {
+        self.settle(now);
+        self.limit_s = Some(self.limit_s.map_or(limit_s, |own_s| own_s.min(limit_s)));
+        self.settle(now);
+        // Marks beyond the new length are not announced.
+        self.announced = self.announced.max(self.passed(now));
+    }
+
     /// Whether the first reset has happened.
     pub(crate) fn is_started(&self) -> bool {
         self.started
     }
 
-    /// Whether an organizer has stopped it.
+    /// Whether an organizer has stopped it, alone or with all others.
     pub(crate) fn is_paused(&self) -> bool {
-        self.paused
+        self.paused || self.competition_paused
+    }
+
+    /// Whether an organizer has paused the whole competition.
+    pub(crate) fn is_competition_paused(&self) -> bool {
+        self.competition_paused
     }
 
     /// Adds simulated time.
@@ -341,6 +367,33 @@ mod tests {
         clock.resume(at(100.0));
         clock.resume(at(101.0));
         assert_eq!(clock.elapsed_s(at(105.0)), 15.0);
+    }
+
+    #[test]
+    fn the_pause_of_the_competition_and_that_of_the_session_are_two() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.set_competition_paused(true, at(10.0));
+        clock.set_competition_paused(true, at(15.0));
+        clock.pause(at(20.0));
+        clock.set_competition_paused(false, at(30.0));
+        assert_eq!((clock.elapsed_s(at(40.0)), clock.is_paused()), (10.0, true), "its own pause lasts");
+        clock.set_competition_paused(true, at(40.0));
+        clock.resume(at(50.0));
+        assert_eq!((clock.elapsed_s(at(60.0)), clock.is_paused()), (10.0, true), "the other pause lasts");
+        clock.set_competition_paused(false, at(60.0));
+        assert_eq!((clock.elapsed_s(at(65.0)), clock.is_paused()), (15.0, false));
+    }
+
+    #[test]
+    fn a_shorter_session_announces_the_marks_within_it() {
+        let mut clock = SessionClock::new(Some(1800.0));
+        clock.shorten(200.0, at(0.0));
+        clock.shorten(900.0, at(0.0));
+        clock.start(at(0.0));
+        assert_eq!((clock.left_s(at(20.0)), clock.warning(at(20.0))), (Some(180.0), None));
+        assert_eq!(clock.warning(at(141.0)), Some(60));
+        assert!(clock.is_over(at(200.0)));
     }
 
     #[test]

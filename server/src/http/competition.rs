@@ -1,8 +1,10 @@
 //! The competition and its tasks.
 
-use crate::archive::Archive;
+use super::places::{self, Places, ScheduleSummary};
 use crate::competition::Competition;
+use crate::problem::Problem;
 use crate::rules::CompetitionPhase;
+use crate::state::AppState;
 use crate::version;
 use axum::Json;
 use axum::extract::State;
@@ -10,6 +12,19 @@ use palmares_protocol::reply::{self, Limits, ServerInfo, TaskInfo};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
+
+/// The worlds of this server.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Worlds {
+    /// Number that can compute at once.
+    max: usize,
+    /// Number of open worlds that are not idle.
+    busy: usize,
+    /// Lockstep worlds without a request for a while.
+    idle: usize,
+    /// Number of sessions that were refused a world and wait for one.
+    waiting: usize,
+}
 
 /// The competition of this server.
 #[derive(Serialize, JsonSchema)]
@@ -26,6 +41,15 @@ pub(super) struct CompetitionResponse {
     /// Its phase; official competitions only.
     #[serde(skip_serializing_if = "Option::is_none")]
     phase: Option<CompetitionPhase>,
+    /// Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paused_unix_ms: Option<i64>,
+    /// Places for worlds; official competitions only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    places: Option<Places>,
+    /// The time slots; only with a schedule.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    schedule: Option<ScheduleSummary>,
     /// Number of sessions of a team.
     #[serde(skip_serializing_if = "Option::is_none")]
     sessions_per_team: Option<u32>,
@@ -35,15 +59,20 @@ pub(super) struct CompetitionResponse {
     /// The secret, after it was revealed.
     #[serde(skip_serializing_if = "Option::is_none")]
     seed_secret: Option<String>,
+    /// The worlds as of now.
+    worlds: Worlds,
 }
 
 /// The competition of this server.
-pub(super) async fn competition(
-    State(archive): State<Option<Arc<Archive>>>,
-    State(competition): State<Arc<Competition>>,
-) -> Json<CompetitionResponse> {
+pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<CompetitionResponse>, Problem> {
+    let (competition, archive) = (&app.competition, &app.archive);
     let rules = &competition.rules;
-    Json(CompetitionResponse {
+    let open = app.compute.admission.open();
+    let (places, schedule) = match rules.official() {
+        true => (Some(places::places(&app).await?), places::schedule(&app).await?),
+        false => (None, None),
+    };
+    Ok(Json(CompetitionResponse {
         competition: competition.info(),
         server: version::own(),
         limits: competition.limits(),
@@ -51,10 +80,19 @@ pub(super) async fn competition(
         hands: competition.hands.iter().map(|hand| hand.name.clone()).collect(),
         replay_key: archive.as_ref().map(|archive| archive.key().to_string()),
         phase: rules.official().then(|| rules.phase()),
+        paused_unix_ms: rules.state().paused_unix_ms,
+        places,
+        schedule,
         sessions_per_team: rules.official().then_some(rules.sessions_per_team),
         seed_secret_sha256: rules.secret_sha256(),
         seed_secret: rules.revealed_secret(),
-    })
+        worlds: Worlds {
+            max: app.compute.max_worlds(),
+            busy: open.all(),
+            idle: open.idle,
+            waiting: app.compute.admission.waiting(),
+        },
+    }))
 }
 
 /// The tasks.

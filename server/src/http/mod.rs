@@ -11,6 +11,7 @@ mod health;
 mod leaderboard;
 mod openapi;
 mod pages;
+mod places;
 mod replay;
 mod runs;
 mod visuals;

@@ -4,6 +4,7 @@ use super::extract::Path;
 use crate::auth::Auth;
 use crate::auth::{Identity, Role};
 use crate::competition::Competition;
+use crate::names::printable;
 use crate::problem::Problem;
 use crate::rules::Rules;
 use crate::state::AppState;
@@ -82,6 +83,17 @@ impl SessionNow {
         let elapsed_s = row.clock_wall_s.max(row.clock_simulated_s).min(most_s);
         let left_s = row.limit_s.map(|limit_s| limit_s - elapsed_s);
         SessionNow { row, elapsed_s, left_s }
+    }
+
+    /// Team, id and time left, for organizers.
+    pub(super) fn in_words(&self) -> String {
+        let SessionRow { team, session_id, paused_unix_ms, .. } = &self.row;
+        let left = match self.left_s {
+            Some(left_s) => format!("at most {}:{:02} left", left_s as u64 / 60, left_s as u64 % 60),
+            None => "without a limit".to_owned(),
+        };
+        let paused = if paused_unix_ms.is_some() { ", paused" } else { "" };
+        format!("{} ({session_id}, {left}{paused})", printable(team))
     }
 }
 

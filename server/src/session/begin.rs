@@ -36,6 +36,7 @@ impl Sessions {
         }
         let Entry { team, client_version, limit_s, mode, max_sessions, note } =
             entry::entry(self, hello, identity).await?;
+        let official = self.competition.rules.official();
         self.check_reserve().await?;
         let session_id = format!("ses_{}", random_hex(8)?);
         let resume_token = random_hex(16)?;
@@ -62,11 +63,14 @@ impl Sessions {
             if let Some(session) = entry::resume_by_team(self, identity).await? {
                 return Ok(session);
             }
+            let state = self.store.competition_state().await.map_err(store_failed("the session"))?;
+            if official {
+                entry::is_open(state.phase)?;
+            }
             let message = "the team has had all its sessions; ask the organizer";
             return Err(Refusal::new(Code::SessionOver, message));
         }
         let ids = SessionIds { held, resume_token, token_hash, team };
-        let official = self.competition.rules.official();
         let mut session = Session::new(self, ids, official, Machine::new(limit_s), inbox);
         session.note = note;
         tracing::info!(session = session.session_id, team = session.team, "session opened");

@@ -10,6 +10,8 @@ pub(crate) enum Command {
     Pause,
     /// Continues clock and world.
     Resume,
+    /// Stops clock and world while the competition is paused, or continues them.
+    PauseCompetition(bool),
     /// Makes the session longer.
     Grant {
         /// Additional time, s.

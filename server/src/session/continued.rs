@@ -17,7 +17,6 @@ use anyhow::{Context, anyhow};
 use palmares_protocol::Mode;
 use palmares_replay::{Header, Pacing};
 use std::sync::Arc;
-use tokio::task::spawn_blocking;
 
 impl Sessions {
     /// A session with its open run, which stands at its last stored tick.
@@ -155,11 +154,6 @@ impl Session {
             return;
         }
         self.machine.resume(self.now());
-        if let OpenRun::Realtime(live) = &self.open_run {
-            let (live, compute) = (live.clone(), self.shared.compute.clone());
-            if let Err(error) = spawn_blocking(move || live.resume(&compute.pacer)).await {
-                tracing::error!(%error, "a realtime world does not continue");
-            }
-        }
+        self.follow_clock().await;
     }
 }

@@ -80,17 +80,23 @@ pub(super) async fn entry(
             bad("session_s: the organizer sets the length of official sessions; leave it out".into()),
         );
     }
-    match sessions.competition.rules.phase() {
-        CompetitionPhase::Open => {}
-        CompetitionPhase::Closed => {
-            let message = "the competition is closed; try again when it is open";
-            return Err(Refusal::new(Code::WrongState, message).retry_after(10.0));
-        }
-        CompetitionPhase::Revealed => return Err(Refusal::new(Code::WrongState, "the competition is over")),
-    }
+    is_open(sessions.competition.rules.phase())?;
+    sessions.slot_now(&team).await?;
     let (limit_s, max_sessions) =
         (sessions.competition.rules.session_s, Some(sessions.competition.rules.sessions_per_team));
     Ok(Entry { team, client_version, limit_s, mode: "official", max_sessions, note: None })
+}
+
+/// Refuses a session in a phase in which none can begin.
+pub(super) fn is_open(phase: CompetitionPhase) -> Result<(), Refusal> {
+    match phase {
+        CompetitionPhase::Open => Ok(()),
+        CompetitionPhase::Closed => {
+            let message = "the competition is closed; try again when it is open";
+            Err(Refusal::new(Code::WrongState, message).retry_after(10.0))
+        }
+        CompetitionPhase::Revealed => Err(Refusal::new(Code::WrongState, "the competition is over")),
+    }
 }
 
 /// Only its own team may resume a session. For others it does not exist.

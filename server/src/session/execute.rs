@@ -15,11 +15,16 @@ impl Session {
         let (over, mut reply) = (matches!(command, Command::End { .. }), None);
         let result = match command {
             Command::Pause => {
-                self.pause();
+                self.set_paused(true).await;
                 Ok(())
             }
             Command::Resume => {
-                self.unpause().await;
+                self.set_paused(false).await;
+                Ok(())
+            }
+            Command::PauseCompetition(paused) => {
+                self.machine.set_competition_paused(paused, self.now());
+                self.follow_clock().await;
                 Ok(())
             }
             Command::Grant { seconds } => {
@@ -41,12 +46,21 @@ impl Session {
         (over, reply)
     }
 
-    fn pause(&mut self) {
-        if let Some(paused) = &mut self.standing {
-            *paused = true;
+    /// Stops or continues this session.
+    async fn set_paused(&mut self, paused: bool) {
+        if let Some(standing) = &mut self.standing {
+            *standing = paused;
+            if !paused {
+                // The clock stands until the client is back.
+                return;
+            }
         }
-        self.machine.pause(self.now());
-        self.stand();
+        if paused {
+            self.machine.pause(self.now());
+        } else {
+            self.machine.resume(self.now());
+        }
+        self.follow_clock().await;
     }
 
     /// Stops a realtime world.
@@ -56,14 +70,11 @@ impl Session {
         }
     }
 
-    async fn unpause(&mut self) {
-        if let Some(paused) = &mut self.standing {
-            *paused = false;
-            // The clock stands until the client is back.
-            return;
-        }
-        self.machine.resume(self.now());
-        if let OpenRun::Realtime(live) = &self.open_run {
+    /// Stops or continues a realtime world, as the clock is.
+    pub(super) async fn follow_clock(&mut self) {
+        if self.machine.clock().is_paused() {
+            self.stand();
+        } else if let OpenRun::Realtime(live) = &self.open_run {
             let (live, compute) = (live.clone(), self.shared.compute.clone());
             // Blocks while a tick is in progress.
             let resumed = spawn_blocking(move || live.resume(&compute.pacer)).await;

@@ -119,6 +119,11 @@ impl Machine {
         self.clock.resume(now);
     }
 
+    /// An organizer stops or continues the clocks of all sessions.
+    pub(crate) fn set_competition_paused(&mut self, paused: bool, now: Duration) {
+        self.clock.set_competition_paused(paused, now);
+    }
+
     /// Stops the clock until this moment: the session waits for a place. The present moment lets it run.
     pub(crate) fn hold(&mut self, until: Duration, now: Duration) {
         self.clock.hold(until, now);
@@ -127,6 +132,11 @@ impl Machine {
     /// An organizer gives the session more time.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
         self.clock.grant(seconds, now);
+    }
+
+    /// The session becomes shorter.
+    pub(crate) fn shorten(&mut self, limit_s: f64, now: Duration) {
+        self.clock.shorten(limit_s, now);
     }
 
     /// The session's clock.
@@ -194,7 +204,11 @@ impl Machine {
 
     fn not_paused(&self) -> Result<(), Refusal> {
         if self.clock.is_paused() {
-            let message = "an organizer has paused the session; its clock is stopped";
+            let message = if self.clock.is_competition_paused() {
+                "the organizers have paused the competition; all clocks are stopped"
+            } else {
+                "an organizer has paused the session; its clock is stopped"
+            };
             return Err(Refusal::new(Code::WrongState, message).retry_after(1.0));
         }
         Ok(())

@@ -10,6 +10,7 @@ mod command;
 mod continued;
 mod elsewhere;
 mod entry;
+mod everybody;
 mod execute;
 mod failure;
 mod finish;
@@ -22,6 +23,7 @@ mod run_inputs;
 mod saving;
 #[expect(clippy::module_inception, reason = "the folder is about sessions, the file about one")]
 mod session;
+mod slot;
 mod waiting;
 
 pub(crate) use command::{Command, PendingCommand};

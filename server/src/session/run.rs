@@ -93,6 +93,7 @@ impl Session {
 
     async fn open(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
         self.machine.may_reset(self.now())?;
+        let length_s = self.length_in_slot().await?;
         let (shared, team) = (self.shared.clone(), self.team.clone());
         let task = shared.competition.task(&reset.task).ok_or_else(|| {
             let known = names(shared.competition.tasks.iter().map(|task| task.name.as_str()));
@@ -114,7 +115,7 @@ impl Session {
         let (mode, sensing) = (reset.mode, reset.sensing);
         let task_of = task.clone();
         let new = NewWorld { run_id, task: task_of, hand, hand_sha256, key, mode, sensing, noise, shots };
-        let built = self.build(&new, admitted).await;
+        let built = self.build(&new, admitted, length_s).await;
         if built.is_err() {
             self.forget_ticks_of(&new.run_id, false);
         }
@@ -141,11 +142,12 @@ impl Session {
         admitted
     }
 
-    /// Builds the world of a run and stores the run as open.
+    /// Builds the world of a run and stores the run as open, with the session's length if that changes.
     async fn build(
         &mut self,
         new: &NewWorld,
         admitted: Admitted,
+        length_s: Option<f64>,
     ) -> Result<(OpenedWorld, Option<Recording>), Refusal> {
         let NewWorld { task, hand, key, .. } = new;
         run_inputs::provide(&self.shared, hand, new.hand_sha256.as_deref()).await?;
@@ -171,6 +173,9 @@ impl Session {
         let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, shots };
         let opened = World::open(setup, admitted, &self.shared.compute.background, observers).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
+        if let Some(length_s) = length_s {
+            self.shorten(length_s).await?;
+        }
         self.store_opened(new, stored_header).await?;
         Ok((opened, recording))
     }

@@ -26,7 +26,7 @@ use palmares_tasks::Reason;
 use palmares_tasks::run::Exposure;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::oneshot;
+use tokio::sync::{Mutex, oneshot};
 
 /// Time until the next attempt to store a result.
 const RETRY: Duration = Duration::from_secs(1);
@@ -54,6 +54,8 @@ pub(crate) struct Sessions {
     pub(crate) clocks: Arc<SessionClocks>,
     /// The open sessions.
     pub(crate) registry: Registry<Session>,
+    /// Held while a change of the competition's state is applied to the sessions.
+    pub(crate) following: Mutex<()>,
     /// This server's right to them.
     pub(crate) lease: Arc<Lease>,
     /// Stores the ticks of official runs, so that another host can continue them; None without a fleet.
@@ -168,6 +170,9 @@ impl Session {
         inbox: Inbox<Session>,
     ) -> Box<Self> {
         let SessionIds { held, resume_token, token_hash, team } = ids;
+        let rules = &shared.competition.rules;
+        let mut machine = machine.with_reset_cost(rules.reset_cost_s);
+        machine.set_competition_paused(rules.is_paused(), shared.lifecycle.now());
         Box::new(Session {
             shared: shared.clone(),
             session_id: held.session_id.clone(),
@@ -176,7 +181,7 @@ impl Session {
             token_hash,
             team,
             official,
-            machine: machine.with_reset_cost(shared.competition.rules.reset_cost_s),
+            machine,
             open_run: OpenRun::None,
             stream: None,
             upcoming: Vec::new(),

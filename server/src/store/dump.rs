@@ -7,9 +7,10 @@ use sqlx::any::{AnyRow, AnyTypeInfoKind};
 use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};
 
 /// The tables, each after the tables that it refers to.
-const TABLES: [&str; 12] = [
+const TABLES: [&str; 13] = [
     "teams",
     "tokens",
+    "slots",
     "hands",
     "audit",
     "settings",

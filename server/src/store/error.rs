@@ -42,6 +42,19 @@ pub(crate) enum StoreError {
         /// The name.
         host: String,
     },
+    /// The competition was opened with another engine.
+    #[error(
+        "the competition in {place} is open with the engine {opened_with}, this server has {engine}: scores of two engines cannot \
+         be compared; start the version that it was opened with, or close the competition with it first"
+    )]
+    Engine {
+        /// The database.
+        place: String,
+        /// The engine with which it was opened.
+        opened_with: String,
+        /// That of this server.
+        engine: String,
+    },
     /// A migration is needed while a server runs.
     #[error(
         "the database {place} must be brought up to date, but the host `{host}` of an older version uses it; stop it first"

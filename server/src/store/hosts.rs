@@ -23,6 +23,9 @@ const PATIENCE: Duration = Duration::from_millis(3000);
 /// Time between two attempts.
 const RETRY_PERIOD: Duration = Duration::from_millis(100);
 
+/// The setting with the engine of an open competition.
+pub(super) const ENGINE: &str = "engine";
+
 /// Sessions in one statement.
 const BATCH: usize = 500;
 
@@ -193,6 +196,7 @@ impl Store {
         let began = Instant::now();
         loop {
             let mut transaction = self.write().await?;
+            self.check_engine(&mut transaction, place).await?;
             let alive = alive(&mut transaction, self.dialect).await?;
             let rival = self.rival(host, place, &alive);
             let Err(rival) = rival else {
@@ -205,6 +209,21 @@ impl Store {
                 return Err(rival);
             }
             tokio::time::sleep(RETRY_PERIOD).await;
+        }
+    }
+
+    /// Refuses a host of a fleet whose engine is not that with which the competition was opened, as long as it is open.
+    async fn check_engine(&self, connection: &mut AnyConnection, place: &str) -> Result<(), StoreError> {
+        let (phase, opened_with) =
+            (self.setting_by(connection, "phase").await?, self.setting_by(connection, ENGINE).await?);
+        let engine = identity::engine();
+        match opened_with {
+            Some(opened_with)
+                if self.host.fleet && phase.as_deref() == Some("open") && opened_with != engine =>
+            {
+                Err(StoreError::Engine { place: place.to_owned(), opened_with, engine })
+            }
+            _ => Ok(()),
         }
     }
 

@@ -21,6 +21,7 @@ macro_rules! from_row {
 mod announcements;
 mod audit;
 mod clocks;
+mod competition;
 mod database;
 mod dump;
 mod error;
@@ -32,6 +33,7 @@ mod location;
 mod number;
 mod run_actions;
 mod runs;
+mod schedule;
 mod sessions;
 mod settings;
 mod similar_runs;
@@ -42,6 +44,7 @@ mod verification;
 pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
 pub(crate) use clocks::{ClockRow, RefundedClock, RunCost, SavedClock};
+pub(crate) use competition::{CompetitionChange, CompetitionPhase, CompetitionState};
 pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
@@ -56,6 +59,7 @@ pub(crate) use run_actions::{
     OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
 };
 pub(crate) use runs::{FinishedRunRow, InterruptedRun, NewRun, RunRecord};
+pub(crate) use schedule::{PlayingClock, Slot};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;

@@ -2,6 +2,7 @@
 
 use super::audit::NewAuditEntry;
 use super::clocks::{ClockRow, bind_double};
+use super::competition;
 use super::database::Store;
 use super::error::StoreError;
 use super::hosts::{FIRST_EPOCH, Held};
@@ -102,7 +103,8 @@ const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version
      (SELECT COUNT(*) FROM runs WHERE runs.session_id = sessions.session_id) AS runs FROM sessions ";
 
 impl Store {
-    /// Stores a new session of this process, in its first epoch. False, and nothing is stored, if the team already has `max` official sessions that are not voided.
+    /// Stores a new session of this process, in its first epoch. False, and nothing is stored, if the team already has `max` official
+    /// sessions that are not voided, or if an organizer has closed the competition.
     pub(crate) async fn begin_session(
         &self,
         session: &NewSession,
@@ -121,7 +123,7 @@ impl Store {
             .bind(&session.team)
             .fetch_one(&mut *transaction)
             .await?;
-            if had >= i64::from(max) {
+            if had >= i64::from(max) || competition::is_closed(&mut transaction).await? {
                 return Ok(false);
             }
         }
@@ -196,6 +198,14 @@ impl Store {
         Ok(query.fetch_all(&self.pool()).await?)
     }
 
+    /// The open official sessions, newest first.
+    pub(crate) async fn open_official_sessions(&self) -> Result<Vec<SessionRow>, StoreError> {
+        let sql = format!(
+            "{SESSION_ROW} WHERE mode = 'official' AND status = 'open' ORDER BY created_at DESC, session_id"
+        );
+        Ok(sqlx::query_as(sqlx::AssertSqlSafe(sql)).fetch_all(&self.pool()).await?)
+    }
+
     /// The session of that id.
     pub(crate) async fn session(&self, session_id: &str) -> Result<Option<SessionRow>, StoreError> {
         let sql = sqlx::AssertSqlSafe(format!("{SESSION_ROW} WHERE session_id = $1"));
@@ -246,13 +256,6 @@ impl Store {
         .bind(unix_ms())
         .bind(session_id);
         self.recorded(entry).await?.change_one(change).await
-    }
-
-    /// Number of open official sessions.
-    pub(crate) async fn open_sessions(&self) -> Result<i64, StoreError> {
-        let query =
-            sqlx::query_scalar("SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'");
-        Ok(query.fetch_one(&self.pool()).await?)
     }
 
     /// The open official session of a team, with the hash of its resume token.

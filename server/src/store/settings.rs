@@ -1,11 +1,10 @@
 //! Settings of the competition, by name.
 
-use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
 use sqlx::AnyConnection;
 
-const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
+pub(super) const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
      ON CONFLICT (key) DO UPDATE SET value = excluded.value";
 
 impl Store {
@@ -29,17 +28,5 @@ impl Store {
     pub(crate) async fn set_setting(&self, key: &str, value: &str) -> Result<(), StoreError> {
         sqlx::query(WRITE).bind(key).bind(value).execute(&self.pool()).await?;
         Ok(())
-    }
-
-    /// Stores a setting by an organizer's command.
-    pub(crate) async fn enter_phase(
-        &self,
-        key: &str,
-        value: &str,
-        entry: &NewAuditEntry<'_>,
-    ) -> Result<(), StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        sqlx::query(WRITE).bind(key).bind(value).execute(&mut *recorded.transaction).await?;
-        recorded.commit().await
     }
 }

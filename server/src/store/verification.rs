@@ -29,7 +29,28 @@ pub(crate) struct UnverifiedRun {
 
 from_row!(UnverifiedRun { run_id, replay_path, replay_sha256 });
 
+/// A run whose score is provisional.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ProvisionalRun {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Its team.
+    pub(crate) team: String,
+    /// Its task.
+    pub(crate) task: String,
+}
+
+from_row!(ProvisionalRun { run_id, team, task });
+
 impl Store {
+    /// The runs whose score is provisional, oldest first.
+    pub(crate) async fn provisional_runs(&self) -> Result<Vec<ProvisionalRun>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT run_id, team, task FROM runs WHERE status = 'provisional' ORDER BY ended_at, run_id",
+        );
+        Ok(query.fetch_all(&self.pool()).await?)
+    }
+
     /// Stores path and SHA-256 of another replay of a finished run.
     #[cfg(test)]
     pub(crate) async fn set_replay(&self, run_id: &str, path: &str, sha256: &str) -> Result<(), StoreError> {

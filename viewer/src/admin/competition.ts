@@ -1,7 +1,7 @@
 /** The competition: its phases, announcements, downloads, and the backup. */
 import { getJson } from '../net/api';
-import { dateTime } from '../ui/format';
-import { button, el, facts, name } from '../ui/elements';
+import { clock, dateTime } from '../ui/format';
+import { button, el, facts, name, setText } from '../ui/elements';
 import { confirmAction, type ActionDialog } from './dialog';
 import { type AdminClient, errorText, type Tab } from './admin_client';
 import type { Announcement, CompetitionResponse } from '../wire/messages';
@@ -12,9 +12,16 @@ const WORDS = {
   revealed: 'Over: seeds and replays are public.',
 } as const;
 
+/** The forecast as a sentence. */
+function free(within: number | null): string {
+  if (within === 0) return 'One is free.';
+  return within === null ? 'No clock bounds when the next is free.' : `The next is free in at most ${clock(within)}.`;
+}
+
 /** The tab with phases and downloads. */
 export function competitionTab(admin: AdminClient, shown: (info: CompetitionResponse) => void): Tab {
   const now = el('section', { class: 'panel' });
+  const places = el('p', { role: 'status' });
 
   const enter = (verb: string, path: string, text: string, more: Partial<ActionDialog> = {}): HTMLButtonElement => {
     const dialog: ActionDialog = {
@@ -31,12 +38,18 @@ export function competitionTab(admin: AdminClient, shown: (info: CompetitionResp
   function show(info: CompetitionResponse): void {
     shown(info);
     const phase = info.phase ?? null;
+    const paused = typeof info.paused_unix_ms === 'number';
     now.replaceChildren(
       el('h2', {}, name(info.name)),
       el('p', {}, phase === null ? 'A practice server has no phases.' : WORDS[phase]),
+      el('p', { class: 'notice', hidden: !paused }, `Paused since ${dateTime(info.paused_unix_ms)}: all clocks and worlds are stopped.`),
+      places,
       el('div', { class: 'row' },
         phase === 'closed' && enter('Open', 'open', 'From now on a team’s session begins when its client connects.', { typed: info.name }),
         phase === 'open' && enter('Close', 'close', 'No further session can begin; open sessions continue.', { typed: info.name }),
+        phase !== null && phase !== 'revealed' && !paused && enter('Pause', 'pause', 'The clocks and worlds of all sessions stop, also of sessions that begin later. No team loses time.', { typed: info.name }),
+        phase !== 'revealed' && paused && enter('Resume', 'resume', 'The clocks and worlds of all sessions continue.', { typed: info.name }),
+        phase !== null && phase !== 'revealed' && enter('End', 'end', 'All sessions end for good, their open runs are scored, and the competition closes.', { typed: info.name, danger: true }),
         phase !== null && phase !== 'revealed' && enter('Reveal', 'reveal', 'This cannot be undone: the secret of the seeds and all replays become public, and the competition is over.', { typed: info.name, danger: true })),
       el('h3', {}, 'Publish these before the start'),
       facts([['SHA-256 of the seed secret', el('code', {}, info.seed_secret_sha256 ?? '–')], ['Replay key', el('code', {}, info.replay_key ?? '–')],
@@ -54,7 +67,10 @@ export function competitionTab(admin: AdminClient, shown: (info: CompetitionResp
     element: el('div', { class: 'columns' }, now, downloads),
     async refresh() {
       const info = await getJson<CompetitionResponse>('/v1/competition');
-      const signature = JSON.stringify(info);
+      places.hidden = info.places === undefined || info.places === null;
+      if (info.places) setText(places, `Places: ${info.places.playing} of ${info.places.total} in use. ${free(info.places.free_within_s ?? null)}`);
+      // Without the forecast, which changes all the time: buttons keep their focus.
+      const signature = JSON.stringify({ ...info, places: null });
       if (now.dataset['shown'] === signature) return;
       now.dataset['shown'] = signature;
       show(info);

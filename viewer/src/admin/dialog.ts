@@ -5,7 +5,9 @@ import { errorText } from './admin_client';
 
 /** A field besides the reason. */
 export interface Field {
-  name: string; label: string; hint?: string; type?: 'text' | 'number' | 'select' | 'textarea';
+  name: string; label: string; hint?: string; type?: 'text' | 'number' | 'select' | 'textarea' | 'datetime-local';
+  /** Whether the field may be empty. */
+  optional?: boolean;
   value?: string; options?: readonly string[]; min?: number; max?: number; maxlength?: number;
 }
 
@@ -113,7 +115,7 @@ function control(field: Field, id: string): HTMLInputElement | HTMLSelectElement
     return el('textarea', { id, required: true, maxlength: field.maxlength }, field.value ?? '');
   }
   return el('input', {
-    id, type: field.type ?? 'text', required: true, value: field.value, min: field.min, max: field.max, maxlength: field.maxlength,
+    id, type: field.type ?? 'text', required: field.optional !== true, value: field.value, min: field.min, max: field.max, maxlength: field.maxlength,
     autocomplete: 'off', spellcheck: 'false', step: field.type === 'number' ? 'any' : undefined,
   });
 }

@@ -6,6 +6,7 @@ import { announceTab, competitionTab } from '../admin/competition';
 import { AdminClient, errorText } from '../admin/admin_client';
 import { handsTab } from '../admin/hands';
 import { runsTab } from '../admin/runs';
+import { scheduleTab } from '../admin/schedule';
 import { sessionsTab } from '../admin/sessions';
 import { showTabs } from '../admin/tabs';
 import { teamsTab } from '../admin/teams';
@@ -61,18 +62,21 @@ let stop = (): void => undefined;
 
 function enter(admin: AdminClient): void {
   const phase = el('span', { class: 'badge info' });
+  const paused = el('span', { class: 'badge warn', hidden: true }, 'paused');
   const title = el('p', { class: 'lead' });
   const showPhase = (info: CompetitionResponse): void => {
     setText(phase, info.phase ?? 'practice');
+    paused.hidden = typeof info.paused_unix_ms !== 'number';
     title.replaceChildren(name(info.name));
   };
-  getJson<CompetitionResponse>('/v1/competition').then(showPhase, () => undefined);
-  app.replaceChildren(el('div', { class: 'title' }, el('h1', { tabindex: -1 }, 'Organizers'), title, phase,
+  const readPhase = (): void => { getJson<CompetitionResponse>('/v1/competition').then(showPhase, () => undefined); };
+  readPhase();
+  app.replaceChildren(el('div', { class: 'title' }, el('h1', { tabindex: -1 }, 'Organizers'), title, phase, paused,
     button('Log out', () => { admin.leave(); login(); }, { class: 'small end' })));
-  const tabs = [sessionsTab(admin), teamsTab(admin), handsTab(admin), runsTab(admin), announceTab(admin), competitionTab(admin, showPhase), auditTab(admin)];
+  const tabs = [sessionsTab(admin), teamsTab(admin), scheduleTab(admin), handsTab(admin), runsTab(admin), announceTab(admin), competitionTab(admin, showPhase), auditTab(admin)];
   const end = showTabs(app, tabs);
-  // Notices a revoked token within 3 s, even if no tab reads anything.
-  const watch = window.setInterval(() => { admin.get('/v1/admin/teams').catch(() => undefined); }, 3000);
+  // Notices a revoked token, and what other organizers do, within 3 s.
+  const watch = window.setInterval(() => { admin.get('/v1/admin/teams').then(readPhase, () => undefined); }, 3000);
   stop = () => { end(); window.clearInterval(watch); };
   app.querySelector('h1')?.focus();
 }

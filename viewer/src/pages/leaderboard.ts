@@ -5,18 +5,18 @@ import { connect, legend, taskCards } from '../board/side_panels';
 import { getJson, ApiError } from '../net/api';
 import { el, mainElement, part, setText } from '../ui/elements';
 import type { Board } from '../board/model';
+import { standing } from '../board/places';
 import { BoardTable } from '../board/table';
 import { openFeed } from '../board/feed';
 import type { Announcement, CompetitionResponse, LeaderboardRow, TaskInfo } from '../wire/messages';
 
-/** Time between two requests of the phase, ms. */
-const PHASE_MS = 30_000;
-
-const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
+/** Time between two requests of the competition’s state, ms. */
+const STANDING_MS = 15_000;
 
 async function start(): Promise<void> {
   const app = mainElement();
-  const [info, { tasks }] = await Promise.all([getJson<CompetitionResponse>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
+  const [first, { tasks }] = await Promise.all([getJson<CompetitionResponse>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
+  let info = first;
   const place = part(app, 'div', 'board');
   const beside = part(app, 'section', 'tasks');
   app.classList.add('board-page');
@@ -36,8 +36,8 @@ async function start(): Promise<void> {
   let teams = 0;
   let live = false;
   const say = (): void => {
-    const phase = info.mode === 'official' ? `The competition is ${PHASES[info.phase ?? 'closed']}. ` : '';
-    setText(line, `${phase}${teams === 1 ? '1 team' : `${teams} teams`}. ${live ? 'Live.' : 'Connection lost. Reconnecting.'}`);
+    const sentences = standing(info);
+    setText(line, `${sentences === '' ? '' : `${sentences} `}${teams === 1 ? '1 team' : `${teams} teams`}. ${live ? 'Live.' : 'Connection lost. Reconnecting.'}`);
   };
   const show = (board: Board): void => {
     teams = board.rows.length;
@@ -53,8 +53,8 @@ async function start(): Promise<void> {
     connected: (yes) => { live = yes; say(); },
   });
   window.setInterval(() => {
-    getJson<CompetitionResponse>('/v1/competition').then(({ phase }) => { if (phase !== undefined) info.phase = phase; say(); }, () => undefined);
-  }, PHASE_MS);
+    getJson<CompetitionResponse>('/v1/competition').then((now) => { info = now; say(); }, () => undefined);
+  }, STANDING_MS);
 }
 
 function footer(info: CompetitionResponse): HTMLElement {

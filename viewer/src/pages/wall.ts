@@ -74,7 +74,8 @@ function beat(): void {
   if (next?.id !== shown?.id) show(next);
   clocks.show(wallClocks());
   const time = new Date();
-  const of = info?.mode === 'official' ? `${PHASES[info.phase ?? 'closed']} · ` : '';
+  const paused = typeof info?.paused_unix_ms === 'number' && info.phase !== 'revealed';
+  const of = info?.mode === 'official' ? `${paused ? 'paused' : PHASES[info.phase ?? 'closed']} · ` : '';
   setText(phase, `${of}${clock(time.getHours() * 60 + time.getMinutes()).padStart(5, '0')}`);
   setText(state, [held ? 'paused' : '', connected ? '' : 'no connection'].filter((text) => text !== '').join(' · '));
 }

@@ -261,7 +261,7 @@ export interface Clock {
 }
 
 /** The kind of an error. */
-export type Code = 'bad_json' | 'unknown_op' | 'bad_request' | 'bad_action' | 'stale_tick' | 'wrong_state' | 'unknown_task' | 'unknown_hand' | 'unknown_camera' | 'hand_in_the_way' | 'not_authorized' | 'forbidden' | 'session_taken' | 'session_over' | 'capacity' | 'rate_limited' | 'too_large' | 'too_slow' | 'internal' | 'not_found';
+export type Code = 'bad_json' | 'unknown_op' | 'bad_request' | 'bad_action' | 'stale_tick' | 'wrong_state' | 'unknown_task' | 'unknown_hand' | 'unknown_camera' | 'hand_in_the_way' | 'not_authorized' | 'forbidden' | 'session_taken' | 'session_over' | 'not_scheduled' | 'capacity' | 'rate_limited' | 'too_large' | 'too_slow' | 'internal' | 'not_found';
 
 /** A colour with its opacity; each component is 0 to 1. */
 export interface Color {
@@ -307,9 +307,13 @@ export interface CompetitionActionRequest {
   reason?: string;
 }
 
-/** The phase of the competition after the action. */
+/** The competition after the action. */
 export interface CompetitionActionResponse {
   phase: CompetitionPhase;
+  /** Number of open sessions. */
+  open_sessions: number;
+  /** Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused. */
+  paused_unix_ms?: number;
 }
 
 /** The phase of an official competition. */
@@ -333,10 +337,18 @@ export interface CompetitionResponse {
   limits: Limits;
   tasks: string[];
   hands: string[];
+  /** The worlds as of now. */
+  worlds: Worlds;
+  /** Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused. */
+  paused_unix_ms?: number;
   /** Its phase; official competitions only. */
   phase?: CompetitionPhase;
+  /** Places for worlds; official competitions only. */
+  places?: Places;
   /** Public key of the signatures on replays. */
   replay_key?: string;
+  /** The time slots; only with a schedule. */
+  schedule?: ScheduleSummary;
   /** The secret, after it was revealed. */
   seed_secret?: string;
   /** SHA-256 of the secret from which the seeds are derived. */
@@ -1037,6 +1049,8 @@ export interface Obs {
   late_s?: number;
   /** The reason, when `terminated` or `truncated`. */
   reason?: string;
+  /** The run has gone back: another host continues it, and this is the first observation. */
+  resumed?: boolean;
   /** Inputs of the run; only in the reply to `reset`. */
   run?: Opened;
   /** Contents of the world; only in the reply to `reset`. */
@@ -1118,6 +1132,16 @@ export interface PlacedShape {
   shape: Shape;
   /** Coulomb friction coefficient. */
   friction: number;
+}
+
+/** Places for worlds, as counts and a forecast. */
+export interface Places {
+  /** Number of worlds that can be open at once. */
+  total: number;
+  /** Number of open sessions whose clock has started and has time left. */
+  playing: number;
+  /** Longest time until a place is free for the next team, s: 0 if one is free, null if nothing bounds it. */
+  free_within_s: number | null;
 }
 
 /** A position and an orientation. */
@@ -1462,6 +1486,46 @@ export interface SceneUpdate {
   entities: SceneEntity[];
 }
 
+/** The schedule. */
+export interface Schedule {
+  /** All slots, by begin and team. */
+  slots: Slot[];
+  /** Number of worlds that can be open at once. */
+  places: number;
+  /** Problems of the schedule, such as more teams at once than places. */
+  warnings: string[];
+}
+
+/** A change of the schedule. Times are texts with their offset from UTC, such as `2027-05-04T09:00:00+02:00`. */
+export interface ScheduleActionRequest {
+  /** For `add` and `move`: the begin. */
+  begins_at?: string;
+  /** For `move`: moves all slots that have not begun by this time, s. */
+  by_s?: number;
+  /** For `import`: a CSV file with the columns `team`, `begins_at` and `ends_at`. It replaces the schedule. */
+  csv?: string;
+  /** For `add`, and for `move` if the length changes: the end. */
+  ends_at?: string;
+  /** For `move`: the begin of the slot that moves; needed if the team has several. */
+  from?: string;
+  /** The reason, for the audit. */
+  reason?: string;
+  /** The team; `clear`, and `move` with `by_s`, concern all teams without it. */
+  team?: string;
+}
+
+/** The time slots of all teams, as counts. */
+export interface ScheduleSummary {
+  /** Number of slots. */
+  slots: number;
+  /** Number of slots that run now. */
+  running: number;
+  /** Begin of the next slot, ms since 1970 UTC. */
+  next_unix_ms: number | null;
+  /** End of the last slot, ms since 1970 UTC. */
+  ends_unix_ms: number;
+}
+
 /** `score`: the run's score if it ended now. */
 export interface Score {
   /** The run. */
@@ -1602,6 +1666,17 @@ export interface SimilarRuns {
   pairs: SimilarPair[];
   /** Whether there are more, which `limit` left out. */
   more: boolean;
+}
+
+/** A time slot of a team. */
+export interface Slot {
+  team: string;
+  /** Its begin, ms since 1970 UTC. */
+  begins_unix_ms: number;
+  /** Its end, ms since 1970 UTC. */
+  ends_unix_ms: number;
+  /** `later`, `now` or `over`. */
+  state: string;
 }
 
 /** One field of an action or an observation. */
@@ -2074,6 +2149,18 @@ export interface Welcome {
   run: RunInfo | null;
   /** A remark on the team's name, for people; absent if there is none. */
   note?: string;
+}
+
+/** The worlds of this server. */
+export interface Worlds {
+  /** Number that can compute at once. */
+  max: number;
+  /** Number of open worlds that are not idle. */
+  busy: number;
+  /** Lockstep worlds without a request for a while. */
+  idle: number;
+  /** Number of sessions that were refused a world and wait for one. */
+  waiting: number;
 }
 
 /** Force and torque in the world frame, torque about the base origin. */

@@ -10,6 +10,7 @@ mod forward;
 mod hands;
 mod request;
 mod runs;
+mod schedule;
 mod sessions;
 mod teams;
 
@@ -37,10 +38,19 @@ pub(super) fn routes() -> Routes<AppState> {
         .add(
             post_json::<competition::CompetitionActionRequest, competition::CompetitionActionResponse>(
                 "/v1/admin/competition/{verb}",
-                "Open the competition for sessions, close it for new ones, or end it for good and publish the secret of the seeds",
+                "Open the competition for sessions or close it for new ones; pause, resume or end all sessions; publish the secret of the seeds",
             )
-            .words(&["open", "close", "reveal"]),
-            competition::enter,
+            .words(&["open", "close", "reveal", "pause", "resume", "end"]),
+            competition::act,
+        )
+        .add(get_json::<schedule::Schedule>("/v1/admin/schedule", "The time slots of teams"), schedule::show)
+        .add(
+            post_json::<schedule::ScheduleActionRequest, schedule::Schedule>(
+                "/v1/admin/schedule/{verb}",
+                "Import a schedule from CSV; add, move or remove slots",
+            )
+            .words(&["import", "add", "move", "clear"]),
+            schedule::act,
         )
         .add(
             post_json::<announcement::NewAnnouncement, Announcement>(

@@ -7,6 +7,7 @@ use crate::problem::Problem;
 use crate::rules::CompetitionPhase;
 use crate::session::Command;
 use crate::state::AppState;
+use crate::store::unix_ms;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::Code;
@@ -45,7 +46,8 @@ pub(super) async fn act(
 ) -> Result<Json<SessionActionResponse>, Problem> {
     let SessionActionRequest { session_id, reason, seconds } = &request.body;
     let none = || not_found(format!("no session `{}`; GET /v1/sessions lists them", shortened(session_id)));
-    let status = app.store.session(session_id).await?.ok_or_else(none)?.status;
+    let before = app.store.session(session_id).await?.ok_or_else(none)?;
+    let status = &before.status;
     let note = reason.clone().unwrap_or_default();
     let entry = |action| entry(&request.identity, action, session_id, reason);
     let (done, command) = match verb.as_str() {
@@ -54,8 +56,11 @@ pub(super) async fn act(
             (done?, Command::Pause)
         }
         "resume" => {
-            let done = app.store.pause_session(session_id, false, &entry("session.resume")).await;
-            (done?, Command::Resume)
+            let done = app.store.pause_session(session_id, false, &entry("session.resume")).await?;
+            if let Some(paused) = before.paused_unix_ms.filter(|_| done) {
+                app.store.extend_slots_of(&before.team, paused, unix_ms()).await?;
+            }
+            (done, Command::Resume)
         }
         "end" => {
             let done = app.store.order_end(session_id, &entry("session.end")).await;

@@ -108,7 +108,7 @@ fn the_verbs_in_the_document_are_those_that_are_known() {
     for operation in operations().iter().filter(|operation| !operation.words.is_empty()) {
         let noun = operation.path.split('/').nth(3).expect("a noun");
         let file = match noun {
-            "export" | "competition" => format!("{noun}.rs"),
+            "export" | "competition" | "schedule" => format!("{noun}.rs"),
             noun => format!("{noun}s.rs"),
         };
         let text = std::fs::read_to_string(folder.join(&file)).expect("a source file");

@@ -34,6 +34,8 @@ struct Shown<'a> {
     title: &'a str,
     /// CompetitionPhase of an official competition.
     phase: Option<CompetitionPhase>,
+    /// Whether all sessions are paused.
+    paused: bool,
     /// Whether the reader may see replays and the server has the page for them.
     replays: bool,
 }
@@ -54,6 +56,7 @@ pub(in crate::http) async fn leaderboard(
         here: headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080"),
         title: if phase.is_some() { rules.name.as_str() } else { "Practice leaderboard" },
         phase,
+        paused: rules.is_paused(),
         replays: matches!(phase, None | Some(CompetitionPhase::Revealed))
             && archive.is_some()
             && is_built("replay"),
@@ -87,7 +90,7 @@ fn render(shown: &Shown<'_>) -> Markup {
     html! {
         div.title { h1 { "Leaderboard" } p.lead { (name(shown.title)) } }
         div id="board" {
-            @if let Some(phase) = shown.phase { p.board-line { (in_words(phase)) } }
+            @if let Some(phase) = shown.phase { p.board-line { (in_words(phase, shown.paused)) } }
             @if shown.rows.is_empty() {
                 section.empty {
                     h2 { "No finished run yet" }
@@ -224,7 +227,8 @@ mod tests {
         phase: Option<CompetitionPhase>,
     ) -> String {
         let tasks: Vec<TaskInfo> = tasks.iter().map(|name| task(name)).collect();
-        render(&Shown { rows, tasks: &tasks, here, title, phase, replays: false }).into_string()
+        render(&Shown { rows, tasks: &tasks, here, title, phase, paused: false, replays: false })
+            .into_string()
     }
 
     #[test]
@@ -256,8 +260,15 @@ mod tests {
     #[test]
     fn a_score_links_to_its_replay_where_the_rules_allow() {
         let (rows, tasks) = ([row("a")], [task("balls")]);
-        let mut shown =
-            Shown { rows: &rows, tasks: &tasks, here: "h", title: "t", phase: None, replays: false };
+        let mut shown = Shown {
+            rows: &rows,
+            tasks: &tasks,
+            here: "h",
+            title: "t",
+            phase: None,
+            paused: false,
+            replays: false,
+        };
         let leads_to = |shown: &Shown<'_>, address: &str| {
             render(shown)
                 .into_string()

@@ -4,9 +4,12 @@ use crate::rules::CompetitionPhase;
 use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 
-/// The phase of a competition as a sentence.
-pub(super) fn in_words(phase: CompetitionPhase) -> &'static str {
+/// The phase of a competition as a sentence, or its pause.
+pub(super) fn in_words(phase: CompetitionPhase, paused: bool) -> &'static str {
     match phase {
+        CompetitionPhase::Closed | CompetitionPhase::Open if paused => {
+            "The competition is paused: all clocks are stopped."
+        }
         CompetitionPhase::Closed => {
             "The competition is not open: sessions can begin when the organizer opens it."
         }

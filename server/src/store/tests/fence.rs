@@ -12,6 +12,10 @@ async fn taken_over(store: &Store) -> (Held, Held) {
     (held("s-r"), taken[0].clone())
 }
 
+fn entry<'a>(action: &'a str, subject: &'a str) -> NewAuditEntry<'a> {
+    NewAuditEntry { actor: "tok_1", action, subject, reason: None }
+}
+
 fn new_run(run_id: &str) -> NewRun {
     NewRun {
         run_id: run_id.into(),
@@ -64,6 +68,13 @@ async fn write_all(store: &Store, held: &Held) -> Vec<(&'static str, bool)> {
 async fn state(store: &Store) -> serde_json::Value {
     let runs = store.runs().await.expect("runs");
     serde_json::json!({ "runs": runs, "session": store.session("s-r").await.expect("session") })
+}
+
+async fn enter(store: &Store, phase: CompetitionPhase, action: &str) {
+    let change = CompetitionChange::Enter(phase);
+    let entry = entry(action, "competition");
+    let changed = store.change_competition(change, &entry, |_, _| Ok::<(), ()>(())).await;
+    changed.expect("query").expect("may");
 }
 
 #[tokio::test]
@@ -146,6 +157,12 @@ async fn hosts_share_a_database_if_they_fit() {
             () = renewing => {}
         }
     }
+    // While the competition is open, its engine is one.
+    enter(&first, CompetitionPhase::Open, "competition.open").await;
+    first.set_setting("engine", "0.0.1+another").await.expect("as if it were opened by another version");
+    let error = Store::open(&location, &host("h3", "c")).await.expect_err("refused").to_string();
+    assert!(error.contains("open with the engine 0.0.1+another"), "{error}");
+    enter(&first, CompetitionPhase::Closed, "competition.close").await;
     // Sessions of a host that lives stay with it, those of one that is gone do not.
     begin_in(&first, "official", "crabs", "balls", "one", Some(1), Sensing::Truth).await;
     begin_in(&second, "official", "eels", "balls", "two", Some(1), Sensing::Truth).await;

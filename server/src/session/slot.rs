@@ -1,0 +1,56 @@
+//! The time slots of teams: which team may begin a session now, and how long the session lasts.
+
+use super::failure::store_failed;
+use super::session::{Session, Sessions};
+use crate::schedule::Timetable;
+use crate::store::unix_ms;
+use palmares_protocol::{Code, Refusal};
+
+impl Sessions {
+    /// The end of the team's slot, ms since 1970 UTC; None without a schedule.
+    ///
+    /// # Errors
+    /// There is a schedule, and the team has no slot now.
+    pub(super) async fn slot_now(&self, team: &str) -> Result<Option<i64>, Refusal> {
+        let Some(slots) = self.store.slots_of(team).await.map_err(store_failed("the schedule"))? else {
+            return Ok(None);
+        };
+        let paused = self.competition.rules.state().paused_unix_ms;
+        Timetable { slots: &slots, now: unix_ms(), paused }.admit().map(Some)
+    }
+}
+
+impl Session {
+    /// The length of an official session whose clock has not started, if its team's slot makes it shorter: the rest of the slot, and
+    /// time that organizers granted.
+    ///
+    /// # Errors
+    /// The slot is over.
+    pub(super) async fn length_in_slot(&mut self) -> Result<Option<f64>, Refusal> {
+        let clock = self.machine.clock();
+        let (Some(limit_s), Some(regular_s)) = (clock.limit_s(), self.shared.competition.rules.session_s)
+        else {
+            return Ok(None);
+        };
+        if !self.official || clock.is_started() {
+            return Ok(None);
+        }
+        let granted_s = (limit_s - regular_s).max(0.0);
+        let rest_s = match self.shared.slot_now(&self.team).await {
+            Ok(None) => return Ok(None),
+            Ok(Some(ends)) => (ends - unix_ms()) as f64 / 1000.0,
+            Err(refusal) if refusal.code == Code::NotScheduled && granted_s > 0.0 => 0.0,
+            Err(refusal) => return Err(refusal),
+        };
+        let length_s = rest_s + granted_s;
+        Ok((length_s < limit_s).then_some(length_s))
+    }
+
+    /// Stores a new length of the session.
+    pub(super) async fn shorten(&mut self, length_s: f64) -> Result<(), Refusal> {
+        let stored = self.shared.store.shorten_session(&self.held, length_s).await;
+        stored.map_err(store_failed("the session"))?;
+        self.machine.shorten(length_s, self.now());
+        Ok(())
+    }
+}
