@@ -74,12 +74,6 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let app = assemble::app(config, guard, store, tasks, hands, lease.clone()).await?;
     let lifecycle = app.lifecycle.clone();
     let beats = app.store.is_shared().then(|| tokio::spawn(beat(app.clone(), lease, fleet)));
-    app.sessions.refund_all().await?;
-    if !fleet {
-        app.sessions.end_lost_practice().await?;
-        app.sessions.adopt(usize::MAX).await?;
-    }
-    // Afterwards: the unfinished recordings of a process that was killed belong to no open run any more, and make room.
     let verification =
         app.archive.clone().map(|archive| {
             let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
@@ -87,6 +81,11 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
                 lifecycle.stopping().await
             }))
         });
+    app.sessions.refund_all().await?;
+    if !fleet {
+        app.sessions.end_lost_practice().await?;
+        app.sessions.adopt(usize::MAX).await?;
+    }
     greet(address, &location, &app)?;
 
     let signalled = {
