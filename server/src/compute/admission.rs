@@ -27,7 +27,8 @@ pub(crate) const RETRY_S: f64 = 5.0;
 pub(crate) const WAIT: Duration = Duration::from_secs(10);
 /// A lockstep world without a request for this long is idle.
 const IDLE: Duration = Duration::from_secs(10);
-/// Open worlds for each place, idle ones included: a bound on memory. A world of SoftHand among balls takes MEASURED.
+/// Open worlds for each place, idle ones included: a bound on memory. A world of SoftHand among balls takes about
+/// 1 MB, with its recorder and its connection (40 of them, resident memory of the process).
 const OPEN_PER_PLACE: usize = 8;
 /// Ticks per second of a world at real-time rate, for worlds that are not measured yet.
 const RATE: f64 = 100.0;
@@ -183,7 +184,7 @@ struct Waiting {
 struct Places {
     worlds: HashMap<u64, OpenWorld>,
     last_id: u64,
-    /// Official and practice sessions, each in the order in which they asked first.
+    /// Official and practice sessions, each in the order of their first request.
     waiting: Vec<Waiting>,
 }
 
@@ -270,8 +271,8 @@ impl Admission {
         let mut open = self.0.open(&places, now);
         let mut ahead = 0;
         for (k, other) in places.waiting.iter().enumerate() {
-            let asked_before = place.is_none_or(|place| k < place);
-            let before = if other.official == official { asked_before } else { other.official };
+            let earlier = place.is_none_or(|place| k < place);
+            let before = if other.official == official { earlier } else { other.official };
             if before && Some(k) != place {
                 ahead += 1;
                 open.add(other.mode, other.official);
@@ -426,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn who_was_refused_comes_before_those_who_ask_later() {
+    fn a_refused_session_comes_before_later_ones() {
         let admission = Admission::default();
         let start = Instant::now();
         let at = |seconds: u64| start + Duration::from_secs(seconds);
@@ -436,7 +437,7 @@ mod tests {
         }
         assert_eq!(admission.waiting(), 3);
         drop(first);
-        // The place is for the first in the queue, whoever asks.
+        // The place is for the first in the queue.
         for (name, ahead) in [("a", 3), ("e", 2), ("d", 1)] {
             assert_eq!(take(&admission, name, at(5), 2).err(), Some(ahead), "{name}");
         }
