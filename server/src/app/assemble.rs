@@ -20,7 +20,7 @@ use crate::transport::InboundLimits;
 use crate::transport::guard::Guard;
 use crate::transport::trusted_proxies::TrustedProxies;
 use crate::version;
-use crate::watch::{HostKey, Hub, OtherHosts, RankingCache};
+use crate::watch::{FleetKey, Hub, OtherHosts, RankingCache};
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -149,7 +149,7 @@ fn other_hosts(
     // Without replays there may be no key: then viewers have only the runs of their host.
     let key = std::fs::read_to_string(&config.signing_key).ok()?;
     let (store, competition, hub) = (store.clone(), competition.clone(), hub.clone());
-    Some(Arc::new(OtherHosts::new(store, competition, hub, HostKey::new(&key))))
+    Some(Arc::new(OtherHosts::new(store, competition, hub, FleetKey::new(&key))))
 }
 
 /// The archive of replays; None on a practice server that does not record.

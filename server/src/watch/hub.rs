@@ -416,7 +416,7 @@ mod tests {
                     assert!(text.contains(r#""reason":"stopped""#), "{text}");
                     break;
                 }
-                Err(error) => panic!("{error}"),
+                other => panic!("{other:?}"),
             }
         }
         assert!(said.iter().all(|text| text.contains(r#""op":"events""#)), "{said:?}");
@@ -456,6 +456,49 @@ mod tests {
             assert!(text.contains(r#""outcome":null"#), "{text}");
             assert_eq!(text.contains(r#""fault":"unsolvable""#), fault.is_some(), "{text}");
             assert!(following.queue.try_recv().is_err(), "it ends once");
+        }
+    }
+
+    #[test]
+    fn in_a_fleet_a_run_without_an_outcome_may_have_moved() {
+        let (hub, mut run) = (Arc::new(Hub::default()), run());
+        hub.join_fleet();
+        let outcome = run.finish(Reason::Stopped);
+        let endings: [fn(&mut Publisher, &Run, &Outcome); 3] = [
+            |_, _, _| {},
+            |publisher, _, _| publisher.failed(Fault::Unsolvable),
+            |publisher, run, outcome| publisher.finished(run, outcome),
+        ];
+        let moved = endings.map(|end| {
+            let mut publisher = published(&hub, info("r", "s", false), &run);
+            let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+            end(&mut publisher, &run, &outcome);
+            drop(publisher);
+            matches!(following.queue.try_recv().expect("a message"), QueuedMessage::Moved)
+        });
+        assert_eq!(moved, [true, false, false]);
+    }
+
+    #[test]
+    fn a_frame_is_the_same_at_another_host() {
+        let (hub, run) = (Arc::new(Hub::default()), run());
+        let _publisher = published(&hub, info("r", "s", false), &run);
+        let following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+        let here = following.frames.borrow().clone();
+        let none = Overlays::default();
+        for overlays in
+            [none, Overlays { telemetry: true, ..none }, Overlays { contacts: true, ..none }, Overlays::ALL]
+        {
+            let sent = postcard::to_stdvec(&here.link(overlays)).expect("encodes");
+            let there = Frame::linked("r", postcard::from_bytes(&sent).expect("decodes"));
+            let (text, other): (serde_json::Value, serde_json::Value) = (
+                serde_json::from_str(&here.text(overlays)).expect("JSON"),
+                serde_json::from_str(&there.text(Overlays::ALL)).expect("JSON"),
+            );
+            assert_eq!(text, other);
+            let bytes = |frame: &Frame| frame.bytes(overlays, &mut Vec::new(), true);
+            assert_eq!(bytes(&here), bytes(&there));
+            assert_eq!(there.verdicts(), here.verdicts().filter(|_| overlays.verdicts));
         }
     }
 

@@ -87,19 +87,19 @@ pub(super) fn encoded<T: Serialize>(message: &T) -> Vec<u8> {
 
 /// The key that all hosts of a competition share.
 #[derive(Clone)]
-pub(crate) struct HostKey(Vec<u8>);
+pub(crate) struct FleetKey(Vec<u8>);
 
-impl Debug for HostKey {
+impl Debug for FleetKey {
     /// Without the key.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str("HostKey")
+        f.write_str("FleetKey")
     }
 }
 
-impl HostKey {
+impl FleetKey {
     /// The key from the content of the file with the signing key.
     pub(crate) fn new(signing_key: &str) -> Self {
-        HostKey(signing_key.trim().as_bytes().to_vec())
+        FleetKey(signing_key.trim().as_bytes().to_vec())
     }
 
     fn mac(&self, run_id: &str) -> Option<Hmac<Sha256>> {
@@ -128,9 +128,9 @@ mod tests {
 
     #[test]
     fn a_proof_is_for_one_run_and_needs_the_key() {
-        let (key, other) = (HostKey::new("00ff\n"), HostKey::new("00fe"));
+        let (key, other) = (FleetKey::new("00ff\n"), FleetKey::new("00fe"));
         let proof = key.proof("r1");
-        assert!(HostKey::new("00ff").accepts("r1", proof.as_bytes()));
+        assert!(FleetKey::new("00ff").accepts("r1", proof.as_bytes()));
         assert!(!key.accepts("r2", proof.as_bytes()) && !other.accepts("r1", proof.as_bytes()));
         for wrong in ["", "00", "no hexadecimal digits", &proof[1..], &proof[2..], &format!("{proof}00")] {
             assert!(!key.accepts("r1", wrong.as_bytes()), "{wrong}");

@@ -25,7 +25,7 @@ mod viewer;
 pub(crate) use context::WatchContext;
 pub(crate) use handshake::watch;
 pub(crate) use hub::Hub;
-pub(crate) use link::HostKey;
+pub(crate) use link::FleetKey;
 pub(crate) use other_hosts::OtherHosts;
 pub(crate) use ranking_cache::RankingCache;
 pub(crate) use relay::relay;

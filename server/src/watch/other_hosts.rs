@@ -5,10 +5,9 @@
 
 use super::access::{RunAccess, Watcher};
 use super::channel::{Channel, Following, QueuedMessage, Source};
-use super::context::WatchContext;
 use super::frame::Frame;
 use super::hub::{FindError, Hub, QUEUE_LENGTH};
-use super::link::{CLOCK_PERIOD, HostKey, LinkFrame, Opened, PATH, PROOF, ToViewerHost, encoded};
+use super::link::{CLOCK_PERIOD, FleetKey, LinkFrame, Opened, PATH, PROOF, ToViewerHost, encoded};
 use super::messages::WatchRun;
 use super::request::Target;
 use super::sample::Overlays;
@@ -90,7 +89,7 @@ pub(crate) struct OtherHosts {
     store: Store,
     competition: Arc<Competition>,
     hub: Arc<Hub>,
-    key: HostKey,
+    key: FleetKey,
     /// Time of the last reading.
     read: tokio::sync::Mutex<Option<Instant>>,
     /// The open runs of all hosts.
@@ -120,7 +119,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl OtherHosts {
     /// The other hosts of the fleet, which have the same key.
-    pub(crate) fn new(store: Store, competition: Arc<Competition>, hub: Arc<Hub>, key: HostKey) -> Self {
+    pub(crate) fn new(store: Store, competition: Arc<Competition>, hub: Arc<Hub>, key: FleetKey) -> Self {
         hub.join_fleet();
         OtherHosts {
             store,
@@ -135,7 +134,7 @@ impl OtherHosts {
     }
 
     /// The key that all hosts share.
-    pub(super) fn key(&self) -> &HostKey {
+    pub(super) fn key(&self) -> &FleetKey {
         &self.key
     }
 
@@ -194,8 +193,47 @@ impl OtherHosts {
         all.iter().filter(elsewhere).cloned().collect()
     }
 
+    /// The open runs of all hosts that this watcher may watch.
+    pub(super) async fn list(&self, watcher: &Watcher) -> Vec<WatchRun> {
+        let mut runs = self.hub.list(watcher);
+        let elsewhere = self.runs().await.into_iter().filter(|run| watcher.may_watch(&run.access()));
+        runs.extend(elsewhere.map(|run| run.info));
+        runs.sort_by(|a, b| a.run_id.cmp(&b.run_id));
+        runs.dedup_by(|a, b| a.run_id == b.run_id);
+        runs
+    }
+
+    /// Follows the run that a target names, at any host. Of equal runs one of this host is featured.
+    pub(super) async fn find(
+        self: &Arc<Self>,
+        target: &Target,
+        watcher: &Watcher,
+    ) -> Result<Following, FindError> {
+        let here = self.hub.find(target, watcher);
+        match (target, &here) {
+            (Target::Leaderboard, _) | (_, Err(FindError::Forbidden)) => return here,
+            (Target::Featured, Ok(following)) if !following.channel.info.official => {
+                let official = |run: &ForeignRun| run.info.official && watcher.may_watch(&run.access());
+                if !self.runs().await.iter().any(official) {
+                    return here;
+                }
+            }
+            (_, Ok(_)) => return here,
+            (_, Err(_)) => {}
+        }
+        match (here, self.find_elsewhere(target, watcher).await) {
+            (_, Ok(following)) | (Ok(following), _) => Ok(following),
+            (Err(FindError::Waiting), Err(FindError::Unknown)) => Err(FindError::Waiting),
+            (_, Err(error)) => Err(error),
+        }
+    }
+
     /// Follows the run of another host that a target names.
-    async fn find(self: &Arc<Self>, target: &Target, watcher: &Watcher) -> Result<Following, FindError> {
+    async fn find_elsewhere(
+        self: &Arc<Self>,
+        target: &Target,
+        watcher: &Watcher,
+    ) -> Result<Following, FindError> {
         let mut runs = self.runs().await;
         match target {
             Target::Run(id) => {
@@ -402,7 +440,7 @@ impl OtherHosts {
     }
 
     /// Whether a run is open at any host, or may be: the database does not answer.
-    async fn may_continue(&self, run_id: &str) -> bool {
+    pub(super) async fn may_continue(&self, run_id: &str) -> bool {
         let open = timeout(TIMEOUT, self.store.is_run_open(run_id)).await;
         let may = !matches!(open, Ok(Ok(false)));
         if may {
@@ -453,51 +491,4 @@ fn channel(opened: Opened, frame: LinkFrame) -> Arc<Channel> {
 
 fn show(channel: &Channel, frame: LinkFrame) {
     channel.frames.send_replace(Arc::new(Frame::linked(&channel.info.run_id, frame)));
-}
-
-/// Finds runs at all hosts.
-impl WatchContext {
-    /// The open runs that this watcher may watch.
-    pub(super) async fn list(&self, watcher: &Watcher) -> Vec<WatchRun> {
-        let mut runs = self.hub.list(watcher);
-        if let Some(hosts) = &self.other_hosts {
-            let elsewhere = hosts.runs().await;
-            runs.extend(
-                elsewhere.into_iter().filter(|run| watcher.may_watch(&run.access())).map(|run| run.info),
-            );
-            runs.sort_by(|a, b| a.run_id.cmp(&b.run_id));
-            runs.dedup_by(|a, b| a.run_id == b.run_id);
-        }
-        runs
-    }
-
-    /// Follows the run that a target names. Of equal runs one of this host is featured.
-    pub(super) async fn find(&self, target: &Target, watcher: &Watcher) -> Result<Following, FindError> {
-        let here = self.hub.find(target, watcher);
-        let Some(hosts) = &self.other_hosts else { return here };
-        match (target, &here) {
-            (Target::Leaderboard, _) | (_, Err(FindError::Forbidden)) => return here,
-            (Target::Featured, Ok(following)) if !following.channel.info.official => {
-                let official = |run: &ForeignRun| run.info.official && watcher.may_watch(&run.access());
-                if !hosts.runs().await.iter().any(official) {
-                    return here;
-                }
-            }
-            (_, Ok(_)) => return here,
-            (_, Err(_)) => {}
-        }
-        match (here, hosts.find(target, watcher).await) {
-            (_, Ok(following)) | (Ok(following), _) => Ok(following),
-            (Err(FindError::Waiting), Err(FindError::Unknown)) => Err(FindError::Waiting),
-            (_, Err(error)) => Err(error),
-        }
-    }
-
-    /// Whether a run that is no longer here may be open elsewhere.
-    pub(super) async fn may_continue(&self, run_id: &str) -> bool {
-        match &self.other_hosts {
-            Some(hosts) => hosts.may_continue(run_id).await,
-            None => false,
-        }
-    }
 }
