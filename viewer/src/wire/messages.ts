@@ -1047,6 +1047,8 @@ export interface Obs {
   late_s?: number;
   /** The reason, when `terminated` or `truncated`. */
   reason?: string;
+  /** The run has gone back: another host continues it, and this is the first observation. */
+  resumed?: boolean;
   /** Inputs of the run; only in the reply to `reset`. */
   run?: Opened;
   /** Contents of the world; only in the reply to `reset`. */
