@@ -12,7 +12,7 @@ import pytest
 import palmares
 from palmares.net import link as link_module
 from palmares.wire import TimeRequest
-from tests.fake_server import BALLS, FakeServer
+from tests.fake_server import BALLS, GREETING, FakeServer
 
 
 @pytest.fixture

@@ -154,9 +154,13 @@ impl Recorder {
 
     /// Records the tick that `run` has just made.
     pub fn tick(&mut self, run: &Run) {
+        self.tick_with(run, StateHash::of(run));
+    }
+
+    /// As [`Recorder::tick`], with the digest of the run's state.
+    pub fn tick_with(&mut self, run: &Run, state: StateHash) {
         let tick = run.tick();
         let pushes = std::mem::take(&mut self.pushes);
-        let state = StateHash::of(run);
         let message =
             ActionMessage { tick: tick - 1, action: run.applied().clone(), state: Some(state), pushes };
         self.add(message, run.events());

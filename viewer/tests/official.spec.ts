@@ -144,7 +144,7 @@ test('a session is opened, paused, extended and ended; a run is voided; the audi
 
   await tab(page, 'Audit');
   const audit = page.getByRole('table', { name: 'Audit' });
-  for (const [action, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant', 'the alarm'],
+  for (const [action, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant 120 s', 'the alarm'],
     ['run.void', 'the ball was <b>pushed</b>'], ['session.end', 'the team went home'], ['team.add', 'paid its fee']] as const) {
     await expect(audit.getByRole('row').filter({ hasText: action }).filter({ hasText: reason }).first()).toBeVisible();
   }

@@ -160,7 +160,7 @@ class Database:
             self.triggers.clear()
 
     def finish_times(self, first: int) -> tuple[float, float]:
-        """Finish runs from number `first` on, in turns with and without the ranking; return the medians, s."""
+        """Finish runs from number `first` on, with and without the ranking in turns; return the medians, s."""
         took: dict[bool, list[float]] = {True: [], False: []}
         for turn in range(2 * TURNS):
             kept = turn % 2 == 0

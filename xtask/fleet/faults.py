@@ -126,9 +126,8 @@ KINDS: dict[str, tuple[Happen, int, bool, bool]] = {
 def draw_fault(fleet: Fleet, draw: random.Random, only: list[str]) -> Fault:
     """Let a random fault happen and end."""
     single = len(fleet.hosts) == 1
-    possible = [
-        k for k, (_, _, many, _) in KINDS.items() if not (many and single) and (not only or k in only)
-    ]
+    possible = [kind for kind, (_, _, store, _) in KINDS.items() if fleet.store or not store]
+    possible = [kind for kind in possible if not only or kind in only]
     kind = draw.choices(possible, [KINDS[k][1] for k in possible])[0]
     host = draw.choice(fleet.hosts)
     happen, _, _, outage = KINDS[kind]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +126,12 @@ def _replay(fleet: Fleet, row: dict[str, Any], folder: Path) -> Path | None:
     """Find a replay on the hosts' disks, or in the object store."""
     for host in fleet.hosts:
         path = host.data / str(row["replay_path"])
-        if row["replay_path"] and path.is_file():
+        # A host that has lost the run may have a part of it.
+        if (
+            row["replay_path"]
+            and path.is_file()
+            and sha256(path.read_bytes()).hexdigest() == row["replay_sha256"]
+        ):
             return path
     if fleet.store is not None:
         import http.client

@@ -2,7 +2,7 @@
 
 use crate::private_files;
 use crate::stored_path::{REPLAYS, checked};
-use crate::world::RunObserver;
+use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{Header, KeyError, LoggedTick, PublicKey, RecordError, Recorder, ReplayFile, Signer};
 use palmares_tasks::observation::Wrench;
@@ -131,9 +131,9 @@ impl RunObserver for RecordingObserver {
         }
     }
 
-    fn ticked(&mut self, run: &Run) {
+    fn ticked(&mut self, tick: &Ticked<'_>) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.tick(run);
+            recorder.tick_with(tick.run, tick.state());
         }
     }
 

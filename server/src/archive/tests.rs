@@ -76,7 +76,7 @@ impl Place {
         crate::world::RunObserver::opened(&mut recorder, &run);
         for action in actions {
             run.step(action).expect("valid");
-            crate::world::RunObserver::ticked(&mut recorder, &run);
+            crate::world::RunObserver::ticked(&mut recorder, &crate::world::Ticked::of(&run));
         }
         let outcome = run.finish(Reason::Stopped);
         crate::world::RunObserver::finished(&mut recorder, &run, &outcome);

@@ -7,10 +7,9 @@
 use super::shipped_tick::{ShippedTick, encode};
 use crate::metrics::METRICS;
 use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, ShippingConnection, Store, StoreError};
-use crate::world::RunObserver;
 use crate::world::backlog::{Backlog, Gate, Lost};
+use crate::world::{RunObserver, Ticked};
 use futures_util::FutureExt;
-use palmares_replay::StateHash;
 use palmares_tasks::run::Snapshot;
 use palmares_tasks::{Outcome, Run};
 use std::collections::BTreeMap;
@@ -176,8 +175,9 @@ impl RunObserver for ShippingObserver {
         self.snapshot_at = run.tick() + SNAPSHOT_TICKS;
     }
 
-    fn ticked(&mut self, run: &Run) {
-        let (action, state) = (run.applied().clone(), StateHash::of(run));
+    fn ticked(&mut self, tick: &Ticked<'_>) {
+        let run = tick.run;
+        let (action, state) = (run.applied().clone(), tick.state());
         let tick = ShippedTick { action, state, events: run.events().to_vec() };
         if self.followed.backlog.add(tick) >= AT_ONCE {
             self.shared.wake.notify_one();

@@ -8,7 +8,7 @@ use super::places::Places;
 use super::request::Target;
 use super::sample::{Overlays, WatchSample};
 use crate::store::Announcement;
-use crate::world::RunObserver;
+use crate::world::{RunObserver, Ticked};
 use palmares_tasks::{Fault, Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -268,7 +268,7 @@ impl RunObserver for Publisher {
     }
 
     /// Reads only the clock when the run has no viewers.
-    fn ticked(&mut self, run: &Run) {
+    fn ticked(&mut self, &Ticked { run, .. }: &Ticked<'_>) {
         let Some(Published { channel, .. }) = &self.open else { return };
         let watched = channel.frames.receiver_count() > 0;
         if !run.events().is_empty() {
@@ -374,7 +374,7 @@ mod tests {
         assert_eq!(following.frames.borrow_and_update().sample.tick, 0);
         for _ in 0..3 {
             run.step(&Action::default()).expect("steps");
-            publisher.ticked(&run);
+            publisher.ticked(&Ticked::of(&run));
         }
         following.channel.refresh();
         let frame = following.frames.borrow_and_update().clone();
@@ -408,10 +408,10 @@ mod tests {
     fn a_late_viewer_gets_the_current_state() {
         let (hub, mut run) = (Arc::new(Hub::default()), run());
         let mut publisher = published(&hub, info("r", "s", false), &run);
-        publisher.ticked(&run);
+        publisher.ticked(&Ticked::of(&run));
         for _ in 0..3 {
             run.step(&Action::default()).expect("steps");
-            publisher.ticked(&run);
+            publisher.ticked(&Ticked::of(&run));
         }
         publisher.rested(&run);
         let following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
@@ -461,7 +461,7 @@ mod tests {
         let _official = published(&hub, info("o", "s1", true), &run);
         let mut practice = published(&hub, info("p", "s2", false), &run);
         practice.due = Instant::now();
-        practice.ticked(&run);
+        practice.ticked(&Ticked::of(&run));
         let featured =
             |watcher: &Watcher| hub.find(&Target::Featured, watcher).map(|f| f.channel.info.run_id.clone());
         assert_eq!(featured(&Watcher::Organizer), Ok("o".into()));
@@ -479,7 +479,7 @@ mod tests {
         let copied = |publisher: &mut Publisher, run: &mut Run| {
             publisher.due = Instant::now() + UNWATCHED_PERIOD;
             run.step(&Action::default()).expect("steps");
-            publisher.ticked(run);
+            publisher.ticked(&Ticked::of(run));
             let open = publisher.open.as_ref().expect("open");
             let newest = open.samples.borrow().clone();
             (newest.run_sample.is_some(), newest.evidence.is_some())

@@ -11,4 +11,4 @@ mod schedules;
 pub(crate) mod stub;
 mod sync;
 
-pub(crate) use run_observer::RunObserver;
+pub(crate) use run_observer::{RunObserver, Ticked};

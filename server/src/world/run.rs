@@ -2,7 +2,7 @@
 //! [`RunObserver`]s.
 
 use super::images::{self, StepImages};
-use super::run_observer::RunObserver;
+use super::run_observer::{RunObserver, Ticked};
 use crate::compute::admission::Admitted;
 use crate::compute::background::{Background, JobError, JobPriority, panic_text};
 use crate::compute::scheduler::{Permit, Scheduler, Urgency};
@@ -189,7 +189,8 @@ impl World {
         if std::mem::take(&mut self.unreported) {
             self.between_ticks(|playable, observers| {
                 if let Some(run) = playable.run() {
-                    observers.iter_mut().for_each(|observer| observer.ticked(run));
+                    let tick = Ticked::of(run);
+                    observers.iter_mut().for_each(|observer| observer.ticked(&tick));
                 }
             });
         }

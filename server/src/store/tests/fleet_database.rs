@@ -9,13 +9,14 @@ pub(crate) struct FleetDatabase {
     url: String,
 }
 
-/// A take-over in progress.
-pub(crate) struct TakeOver(AnyConnection);
+/// A take-over in progress: its transaction, and the new epoch.
+pub(crate) struct TakeOver(AnyConnection, i64);
 
 impl TakeOver {
-    /// Completes it.
-    pub(crate) async fn commit(mut self) {
+    /// Completes it. Returns the new epoch.
+    pub(crate) async fn commit(mut self) -> i64 {
         self.0.execute("COMMIT").await.expect("commits");
+        self.1
     }
 }
 
@@ -59,9 +60,10 @@ impl FleetDatabase {
     pub(crate) async fn take_over_without_commit(&self, session_id: &str) -> TakeOver {
         let mut connection = self.connect().await;
         connection.execute("BEGIN").await.expect("begins");
-        let update = format!("UPDATE sessions SET epoch = epoch + 1 WHERE session_id = '{session_id}'");
-        connection.execute(AssertSqlSafe(update)).await.expect("updates");
-        TakeOver(connection)
+        let sql = "UPDATE sessions SET epoch = epoch + 1 WHERE session_id = $1 RETURNING epoch";
+        let epoch =
+            sqlx::query_scalar(sql).bind(session_id).fetch_one(&mut connection).await.expect("updates");
+        TakeOver(connection, epoch)
     }
 
     /// Ends all connections but one.

@@ -13,12 +13,12 @@ fn owned(session: usize, epoch: i64) -> OwnedRun {
     OwnedRun { run_id: format!("r{session}"), held: Held::new(format!("s{session}"), epoch) }
 }
 
-/// Takes over a session. Returns the epoch and the last tick that is stored then.
+/// Takes over a session while others write. Returns the epoch and the last tick that is stored then.
 async fn take_over(database: &FleetDatabase, store: &Store, session: usize) -> (i64, u64) {
-    let mut connection = database.connect().await;
-    let sql = "UPDATE sessions SET epoch = epoch + 1 WHERE session_id = $1 RETURNING epoch";
-    let query = sqlx::query_scalar(sql).bind(format!("s{session}"));
-    let epoch: i64 = query.fetch_one(&mut connection).await.expect("updates");
+    let take_over = database.take_over_without_commit(&format!("s{session}")).await;
+    // Statements that begin now see the earlier epoch.
+    tokio::time::sleep(std::time::Duration::from_millis(2)).await;
+    let epoch = take_over.commit().await;
     let rows = store.shipped_run(&format!("r{session}")).await.expect("query").ticks;
     (epoch, rows.last().map_or(0, |row| (row.from_tick + row.ticks).unsigned_abs()))
 }
@@ -56,7 +56,8 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
                 let sent: Vec<SentTicks> = runs
                     .map(|(session, epoch, tick)| {
                         let run = owned(session, epoch);
-                        SentTicks { run, from_tick: tick, ticks: 3, body: vec![writer as u8; 40] }
+                        // Large, so that the statement takes long.
+                        SentTicks { run, from_tick: tick, ticks: 3, body: vec![writer as u8; 50_000] }
                     })
                     .collect();
                 if sent.is_empty() {

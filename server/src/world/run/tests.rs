@@ -52,8 +52,8 @@ impl RunObserver for CallLog {
     fn opened(&mut self, run: &Run) {
         self.0.send(format!("open {}", run.tick())).expect("the test reads");
     }
-    fn ticked(&mut self, run: &Run) {
-        self.0.send(format!("tick {}", run.tick())).expect("the test reads");
+    fn ticked(&mut self, tick: &Ticked<'_>) {
+        self.0.send(format!("tick {}", tick.run.tick())).expect("the test reads");
     }
     fn pushed(&mut self, link: &str, _: Wrench, _: f64) {
         self.0.send(format!("push {link}")).expect("the test reads");
