@@ -63,6 +63,8 @@ const RULES: &[(&str, &str)] = &[
     ("get /v1/admin/audit", ORGANIZERS),
     ("get /v1/admin/backup", ORGANIZERS),
     ("post /v1/admin/competition/{verb}", ORGANIZERS),
+    ("get /v1/admin/schedule", ORGANIZERS),
+    ("post /v1/admin/schedule/{verb}", ORGANIZERS),
     ("get /v1/admin/export/{what}", ORGANIZERS),
     ("post /v1/admin/hand/{verb}", ORGANIZERS),
     ("get /v1/admin/hands", ORGANIZERS),
