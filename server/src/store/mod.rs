@@ -26,6 +26,7 @@ mod database;
 mod dump;
 mod error;
 mod hands;
+mod host;
 mod hosts;
 mod leaderboard;
 mod lists;
@@ -49,7 +50,7 @@ pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
-pub(crate) use hosts::{ALONE, FIRST_EPOCH, Held, Host, LEASE, OwnedSession, Renewal};
+pub(crate) use host::{ALONE, FIRST_EPOCH, Held, Host, LEASE, OwnedSession, Renewal};
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use leaderboard::{LeaderboardRow, ReadTeams};
 pub(crate) use lists::ListFilter;
@@ -64,7 +65,7 @@ pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
 pub(crate) use tokens::{NewToken, TokenRow};
-pub(crate) use verification::{UnverifiedRun, VerificationStatus};
+pub(crate) use verification::{CLAIM, Claim, MAX_TRIES, VerificationStatus};
 
 #[cfg(test)]
 pub(crate) mod tests;
