@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const SESSIONS: usize = 4;
-const TAKE_OVERS: u64 = 120;
+const TAKE_OVERS: u64 = 60;
 
 fn owned(session: usize, epoch: i64) -> OwnedRun {
     OwnedRun { run_id: format!("r{session}"), held: Held::new(format!("s{session}"), epoch) }
