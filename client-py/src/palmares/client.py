@@ -170,7 +170,11 @@ class Client:
             seed: Practice only: selects the scene. Left out, the server draws one; `run` has it.
             cameras: Cameras that return an image of tick 0, as in `step`.
 
-        An open run must be stopped first.
+        An open run must be stopped first. While the server of a competition is full, this waits for a place;
+        the session's clock is stopped meanwhile.
+
+        Raises:
+            CapacityError: A practice server is full.
 
         """
         seed = None if seed is None else whole_of("seed", seed, 0, MAX_SEED)
@@ -448,8 +452,8 @@ class Client:
             try:
                 if self._link.resumed is not None:
                     request = self._check_resumed(wanted)
-                while (again := self._steps.next(self.welcome.limits.repeat)) is not None:
-                    self._repeat(again)
+                if self._steps.behind is not None:
+                    self._catch_up()
                 return self._link.exchange(request, kind)
             except Resumed:
                 continue  # The heartbeat resumed after the check above: check again.
@@ -466,7 +470,7 @@ class Client:
                 last = paused
                 continue  # The session's clock is stopped, too: wait until the pause ends.
             except CapacityError as full:
-                # In a competition the session keeps its place in the queue, and its clock is stopped meanwhile.
+                # In a competition the session keeps its place in the queue, and its clock is stopped.
                 official = self.competition.mode == "official"
                 if full.retry_after_s is None or not (official and isinstance(request, ResetRequest)):
                     raise
@@ -517,14 +521,15 @@ class Client:
         # The step was made, but its observation was lost: make one more tick with the same targets.
         return StepRequest(tick=tick, action=Action())
 
-    def _repeat(self, step: StepRequest) -> None:
-        """Send a step again; drop the observation, which the controller has."""
-        obs = self._link.exchange(step, Observation)
-        self._steps.reached(obs.tick)
-        if obs.done:
-            # Only a limit of the session ends the run earlier than before.
-            self._steps.give_up()
-            self._stream.put(self._named(obs))
+    def _catch_up(self) -> None:
+        """Send steps again; drop the observations, which the controller has."""
+        while (step := self._steps.next(self.welcome.limits.repeat)) is not None:
+            obs = self._link.exchange(step, Observation)
+            self._steps.behind = obs.tick
+            if obs.done:
+                # Only a limit of the session ends the run earlier than before.
+                self._steps.behind = None
+                self._stream.put(self._named(obs))
 
     def _run_lost(self) -> RunLostError:
         """Forget a run that the server has closed; return the error with its outcome."""

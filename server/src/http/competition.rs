@@ -13,6 +13,19 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
 
+/// The worlds of this server.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Worlds {
+    /// Number that can compute at once.
+    max: usize,
+    /// Number of open worlds that are not idle.
+    busy: usize,
+    /// Lockstep worlds without a request for a while.
+    idle: usize,
+    /// Number of sessions that were refused a world and wait for one.
+    waiting: usize,
+}
+
 /// The competition of this server.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct CompetitionResponse {
@@ -46,12 +59,15 @@ pub(super) struct CompetitionResponse {
     /// The secret, after it was revealed.
     #[serde(skip_serializing_if = "Option::is_none")]
     seed_secret: Option<String>,
+    /// The worlds as of now.
+    worlds: Worlds,
 }
 
 /// The competition of this server.
 pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<CompetitionResponse>, Problem> {
     let (competition, archive) = (&app.competition, &app.archive);
     let rules = &competition.rules;
+    let open = app.compute.admission.open();
     let (places, schedule) = match rules.official() {
         true => (Some(places::places(&app).await?), places::schedule(&app).await?),
         false => (None, None),
@@ -70,6 +86,12 @@ pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<Comp
         sessions_per_team: rules.official().then_some(rules.sessions_per_team),
         seed_secret_sha256: rules.secret_sha256(),
         seed_secret: rules.revealed_secret(),
+        worlds: Worlds {
+            max: app.compute.max_worlds(),
+            busy: open.all(),
+            idle: open.idle,
+            waiting: app.compute.admission.waiting(),
+        },
     }))
 }
 

@@ -119,6 +119,10 @@ impl Sessions {
             let entry =
                 NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
             self.store.record(&entry).await?;
+            // Now the retention can delete its file.
+            if let Some(archive) = &self.archive {
+                archive.wake();
+            }
         }
         Ok(())
     }

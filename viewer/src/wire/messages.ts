@@ -337,6 +337,8 @@ export interface CompetitionResponse {
   limits: Limits;
   tasks: string[];
   hands: string[];
+  /** The worlds as of now. */
+  worlds: Worlds;
   /** Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused. */
   paused_unix_ms?: number;
   /** Its phase; official competitions only. */
@@ -1047,6 +1049,8 @@ export interface Obs {
   late_s?: number;
   /** The reason, when `terminated` or `truncated`. */
   reason?: string;
+  /** The run has gone back: another host continues it, and this is the first observation. */
+  resumed?: boolean;
   /** Inputs of the run; only in the reply to `reset`. */
   run?: Opened;
   /** Contents of the world; only in the reply to `reset`. */
@@ -2145,6 +2149,18 @@ export interface Welcome {
   run: RunInfo | null;
   /** A remark on the team's name, for people; absent if there is none. */
   note?: string;
+}
+
+/** The worlds of this server. */
+export interface Worlds {
+  /** Number that can compute at once. */
+  max: number;
+  /** Number of open worlds that are not idle. */
+  busy: number;
+  /** Lockstep worlds without a request for a while. */
+  idle: number;
+  /** Number of sessions that were refused a world and wait for one. */
+  waiting: number;
 }
 
 /** Force and torque in the world frame, torque about the base origin. */

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import NamedTuple
 
 from palmares.wire import Action, StepRequest
 
@@ -11,56 +10,42 @@ from palmares.wire import Action, StepRequest
 KEPT_TICKS = 100
 
 
-class MadeStep(NamedTuple):
-    """A step that was made."""
-
-    tick: int
-    """Tick before it."""
-    end: int
-    """Tick after it."""
-    action: Action
-
-
 class StepHistory:
-    """The last steps of a lockstep run. Worlds are deterministic: the same steps lead to the same state."""
+    """The last steps of a lockstep run. Worlds are deterministic: the same steps lead to the same state.
+
+    Attributes:
+        behind: Tick of the server's world while steps must be sent again; ``None`` otherwise.
+
+    """
 
     def __init__(self) -> None:
-        self._steps: deque[MadeStep] = deque()
-        self._server_tick: int | None = None
+        self._steps: deque[tuple[int, int, Action]] = deque()
+        """Of each step the tick before it, the tick after it, and the action"""
+        self.behind: int | None = None
 
     def clear(self) -> None:
         """Forget all steps: another run begins."""
         self._steps.clear()
-        self._server_tick = None
+        self.behind = None
 
     def made(self, tick: int, end: int, action: Action) -> None:
         """Add a step from `tick` to `end`."""
         steps = self._steps
-        steps.append(MadeStep(tick, end, action))
-        while end - steps[0].end >= KEPT_TICKS:
+        steps.append((tick, end, action))
+        while end - steps[0][1] >= KEPT_TICKS:
             steps.popleft()
 
     def rewind(self, tick: int) -> bool:
         """Note that the server's world is at an earlier tick; return whether the steps since are known."""
-        known = any(step.tick <= tick < step.end for step in self._steps)
-        self._server_tick = tick if known else None
+        known = any(begin <= tick < end for begin, end, _ in self._steps)
+        self.behind = tick if known else None
         return known
-
-    def reached(self, tick: int) -> None:
-        """Note that the server's world is at `tick` after a repeated step."""
-        self._server_tick = tick
-
-    def give_up(self) -> None:
-        """Send no further steps again."""
-        self._server_tick = None
 
     def next(self, max_repeat: int) -> StepRequest | None:
         """Return the next step to send again, without images; ``None`` when the server has caught up."""
-        tick = self._server_tick
-        if tick is None:
-            return None
-        for step in self._steps:
-            if step.tick <= tick < step.end:
-                return StepRequest(tick=tick, action=step.action, repeat=min(step.end - tick, max_repeat))
-        self._server_tick = None
+        if (tick := self.behind) is not None:
+            for begin, end, action in self._steps:
+                if begin <= tick < end:
+                    return StepRequest(tick=tick, action=action, repeat=min(end - tick, max_repeat))
+        self.behind = None
         return None
