@@ -237,7 +237,11 @@ def verified(organizer: Organizer) -> dict[str, dict[str, Any]]:
     deadline = time.monotonic() + VERIFY_WITHIN_S
     while True:
         runs = organizer.runs()
-        waiting = [run["run_id"] for run in runs.values() if run["status"] in ("open", "provisional")]
+        waiting = [
+            run["run_id"]
+            for run in runs.values()
+            if run["status"] in ("open", "provisional") or "verify_state" in run
+        ]
         if not waiting:
             return runs
         assert time.monotonic() < deadline, f"still not verified: {waiting}"

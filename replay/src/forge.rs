@@ -8,7 +8,7 @@ use mcap::records::{MessageHeader, Metadata, Record, op};
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-/// Returns what replaces a message or a metadata record's `outcome`, given its topic or the record's name and its text.
+/// Returns what replaces a message, a value of the header or the `outcome`, given its topic or the record's name and its text.
 pub type Change = dyn Fn(&str, &str) -> String;
 
 /// Writes a replay again with changed messages and signs it; `honest` also computes the chain again.
@@ -33,7 +33,12 @@ fn written(bytes: &[u8], change: &Change, honest: bool, telemetry: bool, signer:
                     panic!("metadata")
                 };
                 match metadata.name.as_str() {
-                    RUN_RECORD => chain = Some(Chain::start(metadata.metadata.iter())),
+                    RUN_RECORD => {
+                        for value in metadata.metadata.values_mut() {
+                            *value = change(RUN_RECORD, value);
+                        }
+                        chain = Some(Chain::start(metadata.metadata.iter()));
+                    }
                     RESULT_RECORD => {
                         let outcome = change(RESULT_RECORD, &metadata.metadata["outcome"]);
                         chain.as_mut().expect("header").extend(RESULT_RECORD, outcome.as_bytes());

@@ -55,39 +55,43 @@ impl fmt::Debug for Signer {
 }
 
 impl Signer {
-    /// Reads the key of a file; if the file is missing, creates it with a new key, readable by its owner only. Only
-    /// Unix files have such a mode.
+    /// Reads the key of a file; None if the file is missing.
     ///
     /// # Errors
-    /// The file cannot be read or written, holds something else, or others may read it.
-    pub fn open(path: &Path) -> Result<Self, KeyError> {
+    /// The file cannot be read, holds something else, or others may read it. Only Unix files have such a mode.
+    pub fn read(path: &Path) -> Result<Option<Self>, KeyError> {
         let failed = |source| KeyError::File { path: path.to_owned(), source };
-        match std::fs::read_to_string(path) {
-            Ok(text) => {
-                #[cfg(unix)]
-                {
-                    let mode = std::fs::metadata(path).map_err(failed)?.permissions().mode() & 0o777;
-                    if mode & 0o077 != 0 {
-                        return Err(KeyError::Open { path: path.to_owned(), mode });
-                    }
-                }
-                let secret = from_hex::<32>(text.trim_end());
-                let secret = secret.ok_or_else(|| KeyError::Content { path: path.to_owned() })?;
-                Ok(Signer(SigningKey::from_bytes(&secret)))
+        let text = match std::fs::read_to_string(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            text => text.map_err(failed)?,
+        };
+        #[cfg(unix)]
+        {
+            let mode = std::fs::metadata(path).map_err(failed)?.permissions().mode() & 0o777;
+            if mode & 0o077 != 0 {
+                return Err(KeyError::Open { path: path.to_owned(), mode });
             }
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                let signer = Signer::random()?;
-                let mut options = OpenOptions::new();
-                options.write(true).create_new(true);
-                #[cfg(unix)]
-                options.mode(0o600);
-                let mut file = options.open(path).map_err(failed)?;
-                writeln!(file, "{}", hex::encode(signer.0.as_bytes())).map_err(failed)?;
-                file.sync_all().map_err(failed)?;
-                Ok(signer)
-            }
-            Err(source) => Err(failed(source)),
         }
+        let secret = from_hex::<32>(text.trim_end());
+        let secret = secret.ok_or_else(|| KeyError::Content { path: path.to_owned() })?;
+        Ok(Some(Signer(SigningKey::from_bytes(&secret))))
+    }
+
+    /// Writes a new key to a new file, readable by its owner only.
+    ///
+    /// # Errors
+    /// The file exists or cannot be written.
+    pub fn create(path: &Path) -> Result<Self, KeyError> {
+        let failed = |source| KeyError::File { path: path.to_owned(), source };
+        let signer = Signer::random()?;
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        options.mode(0o600);
+        let mut file = options.open(path).map_err(failed)?;
+        writeln!(file, "{}", hex::encode(signer.0.as_bytes())).map_err(failed)?;
+        file.sync_all().map_err(failed)?;
+        Ok(signer)
     }
 
     /// A new key.

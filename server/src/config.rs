@@ -55,6 +55,11 @@ pub struct ServeOptions {
     #[arg(long = "task", value_name = "PATH")]
     pub(crate) tasks: Vec<PathBuf>,
 
+    /// Sign replays with another key from now on: that of the key's file, or a new one if the file is lost. Replays with the earlier
+    /// key stay valid. Without it, a server whose key is not the one that the database expects does not start
+    #[arg(long)]
+    pub(crate) replace_signing_key: bool,
+
     /// Do not record practice runs. Official runs are always recorded, since they count only after verification
     #[arg(long, env = "PALMARES_NO_REPLAYS")]
     pub(crate) no_replays: bool,
@@ -186,6 +191,8 @@ pub(crate) struct Config {
     pub(crate) seed_secret: PathBuf,
     /// File of the key that signs replays.
     pub(crate) signing_key: PathBuf,
+    /// Whether another signing key replaces the expected one.
+    pub(crate) replace_signing_key: bool,
     /// Whether practice runs are not recorded.
     pub(crate) no_replays: bool,
     /// Megabytes of practice replays to keep.
@@ -273,6 +280,7 @@ impl ServeOptions {
             trusted_proxies: self.trusted_proxies.iter().chain(&file.trusted_proxies).copied().collect(),
             seed_secret: key(&file.seed_secret, "seed.secret"),
             signing_key: key(&file.signing_key, SIGNING_KEY_FILE),
+            replace_signing_key: self.replace_signing_key,
             no_replays: self.no_replays,
             practice_replays_mb: self.practice_replays_mb,
             database_url,

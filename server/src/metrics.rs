@@ -9,6 +9,7 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
 use std::sync::LazyLock;
+use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 /// The metrics of the process.
@@ -17,6 +18,11 @@ pub(crate) static METRICS: LazyLock<Metrics> = LazyLock::new(Metrics::new);
 #[derive(Clone, Debug, PartialEq, Eq, Hash, EncodeLabelSet)]
 struct CodeLabel {
     code: &'static str,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct ReasonLabel {
+    reason: &'static str,
 }
 
 /// Counters, histograms and gauges.
@@ -39,6 +45,9 @@ pub(crate) struct Metrics {
     sessions: Gauge,
     viewers: Gauge,
     unverified: Gauge,
+    verification_oldest: Gauge<f64, AtomicU64>,
+    verification_stuck: Gauge,
+    inconclusive: Family<ReasonLabel, Counter>,
 }
 
 /// Values that are read when the metrics are requested.
@@ -82,6 +91,9 @@ impl Metrics {
             sessions: Gauge::default(),
             viewers: Gauge::default(),
             unverified: Gauge::default(),
+            verification_oldest: Gauge::default(),
+            verification_stuck: Gauge::default(),
+            inconclusive: Family::default(),
         };
         let mut registry = Registry::with_prefix("palmares");
         registry.register("ticks", "Ticks that were stepped", metrics.ticks.clone());
@@ -111,6 +123,17 @@ impl Metrics {
         registry.register("viewers", "Viewers that are connected", metrics.viewers.clone());
         let unverified = "Runs that wait for their verification";
         registry.register("verification_queue", unverified, metrics.unverified.clone());
+        let oldest = "How long the oldest of these runs waits";
+        registry.register_with_unit(
+            "verification_oldest",
+            oldest,
+            Unit::Seconds,
+            metrics.verification_oldest.clone(),
+        );
+        let stuck = "Runs without a verdict after all tries";
+        registry.register("verification_stuck", stuck, metrics.verification_stuck.clone());
+        let inconclusive = "Tries of a verification without a verdict, by reason";
+        registry.register("verification_inconclusive", inconclusive, metrics.inconclusive.clone());
         metrics.registry = registry;
         metrics
     }
@@ -157,6 +180,17 @@ impl Metrics {
         self.refusals.get_or_create(&CodeLabel { code: code.name() }).inc();
     }
 
+    /// Counts a try of a verification without a verdict.
+    pub(crate) fn inconclusive(&self, reason: &'static str) {
+        self.inconclusive.get_or_create(&ReasonLabel { reason }).inc();
+    }
+
+    /// Sets how long the oldest run waits for its verification, and the number of runs whose verification is stuck.
+    pub(crate) fn verification(&self, oldest: Duration, stuck: usize) {
+        self.verification_oldest.set(oldest.as_secs_f64());
+        self.verification_stuck.set(gauge(stuck));
+    }
+
     /// All metrics in the text format of OpenMetrics.
     pub(crate) fn text(&self, gauges: Gauges) -> String {
         self.worlds.set(gauge(gauges.worlds.with_idle()));
@@ -186,6 +220,8 @@ mod tests {
         metrics.ranking_read(Duration::from_millis(30));
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
+        metrics.inconclusive("missing_file");
+        metrics.verification(Duration::from_millis(2500), 5);
         metrics.refused_stale_write();
         metrics.took_session(false);
         metrics.took_session(true);
@@ -215,6 +251,9 @@ mod tests {
             "palmares_sessions_open 2",
             "palmares_viewers 3",
             "palmares_verification_queue 4",
+            "palmares_verification_oldest_seconds 2.5",
+            "palmares_verification_stuck 5",
+            "palmares_verification_inconclusive_total{reason=\"missing_file\"} 1",
             "# EOF",
         ] {
             assert!(text.lines().any(|have| have == line), "no `{line}` in\n{text}");

@@ -1,6 +1,6 @@
 //! The files of the data directory: only the server's account can read them. They hold official seeds, keys and tokens.
 
-use crate::stored_path::{HANDS, REPLAYS, checked};
+use crate::stored_path::{HANDS, REPLAYS};
 use std::fs::{self, DirBuilder, File, Permissions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
@@ -55,10 +55,8 @@ pub(crate) fn withdraw_access(data_dir: &Path) {
     for folder in [REPLAYS, HANDS] {
         let path = data_dir.join(folder);
         changed += restrict(&path, FOLDER_MODE);
-        for name in names(&path) {
-            if checked(folder, &format!("{folder}/{name}")).is_ok() {
-                changed += restrict(&path.join(name), FILE_MODE);
-            }
+        for name in names(&path).iter().filter(|name| is_ours(name)) {
+            changed += restrict(&path.join(name), FILE_MODE);
         }
     }
     let ours = |name: &String| {
@@ -77,6 +75,13 @@ pub(crate) fn withdraw_access(data_dir: &Path) {
     if changed > 0 {
         tracing::warn!(changed, "other accounts could read files in {}; now they cannot", data_dir.display());
     }
+}
+
+/// Whether a replay or a hand has this name: `run_…`, or a SHA-256.
+fn is_ours(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or_default();
+    let hex = |text: &str| text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    stem.strip_prefix("run_").is_some_and(hex) || (stem.len() == 64 && hex(stem))
 }
 
 /// The names in a folder.

@@ -1,6 +1,6 @@
 //! The rules of the competition, and its state.
 
-use crate::auth::{random_hex, sha256_hex};
+use crate::auth::sha256_hex;
 use crate::config::{CompetitionMode, Config};
 pub(crate) use crate::store::CompetitionPhase;
 use crate::store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
@@ -29,27 +29,51 @@ impl fmt::Debug for SeedSecret {
 }
 
 impl SeedSecret {
-    /// Reads the secret from a file; creates it, readable by its owner only, if it is missing.
-    fn open(path: &Path) -> anyhow::Result<Self> {
+    /// Reads the secret from a file; None if the file is missing.
+    fn read(path: &Path) -> anyhow::Result<Option<Self>> {
         let what = || format!("seed secret {}", path.display());
-        match std::fs::read_to_string(path) {
-            Ok(text) => {
-                let mode = std::fs::metadata(path).with_context(what)?.permissions().mode() & 0o777;
-                if mode & 0o077 != 0 {
-                    bail!("{}: its mode is {mode:o}, others may read it; do `chmod 600`", what());
-                }
-                let mut bytes = [0; SECRET_BYTES];
-                hex::decode_to_slice(text.trim_end(), &mut bytes)
-                    .with_context(|| format!("{}: expected 64 hexadecimal digits", what()))?;
-                Ok(SeedSecret(bytes))
-            }
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                let text = random_hex(SECRET_BYTES).context("no randomness for the seed secret")?;
-                write_secret(path, &text).with_context(what)?;
-                Self::open(path)
-            }
-            Err(error) => Err(error).with_context(what),
+        let text = match std::fs::read_to_string(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            text => text.with_context(what)?,
+        };
+        let mode = std::fs::metadata(path).with_context(what)?.permissions().mode() & 0o777;
+        if mode & 0o077 != 0 {
+            bail!("{}: its mode is {mode:o}, others may read it; do `chmod 600`", what());
         }
+        let mut bytes = [0; SECRET_BYTES];
+        hex::decode_to_slice(text.trim_end(), &mut bytes)
+            .with_context(|| format!("{}: expected 64 hexadecimal digits", what()))?;
+        Ok(Some(SeedSecret(bytes)))
+    }
+
+    /// Writes a new secret to a new file, readable by its owner only.
+    fn create(path: &Path) -> anyhow::Result<Self> {
+        let mut bytes = [0; SECRET_BYTES];
+        getrandom::fill(&mut bytes).context("no randomness for the seed secret")?;
+        write_secret(path, &hex::encode(bytes)).with_context(|| format!("seed secret {}", path.display()))?;
+        Ok(SeedSecret(bytes))
+    }
+
+    /// Reads the secret that the database expects; creates it with a new database.
+    async fn open(path: &Path, store: &Store) -> anyhow::Result<Self> {
+        let what = || format!("seed secret {}", path.display());
+        let secret = match (Self::read(path)?, store.setting(SECRET_HASH).await?) {
+            (Some(secret), _) => secret,
+            (None, Some(published)) => bail!(
+                "{}: the file is missing, and this database was begun with the one whose SHA-256 is {published}; put that file \
+                 back, from a backup or from another server of this competition",
+                what()
+            ),
+            (None, None) => Self::create(path)?,
+        };
+        let published = store.pin_setting(SECRET_HASH, &secret.sha256()).await?;
+        if published != secret.sha256() {
+            bail!(
+                "{}: not the one this database was begun with, whose SHA-256 is {published}; put that file back",
+                what()
+            );
+        }
+        Ok(secret)
     }
 
     /// The hash that is published before the competition.
@@ -97,19 +121,7 @@ impl Rules {
                 }
                 None
             }
-            CompetitionMode::Official => {
-                let secret = SeedSecret::open(&config.seed_secret)?;
-                match store.setting(SECRET_HASH).await? {
-                    Some(published) if published != secret.sha256() => bail!(
-                        "seed secret {}: not the one this database was begun with, whose SHA-256 is {published}; put \
-                         that file back",
-                        config.seed_secret.display()
-                    ),
-                    Some(_) => {}
-                    None => store.set_setting(SECRET_HASH, &secret.sha256()).await?,
-                }
-                Some(secret)
-            }
+            CompetitionMode::Official => Some(SeedSecret::open(&config.seed_secret, store).await?),
         };
         Ok(Rules {
             name: config.name.clone(),
@@ -217,6 +229,7 @@ fn fits(change: CompetitionChange, state: CompetitionState, open: i64) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::{Host, Location};
 
     #[test]
     fn a_command_fits_the_state_or_says_why_not() {
@@ -255,20 +268,24 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_secret_is_created_once_private_and_never_shown() {
-        let folder =
-            std::env::temp_dir().join(format!("palmares-rules-{}", random_hex(8).expect("randomness")));
-        std::fs::create_dir(&folder).expect("folder");
-        let path = folder.join("seed.secret");
-        let secret = SeedSecret::open(&path).expect("made");
-        assert_eq!(SeedSecret::open(&path).expect("read").0, secret.0);
+    #[tokio::test]
+    async fn a_secret_is_created_once_private_and_never_shown() {
+        let folder = tempfile::tempdir().expect("folder");
+        let store =
+            Store::open(&Location::DataDir(folder.path().to_owned()), &Host::alone()).await.expect("store");
+        let path = folder.path().join("seed.secret");
+        let secret = SeedSecret::open(&path, &store).await.expect("made");
+        assert_eq!(SeedSecret::open(&path, &store).await.expect("read").0, secret.0);
         assert!(!format!("{secret:?}").contains(&hex::encode(secret.0)));
         let mode = std::fs::metadata(&path).expect("file").permissions().mode() & 0o777;
         assert_eq!(mode, 0o600);
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o644)).expect("chmod");
-        let error = SeedSecret::open(&path).expect_err("open to others").to_string();
+        let error = SeedSecret::open(&path, &store).await.expect_err("open to others").to_string();
         assert!(error.contains("chmod 600"), "{error}");
-        std::fs::remove_dir_all(&folder).expect("removes");
+        // The database expects this one: it is not made anew.
+        std::fs::remove_file(&path).expect("removed");
+        let error = SeedSecret::open(&path, &store).await.expect_err("missing").to_string();
+        assert!(error.contains("is missing") && error.contains(&secret.sha256()), "{error}");
+        assert!(!path.exists());
     }
 }

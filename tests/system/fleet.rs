@@ -221,7 +221,7 @@ async fn a_host_that_does_not_fit_is_refused() {
 
 /// A step whose action depends on the tick.
 fn moving(tick: u64) -> Value {
-    let hand = if tick / 30 % 2 == 0 { [0.4, 0.6] } else { [0.7, 0.2] };
+    let hand = if (tick / 30).is_multiple_of(2) { [0.4, 0.6] } else { [0.7, 0.2] };
     json!({"op": "step", "tick": tick, "action": {"hand": hand}})
 }
 

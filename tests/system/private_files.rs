@@ -55,7 +55,7 @@ async fn only_the_servers_account_can_read_its_files() {
             set_mode(&path, if path.is_dir() { 0o755 } else { 0o644 });
         }
     }
-    let notes = [folder.path().join("notes.txt"), folder.path().join("replays/my notes.txt")];
+    let notes = [folder.path().join("notes.txt"), folder.path().join("replays/notes.mcap")];
     for path in &notes {
         fs::write(path, "mine").expect("written");
         set_mode(path, 0o644);

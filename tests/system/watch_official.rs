@@ -249,7 +249,10 @@ async fn the_ranking_is_shown_anew_when_a_run_is_void_or_rejected() {
         let run_id = text(&obs["run_id"]);
         if verb == "reverify" {
             let replay = cup.folder().join("replays").join(format!("{run_id}.mcap"));
-            std::fs::remove_file(replay).expect("it is there");
+            let mut bytes = std::fs::read(&replay).expect("it is there");
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            std::fs::write(replay, bytes).expect("written");
         }
         cup.order(&format!("run/{verb}"), json!({"run_id": run_id, "reason": "a mistake"}));
         let mut heard = String::new();

@@ -68,7 +68,7 @@ async fn clients_behind_a_trusted_proxy_are_counted_by_their_own_addresses() {
     let config = folder.path().join("competition.toml");
     std::fs::write(
         &config,
-        "trusted_proxies = [\"127.0.0.1\", \"10.0.0.0/8\"]\nmax_connections_per_address = 2\n",
+        "mode = \"practice\"\ntrusted_proxies = [\"127.0.0.1\", \"10.0.0.0/8\"]\nmax_connections_per_address = 2\n",
     )
     .expect("written");
     let server = Server::start_in(folder, &["--config", config.to_str().expect("a path")]);

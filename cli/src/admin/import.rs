@@ -160,7 +160,7 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
         let line = line_of(bytes, record.position());
         let Some((count, name, label)) = columns else {
             let find = |wanted: &str| record.iter().position(|cell| cell.eq_ignore_ascii_case(wanted));
-            match find("name") {
+            match find("name").or_else(|| find("team")) {
                 Some(name) => columns = Some((record.len(), name, find("label"))),
                 None => {
                     let why = "expected a head with the column `name`, and `label` if tokens have labels";
@@ -311,7 +311,9 @@ mod tests {
         }
         let spaced = "name\r\n\r\ncrabs\r\n\r\n\r\neels\r\n";
         assert_eq!(rows(spaced.as_bytes()).0, [row(3, "crabs", ""), row(6, "eels", "")]);
-        assert_eq!(rows(b"name\ncrabs\n"), (vec![row(2, "crabs", "")], vec![]));
+        for text in ["name\ncrabs\n", "team,begins_at\ncrabs,2027-05-04T09:00:00Z\n"] {
+            assert_eq!(rows(text.as_bytes()), (vec![row(2, "crabs", "")], vec![]));
+        }
     }
 
     #[test]

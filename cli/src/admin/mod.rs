@@ -177,7 +177,7 @@ enum Team {
     Add(TeamName),
     /// Add the teams of a CSV file; writes each team's token into a file of its own
     ///
-    /// The file has a head: the column `name`, and `label` for the holder of the token, if there is one. Other columns are ignored. All
+    /// The file has a head: the column `name` or `team`, and `label` for the holder of the token, if there is one. Other columns are ignored. All
     /// errors are printed with their lines before anything is changed. Teams that exist are kept. After an interruption, repeat the
     /// command: it continues.
     Import(import::ImportOptions),

@@ -203,18 +203,21 @@ fn the_key_is_made_once_and_is_for_its_owner_alone() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("signing.key");
-    let first = Signer::open(&path).expect("made");
+    assert!(Signer::read(&path).expect("reads").is_none());
+    let first = Signer::create(&path).expect("made");
+    assert!(Signer::create(&path).is_err(), "a key is not written over");
+    let read = |path: &std::path::Path| Signer::read(path).map(|signer| signer.map(|signer| signer.public()));
     let mode = |path: &std::path::Path| std::fs::metadata(path).expect("file").permissions().mode() & 0o777;
     assert_eq!(mode(&path), 0o600);
-    assert_eq!(Signer::open(&path).expect("read").public(), first.public());
+    assert_eq!(read(&path).expect("reads"), Some(first.public()));
     let secret = std::fs::read_to_string(&path).expect("file");
     assert!(!format!("{first:?}").contains(secret.trim()));
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o644)).expect("chmod");
-    let error = Signer::open(&path).expect_err("open to others").to_string();
+    let error = read(&path).expect_err("open to others").to_string();
     assert!(error.contains("644") && !error.contains(secret.trim()), "{error}");
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("chmod");
     std::fs::write(&path, "not a key").expect("written");
-    assert!(Signer::open(&path).expect_err("no key").to_string().contains("64"));
+    assert!(read(&path).expect_err("no key").to_string().contains("64"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Builds the parts of the server from its configuration.
 
-use crate::archive::Archive;
+use crate::archive::{Archive, Keys};
 use crate::auth::{self, Role};
 use crate::backup;
 use crate::clock::SessionClocks;
@@ -53,8 +53,9 @@ pub(super) async fn app(
     lease: Arc<Lease>,
 ) -> anyhow::Result<AppState> {
     let rules = Rules::open(config, &store).await?;
+    // Before anything is written: a server without the expected keys changes nothing.
+    let archive = archive(config, &store, &hands).await?;
     first_organizer(config, &store).await?;
-    let archive = archive(config, &hands)?;
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
@@ -136,13 +137,19 @@ fn fleet_shipper(config: &Config, store: &Store) -> anyhow::Result<Option<Shippe
 }
 
 /// The archive of replays; None on a practice server that does not record.
-fn archive(config: &Config, hands: &[Arc<Hand>]) -> anyhow::Result<Option<Arc<Archive>>> {
+async fn archive(
+    config: &Config,
+    store: &Store,
+    hands: &[Arc<Hand>],
+) -> anyhow::Result<Option<Arc<Archive>>> {
     // Official runs are always recorded: they count only with a replay.
     if config.no_replays && config.mode == CompetitionMode::Practice {
         return Ok(None);
     }
     let practice_bytes = config.practice_replays_mb.saturating_mul(1 << 20);
-    let archive = Archive::open(&config.data_dir, &config.signing_key, practice_bytes)?;
+    let keys = Keys::open(&config.signing_key, store, config.replace_signing_key).await?;
+    let archive = Archive::open(&config.data_dir, keys, practice_bytes)
+        .with_context(|| format!("cannot make the folder of replays in {}", config.data_dir.display()))?;
     let own = &hands[hands.len() - config.hands.len()..];
     for (path, hand) in config.hands.iter().zip(own) {
         match palmares_replay::pack(path, hand) {

@@ -2,7 +2,7 @@
 
 use super::assemble;
 use super::beat::beat;
-use crate::archive;
+use crate::archive::Verification;
 use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
 use crate::fleet::lease::{Lease, Moment};
@@ -74,13 +74,14 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let app = assemble::app(config, guard, store, tasks, hands, lease.clone()).await?;
     let lifecycle = app.lifecycle.clone();
     let beats = app.store.is_shared().then(|| tokio::spawn(beat(app.clone(), lease, fleet)));
-    let verification =
-        app.archive.clone().map(|archive| {
-            let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
-            tokio::spawn(archive::verify_runs(store, archive, hub, audited, async move {
-                lifecycle.stopping().await
-            }))
-        });
+    let verification = match app.archive.clone() {
+        None => None,
+        Some(archive) => {
+            let verification = Verification::new(app.store.clone(), archive, app.hub.clone(), audited)?;
+            let lifecycle = lifecycle.clone();
+            Some(tokio::spawn(verification.run(async move { lifecycle.stopping().await })))
+        }
+    };
     app.sessions.refund_all().await?;
     if !fleet {
         app.sessions.end_lost_practice().await?;

@@ -1,10 +1,13 @@
-//! The folder of replays, and the key that signs them.
+//! The folder of replays.
 
+use super::keys::Keys;
 use crate::private_files;
 use crate::stored_path::{REPLAYS, checked};
 use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
-use palmares_replay::{Header, KeyError, LoggedTick, PublicKey, RecordError, Recorder, ReplayFile, Signer};
+use palmares_replay::{
+    Header, LoggedTick, PublicKey, RecordError, Recorder, Replay, ReplayFile, Signer, VerifyError,
+};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};
 use std::collections::BTreeMap;
@@ -17,6 +20,8 @@ use tokio::sync::{Notify, oneshot};
 pub(crate) struct Archive {
     data_dir: PathBuf,
     signer: Arc<Signer>,
+    /// Keys that signed earlier.
+    earlier_keys: Vec<PublicKey>,
     /// Archives of the hands that are not built in, by the hand's content hash.
     hand_files: Mutex<BTreeMap<String, Arc<Vec<u8>>>>,
     /// Bytes of practice replays to keep.
@@ -26,16 +31,15 @@ pub(crate) struct Archive {
 }
 
 impl Archive {
-    /// Opens the archive in a data directory; creates directory and key if they are missing.
+    /// Opens the archive in a data directory; creates the folder if it is missing.
     ///
     /// # Errors
-    /// The key cannot be read or created.
-    pub(crate) fn open(data_dir: &Path, key: &Path, practice_bytes: u64) -> Result<Self, KeyError> {
-        let folder = data_dir.join(REPLAYS);
-        let failed = |source| KeyError::File { path: folder.clone(), source };
-        private_files::make_folder(&folder).map_err(failed)?;
+    /// The folder cannot be created.
+    pub(crate) fn open(data_dir: &Path, keys: Keys, practice_bytes: u64) -> std::io::Result<Self> {
+        private_files::make_folder(&data_dir.join(REPLAYS))?;
         Ok(Archive {
-            signer: Arc::new(Signer::open(key)?),
+            signer: Arc::new(keys.signer),
+            earlier_keys: keys.earlier,
             data_dir: data_dir.to_owned(),
             hand_files: Mutex::default(),
             practice_bytes,
@@ -43,9 +47,19 @@ impl Archive {
         })
     }
 
-    /// The public key.
+    /// The public key of the key that signs.
     pub(crate) fn key(&self) -> PublicKey {
         self.signer.public()
+    }
+
+    /// The public keys of keys that signed earlier.
+    pub(crate) fn earlier_keys(&self) -> &[PublicKey] {
+        &self.earlier_keys
+    }
+
+    /// Checks that a key of this competition signed a replay.
+    pub(super) fn signed(&self, replay: &Replay) -> Result<(), VerifyError> {
+        if self.earlier_keys.contains(&replay.key) { Ok(()) } else { replay.signed_by(Some(&self.key())) }
     }
 
     /// The folder of the replays.

@@ -1,6 +1,7 @@
 //! The replays on disk: recording, verification, retention.
 
 mod folder;
+mod keys;
 mod retention;
 mod verification;
 
@@ -8,4 +9,5 @@ mod verification;
 mod tests;
 
 pub(crate) use folder::{Archive, Recording, RecordingObserver, stored_path};
-pub(crate) use verification::verify_runs;
+pub(crate) use keys::Keys;
+pub(crate) use verification::Verification;

@@ -1,6 +1,6 @@
 //! Official runs in the database, and their verification.
 
-use super::{Archive, stored_path, verify_runs};
+use super::{Archive, Keys, Verification, stored_path};
 use crate::config::SIGNING_KEY_FILE;
 use crate::fingerprint::tests::{balls, fetching};
 use crate::store::{
@@ -28,7 +28,8 @@ impl Place {
         let store =
             Store::open(&Location::DataDir(folder.path().to_owned()), &Host::alone()).await.expect("store");
         let key = folder.path().join(SIGNING_KEY_FILE);
-        let archive = Arc::new(Archive::open(folder.path(), &key, 0).expect("archive"));
+        let keys = Keys::open(&key, &store, false).await.expect("key");
+        let archive = Arc::new(Archive::open(folder.path(), keys, 0).expect("archive"));
         Place { folder, store, archive }
     }
 
@@ -100,18 +101,26 @@ impl Place {
         serde_json::to_value(record).expect("JSON")
     }
 
-    /// Verifies until a run is no longer provisional; returns its status and note.
+    /// A verification of this place, with the tasks that it knows and no pause between two tries.
+    fn verification(&self, tasks: Vec<Arc<Task>>) -> Verification {
+        let verification =
+            Verification::new(self.store.clone(), self.archive.clone(), Arc::default(), tasks.into());
+        let mut verification = verification.expect("randomness");
+        verification.pauses = [Duration::ZERO; 4];
+        verification
+    }
+
+    /// Verifies until a run no longer waits; returns its status and note.
     async fn verified(&self, run_id: &str) -> (String, String) {
         let (stop, stopping) = oneshot::channel::<()>();
-        let verification =
-            verify_runs(self.store.clone(), self.archive.clone(), Arc::default(), Arc::default(), async {
-                let _ = stopping.await;
-            });
+        let verification = self.verification(Vec::new()).run(async {
+            let _ = stopping.await;
+        });
         let verification = tokio::spawn(verification);
         let start = Instant::now();
         let record = loop {
             let record = self.record(run_id).await;
-            if record["status"] != "provisional" {
+            if record["verify_state"] != "waiting" {
                 break record;
             }
             assert!(start.elapsed() < Duration::from_secs(300), "not verified in time");
@@ -121,6 +130,29 @@ impl Place {
         verification.await.expect("ended");
         let text = |field: &str| record[field].as_str().unwrap_or_default().to_owned();
         (text("status"), text("verify_note"))
+    }
+
+    /// Tries to verify a run, with these tasks, until it has a verdict or is stuck; returns status, state and problem.
+    async fn tried(&self, run_id: &str, tasks: Vec<Arc<Task>>) -> (String, String, String) {
+        let verification = self.verification(tasks);
+        loop {
+            verification.round(true).await.expect("database");
+            let record = self.record(run_id).await;
+            if record["verify_state"] != "waiting" {
+                let text = |field: &str| record[field].as_str().unwrap_or_default().to_owned();
+                return (text("status"), text("verify_state"), text("verify_problem"));
+            }
+        }
+    }
+
+    /// An organizer's order to verify a run again.
+    async fn reverify(&self, run_id: &str) {
+        let entry = NewAuditEntry { actor: "test", action: "run.reverify", subject: run_id, reason: None };
+        assert!(self.store.reverify(run_id, &entry).await.expect("query"), "{run_id}");
+    }
+
+    async fn leaderboard(&self) -> usize {
+        self.store.leaderboard(true).await.expect("query").len()
     }
 
     fn path(&self, run_id: &str) -> std::path::PathBuf {
@@ -136,9 +168,10 @@ async fn a_provisional_run_becomes_verified() {
     assert_eq!(place.verified("run_1").await, ("verified".into(), "130 ticks, 132 states equal".into()));
     // Official replays stay, however few practice ones are kept.
     assert!(place.path("run_1").exists());
-    // On request, it is verified again.
-    let entry = NewAuditEntry { actor: "test", action: "run_reverify", subject: "run_1", reason: None };
-    assert!(place.store.reverify("run_1", &entry).await.expect("query"));
+    // On request, it is verified again; it keeps its status until the verdict.
+    place.reverify("run_1").await;
+    let record = place.record("run_1").await;
+    assert_eq!((&record["status"], &record["verify_state"]), (&json!("verified"), &json!("waiting")));
     let mut bytes = std::fs::read(place.path("run_1")).expect("file");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
@@ -168,19 +201,16 @@ async fn a_run_without_a_tick_leaves_no_replay() {
 #[tokio::test]
 async fn a_run_that_does_not_replay_is_rejected_with_the_reason() {
     let place = Place::new().await;
-    for (k, run_id) in ["run_gone", "run_other", "run_forged", "run_stranger"].into_iter().enumerate() {
+    for (k, run_id) in ["run_other", "run_forged", "run_stranger"].into_iter().enumerate() {
         place.play(run_id, k as u64 + 1).await;
     }
-    std::fs::remove_file(place.path("run_gone")).expect("removed");
-    assert_eq!(place.verified("run_gone").await.0, "rejected");
-
     // Another run's replay, sound in itself.
     place.play("run_good", 9).await;
     let good = std::fs::read(place.path("run_good")).expect("file");
     std::fs::write(place.path("run_other"), &good).expect("written");
     // A changed action with the right key, and an unchanged run with another key.
     let bytes = std::fs::read(place.path("run_forged")).expect("file");
-    let signer = Signer::open(&place.folder.path().join(SIGNING_KEY_FILE)).expect("key");
+    let signer = Signer::read(&place.folder.path().join(SIGNING_KEY_FILE)).expect("reads").expect("key");
     let change = |topic: &str, text: &str| {
         if topic == "/action" && text.starts_with("{\"tick\":42,") {
             text.replace("0.4,0.6", "0.4,0.7")
@@ -193,8 +223,7 @@ async fn a_run_that_does_not_replay_is_rejected_with_the_reason() {
     let stranger = rewritten(&bytes, &|_, text| text.into(), true, &Signer::random().expect("key"));
     std::fs::write(place.path("run_stranger"), &stranger).expect("written");
     for (run_id, bytes) in [("run_other", &good), ("run_forged", &forged), ("run_stranger", &stranger)] {
-        let entry = NewAuditEntry { actor: "test", action: "run_reverify", subject: run_id, reason: None };
-        place.store.reverify(run_id, &entry).await.expect("query");
+        place.reverify(run_id).await;
         let sha256 = crate::auth::sha256_hex(bytes);
         place.store.set_replay(run_id, &format!("replays/{run_id}.mcap"), &sha256).await.expect("stored");
     }
@@ -207,6 +236,55 @@ async fn a_run_that_does_not_replay_is_rejected_with_the_reason() {
     assert!(note.starts_with("bad_signature: signed by"), "{note}");
     assert_eq!(place.verified("run_good").await.0, "verified");
     assert_eq!(place.record("run_good").await["k"], json!(9));
+}
+
+#[tokio::test]
+async fn a_run_that_cannot_be_judged_here_keeps_its_status() {
+    let place = Place::new().await;
+    place.play("run_1", 1).await;
+    place.play_as("eels", "run_2", 1, &vec![Action::default(); 20]).await;
+    assert_eq!(place.verified("run_1").await.0, "verified");
+    assert_eq!(place.verified("run_2").await.0, "verified");
+    place.reverify("run_1").await;
+    place.reverify("run_2").await;
+    let kept = place.folder.path().join("kept");
+    std::fs::rename(place.folder.path().join("replays"), &kept).expect("renamed");
+    for run_id in ["run_1", "run_2"] {
+        let (status, state, problem) = place.tried(run_id, Vec::new()).await;
+        assert_eq!((status.as_str(), state.as_str()), ("verified", "stuck"), "{run_id}");
+        assert!(problem.starts_with("missing_file: "), "{problem}");
+    }
+    assert_eq!(place.leaderboard().await, 2);
+    let queue = place.store.verification_queue().await.expect("query");
+    assert_eq!((queue.waiting, queue.stuck), (0, 2));
+    // The directory is back, and the organizer orders another verification.
+    std::fs::rename(&kept, place.folder.path().join("replays")).expect("renamed");
+    place.reverify("run_1").await;
+    let verified = ("verified".into(), String::new(), String::new());
+    assert_eq!(place.tried("run_1", Vec::new()).await, verified);
+}
+
+#[tokio::test]
+async fn another_engine_or_task_is_no_verdict() {
+    let place = Place::new().await;
+    place.play("run_1", 1).await;
+    let signer = Signer::read(&place.folder.path().join(SIGNING_KEY_FILE)).expect("reads").expect("key");
+    let bytes = std::fs::read(place.path("run_1")).expect("file");
+    let engine = palmares_tasks::identity::engine();
+    let task = Task::builtin().remove(0).content_hash().to_owned();
+    for (place_in_header, part) in [(engine, "other_engine: recorded by engine"), (task, "other_task: ")] {
+        let change =
+            move |_: &str, text: &str| if text == place_in_header { "0".repeat(16) } else { text.into() };
+        let other = rewritten(&bytes, &change, true, &signer);
+        std::fs::write(place.path("run_1"), &other).expect("written");
+        let sha256 = crate::auth::sha256_hex(&other);
+        place.store.set_replay("run_1", "replays/run_1.mcap", &sha256).await.expect("stored");
+        place.reverify("run_1").await;
+        let (status, state, problem) = place.tried("run_1", Vec::new()).await;
+        assert_eq!((status.as_str(), state.as_str()), ("provisional", "stuck"));
+        assert!(problem.contains(part), "{problem}");
+    }
+    assert_eq!(place.leaderboard().await, 1);
 }
 
 #[tokio::test]
@@ -243,8 +321,7 @@ async fn runs_of_two_teams_with_the_same_actions_are_reported() {
     };
     reported().await;
     // Verified again, it is reported once.
-    let entry = NewAuditEntry { actor: "test", action: "run.reverify", subject: "run_2", reason: None };
-    assert!(place.store.reverify("run_2", &entry).await.expect("query"));
+    place.reverify("run_2").await;
     assert_eq!(place.verified("run_2").await.0, "verified");
     reported().await;
     let audit = place.store.audit(0, 100).await.expect("query");

@@ -1,118 +1,217 @@
 //! Verifies finished official runs by playing them again, and deletes old practice replays, at the lowest priority.
+//!
+//! A verdict needs the file and the engine that recorded it. Without them a try gives no verdict: the run keeps its status, and is
+//! tried again later, by this server or another one.
 
 use super::folder::Archive;
 use super::retention::apply_retention;
+use crate::auth::random_hex;
 use crate::compute::{Background, JobPriority};
 use crate::fingerprint::Fingerprint;
-use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, VerificationStatus};
+use crate::metrics::METRICS;
+use crate::store::{CLAIM, Claim, MAX_TRIES, RunRecord, Store, StoreError, VerificationStatus};
 use crate::watch::Hub;
 use palmares_replay::{Replay, VerifyError, read, verify, word};
 use palmares_tasks::Task;
 use serde_json::{Value, json};
 use std::future::Future;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Longest time between two rounds: a failed verification is tried again.
-const ROUND_PERIOD: Duration = Duration::from_secs(60);
+/// Longest time between two rounds: tries become due, and other servers leave runs behind.
+const ROUND_PERIOD: Duration = Duration::from_secs(5);
+/// Number of rounds without a finished run from one application of the retention to the next.
+const RETENTION_ROUNDS: u32 = 12;
+/// Pauses after the first tries without a verdict: a file may still be copied, a server with the right engine may still start.
+const PAUSES: [Duration; MAX_TRIES as usize - 1] =
+    [Duration::from_secs(10), Duration::from_secs(60), Duration::from_secs(600), Duration::from_secs(3600)];
 
-/// Verifies runs of these tasks and of the built-in ones, and applies the retention, until `stopping`. An interrupted verification is
-/// repeated after the next start.
-pub(crate) async fn verify_runs(
+/// Verifies runs, and keeps the folder of replays small.
+#[derive(Debug)]
+pub(crate) struct Verification {
     store: Store,
     archive: Arc<Archive>,
     hub: Arc<Hub>,
+    /// Tasks that are not built in.
     tasks: Arc<[Arc<Task>]>,
-    stopping: impl Future<Output = ()>,
-) {
-    // Permits of its own: verification must not delay the jobs that clients wait for.
-    let background = Background::new(1);
-    tokio::pin!(stopping);
-    loop {
-        let round = async {
-            if let Err(error) = round(&store, &archive, &hub, &tasks, &background).await {
-                tracing::error!(%error, "the database failed; verification continues later");
+    /// Permits of its own: verification must not delay the jobs that clients wait for.
+    background: Background,
+    /// Of this process, in its claims.
+    owner: String,
+    pub(super) pauses: [Duration; MAX_TRIES as usize - 1],
+}
+
+impl Verification {
+    /// The verification of runs of these tasks and of the built-in ones.
+    ///
+    /// # Errors
+    /// The system has no randomness.
+    pub(crate) fn new(
+        store: Store,
+        archive: Arc<Archive>,
+        hub: Arc<Hub>,
+        tasks: Arc<[Arc<Task>]>,
+    ) -> Result<Self, getrandom::Error> {
+        let (background, owner) = (Background::new(1), random_hex(8)?);
+        Ok(Verification { store, archive, hub, tasks, background, owner, pauses: PAUSES })
+    }
+
+    /// Verifies until `stopping`. An interrupted verification is repeated, by another server or after the next start.
+    pub(crate) async fn run(self, stopping: impl Future<Output = ()>) {
+        tokio::pin!(stopping);
+        let mut rounds = 0;
+        loop {
+            let round = async {
+                let cleans = rounds == 0;
+                rounds = (rounds + 1) % RETENTION_ROUNDS;
+                if let Err(error) = self.round(cleans).await {
+                    tracing::error!(%error, "the database failed; verification continues later");
+                }
+                if tokio::time::timeout(ROUND_PERIOD, self.archive.wakeup.notified()).await.is_ok() {
+                    rounds = 0;
+                }
+            };
+            tokio::select! {
+                () = round => {}
+                () = &mut stopping => break,
             }
-            let _ = tokio::time::timeout(ROUND_PERIOD, archive.wakeup.notified()).await;
-        };
-        tokio::select! {
-            () = round => {}
-            () = &mut stopping => return,
         }
+        if let Err(error) = self.store.release_claims(&self.owner).await {
+            tracing::warn!(%error, "a claim on a verification ends by itself");
+        }
+    }
+
+    /// Tries every run that is due.
+    pub(super) async fn round(&self, cleans: bool) -> Result<(), StoreError> {
+        while let Some(claim) = self.store.claim_verification(&self.owner).await? {
+            self.attempt(&claim).await?;
+        }
+        if cleans {
+            self.store.note_other_engines().await?;
+            apply_retention(&self.store, &self.archive).await?;
+        }
+        Ok(())
+    }
+
+    /// Tries to verify a run.
+    async fn attempt(&self, claim: &Claim) -> Result<(), StoreError> {
+        let run_id = claim.run_id.as_str();
+        let Some(record) = self.store.run(run_id).await? else { return Ok(()) };
+        let (claimed, archive, tasks) = (claim.clone(), self.archive.clone(), self.tasks.clone());
+        let job = self.background.run(JobPriority::Idle, move || check(&claimed, &record, &archive, &tasks));
+        let checked = tokio::select! {
+            checked = job => checked,
+            () = self.renew(run_id) => {
+                tracing::info!(run = run_id, "the claim on its verification is lost");
+                return Ok(());
+            }
+        };
+        let checked = checked.unwrap_or_else(|error| Err(Inconclusive::Unreadable(error.to_string())));
+        let owned = match checked {
+            Ok(verdict) => self.settle(claim, verdict).await?,
+            Err(reason) => {
+                let (tries, pause) = (claim.tries, self.pause(claim.tries));
+                METRICS.inconclusive(reason.name());
+                if tries < MAX_TRIES {
+                    tracing::warn!(run = run_id, tries, %reason, "no verdict; tried again after {pause:?}");
+                } else {
+                    tracing::error!(run = run_id, tries, %reason, "no verdict; stuck until an organizer decides");
+                }
+                self.store.set_inconclusive(&self.owner, run_id, &reason.to_string(), pause).await?
+            }
+        };
+        if !owned {
+            tracing::info!(run = run_id, "verified elsewhere or ordered again; this try does not count");
+        }
+        Ok(())
+    }
+
+    /// Renews the claim on a run until it is lost.
+    async fn renew(&self, run_id: &str) {
+        loop {
+            tokio::time::sleep(CLAIM / 3).await;
+            match self.store.renew_claim(&self.owner, run_id).await {
+                Ok(true) => {}
+                Ok(false) => return,
+                Err(error) => {
+                    tracing::warn!(%error, run = run_id, "the claim on a verification is not renewed")
+                }
+            }
+        }
+    }
+
+    /// Stores a verdict.
+    async fn settle(&self, claim: &Claim, verdict: Verdict) -> Result<bool, StoreError> {
+        let Verdict { status, note, fingerprint } = verdict;
+        let run_id = claim.run_id.as_str();
+        // Before the status: a run with a verdict is not checked again.
+        self.store.compare_actions(run_id, &fingerprint).await?;
+        let owned = self.store.set_verdict(&self.owner, run_id, status, &note).await?;
+        if owned {
+            match status {
+                VerificationStatus::Rejected => {
+                    tracing::error!(run = run_id, note, "rejected: the run does not replay")
+                }
+                VerificationStatus::Verified => tracing::info!(run = run_id, note, "verified"),
+            }
+            if claim.status != <&str>::from(status) {
+                self.hub.ranking_changed();
+            }
+        }
+        Ok(owned)
+    }
+
+    /// The pause after a number of tries.
+    fn pause(&self, tries: i64) -> Duration {
+        let last = self.pauses.len() - 1;
+        self.pauses[usize::try_from(tries - 1).unwrap_or_default().min(last)]
     }
 }
 
-async fn round(
-    store: &Store,
-    archive: &Arc<Archive>,
-    hub: &Hub,
-    tasks: &Arc<[Arc<Task>]>,
-    background: &Background,
-) -> Result<(), StoreError> {
-    for run in store.runs_to_verify().await? {
-        let Some(record) = store.run(&run.run_id).await? else { continue };
-        let run_id = run.run_id.clone();
-        let (key, tasks) = (archive.clone(), tasks.clone());
-        let job = move || check(&key.locate(&run.replay_path)?, &run, &record, &key, &tasks);
-        let Checked { status, note, fingerprint } = match background.run(JobPriority::Idle, job).await {
-            Ok(Ok(checked)) => checked,
-            Ok(Err(error)) => {
-                tracing::error!(%error, run = run_id, "the replay cannot be read; tried again later");
-                continue;
-            }
-            Err(error) => {
-                tracing::error!(%error, run = run_id, "verification failed; tried again later");
-                continue;
-            }
-        };
-        match status {
-            VerificationStatus::Rejected => {
-                tracing::error!(run = run_id, note, "rejected: the run does not replay")
-            }
-            _ => tracing::info!(run = run_id, note, "verified"),
-        }
-        // Before the status: a run that is no longer provisional is not checked again.
-        store.compare_actions(&run_id, &fingerprint).await?;
-        store.set_verification(&run_id, status, Some(&note)).await?;
-        hub.ranking_changed();
-    }
-    apply_retention(store, archive).await
-}
-
-/// The result of playing a run again.
-struct Checked {
+/// The verdict on a run.
+struct Verdict {
     status: VerificationStatus,
     note: String,
     /// Fingerprint of its actions; empty when it is rejected.
     fingerprint: Fingerprint,
 }
 
-/// Plays a run again. An error means that the file could not be read, and does not reject the run.
+/// Reason why a run cannot be judged here.
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+enum Inconclusive {
+    /// There is no file.
+    #[error("missing_file: the replay is not in the data directory of this server")]
+    MissingFile,
+    /// The file cannot be read, or the check failed.
+    #[error("unreadable: {0}")]
+    Unreadable(String),
+    /// This server has another engine, task or hand than the run.
+    #[error("not_here: {0}")]
+    NotHere(String),
+}
+
+impl Inconclusive {
+    fn name(&self) -> &'static str {
+        self.into()
+    }
+}
+
+/// Plays a run again.
 fn check(
-    path: &PathBuf,
-    run: &UnverifiedRun,
+    claim: &Claim,
     record: &RunRecord,
     archive: &Archive,
     tasks: &[Arc<Task>],
-) -> std::io::Result<Checked> {
-    let rejected = |note: String| Checked {
-        status: VerificationStatus::Rejected,
-        note,
-        fingerprint: Fingerprint::default(),
-    };
-    let bytes = match std::fs::read(path) {
-        Ok(bytes) => bytes,
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            return Ok(rejected("not_a_replay: the file is gone".into()));
-        }
-        Err(error) => return Err(error),
-    };
+) -> Result<Verdict, Inconclusive> {
+    let path = archive.locate(&claim.replay_path);
+    let bytes = load(&path.map_err(|error| Inconclusive::Unreadable(error.to_string()))?)?;
     let result = (|| -> Result<_, VerifyError> {
         let replay = read(&bytes)?;
-        replay.signed_by(Some(&archive.key()))?;
-        if replay.sha256 != run.replay_sha256 {
+        archive.signed(&replay)?;
+        if replay.sha256 != claim.replay_sha256 {
             return Err(VerifyError::BadSignature(
                 "it is not the file that was written at the end of the run".into(),
             ));
@@ -120,12 +219,31 @@ fn check(
         same_run(record, &replay)?;
         Ok((verify(&replay, tasks)?, Fingerprint::of(replay.actions.iter().map(|tick| &tick.action))))
     })();
-    Ok(match result {
+    match result {
         Ok((verified, fingerprint)) => {
             let note = format!("{} ticks, {} states equal", verified.ticks, verified.states);
-            Checked { status: VerificationStatus::Verified, note, fingerprint }
+            Ok(Verdict { status: VerificationStatus::Verified, note, fingerprint })
         }
-        Err(refused) => rejected(format!("{}: {refused}", refused.name())),
+        // The file is the right one, but this server cannot play it.
+        Err(
+            refused @ (VerifyError::OtherEngine(_)
+            | VerifyError::OtherPhysics(_)
+            | VerifyError::OtherTask(_)
+            | VerifyError::OtherHand(_)),
+        ) => Err(Inconclusive::NotHere(format!("{}: {refused}", refused.name()))),
+        Err(refused) => Ok(Verdict {
+            status: VerificationStatus::Rejected,
+            note: format!("{}: {refused}", refused.name()),
+            fingerprint: Fingerprint::default(),
+        }),
+    }
+}
+
+/// The bytes of a replay.
+fn load(path: &Path) -> Result<Vec<u8>, Inconclusive> {
+    std::fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => Inconclusive::MissingFile,
+        _ => Inconclusive::Unreadable(error.to_string()),
     })
 }
 

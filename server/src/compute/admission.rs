@@ -184,7 +184,7 @@ struct Waiting {
 struct Places {
     worlds: HashMap<u64, OpenWorld>,
     last_id: u64,
-    /// Official and practice sessions, each in the order in which they asked first.
+    /// Official and practice sessions, each in the order of their first request.
     waiting: Vec<Waiting>,
 }
 
@@ -271,8 +271,8 @@ impl Admission {
         let mut open = self.0.open(&places, now);
         let mut ahead = 0;
         for (k, other) in places.waiting.iter().enumerate() {
-            let asked_before = place.is_none_or(|place| k < place);
-            let before = if other.official == official { asked_before } else { other.official };
+            let earlier = place.is_none_or(|place| k < place);
+            let before = if other.official == official { earlier } else { other.official };
             if before && Some(k) != place {
                 ahead += 1;
                 open.add(other.mode, other.official);
@@ -427,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn who_was_refused_comes_before_those_who_ask_later() {
+    fn a_refused_session_comes_before_later_ones() {
         let admission = Admission::default();
         let start = Instant::now();
         let at = |seconds: u64| start + Duration::from_secs(seconds);
@@ -437,7 +437,7 @@ mod tests {
         }
         assert_eq!(admission.waiting(), 3);
         drop(first);
-        // The place is for the first in the queue, whoever asks.
+        // The place is for the first in the queue.
         for (name, ahead) in [("a", 3), ("e", 2), ("d", 1)] {
             assert_eq!(take(&admission, name, at(5), 2).err(), Some(ahead), "{name}");
         }

@@ -38,6 +38,9 @@ pub(super) struct CompetitionResponse {
     /// Public key of the signatures on replays.
     #[serde(skip_serializing_if = "Option::is_none")]
     replay_key: Option<String>,
+    /// Public keys that signed earlier replays; left out if there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    earlier_replay_keys: Vec<String>,
     /// Its phase; official competitions only.
     #[serde(skip_serializing_if = "Option::is_none")]
     phase: Option<CompetitionPhase>,
@@ -79,6 +82,9 @@ pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<Comp
         tasks: competition.task_names(),
         hands: competition.hands.iter().map(|hand| hand.name.clone()).collect(),
         replay_key: archive.as_ref().map(|archive| archive.key().to_string()),
+        earlier_replay_keys: archive.as_ref().map_or_else(Vec::new, |archive| {
+            archive.earlier_keys().iter().map(ToString::to_string).collect()
+        }),
         phase: rules.official().then(|| rules.phase()),
         paused_unix_ms: rules.state().paused_unix_ms,
         places,

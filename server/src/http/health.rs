@@ -38,7 +38,9 @@ pub(super) async fn metrics(
     State(sessions): State<Arc<Sessions>>,
     State(store): State<Store>,
 ) -> Result<impl IntoResponse, Problem> {
-    let unverified = store.runs_to_verify().await?.len();
+    let queue = store.verification_queue().await?;
+    METRICS.verification(queue.oldest(), usize::try_from(queue.stuck).unwrap_or_default());
+    let unverified = usize::try_from(queue.waiting).unwrap_or_default();
     let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
     Ok(([(CONTENT_TYPE, format)], METRICS.text(sessions.gauges(unverified))))
 }

@@ -29,7 +29,7 @@ fn redacted_for(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) 
     if organizer(identity) || !rules.official() {
         return run;
     }
-    run.similar = None;
+    (run.similar, run.verify_problem) = (None, None);
     let own = identity.and_then(|identity| identity.team.as_ref()) == Some(&run.team);
     let viewer = identity.is_some_and(|identity| identity.role == Role::Viewer);
     if !rules.revealed() {

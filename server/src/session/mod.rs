@@ -28,5 +28,5 @@ mod waiting;
 
 pub(crate) use command::{Command, PendingCommand};
 pub(crate) use entry::practice_team;
-pub(crate) use session::{Asked, Handover, Session, Sessions};
+pub(crate) use session::{Handover, InboxMessage, Session, Sessions};
 pub(crate) use waiting::changed;

@@ -129,9 +129,9 @@ pub(super) enum OpenRun {
 /// Hands a session to its client's new connection.
 pub(crate) type Handover = oneshot::Sender<Box<Session>>;
 
-/// What others want from a session.
+/// A message from an organizer or a new connection.
 #[derive(Debug)]
-pub(crate) enum Asked {
+pub(crate) enum InboxMessage {
     /// An organizer's command.
     Command(PendingCommand),
     /// A new connection wants the session.
@@ -316,12 +316,12 @@ impl Session {
         }
     }
 
-    /// What an organizer or a new connection wants next.
-    pub(crate) async fn asked(&mut self) -> Asked {
+    /// The next message from an organizer or a new connection.
+    pub(crate) async fn inbox_message(&mut self) -> InboxMessage {
         let Inbox { commands, claims } = &mut self.inbox;
         tokio::select! {
-            Some(command) = commands.recv() => Asked::Command(command),
-            to = claimed(claims, &self.token_hash) => Asked::Claim(to),
+            Some(command) = commands.recv() => InboxMessage::Command(command),
+            to = claimed(claims, &self.token_hash) => InboxMessage::Claim(to),
         }
     }
 

@@ -6,9 +6,12 @@ use super::error::StoreError;
 use super::hosts::Held;
 use super::number::{signed, unix_ms};
 use super::similar_runs::SimilarRun;
+use super::verification::MAX_TRIES;
 use palmares_tasks::{Event, Outcome, Sensing, identity};
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::Row;
+use sqlx::any::AnyRow;
 
 /// A new run.
 #[derive(Clone, Debug)]
@@ -120,6 +123,16 @@ pub(crate) struct RunRecord {
     verify_note: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     verified_unix_ms: Option<i64>,
+    /// `waiting` for its verification, also for another one after a verdict, or `stuck`: every try was without a verdict. Left out
+    /// otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verify_state: Option<&'static str>,
+    /// Since when it waits, ms since 1970 UTC.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verify_since_unix_ms: Option<i64>,
+    /// Why the last try gave no verdict; for organizers only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) verify_problem: Option<String>,
     server_version: String,
     build_hash: String,
     /// Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none.
@@ -133,9 +146,32 @@ pub(crate) struct RunRecord {
 from_row!(RunRecord {
     run_id, session_id, team, task, hand, mode, sensing, status, reason, note, score, in_goal, outside, ticks,
     sim_time_s, missed_ticks, state_hash, seed, seed_hex, k, started_unix_ms: "started_at",
-    ended_unix_ms: "ended_at", replay_sha256, verify_note, verified_unix_ms: "verified_at", server_version, build_hash;
-    row => similar: None, events: Some(events(row.try_get("events")?)?)
+    ended_unix_ms: "ended_at", replay_sha256, verify_note, verified_unix_ms: "verified_at", verify_problem, server_version, build_hash;
+    row => similar: None, events: Some(events(row.try_get("events")?)?), verify_state: Waiting::of(row)?.map(|waiting| waiting.state),
+    verify_since_unix_ms: Waiting::of(row)?.and_then(|waiting| waiting.since)
 });
+
+/// A run that waits for its verification.
+struct Waiting {
+    state: &'static str,
+    since: Option<i64>,
+}
+
+impl Waiting {
+    fn of(row: &AnyRow) -> Result<Option<Self>, sqlx::Error> {
+        let (status, ordered): (String, Option<i64>) = (row.try_get("status")?, row.try_get("verify_since")?);
+        let (sha256, owner): (Option<String>, Option<String>) =
+            (row.try_get("replay_sha256")?, row.try_get("verify_owner")?);
+        let (ended, tries): (Option<i64>, i64) = (row.try_get("ended_at")?, row.try_get("verify_tries")?);
+        let waits = match status.as_str() {
+            "provisional" => true,
+            "verified" | "rejected" => ordered.is_some(),
+            _ => false,
+        };
+        let state = if tries >= MAX_TRIES && owner.is_none() { "stuck" } else { "waiting" };
+        Ok((waits && sha256.is_some()).then(|| Waiting { state, since: ordered.or(ended) }))
+    }
+}
 
 /// Decodes the stored events.
 fn events(json: Option<String>) -> Result<Vec<Event>, sqlx::Error> {
@@ -219,8 +255,8 @@ impl Store {
             "UPDATE runs SET status = CASE WHEN EXISTS (SELECT 1 FROM sessions WHERE sessions.session_id = \
              runs.session_id AND sessions.status = 'voided') THEN 'voided' ELSE $1 END, reason = $2, note = $3, \
              ticks = $4, sim_time_s = $5, score = $6, in_goal = $7, outside = $8, state_hash = $9, events = $10, \
-             ended_at = $11, missed_ticks = $12, replay_path = $13, replay_sha256 = $14 \
-             WHERE run_id = $15 AND status = 'open'",
+             ended_at = $11, missed_ticks = $12, replay_path = $13, replay_sha256 = $14, \
+             replay_host = $15 WHERE run_id = $16 AND status = 'open'",
         )
         .bind(run.status)
         .bind(word(&outcome.reason))
@@ -236,6 +272,7 @@ impl Store {
         .bind(signed(run.missed_ticks))
         .bind(replay_path)
         .bind(replay_sha256)
+        .bind(self.host_name())
         .bind(run.run_id)
         .execute(&mut *transaction)
         .await?;

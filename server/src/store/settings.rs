@@ -1,5 +1,6 @@
 //! Settings of the competition, by name.
 
+use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
 use sqlx::AnyConnection;
@@ -24,9 +25,27 @@ impl Store {
         Ok(query.fetch_optional(connection).await?)
     }
 
-    /// Stores the value of a setting.
-    pub(crate) async fn set_setting(&self, key: &str, value: &str) -> Result<(), StoreError> {
-        sqlx::query(WRITE).bind(key).bind(value).execute(&self.pool()).await?;
-        Ok(())
+    /// Stores the value of a setting unless it has one; returns the stored value. Of several servers, the first one decides.
+    pub(crate) async fn pin_setting(&self, key: &str, value: &str) -> Result<String, StoreError> {
+        sqlx::query("INSERT INTO settings (key, value) VALUES ($1, $2) ON CONFLICT (key) DO NOTHING")
+            .bind(key)
+            .bind(value)
+            .execute(&self.pool())
+            .await?;
+        let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
+        Ok(query.fetch_one(&self.pool()).await?)
+    }
+
+    /// Stores settings, with an audit entry.
+    pub(crate) async fn change_settings(
+        &self,
+        settings: &[(&str, &str)],
+        entry: &NewAuditEntry<'_>,
+    ) -> Result<(), StoreError> {
+        let mut recorded = self.recorded(entry).await?;
+        for (key, value) in settings {
+            sqlx::query(WRITE).bind(*key).bind(*value).execute(&mut *recorded.transaction).await?;
+        }
+        recorded.commit().await
     }
 }

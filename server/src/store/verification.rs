@@ -1,10 +1,26 @@
 //! Replays of runs, and their verification.
+//!
+//! A run waits for its verification while it is provisional, or since an organizer ordered it again. Several servers can share the
+//! work: each claims one run at a time, for a while. A verdict counts only while the claim is its writer's.
 
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
 use super::number::unix_ms;
+use palmares_tasks::identity;
+use sqlx::AssertSqlSafe;
 use std::collections::BTreeSet;
+use std::time::Duration;
+
+/// Tries without a verdict after which a run is stuck, until an organizer orders another verification.
+pub(crate) const MAX_TRIES: i64 = 5;
+
+/// Length of a claim; its owner renews it.
+pub(crate) const CLAIM: Duration = Duration::from_secs(60);
+
+/// The condition that a run waits for its verification.
+const WAITING: &str = "(status = 'provisional' OR verify_since IS NOT NULL AND status IN ('verified', 'rejected')) \
+     AND replay_sha256 IS NOT NULL";
 
 /// The result of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr)]
@@ -16,18 +32,47 @@ pub(crate) enum VerificationStatus {
     Rejected,
 }
 
-/// A run that waits for its verification.
+/// A run that this process verifies.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct UnverifiedRun {
+pub(crate) struct Claim {
     /// The run.
     pub(crate) run_id: String,
+    /// Its status before the verdict.
+    pub(crate) status: String,
     /// Path of the replay, relative to the data directory.
     pub(crate) replay_path: String,
     /// SHA-256 of the file, hexadecimal.
     pub(crate) replay_sha256: String,
+    /// Number of this try, from 1.
+    pub(crate) tries: i64,
 }
 
-from_row!(UnverifiedRun { run_id, replay_path, replay_sha256 });
+from_row!(Claim { run_id, status, replay_path, replay_sha256, tries: "verify_tries" });
+
+/// The runs that wait for their verification.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct VerificationQueue {
+    /// Runs that will be tried, or are being tried.
+    pub(crate) waiting: i64,
+    /// Since when the oldest of them waits, ms since 1970 UTC.
+    pub(crate) oldest_unix_ms: Option<i64>,
+    /// Runs without a verdict after [`MAX_TRIES`] tries.
+    pub(crate) stuck: i64,
+}
+
+from_row!(VerificationQueue { waiting, oldest_unix_ms: "oldest", stuck });
+
+impl VerificationQueue {
+    /// How long the oldest run waits; zero if none does.
+    pub(crate) fn oldest(&self) -> Duration {
+        let waited = self.oldest_unix_ms.map_or(0, |since| unix_ms() - since);
+        Duration::from_millis(u64::try_from(waited).unwrap_or_default())
+    }
+}
+
+fn ms(length: Duration) -> i64 {
+    i64::try_from(length.as_millis()).unwrap_or(i64::MAX)
+}
 
 /// A run whose score is provisional.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,33 +118,108 @@ impl Store {
         Ok(row.and_then(|(path, sha256)| Some((path?, sha256?))))
     }
 
-    /// Finished runs that wait for their verification, oldest first.
-    pub(crate) async fn runs_to_verify(&self) -> Result<Vec<UnverifiedRun>, StoreError> {
-        let query = sqlx::query_as(
-            "SELECT run_id, replay_path, replay_sha256 FROM runs WHERE status = 'provisional' \
-             AND replay_path IS NOT NULL AND replay_sha256 IS NOT NULL ORDER BY ended_at, run_id",
-        );
-        Ok(query.fetch_all(&self.pool()).await?)
+    /// Whether an official run has a replay.
+    pub(crate) async fn has_official_replays(&self) -> Result<bool, StoreError> {
+        let query = "SELECT COUNT(*) FROM runs WHERE k IS NOT NULL AND replay_sha256 IS NOT NULL";
+        let count: i64 = sqlx::query_scalar(query).fetch_one(&self.pool()).await?;
+        Ok(count > 0)
     }
 
-    /// Stores the result of a run's verification. A void run stays void.
-    pub(crate) async fn set_verification(
+    /// Claims the run that waits longest, for [`CLAIM`]: of this engine, and with its replay on this host.
+    pub(crate) async fn claim_verification(&self, owner: &str) -> Result<Option<Claim>, StoreError> {
+        let (now, locked) = (self.dialect.now_ms(), self.dialect.lock_rows_of("runs"));
+        let sql = format!(
+            "UPDATE runs SET verify_owner = $1, verify_until = {now} + $2, verify_tries = verify_tries + 1 \
+             WHERE run_id = (SELECT run_id FROM runs WHERE {WAITING} AND replay_path IS NOT NULL \
+             AND verify_tries < $3 AND (verify_until IS NULL OR verify_until < {now}) \
+             AND (engine IS NULL OR engine = $4) AND (replay_host IS NULL OR replay_host = $5) \
+             ORDER BY COALESCE(verify_since, ended_at), run_id LIMIT 1{locked}) \
+             RETURNING run_id, status, replay_path, replay_sha256, verify_tries"
+        );
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(owner).bind(ms(CLAIM)).bind(MAX_TRIES);
+        let query = query.bind(identity::engine()).bind(self.host.host_id.clone());
+        Ok(query.fetch_optional(&self.pool()).await?)
+    }
+
+    /// Renews a claim; false if it is lost.
+    pub(crate) async fn renew_claim(&self, owner: &str, run_id: &str) -> Result<bool, StoreError> {
+        let now = self.dialect.now_ms();
+        let sql =
+            format!("UPDATE runs SET verify_until = {now} + $1 WHERE run_id = $2 AND verify_owner = $3");
+        let query = sqlx::query(AssertSqlSafe(sql)).bind(ms(CLAIM)).bind(run_id).bind(owner);
+        Ok(query.execute(&self.pool()).await?.rows_affected() == 1)
+    }
+
+    /// Gives all claims of a process back; its tries in progress do not count.
+    pub(crate) async fn release_claims(&self, owner: &str) -> Result<(), StoreError> {
+        sqlx::query(
+            "UPDATE runs SET verify_owner = NULL, verify_until = NULL, verify_tries = verify_tries - 1 \
+             WHERE verify_owner = $1",
+        )
+        .bind(owner)
+        .execute(&self.pool())
+        .await?;
+        Ok(())
+    }
+
+    /// Stores a verdict; false if the claim is lost. A void run stays void.
+    pub(crate) async fn set_verdict(
         &self,
+        owner: &str,
         run_id: &str,
         status: VerificationStatus,
-        note: Option<&str>,
-    ) -> Result<(), StoreError> {
-        sqlx::query(
-            "UPDATE runs SET status = $1, verify_note = $2, verified_at = $3 \
-             WHERE run_id = $4 AND status IN ('provisional', 'verified', 'rejected')",
+        note: &str,
+    ) -> Result<bool, StoreError> {
+        let query = sqlx::query(
+            "UPDATE runs SET status = $1, verify_note = $2, verified_at = $3, verify_since = NULL, \
+             verify_owner = NULL, verify_until = NULL, verify_tries = 0, verify_problem = NULL \
+             WHERE run_id = $4 AND verify_owner = $5 AND status IN ('provisional', 'verified', 'rejected')",
         )
         .bind(<&str>::from(status))
         .bind(note)
         .bind(unix_ms())
         .bind(run_id)
-        .execute(&self.pool())
-        .await?;
+        .bind(owner);
+        Ok(query.execute(&self.pool()).await?.rows_affected() == 1)
+    }
+
+    /// Notes why a try gave no verdict, and gives the claim back. The next try is after `pause`. False if the claim is lost.
+    pub(crate) async fn set_inconclusive(
+        &self,
+        owner: &str,
+        run_id: &str,
+        problem: &str,
+        pause: Duration,
+    ) -> Result<bool, StoreError> {
+        let now = self.dialect.now_ms();
+        let sql = format!(
+            "UPDATE runs SET verify_problem = $1, verify_owner = NULL, verify_until = {now} + $2 \
+             WHERE run_id = $3 AND verify_owner = $4"
+        );
+        let query = sqlx::query(AssertSqlSafe(sql)).bind(problem).bind(ms(pause)).bind(run_id).bind(owner);
+        Ok(query.execute(&self.pool()).await?.rows_affected() == 1)
+    }
+
+    /// Notes with runs of other engines why they wait.
+    pub(crate) async fn note_other_engines(&self) -> Result<(), StoreError> {
+        let sql = format!(
+            "UPDATE runs SET verify_problem = 'not_here: other_engine: recorded by engine ' || engine || ', this server has ' || $1 \
+             WHERE {WAITING} AND engine <> $1 AND verify_problem IS NULL"
+        );
+        sqlx::query(AssertSqlSafe(sql)).bind(identity::engine()).execute(&self.pool()).await?;
         Ok(())
+    }
+
+    /// The runs that wait for their verification.
+    pub(crate) async fn verification_queue(&self) -> Result<VerificationQueue, StoreError> {
+        // The counts are cast: the sum of integers is a decimal in Postgres, which the driver for both databases cannot read.
+        let sql = format!(
+            "SELECT CAST(COALESCE(SUM(CASE WHEN verify_tries < $1 OR verify_owner IS NOT NULL THEN 1 ELSE 0 END), 0) AS BIGINT) AS waiting, \
+             CAST(COALESCE(SUM(CASE WHEN verify_tries >= $1 AND verify_owner IS NULL THEN 1 ELSE 0 END), 0) AS BIGINT) AS stuck, \
+             MIN(CASE WHEN verify_tries < $1 OR verify_owner IS NOT NULL THEN COALESCE(verify_since, ended_at) END) AS oldest \
+             FROM runs WHERE {WAITING}"
+        );
+        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(MAX_TRIES).fetch_one(&self.pool()).await?)
     }
 
     /// The runs whose replays must not be deleted: open and official ones.
@@ -123,12 +243,15 @@ impl Store {
         Ok(())
     }
 
-    /// Makes a run wait for its verification again; false if it has no replay or is not verifiable.
+    /// Makes a run wait for its verification again, from its first try; false if it has no replay or is not verifiable. It keeps its
+    /// status until the verdict. A verification in progress loses its claim.
     pub(crate) async fn reverify(&self, run_id: &str, entry: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
         let change = sqlx::query(
-            "UPDATE runs SET status = 'provisional', verify_note = NULL, verified_at = NULL \
-             WHERE run_id = $1 AND status IN ('provisional', 'verified', 'rejected') AND replay_path IS NOT NULL",
+            "UPDATE runs SET verify_since = $1, verify_owner = NULL, verify_until = NULL, verify_tries = 0, \
+             verify_problem = NULL WHERE run_id = $2 AND status IN ('provisional', 'verified', 'rejected') \
+             AND replay_sha256 IS NOT NULL",
         )
+        .bind(unix_ms())
         .bind(run_id);
         self.recorded(entry).await?.change_one(change).await
     }

@@ -165,7 +165,7 @@ impl Official {
     pub(crate) async fn verified(&self, run_id: &Value) {
         let path = format!("/v1/runs/{}", run_id.as_str().expect("an id"));
         let mut run = self.get(&path, &self.organizer).json();
-        while run["status"] == "provisional" {
+        while run["status"] == "provisional" || run["verify_state"] == "waiting" {
             tokio::time::sleep(Duration::from_millis(50)).await;
             run = self.get(&path, &self.organizer).json();
         }

@@ -337,6 +337,8 @@ export interface CompetitionResponse {
   limits: Limits;
   tasks: string[];
   hands: string[];
+  /** Public keys that signed earlier replays; left out if there are none. */
+  earlier_replay_keys?: string[];
   /** The worlds as of now. */
   worlds: Worlds;
   /** Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused. */
@@ -1349,6 +1351,12 @@ export interface RunRecord {
   similar?: SimilarRun[];
   verified_unix_ms?: number;
   verify_note?: string;
+  /** Why the last try gave no verdict; for organizers only. */
+  verify_problem?: string;
+  /** Since when it waits, ms since 1970 UTC. */
+  verify_since_unix_ms?: number;
+  /** `waiting` for its verification, also for another one after a verdict, or `stuck`: every try was without a verdict. Left out otherwise. */
+  verify_state?: string;
 }
 
 /** `result`: the outcome of a finished run. The server has stored it before it sends it. */

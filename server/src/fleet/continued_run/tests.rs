@@ -1,7 +1,7 @@
 //! Runs that are built again from what a host has stored of them.
 
 use super::*;
-use crate::archive::Archive;
+use crate::archive::{Archive, Keys};
 use crate::compute::admission::{Admission, WorldRequest};
 use crate::compute::scheduler::{Scheduler, Urgency};
 use crate::fleet::shipped_tick::encode;
@@ -125,7 +125,7 @@ fn a_difference_names_the_tick_and_missing_or_damaged_ticks_are_refused() {
 #[tokio::test]
 async fn a_run_continues_with_its_recording_and_its_replay_is_verified() {
     let folder = TempDir::new().expect("a folder");
-    let archive = Archive::open(folder.path(), &folder.path().join("key"), 0).expect("opens");
+    let archive = Archive::open(folder.path(), Keys::random(), 0).expect("opens");
     let (background, scheduler) = (Background::new(2), Scheduler::new(1));
     let admission = Admission::default();
     let request = WorldRequest { session_id: "s", mode: Mode::Lockstep, official: true };

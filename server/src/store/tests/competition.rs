@@ -322,16 +322,20 @@ async fn verification_decides_what_counts() {
         }
         begin_in(&store, "official", "eels", "balls", "seen", Some(1), Sensing::Truth).await;
         finish(&store, "seen", 3.0, "provisional").await;
-        let waiting = store.runs_to_verify().await.expect("query");
-        assert_eq!(waiting.len(), 3, "{waiting:?}");
-        assert_eq!(waiting[0].replay_path, "replays/good.mcap");
-        store.set_verification("good", VerificationStatus::Verified, None).await.expect("notes");
-        store
-            .set_verification("false", VerificationStatus::Rejected, Some("state differs at tick 300"))
-            .await
-            .expect("notes");
+        assert_eq!(store.verification_queue().await.expect("query").waiting, 3);
+        let mut claims = Vec::new();
+        while let Some(claim) = store.claim_verification("a").await.expect("claims") {
+            claims.push(claim);
+        }
+        let claimed: Vec<_> = claims.iter().map(|claim| claim.run_id.as_str()).collect();
+        assert_eq!(claimed, ["good", "false", "void"]);
+        assert_eq!(claims[0].replay_path, "replays/good.mcap");
+        let decide =
+            async |run_id, status| store.set_verdict("a", run_id, status, "300 ticks").await.expect("notes");
+        assert!(decide("good", VerificationStatus::Verified).await);
+        assert!(decide("false", VerificationStatus::Rejected).await);
         assert!(store.void_run("void", &entry("run.void", "void")).await.expect("voids"));
-        store.set_verification("void", VerificationStatus::Verified, None).await.expect("notes");
+        assert!(!decide("void", VerificationStatus::Verified).await);
 
         let rows = store.leaderboard(true).await.expect("query");
         let short: Vec<_> = rows.iter().map(|r| (r.team.as_str(), r.total, r.sensors_rank)).collect();
@@ -339,7 +343,7 @@ async fn verification_decides_what_counts() {
         assert_eq!(rows[1].tasks["balls"].status, "verified");
         assert!(store.reverify("false", &entry("run.reverify", "false")).await.expect("asks"));
         assert!(!store.reverify("void", &entry("run.reverify", "void")).await.expect("stays void"));
-        assert_eq!(store.runs_to_verify().await.expect("query").len(), 1);
+        assert_eq!(store.verification_queue().await.expect("query").waiting, 1);
         store.close().await;
     }
 }
@@ -377,8 +381,10 @@ async fn a_hand_waits_for_a_decision() {
             store.hand("h1").await.expect("query").map(|hand| hand.status).as_deref(),
             Some("pending")
         );
-        store.set_setting("state", "open").await.expect("sets");
-        store.set_setting("state", "closed").await.expect("sets");
+        assert_eq!(store.pin_setting("state", "open").await.expect("sets"), "open");
+        assert_eq!(store.pin_setting("state", "closed").await.expect("keeps"), "open");
+        let change = entry("state", "closed");
+        store.change_settings(&[("state", "closed")], &change).await.expect("sets");
         assert_eq!(store.setting("state").await.expect("query").as_deref(), Some("closed"));
         store.close().await;
     }

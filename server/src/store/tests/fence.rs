@@ -159,7 +159,9 @@ async fn hosts_share_a_database_if_they_fit() {
     }
     // While the competition is open, its engine is one.
     enter(&first, CompetitionPhase::Open, "competition.open").await;
-    first.set_setting("engine", "0.0.1+another").await.expect("as if it were opened by another version");
+    let opened = entry("competition.open", "competition");
+    let engine = first.change_settings(&[("engine", "0.0.1+another")], &opened).await;
+    engine.expect("as if it were opened by another version");
     let error = Store::open(&location, &host("h3", "c")).await.expect_err("refused").to_string();
     assert!(error.contains("open with the engine 0.0.1+another"), "{error}");
     enter(&first, CompetitionPhase::Closed, "competition.close").await;

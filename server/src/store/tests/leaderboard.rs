@@ -96,7 +96,7 @@ async fn random_write(store: &Store, draw: &mut Draw, runs: &mut Vec<(String, bo
         }
         7 => {
             let verdict = draw.of(&[VerificationStatus::Verified, VerificationStatus::Rejected]);
-            store.set_verification(&run_id, verdict, None).await.expect("judges");
+            judge(store, &run_id, verdict).await;
             format!("{verdict:?} {run_id}")
         }
         8 if draw.below(2) == 0 => {
@@ -209,7 +209,7 @@ async fn a_change_with_an_older_time_is_found_by_the_sum_of_revisions() {
         let mut read = ReadTeams::default();
         assert_eq!(store.read_leaderboard(true, &mut read).await.expect("query").len(), 2);
         // As after a long transaction, or with the database's clock set back by a minute.
-        store.set_verification("eels", VerificationStatus::Rejected, None).await.expect("judges");
+        judge(&store, "eels", VerificationStatus::Rejected).await;
         let older = "UPDATE best SET changed_at = changed_at - 60000 WHERE team = 'eels'";
         sqlx::query(older).execute(&store.pool()).await.expect("older");
         let rows = store.read_leaderboard(true, &mut read).await.expect("query");
@@ -235,7 +235,7 @@ async fn results_that_are_stored_at_once_are_all_in_the_ranking() {
                 finish(&store, &run_id, f64::from(n % 7), "provisional").await;
                 if n % 2 == 0 {
                     let verdict = VerificationStatus::Rejected;
-                    store.set_verification(&run_id, verdict, None).await.expect("judges");
+                    judge(&store, &run_id, verdict).await;
                 }
             }));
         }

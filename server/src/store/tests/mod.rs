@@ -9,6 +9,7 @@ mod places;
 mod postgres;
 mod run_actions;
 mod similar_runs;
+mod verification;
 
 use super::*;
 use palmares_tasks::{Event, Outcome, Reason, Sensing};
@@ -114,6 +115,13 @@ async fn finish_with(
         clock: None,
     };
     store.finish_run(&run).await.expect("finish")
+}
+
+/// A verdict on a run, whether it is the run's turn or not.
+async fn judge(store: &Store, run_id: &str, status: VerificationStatus) {
+    let claim = sqlx::query("UPDATE runs SET verify_owner = 'judge' WHERE run_id = $1").bind(run_id);
+    claim.execute(&store.pool()).await.expect("claims");
+    store.set_verdict("judge", run_id, status, "").await.expect("judges");
 }
 
 #[tokio::test]
