@@ -38,15 +38,15 @@ COLUMNS = (
 )
 # Run i: its team, task, number and score follow from i, so that both databases have the same runs.
 ROW = (
-    "'run_' || i, 's', 'team-' || (i % {teams}), "
+    "'run_' || i, 's-' || (i % {teams}), 'team-' || (i % {teams}), "
     "CASE (i / {teams}) % 2 WHEN 0 THEN 'balls' ELSE 'shelf' END, "
     "'pinch', 'lockstep', 'sensors', '00', '0', '0', i, {ended}, {status}, {score}, i / {teams} + 1"
 )
 FINISHED = {"ended": "1000000 + i", "status": "'verified'", "score": "((i * 7919) % 1000) / 10.0"}
 OPEN = {"ended": "NULL", "status": "'open'", "score": "NULL"}
-SESSION = (
+SESSIONS = (
     "INSERT INTO sessions (session_id, team, mode, created_at, status, ended_at) "
-    "VALUES ('s', 'team-0', 'official', 0, 'ended', 1)"
+    "SELECT 's-' || i, 'team-' || i, 'official', 0, 'ended', 1 FROM "
 )
 
 
@@ -63,7 +63,7 @@ def inserts(postgres: bool, teams: int, runs: int) -> list[str]:
     finished, opened = ROW.format(teams=teams, **FINISHED), ROW.format(teams=teams, **OPEN)
     end = runs + 2 * TURNS * FINISHES
     return [
-        SESSION,
+        SESSIONS + numbers(postgres, 0, teams),
         f"INSERT INTO runs ({COLUMNS}) SELECT {finished} FROM {numbers(postgres, 0, runs)}",
         f"INSERT INTO runs ({COLUMNS}) SELECT {opened} FROM {numbers(postgres, runs, end)}",
     ]

@@ -4,6 +4,7 @@ pub(crate) mod client;
 mod hand;
 mod import;
 mod lists;
+mod reason;
 mod restore;
 mod schedule;
 mod when;
@@ -11,6 +12,7 @@ mod when;
 use client::{Access, Client, Paged};
 use lists::List;
 use palmares_hand_tools::table;
+use reason::Reason;
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand, ValueEnum};
@@ -96,13 +98,6 @@ enum AdminCommand {
     },
     /// Restore a backup into an empty data directory and database; the server must not run
     Restore(restore::RestoreOptions),
-}
-
-#[derive(Args, Debug)]
-struct Reason {
-    /// The reason, for the audit
-    #[arg(long, allow_hyphen_values = true)]
-    reason: Option<String>,
 }
 
 #[derive(Args, Debug)]

@@ -6,6 +6,7 @@
 
 mod adopt;
 mod begin;
+mod clock_rows;
 mod command;
 mod continued;
 mod elsewhere;

@@ -1,9 +1,9 @@
 //! A team's session: its parts, its reports, its end.
 
+use super::clock_rows::saved_row;
 use super::command::PendingCommand;
 use super::finished::FinishedRun;
 use super::machine::Machine;
-use super::refunds::saved_row;
 use super::registry::{Claims, Inbox, Registry};
 use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, Saving, SessionClocks};
@@ -67,8 +67,10 @@ pub(crate) struct Sessions {
 impl Sessions {
     /// The gauges of the metrics; `unverified` comes from the database.
     pub(crate) fn gauges(&self, unverified: usize) -> Gauges {
+        let worlds = self.compute.admission.open();
         Gauges {
-            worlds: self.compute.admission.open(),
+            worlds: worlds.with_idle(),
+            idle_worlds: worlds.idle,
             waiting: self.compute.admission.waiting(),
             sessions: self.registry.len(),
             viewers: self.hub.viewers(),
