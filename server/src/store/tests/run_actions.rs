@@ -110,13 +110,13 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
         }
         assert!(next > 0);
     }
+    store.close().await;
     let (begun, confirmed) = (begun.lock().expect("whole"), confirmed.lock().expect("whole"));
     for (session, epoch, tick) in begun.iter() {
         let stale =
             |(of, earlier, from): &&(usize, i64, u64)| of == session && earlier < epoch && from >= tick;
         assert_eq!(confirmed.iter().find(stale), None, "epoch {epoch} of session {session} begins at {tick}");
     }
-    store.close().await;
 }
 
 #[tokio::test]
