@@ -127,7 +127,7 @@ def test_a_new_run_forgets_the_steps_of_the_one_before(server: FakeServer) -> No
 
 
 @pytest.mark.parametrize("slow", [False, True])
-def test_a_real_time_controller_is_told(server: FakeServer, slow: bool) -> None:
+def test_a_real_time_controller_gets_resumed(server: FakeServer, slow: bool) -> None:
     server.rewinds, server.events = {12: 9}, {5: "early", 11: "twice", 15: "late"}
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand", mode="realtime")

@@ -1,6 +1,5 @@
 //! The metrics of `GET /metrics`. They are global, so that every part can count without a reference.
 
-use crate::compute::admission::OpenWorlds;
 use palmares_protocol::Code;
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
@@ -55,8 +54,10 @@ pub(crate) struct Metrics {
 /// Values that are read when the metrics are requested.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Gauges {
-    /// Open worlds.
-    pub(crate) worlds: OpenWorlds,
+    /// Open worlds, idle ones included.
+    pub(crate) worlds: usize,
+    /// Idle ones of them.
+    pub(crate) idle_worlds: usize,
     /// Sessions that wait for a world.
     pub(crate) waiting: usize,
     /// Open sessions.
@@ -211,8 +212,8 @@ impl Metrics {
 
     /// All metrics in the text format of OpenMetrics.
     pub(crate) fn text(&self, gauges: Gauges) -> String {
-        self.worlds.set(gauge(gauges.worlds.with_idle()));
-        self.idle_worlds.set(gauge(gauges.worlds.idle));
+        self.worlds.set(gauge(gauges.worlds));
+        self.idle_worlds.set(gauge(gauges.idle_worlds));
         self.waiting.set(gauge(gauges.waiting));
         self.sessions.set(gauge(gauges.sessions));
         self.viewers.set(gauge(gauges.viewers));
@@ -246,7 +247,8 @@ mod tests {
         metrics.took_session(false);
         metrics.took_session(true);
         let text = metrics.text(Gauges {
-            worlds: OpenWorlds { lockstep: 1, idle: 2, ..OpenWorlds::default() },
+            worlds: 3,
+            idle_worlds: 2,
             waiting: 5,
             sessions: 2,
             viewers: 3,

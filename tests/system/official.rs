@@ -131,7 +131,7 @@ async fn the_secret_behind_the_seeds_is_shown_last() {
     let reveal = |cup: &Official| cup.post("/v1/admin/competition/reveal", &cup.organizer, &json!({}));
     reveal(&cup).assert_problem(409, "wrong_state");
     cup.order("competition/close", json!({}));
-    assert!(reveal(&cup).body.contains("sessions are open"));
+    assert!(reveal(&cup).body.contains("1 session is open"));
     // An open session continues when the competition closes.
     assert_eq!(client.ask(official_reset()).await["op"], "obs");
     cup.order("session/end", json!({"session_id": welcome["session_id"]}));

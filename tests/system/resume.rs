@@ -12,7 +12,7 @@ async fn resumed(server: &Server, welcome: &Value) -> (Client, Value) {
 }
 
 #[tokio::test]
-async fn whoever_has_the_resume_token_replaces_the_connection_before() {
+async fn the_resume_token_replaces_the_connection_before() {
     let server = Server::start();
     let (mut client, welcome) = Client::playing(&server, "a").await;
     for tick in 0..3 {
@@ -67,7 +67,7 @@ async fn a_lost_connection_leaves_the_run_waiting() {
 }
 
 #[tokio::test]
-async fn who_does_not_come_back_is_scored_as_disconnected() {
+async fn the_run_of_a_client_that_stays_away_is_scored_as_disconnected() {
     let server = Server::start_with(&["--resume-grace-s", "0"]);
     let (mut client, welcome) = Client::greet(&server, "gone").await;
     let obs = client.ask(reset()).await;
@@ -90,7 +90,7 @@ async fn who_does_not_come_back_is_scored_as_disconnected() {
 }
 
 #[tokio::test]
-async fn a_token_that_never_was_opens_nothing() {
+async fn an_unknown_token_opens_nothing() {
     let server = Server::start();
     let mut client = Client::connect(&server).await;
     let hello = json!({"op": "hello", "client": "a", "resume_token": "0".repeat(32)});

@@ -68,7 +68,8 @@ def chaos(
         report = judge.compare(fleet, stuck)
         verified, failed = judge.verify_replays(fleet)
         events_list = fleet.events()
-        waits = judge.resume_times(events_list, faults)
+        by_kind = judge.resume_times(events_list, faults)
+        waits = judge.all_of(by_kind)
         rewound = [event["ticks"] for event in events_list if event["event"] == "rewound"]
         stale = sum(host.total().get("palmares_stale_writes_total", 0.0) for host in fleet.hosts)
         report |= {
@@ -79,6 +80,7 @@ def chaos(
             "resumed_p50_s": round(judge.quantile(waits, 0.5), 2),
             "resumed_p99_s": round(judge.quantile(waits, 0.99), 2),
             "resumed_max_s": round(waits[-1], 2) if waits else 0.0,
+            "resumed_max_by_fault_s": {kind: round(found[-1], 2) for kind, found in by_kind.items()},
             "rewound_ticks_max": max(rewound, default=0),
             "objects": judge.objects(fleet),
             "hosts": hosts,

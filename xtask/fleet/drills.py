@@ -26,7 +26,7 @@ def finish(fleet: Fleet, faults: list[Fault]) -> dict[str, Any]:
     stuck = fleet.stop_players(FINISH_S)
     judge.wait_for_verdicts(fleet, VERDICTS_S)
     report = judge.compare(fleet, stuck)
-    waits = judge.resume_times(fleet.events(), faults)
+    waits = judge.all_of(judge.resume_times(fleet.events(), faults))
     report |= {
         "pauses": len(waits),
         "pause_p50_s": round(judge.quantile(waits, 0.5), 2),

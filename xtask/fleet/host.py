@@ -62,12 +62,9 @@ internal_url = "http://{self.address}"
         (folder / "competition.toml").write_text(settings)
         self.environment = {
             "AWS_ENDPOINT_URL": f"http://{store}",
-            "AWS_ENDPOINT": f"http://{store}",
-            "AWS_ALLOW_HTTP": "true",
             "AWS_ACCESS_KEY_ID": "test",
             "AWS_SECRET_ACCESS_KEY": "test",
             "AWS_REGION": "us-east-1",
-            "AWS_DEFAULT_REGION": "us-east-1",
         }
         self.process: Process | None = None
         # Sums over all incarnations.

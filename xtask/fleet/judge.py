@@ -17,6 +17,8 @@ from fleet.shell import attempt, request, until
 COUNTS = ("provisional", "verified")
 # Ends by the rules of the task.
 ENDS = ("complete", "time_limit")
+# A pause that begins this long after the end of a fault is still its consequence, s.
+SETTLE_S = 3.0
 
 
 def wait_for_verdicts(fleet: Fleet, limit_s: float) -> None:
@@ -37,18 +39,28 @@ def quantile(sorted_values: list[float], share: float) -> float:
     return sorted_values[min(len(sorted_values) - 1, math.ceil(share * len(sorted_values)) - 1)]
 
 
-def resume_times(events: list[dict[str, Any]], faults: list[Fault]) -> list[float]:
-    """Return how long clients waited: each pause without the part in which nobody could serve, sorted."""
-    waits = []
+def resume_times(events: list[dict[str, Any]], faults: list[Fault]) -> dict[str, list[float]]:
+    """Return how long clients waited, sorted, by the kind of the last fault in the pause.
+
+    The part of a pause in which nobody could serve does not count.
+    """
+    waits: dict[str, list[float]] = {}
     for gap in events:
         if gap["event"] != "gap":
             continue
         begin: float = gap["from_s"]
+        kind = "none"
         for fault in faults:
-            if fault.began_s <= gap["to_s"] and fault.healed_s >= gap["from_s"]:
-                begin = max(begin, fault.began_s, fault.healed_s)
-        waits.append(max(0.0, gap["to_s"] - begin))
-    return sorted(waits)
+            if fault.began_s <= gap["to_s"] and fault.healed_s >= gap["from_s"] - SETTLE_S:
+                begin = max(begin, min(fault.healed_s, gap["to_s"]))
+                kind = fault.kind
+        waits.setdefault(kind, []).append(gap["to_s"] - begin)
+    return {kind: sorted(found) for kind, found in waits.items()}
+
+
+def all_of(waits: dict[str, list[float]]) -> list[float]:
+    """Return all waits, sorted."""
+    return sorted(wait for found in waits.values() for wait in found)
 
 
 def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:

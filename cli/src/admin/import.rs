@@ -143,7 +143,7 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
         .trim(csv::Trim::All)
         .delimiter(delimiter)
         .from_reader(bytes);
-    let (mut rows, mut problems, mut columns) = (Vec::new(), Vec::new(), None);
+    let (mut rows, mut problems, mut columns, mut scheduled) = (Vec::new(), Vec::new(), None, false);
     for record in reader.records() {
         let record = match record {
             Ok(record) => record,
@@ -160,7 +160,8 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
         let line = line_of(bytes, record.position());
         let Some((count, name, label)) = columns else {
             let find = |wanted: &str| record.iter().position(|cell| cell.eq_ignore_ascii_case(wanted));
-            match find("name") {
+            scheduled = find("name").is_none();
+            match find("name").or_else(|| find("team")) {
                 Some(name) => columns = Some((record.len(), name, find("label"))),
                 None => {
                     let why = "expected a head with the column `name`, and `label` if tokens have labels";
@@ -181,7 +182,12 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
             problems.push((line, why));
             continue;
         }
-        rows.push(Row { line, team: cell(name), label: label.map(cell).unwrap_or_default() });
+        let row = Row { line, team: cell(name), label: label.map(cell).unwrap_or_default() };
+        // A schedule has a team once for each of its slots.
+        let again = scheduled && rows.iter().any(|had: &Row| had.team == row.team && had.label == row.label);
+        if !again {
+            rows.push(row);
+        }
     }
     if columns.is_none() && problems.is_empty() {
         problems.push((1, "the file is empty; expected a head with the column `name`".into()));
@@ -311,7 +317,11 @@ mod tests {
         }
         let spaced = "name\r\n\r\ncrabs\r\n\r\n\r\neels\r\n";
         assert_eq!(rows(spaced.as_bytes()).0, [row(3, "crabs", ""), row(6, "eels", "")]);
-        assert_eq!(rows(b"name\ncrabs\n"), (vec![row(2, "crabs", "")], vec![]));
+        for text in
+            ["name\ncrabs\n", "team,begins_at\ncrabs,2027-05-04T09:00:00Z\ncrabs,2027-05-05T09:00:00Z\n"]
+        {
+            assert_eq!(rows(text.as_bytes()), (vec![row(2, "crabs", "")], vec![]));
+        }
     }
 
     #[test]

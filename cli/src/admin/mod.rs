@@ -4,6 +4,7 @@ pub(crate) mod client;
 mod hand;
 mod import;
 mod lists;
+mod reason;
 mod restore;
 mod schedule;
 mod when;
@@ -11,6 +12,7 @@ mod when;
 use client::{Access, Client, Paged};
 use lists::List;
 use palmares_hand_tools::table;
+use reason::Reason;
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand, ValueEnum};
@@ -99,13 +101,6 @@ enum AdminCommand {
 }
 
 #[derive(Args, Debug)]
-struct Reason {
-    /// The reason, for the audit
-    #[arg(long, allow_hyphen_values = true)]
-    reason: Option<String>,
-}
-
-#[derive(Args, Debug)]
 struct Confirmed {
     /// Do not ask for confirmation
     #[arg(long)]
@@ -177,7 +172,7 @@ enum Team {
     Add(TeamName),
     /// Add the teams of a CSV file; writes each team's token into a file of its own
     ///
-    /// The file has a head: the column `name`, and `label` for the holder of the token, if there is one. Other columns are ignored. All
+    /// The file has a head: the column `name` or `team`, and `label` for the holder of the token, if there is one. Other columns are ignored. All
     /// errors are printed with their lines before anything is changed. Teams that exist are kept. After an interruption, repeat the
     /// command: it continues.
     Import(import::ImportOptions),

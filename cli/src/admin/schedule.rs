@@ -1,7 +1,7 @@
 //! `palmares admin schedule`: the time slots of teams.
 
-use super::Reason;
 use super::client::Client;
+use super::reason::Reason;
 use anyhow::{Context, bail};
 use clap::Subcommand;
 use palmares_hand_tools::table::{self, aligned};

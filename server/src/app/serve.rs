@@ -74,6 +74,12 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let app = assemble::app(config, guard, store, tasks, hands, lease.clone()).await?;
     let lifecycle = app.lifecycle.clone();
     let beats = app.store.is_shared().then(|| tokio::spawn(beat(app.clone(), lease, fleet)));
+    // Before the first round of verification, which keeps the replays of open runs.
+    app.sessions.refund_all().await?;
+    if !fleet {
+        app.sessions.end_lost_practice().await?;
+        app.sessions.adopt(usize::MAX).await?;
+    }
     let verification = match app.archive.clone() {
         None => None,
         Some(archive) => {
@@ -90,11 +96,6 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         // Not waited for: what is not uploaded is uploaded after the next start.
         let lifecycle = lifecycle.clone();
         tokio::spawn(upload.run(async move { lifecycle.stopping().await }));
-    }
-    app.sessions.refund_all().await?;
-    if !fleet {
-        app.sessions.end_lost_practice().await?;
-        app.sessions.adopt(usize::MAX).await?;
     }
     greet(address, &location, &app)?;
 

@@ -184,7 +184,7 @@ struct Waiting {
 struct Places {
     worlds: HashMap<u64, OpenWorld>,
     last_id: u64,
-    /// Official and practice sessions, each in the order in which they asked first.
+    /// Official and practice sessions, each in the order of their first request.
     waiting: Vec<Waiting>,
 }
 
@@ -256,6 +256,14 @@ impl Admission {
         self.0.lock().waiting.iter().filter(|waiting| waiting.until > now).count()
     }
 
+    /// The place of a session in the queue, from 1; None if it does not wait.
+    pub(crate) fn place_in_queue(&self, session_id: &str) -> Option<usize> {
+        let (now, places) = (Instant::now(), self.0.lock());
+        let waiting = places.waiting.iter().filter(|waiting| waiting.until > now);
+        Some(1 + waiting.take_while(|waiting| waiting.session_id != session_id).count())
+            .filter(|_| places.waiting.iter().any(|one| one.session_id == session_id && one.until > now))
+    }
+
     /// Takes a place if `may` accepts the worlds that are open or will be opened by sessions before this one in the queue. A refused
     /// session enters the queue.
     pub(crate) fn take(
@@ -271,8 +279,8 @@ impl Admission {
         let mut open = self.0.open(&places, now);
         let mut ahead = 0;
         for (k, other) in places.waiting.iter().enumerate() {
-            let asked_before = place.is_none_or(|place| k < place);
-            let before = if other.official == official { asked_before } else { other.official };
+            let earlier = place.is_none_or(|place| k < place);
+            let before = if other.official == official { earlier } else { other.official };
             if before && Some(k) != place {
                 ahead += 1;
                 open.add(other.mode, other.official);
@@ -427,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn who_was_refused_comes_before_those_who_ask_later() {
+    fn a_refused_session_comes_before_later_ones() {
         let admission = Admission::default();
         let start = Instant::now();
         let at = |seconds: u64| start + Duration::from_secs(seconds);
@@ -436,8 +444,12 @@ mod tests {
             assert_eq!(take(&admission, name, at(k as u64), 2).err(), Some(k), "{name}");
         }
         assert_eq!(admission.waiting(), 3);
+        assert_eq!(
+            ["c", "d", "e", "a"].map(|name| admission.place_in_queue(name)),
+            [Some(1), Some(2), Some(3), None]
+        );
         drop(first);
-        // The place is for the first in the queue, whoever asks.
+        // The place is for the first in the queue.
         for (name, ahead) in [("a", 3), ("e", 2), ("d", 1)] {
             assert_eq!(take(&admission, name, at(5), 2).err(), Some(ahead), "{name}");
         }

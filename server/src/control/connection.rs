@@ -11,7 +11,7 @@ use crate::compute::STACK_BYTES;
 use crate::config::settings::{MESSAGE_BYTES, Settings};
 use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
-use crate::session::{Asked, Handover, PendingCommand, Session, Sessions, changed};
+use crate::session::{Handover, InboxMessage, PendingCommand, Session, Sessions, changed};
 use crate::store::Held;
 use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
 use crate::transport::{Caller, ConnectionPermit, FrameError, answer_close, close_handshake};
@@ -66,13 +66,13 @@ const ALARM_SLACK: Duration = Duration::from_millis(2);
 /// Initial buffer for a message, bytes.
 const BUFFER_BYTES: usize = 1024;
 
-/// Longest time to tell a client that another connection has its session: it is probably gone.
+/// Longest wait for a client to take the error that another connection has its session: it is probably gone.
 const REPLACED_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// What an organizer or a new connection wants next; never without a session.
-async fn asked(session: Option<&mut Session>) -> Asked {
+/// The next message from an organizer or a new connection; never without a session.
+async fn inbox_message(session: Option<&mut Session>) -> InboxMessage {
     match session {
-        Some(session) => session.asked().await,
+        Some(session) => session.inbox_message().await,
         None => std::future::pending().await,
     }
 }
@@ -315,9 +315,9 @@ impl Connection {
                     armed = false;
                     self.expire().await
                 }
-                asked = asked(self.session.as_deref_mut()) => match asked {
-                    Asked::Command(command) => self.execute(command).await,
-                    Asked::Claim(to) => ControlFlow::Break(ConnectionEnd::Replaced(to)),
+                message = inbox_message(self.session.as_deref_mut()) => match message {
+                    InboxMessage::Command(command) => self.execute(command).await,
+                    InboxMessage::Claim(to) => ControlFlow::Break(ConnectionEnd::Replaced(to)),
                 },
                 // Busy polling registers no waker.
                 message = self.socket.recv(), if !busy => self.receive(message).await,

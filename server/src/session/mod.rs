@@ -6,6 +6,7 @@
 
 mod adopt;
 mod begin;
+mod clock_rows;
 mod command;
 mod continued;
 mod elsewhere;
@@ -28,5 +29,5 @@ mod waiting;
 
 pub(crate) use command::{Command, PendingCommand};
 pub(crate) use entry::practice_team;
-pub(crate) use session::{Asked, Handover, Session, Sessions};
+pub(crate) use session::{Handover, InboxMessage, Session, Sessions};
 pub(crate) use waiting::changed;

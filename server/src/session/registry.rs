@@ -22,7 +22,7 @@ pub(crate) struct Claim<S> {
 /// The claims of new connections.
 pub(super) type Claims<S> = mpsc::UnboundedReceiver<Claim<S>>;
 
-/// What others want from a session; its holder reads it.
+/// The messages of others to a session; its holder reads them.
 #[derive(Debug)]
 pub(crate) struct Inbox<S> {
     /// Commands of organizers.

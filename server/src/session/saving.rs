@@ -1,7 +1,7 @@
 //! The clocks of all sessions are saved regularly, so that a crash forgets a few seconds at most. Those are given back: they were not
 //! the team's to lose. The time in which the server is down does not count.
 
-use super::refunds::saved_row;
+use super::clock_rows::saved_row;
 use super::session::Sessions;
 use crate::store::{SavedClock, StoreError};
 use std::sync::Arc;

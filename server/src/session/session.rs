@@ -1,9 +1,9 @@
 //! A team's session: its parts, its reports, its end.
 
+use super::clock_rows::saved_row;
 use super::command::PendingCommand;
 use super::finished::FinishedRun;
 use super::machine::Machine;
-use super::refunds::saved_row;
 use super::registry::{Claims, Inbox, Registry};
 use crate::archive::{Archive, Recording};
 use crate::clock::{ClockState, Saving, SessionClocks};
@@ -67,8 +67,10 @@ pub(crate) struct Sessions {
 impl Sessions {
     /// The gauges of the metrics; `unverified` comes from the database.
     pub(crate) fn gauges(&self, unverified: usize) -> Gauges {
+        let worlds = self.compute.admission.open();
         Gauges {
-            worlds: self.compute.admission.open(),
+            worlds: worlds.with_idle(),
+            idle_worlds: worlds.idle,
             waiting: self.compute.admission.waiting(),
             sessions: self.registry.len(),
             viewers: self.hub.viewers(),
@@ -129,9 +131,9 @@ pub(super) enum OpenRun {
 /// Hands a session to its client's new connection.
 pub(crate) type Handover = oneshot::Sender<Box<Session>>;
 
-/// What others want from a session.
+/// A message from an organizer or a new connection.
 #[derive(Debug)]
-pub(crate) enum Asked {
+pub(crate) enum InboxMessage {
     /// An organizer's command.
     Command(PendingCommand),
     /// A new connection wants the session.
@@ -316,12 +318,12 @@ impl Session {
         }
     }
 
-    /// What an organizer or a new connection wants next.
-    pub(crate) async fn asked(&mut self) -> Asked {
+    /// The next message from an organizer or a new connection.
+    pub(crate) async fn inbox_message(&mut self) -> InboxMessage {
         let Inbox { commands, claims } = &mut self.inbox;
         tokio::select! {
-            Some(command) = commands.recv() => Asked::Command(command),
-            to = claimed(claims, &self.token_hash) => Asked::Claim(to),
+            Some(command) = commands.recv() => InboxMessage::Command(command),
+            to = claimed(claims, &self.token_hash) => InboxMessage::Claim(to),
         }
     }
 

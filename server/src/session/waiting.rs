@@ -1,6 +1,6 @@
 //! A session without a connection: it waits for its client, or ends.
 
-use super::session::{Asked, Handover, Session};
+use super::session::{Handover, InboxMessage, Session};
 use crate::world::realtime::RealtimeWorld;
 use palmares_tasks::Reason;
 use tokio::time::{Instant, sleep_until};
@@ -49,10 +49,10 @@ async fn keep(mut session: Box<Session>) {
         let change = session.next_change().map(|wait| Instant::now() + wait);
         let live = session.stream().cloned();
         tokio::select! {
-            asked = session.asked() => match asked {
-                Asked::Claim(to) => return session.give(to),
+            message = session.inbox_message() => match message {
+                InboxMessage::Claim(to) => return session.give(to),
                 // The reply is for a connected client.
-                Asked::Command(command) => if session.execute(command).await.0 {
+                InboxMessage::Command(command) => if session.execute(command).await.0 {
                     break Reason::Voided;
                 }
             },

@@ -2,7 +2,7 @@
 
 use super::database::Store;
 use super::error::StoreError;
-use super::hosts::Held;
+use super::host::Held;
 use sqlx::{Any, AnyConnection, Transaction};
 
 /// A session's clock, as stored.

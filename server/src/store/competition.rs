@@ -3,7 +3,7 @@
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
-use super::hosts::ENGINE;
+use super::host::ENGINE;
 use super::number::unix_ms;
 use super::schedule;
 use super::settings::WRITE;

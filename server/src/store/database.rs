@@ -1,7 +1,7 @@
 //! The database: opened, migrated, and this server's place in it.
 
 use super::error::StoreError;
-use super::hosts::{Host, HostKey};
+use super::host::{Host, HostKey};
 use super::location::{Dialect, Location, Lock, Target};
 use Statements::{Each, Same};
 use sqlx::any::{AnyPoolOptions, install_default_drivers};
@@ -208,7 +208,7 @@ async fn refuse_beside_older(pool: &AnyPool, place: &str) -> Result<(), StoreErr
     if version.is_none_or(|version| version >= MIGRATIONS[MIGRATIONS.len() - 1].0) {
         return Ok(());
     }
-    let alive = super::hosts::alive(&mut *pool.acquire().await?, Dialect::Postgres).await?;
+    let alive = super::host::alive(&mut *pool.acquire().await?, Dialect::Postgres).await?;
     match alive.first() {
         Some(host) => Err(StoreError::Older { place: place.to_owned(), host: host.host_id.clone() }),
         None => Ok(()),

@@ -46,7 +46,7 @@ pub(crate) struct TaskBest {
 type Best = (String, String, i64, i64, Option<f64>, Option<String>, Option<String>, Option<i64>, i64, i64);
 
 /// Changes may become visible this much later than the time that they have, ms: at the end of their transaction.
-const LATE_MS: i64 = 10_000;
+const LATE_MS: i64 = 3_000;
 
 /// The ranking as it was read last, so that the next reading needs only what has changed since.
 #[derive(Debug, Default)]

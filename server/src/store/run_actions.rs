@@ -5,7 +5,7 @@
 
 use super::database::Store;
 use super::error::StoreError;
-use super::hosts::Held;
+use super::host::Held;
 use super::number::signed;
 use sqlx::{AnyConnection, AssertSqlSafe, Executor};
 use std::collections::BTreeSet;

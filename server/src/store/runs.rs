@@ -3,7 +3,7 @@
 use super::clocks::{ClockRow, write_clock};
 use super::database::Store;
 use super::error::StoreError;
-use super::hosts::Held;
+use super::host::Held;
 use super::number::{signed, unix_ms};
 use super::similar_runs::SimilarRun;
 use super::verification::MAX_TRIES;

@@ -3,7 +3,7 @@
 use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
-use super::hosts::Held;
+use super::host::Held;
 use sqlx::{Any, Transaction};
 use std::collections::BTreeSet;
 

@@ -5,7 +5,7 @@ use super::clocks::{ClockRow, bind_double};
 use super::competition;
 use super::database::Store;
 use super::error::StoreError;
-use super::hosts::{FIRST_EPOCH, Held};
+use super::host::{FIRST_EPOCH, Held};
 use super::number::unix_ms;
 use schemars::JsonSchema;
 use serde::Serialize;

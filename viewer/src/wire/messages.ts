@@ -1140,7 +1140,7 @@ export interface PlacedShape {
 export interface Places {
   /** Number of worlds that can be open at once. */
   total: number;
-  /** Number of open sessions whose clock has started and has time left. */
+  /** Number of open sessions whose clock has started and has time left, without those that wait for a place. */
   playing: number;
   /** Longest time until a place is free for the next team, s: 0 if one is free, null if nothing bounds it. */
   free_within_s: number | null;
@@ -1603,6 +1603,8 @@ export interface Session {
   elapsed_s: number;
   /** Time left, s; null without a limit. */
   left_s: number | null;
+  /** Its place in the queue for a world, from 1, while it waits for one at this server. */
+  place_in_queue?: number;
 }
 
 /** An action on a session. */
