@@ -1,7 +1,7 @@
 //! Replays in a bucket: uploaded when the storage answers, and read where they are missing. The S3 server is moto.
 
-use crate::harness::{Official, RULES, Server, bearer, get, official_reset, send};
-use serde_json::json;
+use crate::harness::{Official, RULES, Server, get, official_reset};
+use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::path::Path;
@@ -67,6 +67,14 @@ async fn until_metric(cup: &Official, line: &str) {
     }
 }
 
+/// The replay of a run, fetched by an organizer.
+fn fetched(cup: &Official, run_id: &Value, to: &Path) -> Vec<u8> {
+    let output =
+        cup.admin(&["run", "replay", run_id.as_str().expect("an id"), "-o", to.to_str().expect("a path")]);
+    assert!(output.status.success(), "{output:?}");
+    std::fs::read(to).expect("file")
+}
+
 #[tokio::test]
 async fn a_replay_is_in_the_bucket_as_soon_as_it_answers_and_is_read_from_there() {
     let Some(python) = python() else { return };
@@ -93,9 +101,7 @@ async fn a_replay_is_in_the_bucket_as_soon_as_it_answers_and_is_read_from_there(
     let mut bucket = moto(&python, port);
     until_metric(&server, "palmares_uploads_waiting 0").await;
     assert!(!get(&server.server, "/metrics").body.contains("palmares_upload_failures_total 0"));
-    let path = format!("/v1/runs/{}/replay", obs["run_id"].as_str().expect("an id"));
-    let replay = send(&server.server, "GET", &path, &bearer(&server.organizer), b"");
-    assert_eq!(replay.status, 200, "{}", replay.body);
+    let replay = fetched(&server, &obs["run_id"], &shared.path().join("first.mcap"));
     copy(server.server.folder(), keys.path());
 
     // Another data directory: the same file comes from the bucket, and is verified.
@@ -103,8 +109,7 @@ async fn a_replay_is_in_the_bucket_as_soon_as_it_answers_and_is_read_from_there(
     let second = TempDir::new().expect("folder");
     copy(keys.path(), second.path());
     let server = cup(second, port, &database);
-    let again = send(&server.server, "GET", &path, &bearer(&server.organizer), b"");
-    assert_eq!((again.status, again.body == replay.body), (200, true));
+    assert!(fetched(&server, &obs["run_id"], &shared.path().join("second.mcap")) == replay);
     server.order("run/reverify", json!({"run_id": obs["run_id"], "reason": "another host"}));
     server.verified(&obs["run_id"]).await;
     let _ = bucket.kill();
