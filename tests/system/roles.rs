@@ -72,8 +72,6 @@ const RULES: &[(&str, &str)] = &[
     ("get /v1/admin/hands/{id}/archive", ORGANIZERS),
     ("post /v1/admin/run/{verb}", ORGANIZERS),
     ("get /v1/admin/runs", ORGANIZERS),
-    ("get /v1/admin/schedule", ORGANIZERS),
-    ("post /v1/admin/schedule/{verb}", ORGANIZERS),
     ("post /v1/admin/session/{verb}", ORGANIZERS),
     ("get /v1/admin/similar", ORGANIZERS),
     ("post /v1/admin/team/add", ORGANIZERS),

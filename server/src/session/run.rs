@@ -380,6 +380,7 @@ impl Session {
         let opened = tokio::select! {
             biased;
             opened = gate.open(tick) => opened.map_err(|lost| lost.to_string()),
+            () = self.held.lost() => Err("the session has another owner".to_owned()),
             () = self.shared.lifecycle.stopping() => Err("the server stops".to_owned()),
         };
         self.catch_up();

@@ -337,10 +337,10 @@ export interface CompetitionResponse {
   limits: Limits;
   tasks: string[];
   hands: string[];
-  /** Public keys that signed earlier replays; left out if there are none. */
-  earlier_replay_keys?: string[];
   /** The worlds as of now. */
   worlds: Worlds;
+  /** Public keys that signed earlier replays; left out if there are none. */
+  earlier_replay_keys?: string[];
   /** Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused. */
   paused_unix_ms?: number;
   /** Its phase; official competitions only. */
