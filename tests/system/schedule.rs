@@ -152,6 +152,38 @@ async fn a_pause_moves_the_end_of_running_slots() {
     }
 }
 
+#[tokio::test]
+async fn a_team_that_waits_for_a_place_keeps_the_rest_of_its_slot_and_is_in_the_queue() {
+    let folder = TempDir::new().expect("temporary directory");
+    let cup = Official::start_on(folder, &format!("{RULES}max_worlds = 1\n"), None);
+    let (crabs, rays) = (cup.team("crabs"), cup.team("rays"));
+    cup.open();
+    import(&cup, &[("crabs", -60, 300), ("rays", -60, 200)]);
+    let (mut playing, _, _) = cup.playing(&crabs).await;
+    let (mut waiting, _) = cup.greet(&rays).await;
+    let refusal = waiting.ask(official_reset()).await;
+    assert_eq!(refusal["code"], "capacity", "{refusal}");
+    let first = waiting.ask(json!({"op": "time"})).await;
+    let left_s = first["session_left_s"].as_f64().expect("a number");
+    assert!((100.0..=200.0).contains(&left_s), "{first}");
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    assert_eq!(waiting.ask(json!({"op": "time"})).await["session_left_s"], left_s, "the clock is stopped");
+
+    let competition = get(&cup.server, "/v1/competition").json();
+    assert_eq!(competition["worlds"]["waiting"], 1, "{competition}");
+    let within_s = competition["places"]["free_within_s"].as_f64().expect("a forecast");
+    assert!(within_s > 100.0, "both sessions have to end: {competition}");
+    let said = String::from_utf8(cup.admin(&["session", "list"]).stdout).expect("text");
+    assert!(said.lines().any(|line| line.contains("rays") && line.contains("no. 1 in the queue")), "{said}");
+
+    playing.ask(json!({"op": "stop"})).await;
+    let obs = waiting.ask(official_reset()).await;
+    let now_s = obs["session_left_s"].as_f64().expect("a number");
+    assert!(obs["op"] == "obs" && now_s > left_s - 2.0, "{left_s}: {obs}");
+    let sessions = cup.get("/v1/sessions", &rays).json();
+    assert_eq!(sessions["sessions"][0].get("place_in_queue"), None, "{sessions}");
+}
+
 #[test]
 fn a_schedule_that_does_not_fit_is_refused_or_warned_about() {
     let folder = TempDir::new().expect("temporary directory");

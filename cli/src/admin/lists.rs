@@ -177,6 +177,7 @@ fn note(row: &Value) -> String {
 fn state(row: &Value) -> String {
     match row["paused_unix_ms"].as_i64() {
         Some(since) if row["status"] == "open" => format!("paused since {}", utc(since)),
+        None if row["place_in_queue"].is_u64() => format!("no. {} in the queue", row["place_in_queue"]),
         _ => text(&row["status"]),
     }
 }

@@ -256,6 +256,14 @@ impl Admission {
         self.0.lock().waiting.iter().filter(|waiting| waiting.until > now).count()
     }
 
+    /// The place of a session in the queue, from 1; None if it does not wait.
+    pub(crate) fn place_in_queue(&self, session_id: &str) -> Option<usize> {
+        let (now, places) = (Instant::now(), self.0.lock());
+        let waiting = places.waiting.iter().filter(|waiting| waiting.until > now);
+        Some(1 + waiting.take_while(|waiting| waiting.session_id != session_id).count())
+            .filter(|_| places.waiting.iter().any(|one| one.session_id == session_id && one.until > now))
+    }
+
     /// Takes a place if `may` accepts the worlds that are open or will be opened by sessions before this one in the queue. A refused
     /// session enters the queue.
     pub(crate) fn take(
@@ -436,6 +444,10 @@ mod tests {
             assert_eq!(take(&admission, name, at(k as u64), 2).err(), Some(k), "{name}");
         }
         assert_eq!(admission.waiting(), 3);
+        assert_eq!(
+            ["c", "d", "e", "a"].map(|name| admission.place_in_queue(name)),
+            [Some(1), Some(2), Some(3), None]
+        );
         drop(first);
         // The place is for the first in the queue.
         for (name, ahead) in [("a", 3), ("e", 2), ("d", 1)] {

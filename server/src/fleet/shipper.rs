@@ -72,6 +72,14 @@ impl Shared {
         self.runs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Stops following a run. This host may follow the run again by now, as its next owner.
+    fn remove(&self, followed: &Arc<Followed>) {
+        let mut runs = self.runs();
+        if runs.get(&followed.run.run_id).is_some_and(|known| Arc::ptr_eq(known, followed)) {
+            runs.remove(&followed.run.run_id);
+        }
+    }
+
     /// Returns after a round that began after the call.
     async fn whole_round(&self) {
         let mut rounds = self.rounds.subscribe();
@@ -249,7 +257,7 @@ impl Rounds {
                 let (body, ticks) = (encode(&group.ticks), group.ticks.len() as u64);
                 sent.push(SentTicks { run: followed.run.clone(), from_tick: group.from, ticks, body });
             } else if followed.ended.load(Ordering::Acquire) {
-                self.shared.runs().remove(&followed.run.run_id);
+                self.shared.remove(followed);
             }
         }
         if !sent.is_empty() {
@@ -293,12 +301,12 @@ impl Rounds {
         Ok(self.connection.as_mut().expect("a connection"))
     }
 
-    fn lose(&self, followed: &Followed) {
+    fn lose(&self, followed: &Arc<Followed>) {
         let OwnedRun { run_id, held } = &followed.run;
         tracing::warn!(run = run_id, session = held.session_id, "the session has another owner");
         METRICS.refused_stale_write();
         held.lose();
-        self.shared.runs().remove(run_id);
+        self.shared.remove(followed);
         followed.backlog.lose();
     }
 }

@@ -11,7 +11,7 @@ use serde::Serialize;
 pub(super) struct Places {
     /// Number of worlds that can be open at once.
     total: usize,
-    /// Number of open sessions whose clock has started and has time left.
+    /// Number of open sessions whose clock has started and has time left, without those that wait for a place.
     playing: usize,
     /// Longest time until a place is free for the next team, s: 0 if one is free, null if nothing bounds it.
     free_within_s: Option<f64>,
@@ -43,22 +43,31 @@ pub(super) async fn total(app: &AppState) -> Result<usize, StoreError> {
 /// The places of an official competition now.
 pub(super) async fn places(app: &AppState) -> Result<Places, StoreError> {
     let total = total(app).await?;
-    let stored = app.store.playing_clocks().await?;
-    let playing: Vec<PlayingSession> = stored.into_iter().filter_map(|clock| playing(clock, app)).collect();
-    let Forecast { playing, free_within_s } =
-        Forecast::new(&playing, total, 0, app.competition.rules.is_paused());
+    let admission = &app.compute.admission;
+    // The length of a session bounds the time of one whose clock has not started.
+    let mut waiting = vec![app.competition.rules.session_s; admission.waiting()];
+    let mut playing = Vec::new();
+    for stored in app.store.playing_clocks().await? {
+        let session = session_now(&stored, app);
+        match admission.place_in_queue(&stored.session_id).and_then(|place| waiting.get_mut(place - 1)) {
+            Some(left_s) => *left_s = session.left_s,
+            None if session.left_s == Some(0.0) => {}
+            None => playing.push(session),
+        }
+    }
+    let paused = app.competition.rules.is_paused();
+    let Forecast { playing, free_within_s } = Forecast::new(&playing, &waiting, total, paused);
     Ok(Places { total, playing, free_within_s })
 }
 
-/// A session with time left. The clock of this host's sessions is ahead of the database.
-fn playing(stored: PlayingClock, app: &AppState) -> Option<PlayingSession> {
-    let PlayingClock { session_id, limit_s, wall_s, simulated_s, paused_unix_ms } = stored;
-    let elapsed_s = match app.clocks.get(&session_id) {
+/// A session whose clock has started. The clock of this host's sessions is ahead of the database.
+fn session_now(stored: &PlayingClock, app: &AppState) -> PlayingSession {
+    let elapsed_s = match app.clocks.get(&stored.session_id) {
         Some(clock) => clock.elapsed_s(app.lifecycle.now()),
-        None => wall_s.max(simulated_s),
+        None => stored.wall_s.max(stored.simulated_s),
     };
-    let left_s = limit_s.map(|limit_s| (limit_s - elapsed_s).max(0.0));
-    (left_s != Some(0.0)).then_some(PlayingSession { left_s, paused: paused_unix_ms.is_some() })
+    let left_s = stored.limit_s.map(|limit_s| (limit_s - elapsed_s).max(0.0));
+    PlayingSession { left_s, paused: stored.paused_unix_ms.is_some() }
 }
 
 /// The schedule as counts; None without one.

@@ -19,19 +19,30 @@ pub(crate) struct Forecast {
 }
 
 impl Forecast {
-    /// The forecast for a team that comes after `waiting` others. A place becomes free when a session's time is spent; it can become
-    /// free earlier.
-    pub(crate) fn new(sessions: &[PlayingSession], places: usize, waiting: usize, paused: bool) -> Self {
+    /// The forecast for a team that comes after those that wait, whose times left are given in the order of the queue. A place is free when
+    /// a session's time is spent; it can be free earlier.
+    pub(crate) fn new(
+        sessions: &[PlayingSession],
+        waiting: &[Option<f64>],
+        places: usize,
+        paused: bool,
+    ) -> Self {
         let playing = sessions.len();
-        // Number of sessions that must end first.
-        let ends = (playing + waiting + 1).saturating_sub(places);
-        if ends == 0 {
-            return Forecast { playing, free_within_s: Some(0.0) };
+        let endless = f64::INFINITY;
+        let left = |session: &PlayingSession| session.left_s.filter(|_| !session.paused).unwrap_or(endless);
+        let mut ends: Vec<f64> = sessions.iter().map(left).collect();
+        ends.sort_by(f64::total_cmp);
+        // When each place is free. More sessions than places can play: some are idle.
+        let mut free = vec![0.0; places.saturating_sub(playing)];
+        free.extend(ends.into_iter().skip(playing.saturating_sub(places)));
+        for left_s in waiting {
+            // The next in the queue takes the place that is free first.
+            if let Some(first) = free.iter_mut().min_by(|a, b| a.total_cmp(b)) {
+                *first += left_s.unwrap_or(endless);
+            }
         }
-        let mut left: Vec<f64> =
-            sessions.iter().filter(|session| !session.paused).filter_map(|session| session.left_s).collect();
-        left.sort_by(f64::total_cmp);
-        let free_within_s = left.get(ends - 1).copied().filter(|_| !paused);
+        let first = free.into_iter().min_by(f64::total_cmp);
+        let free_within_s = first.filter(|first| first.is_finite() && (*first == 0.0 || !paused));
         Forecast { playing, free_within_s }
     }
 }
@@ -44,14 +55,19 @@ mod tests {
     fn a_place_is_free_when_enough_sessions_have_ended() {
         let session = |left_s| PlayingSession { left_s: Some(left_s), paused: false };
         let sessions = [session(30.0), session(10.0), session(20.0)];
-        let within = |places, waiting| Forecast::new(&sessions, places, waiting, false).free_within_s;
-        assert_eq!((within(4, 0), within(3, 0), within(3, 1)), (Some(0.0), Some(10.0), Some(20.0)));
-        assert_eq!((within(3, 2), within(3, 3)), (Some(30.0), None), "others must play and end first");
-        assert_eq!((within(5, 1), within(5, 2)), (Some(0.0), Some(10.0)));
-        assert_eq!(Forecast::new(&sessions, 3, 0, true).free_within_s, None, "all clocks are stopped");
+        let within =
+            |places, waiting: &[Option<f64>]| Forecast::new(&sessions, waiting, places, false).free_within_s;
+        assert_eq!((within(4, &[]), within(3, &[])), (Some(0.0), Some(10.0)));
+        assert_eq!(within(3, &[Some(100.0)]), Some(20.0), "one that waits takes the first place");
+        assert_eq!(within(3, &[Some(5.0)]), Some(15.0), "and is done before another one is free");
+        assert_eq!(within(3, &[Some(9.0), Some(9.0), Some(9.0)]), Some(28.0));
+        assert_eq!((within(4, &[Some(7.0)]), within(3, &[None])), (Some(7.0), Some(20.0)));
+        assert_eq!((within(2, &[]), within(1, &[]), within(0, &[])), (Some(20.0), Some(30.0), None));
+        assert_eq!(Forecast::new(&sessions, &[], 3, true).free_within_s, None, "all clocks are stopped");
+        assert_eq!(Forecast::new(&sessions, &[], 4, true).free_within_s, Some(0.0));
         let stopped = PlayingSession { paused: true, ..session(5.0) };
         let endless = PlayingSession { left_s: None, paused: false };
-        let forecast = Forecast::new(&[stopped, endless, session(50.0)], 3, 0, false);
+        let forecast = Forecast::new(&[stopped, endless, session(50.0)], &[], 3, false);
         assert_eq!(forecast, Forecast { playing: 3, free_within_s: Some(50.0) });
     }
 }

@@ -124,6 +124,11 @@ impl Machine {
         self.clock.set_competition_paused(paused, now);
     }
 
+    /// Starts the clock before the first run.
+    pub(crate) fn start(&mut self, now: Duration) {
+        self.clock.start(now);
+    }
+
     /// Stops the clock until this moment: the session waits for a place. The present moment lets it run.
     pub(crate) fn hold(&mut self, until: Duration, now: Duration) {
         self.clock.hold(until, now);

@@ -108,7 +108,13 @@ impl Session {
         self.shared.competition.sensing.check_sensing(&task.name, reset.sensing)?;
         let (hand, hand_sha256) = run_inputs::hand(&shared, &team, &reset.hand).await?;
         let shots = shots(task, &hand, &reset.cameras, reset.sensing).map_err(bad_camera)?;
-        let admitted = self.place(reset.mode)?;
+        let admitted = match (self.place(reset.mode), length_s) {
+            (Err(refusal), Some(length_s)) => {
+                self.wait_in_slot(length_s).await?;
+                return Err(refusal);
+            }
+            (admitted, _) => admitted?,
+        };
         let run_id = format!("run_{}", random_hex(8)?);
         let key = self.stored(run_inputs::run_key(&shared, &team, task, reset.seed)).await?;
         let (k, task) = (key.k, task.clone());
@@ -374,6 +380,7 @@ impl Session {
         let opened = tokio::select! {
             biased;
             opened = gate.open(tick) => opened.map_err(|lost| lost.to_string()),
+            () = self.held.lost() => Err("the session has another owner".to_owned()),
             () = self.shared.lifecycle.stopping() => Err("the server stops".to_owned()),
         };
         self.catch_up();

@@ -2,6 +2,7 @@
 
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
+use crate::compute::admission::WAIT;
 use crate::schedule::Timetable;
 use crate::store::unix_ms;
 use palmares_protocol::{Code, Refusal};
@@ -21,8 +22,8 @@ impl Sessions {
 }
 
 impl Session {
-    /// The length of an official session whose clock has not started, if its team's slot makes it shorter: the rest of the slot, and
-    /// time that organizers granted.
+    /// The length of an official session in its team's slot, before its clock has started: at most the rest of the slot, and time that
+    /// organizers granted. None without a schedule.
     ///
     /// # Errors
     /// The slot is over.
@@ -42,12 +43,25 @@ impl Session {
             Err(refusal) if refusal.code == Code::NotScheduled && granted_s > 0.0 => 0.0,
             Err(refusal) => return Err(refusal),
         };
-        let length_s = rest_s + granted_s;
-        Ok((length_s < limit_s).then_some(length_s))
+        Ok(Some(limit_s.min(rest_s + granted_s)))
     }
 
-    /// Stores a new length of the session.
+    /// The session waits for a place before its first run. Its clock starts, and is stopped as long as the session is in the queue: so it
+    /// keeps the rest of its slot.
+    pub(super) async fn wait_in_slot(&mut self, length_s: f64) -> Result<(), Refusal> {
+        self.shorten(length_s).await?;
+        let now = self.now();
+        self.machine.start(now);
+        self.machine.hold(now + WAIT, now);
+        self.save(true).await;
+        Ok(())
+    }
+
+    /// Makes the session shorter, if it is not as short already.
     pub(super) async fn shorten(&mut self, length_s: f64) -> Result<(), Refusal> {
+        if self.machine.clock().limit_s().is_some_and(|limit_s| limit_s <= length_s) {
+            return Ok(());
+        }
         let stored = self.shared.store.shorten_session(&self.held, length_s).await;
         stored.map_err(store_failed("the session"))?;
         self.machine.shorten(length_s, self.now());

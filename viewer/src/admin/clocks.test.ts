@@ -26,6 +26,7 @@ test('a paused clock does not run, a clock without a limit shows none', () => {
 test('states have words', () => {
   expect(state(session({}), true).word).toBe('running');
   expect(state(session({ paused_unix_ms: 5 }), true).word).toBe('paused');
+  expect(state(session({ place_in_queue: 2 }), false).word).toBe('waits, no. 2');
   expect(state(session({ elapsed_s: 0 }), false).word).toBe('not started');
   expect(state(session({ left_s: 0 }), false).word).toBe('time is up');
   expect(state(session({ status: 'voided' }), false).word).toBe('voided');

@@ -18,9 +18,10 @@ export function leftAt(reading: ClockReading, at: number): number | null {
 }
 
 /** The state of a session as a word and a colour. */
-export function state(session: Pick<Session, 'status' | 'paused_unix_ms' | 'elapsed_s' | 'left_s'>, going: boolean): { word: string; colour: 'ok' | 'warn' | 'info' | 'soft' } {
+export function state(session: Pick<Session, 'status' | 'paused_unix_ms' | 'elapsed_s' | 'left_s' | 'place_in_queue'>, going: boolean): { word: string; colour: 'ok' | 'warn' | 'info' | 'soft' } {
   if (session.status !== 'open') return { word: session.status, colour: 'soft' };
   if (session.paused_unix_ms !== null) return { word: 'paused', colour: 'warn' };
+  if (typeof session.place_in_queue === 'number') return { word: `waits, no. ${session.place_in_queue}`, colour: 'warn' };
   if (session.left_s !== null && session.left_s <= 0) return { word: 'time is up', colour: 'soft' };
   if (session.elapsed_s <= 0) return { word: 'not started', colour: 'info' };
   return going ? { word: 'running', colour: 'ok' } : { word: 'open', colour: 'info' };

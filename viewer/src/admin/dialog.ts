@@ -116,7 +116,7 @@ function control(field: Field, id: string): HTMLInputElement | HTMLSelectElement
   }
   return el('input', {
     id, type: field.type ?? 'text', required: field.optional !== true, value: field.value, min: field.min, max: field.max, maxlength: field.maxlength,
-    autocomplete: 'off', spellcheck: 'false', step: field.type === 'number' ? 'any' : undefined,
+    autocomplete: 'off', spellcheck: 'false', step: field.type === 'number' || field.type === 'datetime-local' ? 'any' : undefined,
   });
 }
 

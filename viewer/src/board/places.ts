@@ -5,7 +5,7 @@ import type { CompetitionResponse } from '../wire/messages';
 const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
 
 /** What the standing needs to know. */
-export type Standing = Pick<CompetitionResponse, 'mode' | 'phase' | 'paused_unix_ms' | 'places' | 'schedule'>;
+export type Standing = Pick<CompetitionResponse, 'mode' | 'phase' | 'paused_unix_ms' | 'places' | 'schedule'> & Partial<Pick<CompetitionResponse, 'worlds'>>;
 
 /** The sentences; empty on a practice server. */
 export function standing(info: Standing): string {
@@ -18,6 +18,8 @@ export function standing(info: Standing): string {
     if (places.playing < places.total) sentences.push(`${places.playing} of ${places.total} places are in use.`);
     else sentences.push(`All ${places.total} places are in use${typeof within === 'number' ? `; the next is free in at most ${clock(within)}` : ''}.`);
   }
+  const waiting = info.worlds?.waiting ?? 0;
+  if (info.phase === 'open' && waiting > 0) sentences.push(`${waiting === 1 ? '1 team waits' : `${waiting} teams wait`} for a place.`);
   const next = schedule?.next_unix_ms;
   if (info.phase === 'open' && typeof next === 'number') {
     const at = new Date(next);

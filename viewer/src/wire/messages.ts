@@ -337,10 +337,10 @@ export interface CompetitionResponse {
   limits: Limits;
   tasks: string[];
   hands: string[];
-  /** Public keys that signed earlier replays; left out if there are none. */
-  earlier_replay_keys?: string[];
   /** The worlds as of now. */
   worlds: Worlds;
+  /** Public keys that signed earlier replays; left out if there are none. */
+  earlier_replay_keys?: string[];
   /** Begin of the pause of all sessions, ms since 1970 UTC; only while they are paused. */
   paused_unix_ms?: number;
   /** Its phase; official competitions only. */
@@ -1140,7 +1140,7 @@ export interface PlacedShape {
 export interface Places {
   /** Number of worlds that can be open at once. */
   total: number;
-  /** Number of open sessions whose clock has started and has time left. */
+  /** Number of open sessions whose clock has started and has time left, without those that wait for a place. */
   playing: number;
   /** Longest time until a place is free for the next team, s: 0 if one is free, null if nothing bounds it. */
   free_within_s: number | null;
@@ -1603,6 +1603,8 @@ export interface Session {
   elapsed_s: number;
   /** Time left, s; null without a limit. */
   left_s: number | null;
+  /** Its place in the queue for a world, from 1, while it waits for one at this server. */
+  place_in_queue?: number;
 }
 
 /** An action on a session. */

@@ -147,6 +147,16 @@ async fn the_ticks_of_an_earlier_owner_are_refused_also_while_the_next_takes_ove
     shipper.flush("r2").await.expect("one owner");
     assert_eq!((untouched.stored(), stored(&store, "r2").await.len()), (12, 12));
     drop((observer, bystander));
+
+    // This host becomes the owner again, before its earlier ownership is forgotten.
+    let (earlier, _) = shipper.follow("r", &held);
+    let (mut again, gate) = shipper.follow("r", &Held::new("s".into(), 2));
+    shipper.shared.remove(&earlier.followed);
+    again.opened(&run);
+    play(&mut run, &mut again, 50);
+    shipper.flush("r").await.expect("the owner");
+    assert_eq!((gate.stored(), gate.is_lost()), (50, false));
+    drop((earlier, again));
     store.close().await;
 }
 

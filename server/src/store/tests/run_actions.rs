@@ -3,11 +3,11 @@
 use super::fleet_database::FleetDatabase;
 use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, Store};
 use sqlx::Executor;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 const SESSIONS: usize = 4;
-const TAKE_OVERS: u64 = 120;
+const TAKE_OVERS: u64 = 60;
 
 fn owned(session: usize, epoch: i64) -> OwnedRun {
     OwnedRun { run_id: format!("r{session}"), held: Held::new(format!("s{session}"), epoch) }
@@ -31,11 +31,23 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
     for session in 0..SESSIONS {
         database.session(&format!("s{session}"), 0).await;
     }
+    // A statement sees the database as it was before the wait; only a lock shows it the present epoch.
+    database
+        .execute(
+            "CREATE FUNCTION wait() RETURNS trigger LANGUAGE plpgsql AS \
+             'BEGIN PERFORM pg_sleep(0.004); RETURN NULL; END'; \
+             CREATE TRIGGER wait BEFORE INSERT ON run_actions FOR EACH STATEMENT EXECUTE FUNCTION wait()",
+        )
+        .await;
     let (taken, refused) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
+    // By session: the epochs with the last tick that they began with, and all confirmed statements.
+    type Begun = Mutex<Vec<(usize, i64, u64)>>;
+    let (begun, confirmed) = (Arc::new(Begun::default()), Arc::new(Begun::default()));
     let mut writers = Vec::new();
     for writer in 0..3_usize {
         let (database, store, taken, refused) =
             (database.clone(), store.clone(), taken.clone(), refused.clone());
+        let (begun, confirmed) = (begun.clone(), confirmed.clone());
         writers.push(tokio::spawn(async move {
             let mut connection = store.shipping_connection().await.expect("connects");
             // By session: the epoch, and the next tick.
@@ -48,7 +60,9 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
                 // The others do not notice until their next statement.
                 if round % 3 == writer {
                     let session = (round / 3 + writer) % SESSIONS;
-                    owns[session] = Some(take_over(&database, &store, session).await);
+                    let (epoch, tick) = take_over(&database, &store, session).await;
+                    begun.lock().expect("whole").push((session, epoch, tick));
+                    owns[session] = Some((epoch, tick));
                     taken.fetch_add(1, Ordering::Relaxed);
                 }
                 let runs = owns.iter().enumerate();
@@ -56,8 +70,7 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
                 let sent: Vec<SentTicks> = runs
                     .map(|(session, epoch, tick)| {
                         let run = owned(session, epoch);
-                        // Large, so that the statement takes long.
-                        SentTicks { run, from_tick: tick, ticks: 3, body: vec![writer as u8; 50_000] }
+                        SentTicks { run, from_tick: tick, ticks: 3, body: vec![writer as u8; 40] }
                     })
                     .collect();
                 if sent.is_empty() {
@@ -66,7 +79,10 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
                 let stored = connection.store_ticks(&sent).await.expect("stores");
                 for session in 0..SESSIONS {
                     match &mut owns[session] {
-                        Some((_, tick)) if stored.contains(&format!("r{session}")) => *tick += 3,
+                        Some((epoch, tick)) if stored.contains(&format!("r{session}")) => {
+                            confirmed.lock().expect("whole").push((session, *epoch, *tick));
+                            *tick += 3;
+                        }
                         Some(_) => {
                             refused.fetch_add(1, Ordering::Relaxed);
                             owns[session] = None;
@@ -88,13 +104,19 @@ async fn no_tick_of_an_earlier_owner_follows_those_of_the_next() {
         let rows: Vec<(i64, i64, i64)> = query.fetch_all(&mut connection).await.expect("query");
         let (mut next, mut last) = (0, 0);
         for (from_tick, ticks, epoch) in rows {
-            assert_eq!(from_tick, next, "a tick of an earlier owner, after the next has read the log");
+            assert_eq!(from_tick, next, "a gap");
             assert!(epoch >= last, "epoch {epoch} after {last}");
             (next, last) = (from_tick + ticks, epoch);
         }
         assert!(next > 0);
     }
     store.close().await;
+    let (begun, confirmed) = (begun.lock().expect("whole"), confirmed.lock().expect("whole"));
+    for (session, epoch, tick) in begun.iter() {
+        let stale =
+            |(of, earlier, from): &&(usize, i64, u64)| of == session && earlier < epoch && from >= tick;
+        assert_eq!(confirmed.iter().find(stale), None, "epoch {epoch} of session {session} begins at {tick}");
+    }
 }
 
 #[tokio::test]
