@@ -24,7 +24,7 @@ pub(crate) struct Competition {
     /// Hands that can be played with.
     pub(crate) hands: Vec<Arc<Hand>>,
     /// Hands that teams uploaded.
-    pub(crate) own_hands: OwnHands,
+    pub(crate) own_hands: Arc<OwnHands>,
     /// Observations that controllers may have.
     pub(crate) sensing: SensingRules,
     /// Settings of the organizer.

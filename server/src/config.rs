@@ -46,6 +46,12 @@ pub struct ServeOptions {
     #[arg(long, value_name = "URL", env = "DATABASE_URL", hide_env_values = true)]
     pub(crate) database_url: Option<String>,
 
+    /// Files that several servers share, replays and uploaded hands: s3://bucket/prefix (AWS_ENDPOINT_URL, AWS_REGION,
+    /// AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY in the environment) or file:///folder. The data directory keeps what this server
+    /// wrote or read
+    #[arg(long, value_name = "URL", env = "PALMARES_STORAGE")]
+    pub(crate) storage: Option<String>,
+
     /// A hand of your own, in addition to the built-in ones: a URDF file, or a folder or .zip with one. May be given
     /// several times
     #[arg(long = "hand", value_name = "PATH")]
@@ -185,6 +191,8 @@ pub(crate) struct Config {
     pub(crate) data_dir: PathBuf,
     /// URL of the database; None for a file in the data directory.
     pub(crate) database_url: Option<String>,
+    /// URL of the files that servers share.
+    pub(crate) storage: Option<String>,
     /// This server's part in a fleet.
     pub(crate) fleet: Option<Fleet>,
     /// File of the secret from which official seeds are derived.
@@ -284,6 +292,7 @@ impl ServeOptions {
             no_replays: self.no_replays,
             practice_replays_mb: self.practice_replays_mb,
             database_url,
+            storage: self.storage.clone().or(file.storage.clone()),
             fleet,
             data_dir,
             shutdown_grace: seconds(self.shutdown_grace_s.or(file.shutdown_grace_s).unwrap_or(30)),

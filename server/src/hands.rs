@@ -4,7 +4,7 @@ use crate::auth::{random_hex, sha256_hex};
 use crate::blocking::{assert_may_block, blocking};
 use crate::compute::{Background, JobPriority};
 use crate::names;
-use crate::private_files;
+use crate::objects::{Objects, hand_key, write_whole};
 use crate::store::{HandRow, NewHand, Store, StoreError};
 use crate::stored_path::{self, HANDS, checked};
 use crate::transport::Received;
@@ -21,7 +21,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::Semaphore;
@@ -34,7 +34,7 @@ const MAX_LOADED: usize = 64;
 /// The archives of uploaded hands, and the hands that are loaded.
 #[derive(Debug)]
 pub(crate) struct OwnHands {
-    data_dir: PathBuf,
+    archives: Archives,
     /// Limits on hands.
     limits: Arc<HandLimits>,
     /// The tasks that a hand must fit into.
@@ -121,23 +121,40 @@ pub(crate) struct Inspection {
     pub(crate) description: HandDescription,
 }
 
-/// Writes a file, whole or not at all.
-fn write_file(path: &Path, draft: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    assert_may_block();
-    if let Some(folder) = path.parent() {
-        private_files::make_folder(folder)?;
-    }
-    let mut file = private_files::create(draft)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    fs::rename(draft, path)
+/// The files of uploaded hands: in the data directory, and in the storage that servers share.
+#[derive(Clone, Debug)]
+struct Archives {
+    data_dir: PathBuf,
+    objects: Option<Arc<Objects>>,
 }
 
-/// Reads an archive, and checks that it is the uploaded one.
-fn read_archive(path: std::io::Result<PathBuf>, sha256: &str) -> Result<Vec<u8>, String> {
-    assert_may_block();
-    let bytes = path.and_then(fs::read).map_err(|error| error.to_string())?;
-    if sha256_hex(&bytes) == sha256 { Ok(bytes) } else { Err("the file was changed".to_owned()) }
+impl Archives {
+    /// The path of an archive, from the SHA-256 stored with its hand.
+    fn path(&self, sha256: &str) -> io::Result<PathBuf> {
+        checked(HANDS, &stored_path::hand(sha256)).map(|stored| self.data_dir.join(stored))
+    }
+
+    /// Reads an archive, and checks that it is the uploaded one. One of the shared storage is then kept here.
+    fn read(&self, sha256: &str) -> Result<Vec<u8>, String> {
+        let here = self.read_here(sha256);
+        let Some(objects) = self.objects.as_ref().filter(|_| here.is_err()) else { return here };
+        match objects.get(&hand_key(sha256)).map_err(|error| error.to_string())? {
+            Some(bytes) if sha256_hex(&bytes) == sha256 => {
+                if let Err(error) = self.path(sha256).and_then(|path| write_whole(&path, &bytes)) {
+                    tracing::warn!(%error, sha256, "a hand of the shared storage is not kept here");
+                }
+                Ok(bytes)
+            }
+            _ => here,
+        }
+    }
+
+    /// Reads an archive of the data directory.
+    fn read_here(&self, sha256: &str) -> Result<Vec<u8>, String> {
+        assert_may_block();
+        let bytes = self.path(sha256).and_then(fs::read).map_err(|error| error.to_string())?;
+        if sha256_hex(&bytes) == sha256 { Ok(bytes) } else { Err("the file was changed".to_owned()) }
+    }
 }
 
 /// Whether a team may play a hand: in official sessions only an approved one, a rejected one never.
@@ -151,14 +168,15 @@ fn usable(row: &HandRow, official: bool) -> bool {
 
 impl OwnHands {
     /// The uploaded hands in a data directory.
-    pub(crate) fn new(data_dir: &Path, limits: HandLimits, tasks: Vec<Arc<Task>>) -> Self {
+    pub(crate) fn new(
+        data_dir: &Path,
+        limits: HandLimits,
+        tasks: Vec<Arc<Task>>,
+        objects: Option<Arc<Objects>>,
+    ) -> Self {
+        let archives = Archives { data_dir: data_dir.to_owned(), objects };
         let (loaded, checking) = (Mutex::default(), Semaphore::new(1));
-        OwnHands { data_dir: data_dir.to_owned(), limits: Arc::new(limits), tasks, loaded, checking }
-    }
-
-    /// The path of an archive, from the SHA-256 stored with its hand.
-    fn path(&self, sha256: &str) -> std::io::Result<PathBuf> {
-        checked(HANDS, &stored_path::hand(sha256)).map(|stored| self.data_dir.join(stored))
+        OwnHands { archives, limits: Arc::new(limits), tasks, loaded, checking }
     }
 
     /// Checks and stores a hand; it waits for approval.
@@ -219,10 +237,9 @@ impl OwnHands {
     }
 
     /// Writes an archive to the disk, whole or not at all.
-    async fn write_archive(&self, sha256: &str, received: Arc<Received>) -> std::io::Result<()> {
-        let path = self.path(sha256)?;
-        let draft = path.with_extension("draft");
-        blocking(move || write_file(&path, &draft, &received.bytes)).await?
+    async fn write_archive(&self, sha256: &str, received: Arc<Received>) -> io::Result<()> {
+        let path = self.archives.path(sha256)?;
+        blocking(move || write_whole(&path, &received.bytes)).await?
     }
 
     /// A team's uploaded hand of that name, and the SHA-256 of its archive: the newest one, in official sessions the newest approved one.
@@ -265,8 +282,8 @@ impl OwnHands {
         if let Some(hand) = self.loaded().get(&row.sha256) {
             return Ok(hand.clone());
         }
-        let (path, sha256, limits) = (self.path(&row.sha256), row.sha256.clone(), self.limits.clone());
-        let read = move || Ok(read_within(&read_archive(path, &sha256)?, &limits));
+        let (archives, sha256, limits) = (self.archives.clone(), row.sha256.clone(), self.limits.clone());
+        let read = move || Ok(read_within(&archives.read(&sha256)?, &limits));
         let loaded = background.run(JobPriority::Awaited, read);
         let loaded = loaded.await.map_err(|error| failed("the hand could not be loaded", &error))?;
         let within = loaded.map_err(|error: String| failed("the hand could not be loaded", &error))?;
@@ -289,10 +306,10 @@ impl OwnHands {
         background: &Background,
         row: &HandRow,
     ) -> Result<Inspection, Refusal> {
-        let (path, sha256) = (self.path(&row.sha256), row.sha256.clone());
+        let (archives, sha256) = (self.archives.clone(), row.sha256.clone());
         let (limits, tasks) = (self.limits.clone(), self.tasks.clone());
         let inspected = background.run(JobPriority::Awaited, move || {
-            let Loaded { hand, sources, .. } = read(&read_archive(path, &sha256)?)?;
+            let Loaded { hand, sources, .. } = read(&archives.read(&sha256)?)?;
             let hand = Arc::new(hand);
             let figures = inspect::figures(&hand, &sources, &limits);
             let (in_the_way, description) = (inspect::in_the_way(&hand, &tasks), hand.describe());
@@ -315,10 +332,10 @@ impl OwnHands {
         let Some((_, sha256)) = self.find(store, background, team, name, false).await? else {
             return Ok(Vec::new());
         };
-        let path = self.path(&sha256);
+        let archives = self.archives.clone();
         let visuals = background.run(JobPriority::Awaited, move || {
             let options = LoadOptions::default();
-            let bytes = read_archive(path, &sha256)?;
+            let bytes = archives.read(&sha256)?;
             let files = Files::archive(Path::new("hand.zip"), &bytes, &options.limits);
             files.and_then(|files| read::visuals(files, &options)).map_err(|error| error.to_string())
         });
@@ -329,9 +346,15 @@ impl OwnHands {
     }
 
     /// The archive of a hand, for a replay or a download.
-    pub(crate) async fn archive(&self, sha256: &str) -> std::io::Result<Vec<u8>> {
-        let (path, sha256) = (self.path(sha256), sha256.to_owned());
-        blocking(move || read_archive(path, &sha256).map_err(std::io::Error::other)).await?
+    pub(crate) async fn archive(&self, sha256: &str) -> io::Result<Vec<u8>> {
+        let (archives, sha256) = (self.archives.clone(), sha256.to_owned());
+        blocking(move || archives.read(&sha256).map_err(io::Error::other)).await?
+    }
+
+    /// The archive of a hand in the data directory, for an upload.
+    pub(crate) async fn local_archive(&self, sha256: &str) -> io::Result<Vec<u8>> {
+        let (archives, sha256) = (self.archives.clone(), sha256.to_owned());
+        blocking(move || archives.read_here(&sha256).map_err(io::Error::other)).await?
     }
 
     fn loaded(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Arc<Hand>>> {

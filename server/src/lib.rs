@@ -18,6 +18,7 @@ mod lifecycle;
 mod logging;
 mod metrics;
 mod names;
+mod objects;
 mod private_files;
 mod problem;
 mod restore;

@@ -47,6 +47,8 @@ pub(crate) struct Metrics {
     verification_oldest: Gauge<f64, AtomicU64>,
     verification_stuck: Gauge,
     inconclusive: Family<ReasonLabel, Counter>,
+    uploads_waiting: Gauge,
+    upload_failures: Counter,
 }
 
 /// Values that are read when the metrics are requested.
@@ -95,6 +97,8 @@ impl Metrics {
             verification_oldest: Gauge::default(),
             verification_stuck: Gauge::default(),
             inconclusive: Family::default(),
+            uploads_waiting: Gauge::default(),
+            upload_failures: Counter::default(),
         };
         let mut registry = Registry::with_prefix("palmares");
         registry.register("ticks", "Ticks that were stepped", metrics.ticks.clone());
@@ -133,6 +137,10 @@ impl Metrics {
         );
         let stuck = "Runs without a verdict after all tries";
         registry.register("verification_stuck", stuck, metrics.verification_stuck.clone());
+        let uploads = "Replays that wait for the shared storage";
+        registry.register("uploads_waiting", uploads, metrics.uploads_waiting.clone());
+        let failures = "Uploads that failed and are tried again";
+        registry.register("upload_failures", failures, metrics.upload_failures.clone());
         let inconclusive = "Tries of a verification without a verdict, by reason";
         registry.register("verification_inconclusive", inconclusive, metrics.inconclusive.clone());
         metrics.registry = registry;
@@ -186,6 +194,16 @@ impl Metrics {
         self.inconclusive.get_or_create(&ReasonLabel { reason }).inc();
     }
 
+    /// Sets the number of replays that wait for the shared storage.
+    pub(crate) fn uploads_waiting(&self, replays: usize) {
+        self.uploads_waiting.set(gauge(replays));
+    }
+
+    /// Counts a failed upload.
+    pub(crate) fn upload_failed(&self) {
+        self.upload_failures.inc();
+    }
+
     /// Sets how long the oldest run waits for its verification, and the number of runs whose verification is stuck.
     pub(crate) fn verification(&self, oldest: Duration, stuck: usize) {
         self.verification_oldest.set(oldest.as_secs_f64());
@@ -222,6 +240,8 @@ mod tests {
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
         metrics.inconclusive("missing_file");
+        metrics.uploads_waiting(6);
+        metrics.upload_failed();
         metrics.verification(Duration::from_millis(2500), 5);
         metrics.refused_stale_write();
         metrics.took_session(false);
@@ -255,6 +275,8 @@ mod tests {
             "palmares_verification_queue 4",
             "palmares_verification_oldest_seconds 2.5",
             "palmares_verification_stuck 5",
+            "palmares_uploads_waiting 6",
+            "palmares_upload_failures_total 1",
             "palmares_verification_inconclusive_total{reason=\"missing_file\"} 1",
             "# EOF",
         ] {

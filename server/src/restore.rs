@@ -205,6 +205,7 @@ impl Unpacked {
     /// The files that the database names.
     fn named_files(&self) -> Vec<NamedFile> {
         let text = |row: &Map<String, Value>, field: &str| row.get(field)?.as_str().map(str::to_owned);
+        let is_null = |row: &Map<String, Value>, field: &str| row.get(field).is_none_or(Value::is_null);
         let mut files = Vec::new();
         for row in self.rows("runs") {
             if let Some(stored) = row.get("replay_path").filter(|stored| !stored.is_null()) {
@@ -213,8 +214,8 @@ impl Unpacked {
                     folder: REPLAYS,
                     stored: stored.as_str().unwrap_or_default().to_owned(),
                     sha256: text(row, "replay_sha256"),
-                    // Official runs have a number.
-                    deletable: row.get("k").is_none_or(Value::is_null),
+                    // Official runs have a number. The shared storage keeps what is in it.
+                    deletable: is_null(row, "k") || !is_null(row, "replay_stored_at"),
                 });
             }
             if let Some(sha256) = text(row, "hand_sha256") {
@@ -224,9 +225,14 @@ impl Unpacked {
                 ));
             }
         }
+        let stored = self.rows("hands").filter(|row| !is_null(row, "stored_at"));
+        let stored: BTreeSet<String> = stored.filter_map(|row| text(row, "sha256")).collect();
         for row in self.rows("hands") {
             let sha256 = text(row, "sha256").unwrap_or_default();
             files.push(NamedFile::hand(format!("hand {}", text(row, "hand_id").unwrap_or_default()), sha256));
+        }
+        for file in files.iter_mut().filter(|file| file.folder == HANDS) {
+            file.deletable |= file.sha256.as_ref().is_some_and(|sha256| stored.contains(sha256));
         }
         files
     }

@@ -26,6 +26,7 @@ mod machines;
 mod messages;
 mod msgpack;
 mod names;
+mod objects;
 mod observed;
 mod official;
 mod order;

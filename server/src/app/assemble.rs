@@ -12,6 +12,7 @@ use crate::fleet::shipper::Shipper;
 use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
+use crate::objects::Objects;
 use crate::rules::{Rules, write_secret};
 use crate::session::Sessions;
 use crate::state::AppState;
@@ -54,14 +55,16 @@ pub(super) async fn app(
 ) -> anyhow::Result<AppState> {
     let rules = Rules::open(config, &store).await?;
     // Before anything is written: a server without the expected keys changes nothing.
-    let archive = archive(config, &store, &hands).await?;
+    let objects = config.storage.as_deref().map(Objects::open).transpose()?.map(Arc::new);
+    let archive = archive(config, &store, &hands, objects.clone()).await?;
     first_organizer(config, &store).await?;
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
     let inbound =
         Arc::new(InboundLimits::new(&settings, guard, TrustedProxies(config.trusted_proxies.clone())));
-    let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
+    let own_hands =
+        Arc::new(OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone(), objects));
     let sensing = config.sensing.clone();
     if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
     {
@@ -118,7 +121,7 @@ pub(super) fn host(config: &Config, tasks: &[Arc<Task>], hands: &[Arc<Hand>]) ->
     let common = serde_json::json!({
         "name": config.name, "mode": mode, "session_s": config.session_s, "sessions_per_team": config.sessions_per_team,
         "reset_cost_s": config.reset_cost_s, "sensors_only": config.sensing.sensors_only(), "tasks": tasks,
-        "hands": hands,
+        "hands": hands, "storage": config.storage,
     });
     Host {
         name: config.fleet.as_ref().map(|fleet| fleet.host.clone()),
@@ -141,6 +144,7 @@ async fn archive(
     config: &Config,
     store: &Store,
     hands: &[Arc<Hand>],
+    objects: Option<Arc<Objects>>,
 ) -> anyhow::Result<Option<Arc<Archive>>> {
     // Official runs are always recorded: they count only with a replay.
     if config.no_replays && config.mode == CompetitionMode::Practice {
@@ -149,7 +153,8 @@ async fn archive(
     let practice_bytes = config.practice_replays_mb.saturating_mul(1 << 20);
     let keys = Keys::open(&config.signing_key, store, config.replace_signing_key).await?;
     let archive = Archive::open(&config.data_dir, keys, practice_bytes)
-        .with_context(|| format!("cannot make the folder of replays in {}", config.data_dir.display()))?;
+        .with_context(|| format!("cannot make the folder of replays in {}", config.data_dir.display()))?
+        .sharing(objects);
     let own = &hands[hands.len() - config.hands.len()..];
     for (path, hand) in config.hands.iter().zip(own) {
         match palmares_replay::pack(path, hand) {

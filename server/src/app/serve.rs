@@ -2,7 +2,7 @@
 
 use super::assemble;
 use super::beat::beat;
-use crate::archive::Verification;
+use crate::archive::{Upload, Verification};
 use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
 use crate::fleet::lease::{Lease, Moment};
@@ -88,6 +88,15 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
             Some(tokio::spawn(verification.run(async move { lifecycle.stopping().await })))
         }
     };
+    let upload = app
+        .archive
+        .clone()
+        .and_then(|archive| Upload::new(app.store.clone(), archive, app.competition.own_hands.clone()));
+    if let Some(upload) = upload {
+        // Not waited for: what is not uploaded is uploaded after the next start.
+        let lifecycle = lifecycle.clone();
+        tokio::spawn(upload.run(async move { lifecycle.stopping().await }));
+    }
     greet(address, &location, &app)?;
 
     let signalled = {

@@ -1,6 +1,9 @@
 //! The folder of replays.
 
 use super::keys::Keys;
+use crate::auth::sha256_hex;
+use crate::blocking::assert_may_block;
+use crate::objects::{Objects, replay_key, write_whole};
 use crate::private_files;
 use crate::stored_path::{REPLAYS, checked};
 use crate::world::{RunObserver, Ticked};
@@ -11,6 +14,8 @@ use palmares_replay::{
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};
 use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, oneshot};
@@ -28,6 +33,10 @@ pub(crate) struct Archive {
     pub(super) practice_bytes: u64,
     /// Starts a round of verification.
     pub(super) wakeup: Notify,
+    /// Starts an upload.
+    pub(super) finished: Notify,
+    /// The storage that servers share.
+    objects: Option<Arc<Objects>>,
 }
 
 impl Archive {
@@ -44,7 +53,40 @@ impl Archive {
             hand_files: Mutex::default(),
             practice_bytes,
             wakeup: Notify::new(),
+            finished: Notify::new(),
+            objects: None,
         })
+    }
+
+    /// The same archive with a storage that servers share.
+    pub(crate) fn sharing(self, objects: Option<Arc<Objects>>) -> Self {
+        Archive { objects, ..self }
+    }
+
+    /// The storage that servers share.
+    pub(super) fn objects(&self) -> Option<&Arc<Objects>> {
+        self.objects.as_ref()
+    }
+
+    /// The bytes of a replay in the data directory or in the shared storage; then they are kept here. None if it is in neither. Bytes
+    /// with another digest are returned only if there are no right ones.
+    pub(crate) fn read(&self, stored: &str, sha256: &str) -> io::Result<Option<Vec<u8>>> {
+        assert_may_block();
+        let path = self.locate(stored)?;
+        let here = match fs::read(&path) {
+            Ok(bytes) => Some(bytes),
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            Err(error) => return Err(error),
+        };
+        let right = |bytes: &Vec<u8>| sha256_hex(bytes) == sha256;
+        let Some(objects) = self.objects.as_ref().filter(|_| !here.as_ref().is_some_and(right)) else {
+            return Ok(here);
+        };
+        let Some(bytes) = objects.get(&replay_key(sha256))?.filter(right) else { return Ok(here) };
+        if let Err(error) = write_whole(&path, &bytes) {
+            tracing::warn!(%error, path = %path.display(), "a replay of the shared storage is not kept here");
+        }
+        Ok(Some(bytes))
     }
 
     /// The public key of the key that signs.
@@ -81,9 +123,10 @@ impl Archive {
         known.insert(hand.content_hash(), files);
     }
 
-    /// Starts a round of verification: a run has ended, or is to be verified again.
+    /// Starts a round of verification, and an upload: a run has ended, or is to be verified again.
     pub(crate) fn wake(&self) {
         self.wakeup.notify_one();
+        self.finished.notify_one();
     }
 
     /// Prepares the recording of a run: the observer that records, and the recording that gives the file.

@@ -3,6 +3,7 @@
 mod folder;
 mod keys;
 mod retention;
+mod upload;
 mod verification;
 
 #[cfg(test)]
@@ -10,4 +11,5 @@ mod tests;
 
 pub(crate) use folder::{Archive, Recording, RecordingObserver, stored_path};
 pub(crate) use keys::Keys;
+pub(crate) use upload::Upload;
 pub(crate) use verification::Verification;

@@ -1,8 +1,10 @@
-//! Keeps practice replays up to a number of bytes. All files in the folder count: also truncated files after a crash, and files of
+//! Keeps practice replays up to a number of bytes, and with a shared storage also official ones that are in it. All files in the folder count: also truncated files after a crash, and files of
 //! unknown runs.
 
 use super::folder::Archive;
-use crate::store::{Store, StoreError};
+use crate::blocking::blocking;
+use crate::objects::replay_key;
+use crate::store::{RecordedReplay, Store, StoreError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
@@ -55,7 +57,7 @@ pub(super) async fn apply_retention(store: &Store, archive: &Archive) -> Result<
         }
     };
     // Open and official runs. A run that opens from now on is checked again below.
-    let protected = store.replays_to_keep().await?;
+    let protected = store.replays_to_keep(archive.objects().is_some()).await?;
     let mut kept = 0;
     for ReplayOnDisk { path, run_id, bytes, changed } in files {
         if protected.contains(&run_id) {
@@ -66,12 +68,21 @@ pub(super) async fn apply_retention(store: &Store, archive: &Archive) -> Result<
             continue;
         }
         let orphaned = || changed.elapsed().is_ok_and(|age| age >= ORPHAN_AGE);
-        let may_go = match store.run(&run_id).await? {
-            Some(run) => run.status != "open",
-            None => orphaned(),
-        };
-        if !may_go {
+        let recorded = store.recorded_replay(&run_id).await?;
+        if !recorded.as_ref().map_or_else(orphaned, |replay| replay.status != "open") {
             continue;
+        }
+        // Official replays, and those of other servers, remain in the shared storage.
+        let forgotten =
+            recorded.filter(|replay| replay.k.is_none() && store.is_here(replay.replay_host.as_deref()));
+        if let (Some(objects), Some(RecordedReplay { replay_sha256: Some(sha256), .. })) =
+            (archive.objects(), &forgotten)
+        {
+            let (objects, key) = (objects.clone(), replay_key(sha256));
+            if let Err(error) = blocking(move || objects.delete(&key)).await.unwrap_or_else(Err) {
+                tracing::warn!(%error, run = run_id, "an old practice replay cannot be deleted from the shared storage");
+                continue;
+            }
         }
         let removed = path.clone();
         let removed = tokio::task::spawn_blocking(move || std::fs::remove_file(removed)).await;
@@ -79,7 +90,8 @@ pub(super) async fn apply_retention(store: &Store, archive: &Archive) -> Result<
             Err(error) if error.kind() != ErrorKind::NotFound => {
                 tracing::warn!(%error, path = %path.display(), "an old practice replay cannot be deleted");
             }
-            _ => store.forget_replay(&run_id).await?,
+            _ if forgotten.is_some() => store.forget_replay(&run_id).await?,
+            _ => {}
         }
     }
     Ok(())

@@ -1,12 +1,15 @@
 //! Official runs in the database, and their verification.
 
-use super::{Archive, Keys, Verification, stored_path};
+use super::{Archive, Keys, Upload, Verification, stored_path};
 use crate::config::SIGNING_KEY_FILE;
 use crate::fingerprint::tests::{balls, fetching};
+use crate::hands::OwnHands;
+use crate::objects::Objects;
 use crate::store::{
     FIRST_EPOCH, FinishedRunRow, Held, Host, Location, NewAuditEntry, NewRun, NewSession, Store,
 };
 use palmares_models::hand::Hand;
+use palmares_models::measure::HandLimits;
 use palmares_replay::forge::rewritten;
 use palmares_replay::{Header, Signer};
 use palmares_tasks::{Action, Reason, Run, Seed, Sensing, Task};
@@ -326,4 +329,55 @@ async fn runs_of_two_teams_with_the_same_actions_are_reported() {
     reported().await;
     let audit = place.store.audit(0, 100).await.expect("query");
     assert_eq!(audit.iter().map(|entry| entry.action.as_str()).collect::<Vec<_>>(), ["run.reverify"]);
+}
+
+#[tokio::test]
+async fn a_replay_in_the_shared_storage_is_read_where_it_is_missing() {
+    let mut place = Place::new().await;
+    let season = place.folder.path().join("season");
+    let objects = Some(Arc::new(Objects::open(&format!("file://{}", season.display())).expect("opens")));
+    let key = place.folder.path().join(SIGNING_KEY_FILE);
+    let keys = Keys::open(&key, &place.store, false).await.expect("key");
+    let archive = Archive::open(place.folder.path(), keys, 0).expect("archive").sharing(objects.clone());
+    place.archive = Arc::new(archive);
+    let hands = OwnHands::new(place.folder.path(), HandLimits::default(), Vec::new(), objects);
+    let upload = Upload::new(place.store.clone(), place.archive.clone(), Arc::new(hands));
+    let mut upload = upload.expect("it has a storage");
+
+    // The storage is away: the replay waits, and stays in the data directory.
+    place.play("run_1", 1).await;
+    std::fs::write(&season, "no folder").expect("written");
+    upload.round().await.expect_err("away");
+    let waiting = place.store.unstored_replays().await.expect("query");
+    assert_eq!(waiting.iter().map(|replay| replay.run_id.as_str()).collect::<Vec<_>>(), ["run_1"]);
+    assert_eq!(place.verified("run_1").await.0, "verified");
+    assert!(place.path("run_1").exists());
+
+    // It is back: the replay is in it by its content, and the data directory keeps no copy beyond the limit.
+    std::fs::remove_file(&season).expect("removed");
+    upload.round().await.expect("uploads");
+    assert!(place.store.unstored_replays().await.expect("query").is_empty());
+    let sha256 = waiting[0].replay_sha256.clone();
+    assert!(season.join("replays").join(format!("{sha256}.mcap")).exists());
+    place.verification(Vec::new()).round(true).await.expect("cleans");
+    assert!(!place.path("run_1").exists());
+
+    // A verification reads it from there, and keeps it. A changed copy here does not count beside it.
+    for changed in [false, true] {
+        place.reverify("run_1").await;
+        if changed {
+            std::fs::write(place.path("run_1"), "changed").expect("written");
+        }
+        let verification = place.verification(Vec::new());
+        verification.round(false).await.expect("database");
+        assert_eq!(place.record("run_1").await["status"], "verified");
+        let kept = std::fs::read(place.path("run_1")).expect("kept here");
+        assert_eq!(crate::auth::sha256_hex(&kept), sha256);
+    }
+    // A changed file is never uploaded.
+    place.play("run_2", 2).await;
+    std::fs::write(place.path("run_2"), "changed").expect("written");
+    upload.round().await.expect("leaves it");
+    assert_eq!(place.store.unstored_replays().await.expect("query").len(), 1);
+    assert_eq!(std::fs::read_dir(season.join("replays")).expect("folder").count(), 1);
 }

@@ -15,8 +15,6 @@ use palmares_replay::{Replay, VerifyError, read, verify, word};
 use palmares_tasks::Task;
 use serde_json::{Value, json};
 use std::future::Future;
-use std::io::ErrorKind;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -183,7 +181,7 @@ struct Verdict {
 #[strum(serialize_all = "snake_case")]
 enum Inconclusive {
     /// There is no file.
-    #[error("missing_file: the replay is not in the data directory of this server")]
+    #[error("missing_file: this server has no such replay")]
     MissingFile,
     /// The file cannot be read, or the check failed.
     #[error("unreadable: {0}")]
@@ -206,8 +204,9 @@ fn check(
     archive: &Archive,
     tasks: &[Arc<Task>],
 ) -> Result<Verdict, Inconclusive> {
-    let path = archive.locate(&claim.replay_path);
-    let bytes = load(&path.map_err(|error| Inconclusive::Unreadable(error.to_string()))?)?;
+    let bytes = archive.read(&claim.replay_path, &claim.replay_sha256);
+    let bytes = bytes.map_err(|error| Inconclusive::Unreadable(error.to_string()))?;
+    let bytes = bytes.ok_or(Inconclusive::MissingFile)?;
     let result = (|| -> Result<_, VerifyError> {
         let replay = read(&bytes)?;
         archive.signed(&replay)?;
@@ -237,14 +236,6 @@ fn check(
             fingerprint: Fingerprint::default(),
         }),
     }
-}
-
-/// The bytes of a replay.
-fn load(path: &Path) -> Result<Vec<u8>, Inconclusive> {
-    std::fs::read(path).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => Inconclusive::MissingFile,
-        _ => Inconclusive::Unreadable(error.to_string()),
-    })
 }
 
 /// Compares a replay's header and outcome with the database.

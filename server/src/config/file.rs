@@ -42,6 +42,7 @@ pub(super) struct File {
     pub(super) listen: Option<SocketAddr>,
     pub(super) data_dir: Option<PathBuf>,
     pub(super) database_url: Option<String>,
+    pub(super) storage: Option<String>,
     pub(super) seed_secret: Option<PathBuf>,
     pub(super) signing_key: Option<PathBuf>,
     pub(super) max_worlds: Option<u32>,

@@ -37,10 +37,10 @@ pub(super) async fn replay(
     let (stored, sha256) =
         stored.ok_or_else(|| none("it was not recorded, is not finished, or was deleted"))?;
     let archive = app.archive.as_ref().ok_or_else(|| none("this server does not record"))?;
-    let path = archive.locate(&stored);
-    let read = blocking(move || std::fs::read(path?)).await;
-    let bytes = match read {
-        Ok(Ok(bytes)) => bytes,
+    let (reader, digest) = (archive.clone(), sha256.clone());
+    let bytes = match blocking(move || reader.read(&stored, &digest)).await {
+        Ok(Ok(Some(bytes))) => bytes,
+        Ok(Ok(None)) => return Err(none("its file is not on this server")),
         Ok(Err(error)) => {
             tracing::error!(%error, run = id, "a replay cannot be read");
             return Err(none("its file cannot be read"));

@@ -14,7 +14,7 @@ use std::time::Duration;
 use tokio::sync::Mutex;
 
 /// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
-const MIGRATIONS: [(i64, &str, Statements); 10] = [
+const MIGRATIONS: [(i64, &str, Statements); 11] = [
     (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
     (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
     (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
@@ -43,6 +43,7 @@ const MIGRATIONS: [(i64, &str, Statements); 10] = [
     ),
     (9, "verification", Same(include_str!("../../migrations/0009_verification.sql"))),
     (10, "schedule", Same(include_str!("../../migrations/0010_schedule.sql"))),
+    (11, "objects", Same(include_str!("../../migrations/0011_objects.sql"))),
 ];
 
 /// The statements of a migration.

@@ -105,6 +105,20 @@ impl Store {
         Ok(query.fetch_optional(&self.pool()).await?)
     }
 
+    /// Digests of archives that are not in the shared storage yet.
+    pub(crate) async fn unstored_hands(&self) -> Result<Vec<String>, StoreError> {
+        let query = sqlx::query_scalar("SELECT DISTINCT sha256 FROM hands WHERE stored_at IS NULL");
+        Ok(query.fetch_all(&self.pool()).await?)
+    }
+
+    /// Notes that the shared storage has an archive.
+    pub(crate) async fn hand_stored(&self, sha256: &str) -> Result<(), StoreError> {
+        let query =
+            sqlx::query("UPDATE hands SET stored_at = $1 WHERE sha256 = $2").bind(unix_ms()).bind(sha256);
+        query.execute(&self.pool()).await?;
+        Ok(())
+    }
+
     /// Approves or rejects a hand; false if it does not exist. A decision can be changed.
     pub(crate) async fn decide_hand(
         &self,

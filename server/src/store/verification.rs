@@ -49,6 +49,34 @@ pub(crate) struct Claim {
 
 from_row!(Claim { run_id, status, replay_path, replay_sha256, tries: "verify_tries" });
 
+/// A replay that waits for its upload.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct UnstoredReplay {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Path, relative to the data directory.
+    pub(crate) replay_path: String,
+    /// SHA-256 of the file, hexadecimal.
+    pub(crate) replay_sha256: String,
+}
+
+from_row!(UnstoredReplay { run_id, replay_path, replay_sha256 });
+
+/// What the database knows about the replay of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RecordedReplay {
+    /// Status of the run.
+    pub(crate) status: String,
+    /// Number of the run, if it is official.
+    pub(crate) k: Option<i64>,
+    /// SHA-256 of the file, hexadecimal.
+    pub(crate) replay_sha256: Option<String>,
+    /// The host of a fleet that recorded it.
+    pub(crate) replay_host: Option<String>,
+}
+
+from_row!(RecordedReplay { status, k, replay_sha256, replay_host });
+
 /// The runs that wait for their verification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct VerificationQueue {
@@ -125,14 +153,16 @@ impl Store {
         Ok(count > 0)
     }
 
-    /// Claims the run that waits longest, for [`CLAIM`]: of this engine, and with its replay on this host.
+    /// Claims the run that waits longest, for [`CLAIM`]: of this engine, and with its replay on this host or in the shared
+    /// storage.
     pub(crate) async fn claim_verification(&self, owner: &str) -> Result<Option<Claim>, StoreError> {
         let (now, locked) = (self.dialect.now_ms(), self.dialect.lock_rows_of("runs"));
         let sql = format!(
             "UPDATE runs SET verify_owner = $1, verify_until = {now} + $2, verify_tries = verify_tries + 1 \
              WHERE run_id = (SELECT run_id FROM runs WHERE {WAITING} AND replay_path IS NOT NULL \
              AND verify_tries < $3 AND (verify_until IS NULL OR verify_until < {now}) \
-             AND (engine IS NULL OR engine = $4) AND (replay_host IS NULL OR replay_host = $5) \
+             AND (engine IS NULL OR engine = $4) \
+             AND (replay_stored_at IS NOT NULL OR replay_host IS NULL OR replay_host = $5) \
              ORDER BY COALESCE(verify_since, ended_at), run_id LIMIT 1{locked}) \
              RETURNING run_id, status, replay_path, replay_sha256, verify_tries"
         );
@@ -222,20 +252,55 @@ impl Store {
         Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(MAX_TRIES).fetch_one(&self.pool()).await?)
     }
 
-    /// The runs whose replays must not be deleted: open and official ones.
-    pub(crate) async fn replays_to_keep(&self) -> Result<BTreeSet<String>, StoreError> {
+    /// The runs whose replays must stay in the data directory: open and official ones, except official ones in the shared storage if
+    /// this server has one.
+    pub(crate) async fn replays_to_keep(&self, shared: bool) -> Result<BTreeSet<String>, StoreError> {
         let query = sqlx::query_scalar(
             "SELECT run_id FROM runs WHERE status = 'open' \
-             OR session_id IN (SELECT session_id FROM sessions WHERE mode = 'official')",
+             OR (session_id IN (SELECT session_id FROM sessions WHERE mode = 'official') \
+             AND (replay_stored_at IS NULL OR $1 = 0))",
         );
-        let runs: Vec<String> = query.fetch_all(&self.pool()).await?;
+        let runs: Vec<String> = query.bind(i64::from(shared)).fetch_all(&self.pool()).await?;
         Ok(runs.into_iter().collect())
+    }
+
+    /// What the database knows about the replay of a run.
+    pub(crate) async fn recorded_replay(&self, run_id: &str) -> Result<Option<RecordedReplay>, StoreError> {
+        let query =
+            sqlx::query_as("SELECT status, k, replay_sha256, replay_host FROM runs WHERE run_id = $1");
+        Ok(query.bind(run_id).fetch_optional(&self.pool()).await?)
+    }
+
+    /// Whether a stored host is this one; without a host all files are here.
+    pub(crate) fn is_here(&self, host: Option<&str>) -> bool {
+        host.is_none_or(|host| host == self.host.host_id)
+    }
+
+    /// Replays of this host that are not in the shared storage yet, oldest first.
+    pub(crate) async fn unstored_replays(&self) -> Result<Vec<UnstoredReplay>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT run_id, replay_path, replay_sha256 FROM runs WHERE replay_stored_at IS NULL \
+             AND replay_path IS NOT NULL AND replay_sha256 IS NOT NULL AND status <> 'open' \
+             AND (replay_host IS NULL OR replay_host = $1) ORDER BY ended_at, run_id",
+        );
+        Ok(query.bind(self.host.host_id.clone()).fetch_all(&self.pool()).await?)
+    }
+
+    /// Notes that the shared storage has a replay.
+    pub(crate) async fn replay_stored(&self, run_id: &str, sha256: &str) -> Result<(), StoreError> {
+        sqlx::query("UPDATE runs SET replay_stored_at = $1 WHERE run_id = $2 AND replay_sha256 = $3")
+            .bind(unix_ms())
+            .bind(run_id)
+            .bind(sha256)
+            .execute(&self.pool())
+            .await?;
+        Ok(())
     }
 
     /// Deletes path and SHA-256 of a run's deleted replay.
     pub(crate) async fn forget_replay(&self, run_id: &str) -> Result<(), StoreError> {
         sqlx::query(
-            "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL WHERE run_id = $1 AND status <> 'open'",
+            "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL, replay_stored_at = NULL WHERE run_id = $1 AND status <> 'open'",
         )
         .bind(run_id)
         .execute(&self.pool())

@@ -66,6 +66,13 @@ impl Server {
         Self::spawn(Command::new(program()), folder, arguments)
     }
 
+    /// The same with more environment variables.
+    pub(crate) fn start_in_environment(folder: TempDir, arguments: &[&str], more: &[(&str, &str)]) -> Self {
+        let mut command = Command::new(program());
+        command.envs(more.iter().copied());
+        Self::spawn(command, folder, arguments)
+    }
+
     /// A server that a shell starts after another command: `ulimit -n 64`.
     pub(crate) fn start_limited(before: &str) -> Self {
         let mut shell = Command::new("sh");

@@ -84,6 +84,29 @@ async fn only_the_owner_of_a_claim_decides() {
 }
 
 #[tokio::test]
+async fn a_replay_of_another_host_is_claimed_once_it_is_shared() {
+    for place in places().await {
+        let store = place.open().await;
+        waiting(&store, "crabs", "r").await;
+        for (column, value, claimable) in [
+            ("replay_host", "'h9'", false),
+            ("replay_stored_at", "1", true),
+            ("engine", "'0.0.1+another'", false),
+        ] {
+            let change =
+                format!("UPDATE runs SET {column} = {value}, verify_owner = NULL, verify_until = NULL");
+            sqlx::query(sqlx::AssertSqlSafe(change)).execute(&store.pool()).await.expect("changes");
+            assert_eq!(claimed(&store, "a").await.is_some(), claimable, "{column}");
+        }
+        store.note_other_engines().await.expect("notes");
+        let record = serde_json::to_value(store.run("r").await.expect("query")).expect("JSON");
+        let problem = record["verify_problem"].as_str().expect("why");
+        assert!(problem.contains("recorded by engine 0.0.1+another"), "{problem}");
+        store.close().await;
+    }
+}
+
+#[tokio::test]
 async fn tries_without_a_verdict_are_bounded() {
     for place in places().await {
         let store = place.open().await;

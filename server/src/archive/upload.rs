@@ -1,0 +1,103 @@
+//! Uploads replays and hands into the storage that the servers share. Until then other servers cannot verify or show the run.
+
+use super::folder::Archive;
+use crate::auth::sha256_hex;
+use crate::blocking::blocking;
+use crate::hands::OwnHands;
+use crate::metrics::METRICS;
+use crate::objects::{Objects, hand_key, replay_key};
+use crate::store::{Store, UnstoredReplay};
+use std::collections::BTreeSet;
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Longest time between two rounds.
+const ROUND_PERIOD: Duration = Duration::from_secs(30);
+/// Pause after the first failure; it doubles with every further one, up to the period of the rounds.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+
+/// Uploads this server's finished files.
+#[derive(Debug)]
+pub(crate) struct Upload {
+    store: Store,
+    archive: Arc<Archive>,
+    objects: Arc<Objects>,
+    hands: Arc<OwnHands>,
+    /// Runs whose file is missing or changed here.
+    unusable: BTreeSet<String>,
+}
+
+impl Upload {
+    /// The upload into an archive's storage; None if it has none.
+    pub(crate) fn new(store: Store, archive: Arc<Archive>, hands: Arc<OwnHands>) -> Option<Self> {
+        let objects = archive.objects()?.clone();
+        Some(Upload { store, archive, objects, hands, unusable: BTreeSet::new() })
+    }
+
+    /// Uploads until `stopping`.
+    pub(crate) async fn run(mut self, stopping: impl Future<Output = ()>) {
+        tokio::pin!(stopping);
+        let mut pause = FIRST_PAUSE;
+        loop {
+            let round = async {
+                match self.round().await {
+                    Ok(()) => {
+                        pause = FIRST_PAUSE;
+                        let _ = tokio::time::timeout(ROUND_PERIOD, self.archive.finished.notified()).await;
+                    }
+                    Err(error) => {
+                        METRICS.upload_failed();
+                        tracing::error!(%error, "files wait for the shared storage; tried again after {pause:?}");
+                        tokio::time::sleep(pause).await;
+                        pause = (pause * 2).min(ROUND_PERIOD);
+                    }
+                }
+            };
+            tokio::select! {
+                () = round => {}
+                () = &mut stopping => return,
+            }
+        }
+    }
+
+    /// Uploads everything that waits.
+    pub(super) async fn round(&mut self) -> anyhow::Result<()> {
+        let mut waiting = self.store.unstored_replays().await?;
+        waiting.retain(|replay| !self.unusable.contains(&replay.run_id));
+        METRICS.uploads_waiting(waiting.len());
+        for (done, replay) in waiting.iter().enumerate() {
+            if self.upload(replay).await? {
+                self.store.replay_stored(&replay.run_id, &replay.replay_sha256).await?;
+            } else {
+                tracing::warn!(
+                    run = replay.run_id,
+                    "its replay is missing or changed here, and is not uploaded"
+                );
+                self.unusable.insert(replay.run_id.clone());
+            }
+            METRICS.uploads_waiting(waiting.len() - done - 1);
+        }
+        for sha256 in self.store.unstored_hands().await? {
+            if let Ok(bytes) = self.hands.local_archive(&sha256).await {
+                let (objects, key) = (self.objects.clone(), hand_key(&sha256));
+                blocking(move || objects.put(&key, &bytes)).await??;
+                self.store.hand_stored(&sha256).await?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Uploads a replay; false if this server does not have it as it was written.
+    async fn upload(&self, replay: &UnstoredReplay) -> anyhow::Result<bool> {
+        let Ok(path) = self.archive.locate(&replay.replay_path) else { return Ok(false) };
+        let (objects, sha256) = (self.objects.clone(), replay.replay_sha256.clone());
+        let upload = move || match std::fs::read(path) {
+            Ok(bytes) if sha256_hex(&bytes) == sha256 => {
+                objects.put(&replay_key(&sha256), &bytes).map(|()| true)
+            }
+            _ => Ok(false),
+        };
+        Ok(blocking(upload).await??)
+    }
+}
