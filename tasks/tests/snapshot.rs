@@ -181,3 +181,31 @@ fn forged_snapshots_are_refused_or_harmless() {
     println!("{unreadable} unreadable, {unfit} unfit, {went_on} went on");
     assert!(unreadable > 0 && unfit > 0 && went_on > 0);
 }
+
+/// Fingers that close on each other: a box met another one up to half a millimetre late where the distance of the two was wrong, and
+/// from a snapshot at another moment than without one.
+#[test]
+fn a_hand_that_touches_itself_continues_from_any_tick() {
+    let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
+    let action = |tick: u64| {
+        let hand = if tick / 30 % 2 == 0 { vec![0.4, 0.6] } else { vec![0.7, 0.2] };
+        Action { base: None, hand: Some(hand) }
+    };
+    let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
+    let (mut digests, mut forks) = (Vec::new(), Vec::new());
+    while run.tick() < 230 {
+        if run.tick() % 6 == 0 {
+            forks.push(run.fork());
+        }
+        run.step(&action(run.tick())).expect("valid");
+        digests.push(run.digest());
+    }
+    for mut fork in forks {
+        let from = fork.tick();
+        while fork.tick() < 230 {
+            fork.step(&action(fork.tick())).expect("valid");
+            let tick = fork.tick();
+            assert_eq!(fork.digest(), digests[tick as usize - 1], "tick {tick}, from tick {from}");
+        }
+    }
+}
