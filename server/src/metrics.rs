@@ -43,12 +43,23 @@ pub(crate) struct Metrics {
     waiting: Gauge,
     sessions: Gauge,
     viewers: Gauge,
+    relays: Gauge,
     unverified: Gauge,
     verification_oldest: Gauge<f64, AtomicU64>,
     verification_stuck: Gauge,
     inconclusive: Family<ReasonLabel, Counter>,
     uploads_waiting: Gauge,
     upload_failures: Counter,
+}
+
+/// An open connection of another host.
+#[derive(Debug)]
+pub(crate) struct OpenRelay(Gauge);
+
+impl Drop for OpenRelay {
+    fn drop(&mut self) {
+        self.0.dec();
+    }
 }
 
 /// Values that are read when the metrics are requested.
@@ -93,6 +104,7 @@ impl Metrics {
             waiting: Gauge::default(),
             sessions: Gauge::default(),
             viewers: Gauge::default(),
+            relays: Gauge::default(),
             unverified: Gauge::default(),
             verification_oldest: Gauge::default(),
             verification_stuck: Gauge::default(),
@@ -126,6 +138,8 @@ impl Metrics {
         registry.register("sessions_waiting", waiting, metrics.waiting.clone());
         registry.register("sessions_open", "Sessions that are open", metrics.sessions.clone());
         registry.register("viewers", "Viewers that are connected", metrics.viewers.clone());
+        let relays = "Connections by which other hosts of a fleet show runs of this one";
+        registry.register("relays_open", relays, metrics.relays.clone());
         let unverified = "Runs that wait for their verification";
         registry.register("verification_queue", unverified, metrics.unverified.clone());
         let oldest = "How long the oldest of these runs waits";
@@ -182,6 +196,12 @@ impl Metrics {
     /// Counts a reading of the ranking.
     pub(crate) fn ranking_read(&self, took: Duration) {
         self.ranking_read.observe(took.as_secs_f64());
+    }
+
+    /// Counts a connection by which another host shows a run of this one, until the guard is dropped.
+    pub(crate) fn relay(&self) -> OpenRelay {
+        self.relays.inc();
+        OpenRelay(self.relays.clone())
     }
 
     /// Counts a refused request.
@@ -244,6 +264,8 @@ mod tests {
         metrics.upload_failed();
         metrics.verification(Duration::from_millis(2500), 5);
         metrics.refused_stale_write();
+        let _relay = metrics.relay();
+        drop(metrics.relay());
         metrics.took_session(false);
         metrics.took_session(true);
         let text = metrics.text(Gauges {
@@ -272,6 +294,7 @@ mod tests {
             "palmares_sessions_waiting 5",
             "palmares_sessions_open 2",
             "palmares_viewers 3",
+            "palmares_relays_open 1",
             "palmares_verification_queue 4",
             "palmares_verification_oldest_seconds 2.5",
             "palmares_verification_stuck 5",

@@ -11,7 +11,7 @@ use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
 use crate::transport::InboundLimits;
-use crate::watch::{Hub, RankingCache, WatchContext};
+use crate::watch::{Hub, OtherHosts, RankingCache, WatchContext};
 use axum::extract::FromRef;
 use std::sync::Arc;
 
@@ -32,6 +32,8 @@ pub(crate) struct AppState {
     pub(crate) archive: Option<Arc<Archive>>,
     /// The spectators' hub.
     pub(crate) hub: Arc<Hub>,
+    /// The runs of the other hosts of a fleet; None without one.
+    pub(crate) other_hosts: Option<Arc<OtherHosts>>,
     /// The ranking.
     pub(crate) ranking: Arc<RankingCache>,
     /// Checks tokens.
@@ -80,6 +82,7 @@ impl FromRef<AppState> for WatchContext {
             competition: app.competition.clone(),
             clocks: app.clocks.clone(),
             hub: app.hub.clone(),
+            other_hosts: app.other_hosts.clone(),
             ranking: app.ranking.clone(),
             auth: app.auth.clone(),
             lifecycle: app.lifecycle.clone(),

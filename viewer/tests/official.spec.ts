@@ -284,7 +284,7 @@ test('a pause, the places and the time slots', async ({ page, official }) => {
   const wrong = complaints(page);
   await logIn(page, official);
   await tab(page, 'Competition');
-  await expect(page.getByText(/Places: \d+ of 32 in use\. One is free\./)).toBeVisible();
+  await expect(page.getByText(/Places: \d+ of 32 in use\. A team that comes now finds one\./)).toBeVisible();
   await decide(page, page.getByRole('button', { name: 'Pause…' }), 'Pause', 'fire alarm', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
   await expect(page.getByText(/Paused since .*: all clocks and worlds are stopped/)).toBeVisible();
   await expect(page.locator('.title .badge.warn')).toHaveText('paused');

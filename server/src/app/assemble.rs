@@ -21,7 +21,7 @@ use crate::transport::InboundLimits;
 use crate::transport::guard::Guard;
 use crate::transport::trusted_proxies::TrustedProxies;
 use crate::version;
-use crate::watch::{Hub, RankingCache};
+use crate::watch::{FleetKey, Hub, OtherHosts, RankingCache};
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -92,6 +92,7 @@ pub(super) async fn app(
         shipper: fleet_shipper(config, &store)?,
         adopting: Default::default(),
     });
+    let other_hosts = other_hosts(config, &store, &competition, &hub);
     let secrets =
         vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];
     let backup = Arc::new(backup::Files { data_dir: config.data_dir.clone(), secrets });
@@ -104,6 +105,7 @@ pub(super) async fn app(
         clocks,
         archive,
         hub,
+        other_hosts,
         ranking,
         auth,
         inbound,
@@ -137,6 +139,20 @@ fn fleet_shipper(config: &Config, store: &Store) -> anyhow::Result<Option<Shippe
     let ships = config.fleet.is_some() && config.mode == CompetitionMode::Official;
     let shipper = ships.then(|| Shipper::start(store.clone())).transpose();
     shipper.context("cannot start the thread that stores the ticks of runs")
+}
+
+/// The runs of the other hosts of a fleet, for viewers. The key for signatures is common to all hosts.
+fn other_hosts(
+    config: &Config,
+    store: &Store,
+    competition: &Arc<Competition>,
+    hub: &Arc<Hub>,
+) -> Option<Arc<OtherHosts>> {
+    config.fleet.as_ref()?;
+    // Without replays there may be no key: then viewers have only the runs of their host.
+    let key = std::fs::read_to_string(&config.signing_key).ok()?;
+    let (store, competition, hub) = (store.clone(), competition.clone(), hub.clone());
+    Some(Arc::new(OtherHosts::new(store, competition, hub, FleetKey::new(&key))))
 }
 
 /// The archive of replays; None on a practice server that does not record.

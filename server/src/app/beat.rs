@@ -16,13 +16,13 @@ const PERIOD: Duration = Duration::from_millis(500);
 const BEAT_TIMEOUT: Duration = Duration::from_millis(1000);
 /// A host of a fleet gives up its sessions when its lease has ended for this time: their clients are to find another host.
 const GIVE_UP: Duration = Duration::from_millis(800);
-/// Time between two looks for practice sessions of hosts that are gone.
-const PRACTICE_PERIOD: Duration = Duration::from_secs(5);
+/// Time between two looks for what hosts that are gone have left.
+const SWEEP_PERIOD: Duration = Duration::from_secs(5);
 
 /// Renews the lease until the server has stopped. Without `fleet` nobody else can take the sessions, and none are given up.
 pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
     let mut connection = None;
-    let mut practice = Instant::now();
+    let mut swept = Instant::now();
     let adopting = Arc::new(AtomicBool::new(false));
     loop {
         let (began, requested) = (Instant::now(), Moment::now());
@@ -63,9 +63,9 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
             && !app.lifecycle.is_stopping()
             && !adopting.swap(true, Ordering::Relaxed)
         {
-            let lost_practice = practice.elapsed() >= PRACTICE_PERIOD;
-            if lost_practice {
-                practice = Instant::now();
+            let sweep = swept.elapsed() >= SWEEP_PERIOD;
+            if sweep {
+                swept = Instant::now();
             }
             let (app, adopting) = (app.clone(), adopting.clone());
             tokio::spawn(async move {
@@ -73,8 +73,11 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
                 if let Err(error) = app.sessions.adopt(free).await {
                     tracing::warn!(%error, "sessions without an owner could not be taken over");
                 }
-                if lost_practice && let Err(error) = app.sessions.end_lost_practice().await {
+                if sweep && let Err(error) = app.sessions.end_lost_practice().await {
                     tracing::warn!(%error, "lost practice sessions could not be ended");
+                }
+                if sweep && let Err(error) = app.store.sweep_shipped_runs().await {
+                    tracing::warn!(%error, "the ticks of ended runs could not be deleted");
                 }
                 adopting.store(false, Ordering::Relaxed);
             });

@@ -118,6 +118,9 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let server = tokio::spawn(server);
     let overseer = tokio::spawn(overrun::watch_over(app.compute.clone()));
     tokio::spawn(app.sessions.clone().keep_clocks_saved());
+    if let Some(hosts) = &app.other_hosts {
+        tokio::spawn(hosts.clone().keep_read());
+    }
     lifecycle.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.
     let finished = timeout(config.shutdown_grace, lifecycle.idle()).await.is_ok();

@@ -81,6 +81,14 @@ fn routes() -> Routes<AppState> {
             watch::watch,
         )
         .add(
+            get(
+                "/v1/internal/watch/{run}",
+                "A run of this host, for the other hosts of a fleet",
+                Content::Socket,
+            ),
+            watch::relay,
+        )
+        .add(
             get_json::<competition::CompetitionResponse>("/v1/competition", "The competition of this server"),
             competition::competition,
         )

@@ -32,6 +32,7 @@ mod leaderboard;
 mod lists;
 mod location;
 mod number;
+mod open_runs;
 mod run_actions;
 mod runs;
 mod schedule;
@@ -56,6 +57,7 @@ pub(crate) use leaderboard::{LeaderboardRow, ReadTeams};
 pub(crate) use lists::ListFilter;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
+pub(crate) use open_runs::OpenRun;
 pub(crate) use run_actions::{
     OwnedRun, SentSnapshot, SentTicks, ShippedRun, ShippingConnection, StoredTicks,
 };

@@ -174,6 +174,19 @@ impl Store {
         Ok(ShippedRun { ticks, snapshot })
     }
 
+    /// Deletes the ticks and the snapshots of runs that have ended in any way.
+    pub(crate) async fn sweep_shipped_runs(&self) -> Result<(), StoreError> {
+        let mut transaction = self.write().await?;
+        for table in ["run_actions", "run_snapshots"] {
+            let sql = AssertSqlSafe(format!(
+                "DELETE FROM {table} WHERE NOT EXISTS (SELECT 1 FROM runs WHERE runs.run_id = {table}.run_id \
+                 AND runs.status = 'open')"
+            ));
+            sqlx::query(sql).execute(&mut *transaction).await?;
+        }
+        Ok(transaction.commit().await?)
+    }
+
     /// Deletes the ticks and the snapshot of a run whose replay is stored.
     pub(crate) async fn delete_shipped_run(&self, run_id: &str) -> Result<(), StoreError> {
         let mut transaction = self.write().await?;

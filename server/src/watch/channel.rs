@@ -5,13 +5,14 @@
 
 use super::access::{RunAccess, Watcher};
 use super::frame::Frame;
+use super::link::LinkClock;
 use super::messages::WatchRun;
 use super::sample::{OverlayCounts, Overlays, WatchSample};
 use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::Sensing;
 use palmares_tasks::run::TelemetryModel;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{broadcast, watch};
 use tokio::time::{Instant, sleep_until};
@@ -26,6 +27,21 @@ pub(super) enum QueuedMessage {
     Message(Utf8Bytes),
     /// The last message of a run.
     Ended(Utf8Bytes),
+    /// The run is no longer here; another host may continue it.
+    Moved,
+}
+
+/// The origin of a run's frames.
+#[derive(Debug)]
+pub(super) enum Source {
+    /// A world of this host.
+    World {
+        /// The newest sample; the run has its sender.
+        samples: watch::Receiver<Arc<WatchSample>>,
+        telemetry_model: Arc<TelemetryModel>,
+    },
+    /// Another host, which sends frames and the session's clock.
+    Host { clock: Mutex<Option<LinkClock>> },
 }
 
 /// A run's frames and messages.
@@ -38,9 +54,7 @@ pub(super) struct Channel {
     pub(super) own_hand: bool,
     /// The message `scene`: with the hand's full description, and without.
     pub(super) scenes: [Utf8Bytes; 2],
-    pub(super) telemetry_model: Arc<TelemetryModel>,
-    /// The newest sample; the run has its sender.
-    pub(super) samples: watch::Receiver<Arc<WatchSample>>,
+    pub(super) source: Source,
     /// The newest frame.
     pub(super) frames: watch::Sender<Arc<Frame>>,
     pub(super) queue: broadcast::Sender<QueuedMessage>,
@@ -70,32 +84,55 @@ impl Channel {
         }
     }
 
+    /// The newest sample.
+    pub(super) fn newest(&self) -> Arc<WatchSample> {
+        match &self.source {
+            Source::World { samples, .. } => samples.borrow().clone(),
+            Source::Host { .. } => self.frames.borrow().sample.clone(),
+        }
+    }
+
+    /// The session's clock as another host has sent it; None for a run of this host.
+    pub(super) fn linked_clock(&self) -> Option<LinkClock> {
+        let Source::Host { clock } = &self.source else { return None };
+        // An assignment cannot panic.
+        *clock.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes the session's clock as another host has sent it.
+    pub(super) fn set_linked_clock(&self, newest: Option<LinkClock>) {
+        if let Source::Host { clock } = &self.source {
+            *clock.lock().unwrap_or_else(PoisonError::into_inner) = newest;
+        }
+    }
+
     /// Makes a frame of the newest sample, unless there is one.
     pub(super) fn refresh(&self) {
+        let Source::World { samples, telemetry_model } = &self.source else { return };
         self.frames.send_if_modified(|frame| {
-            let newest = self.samples.borrow().clone();
+            let newest = samples.borrow().clone();
             let fresh = !Arc::ptr_eq(&frame.sample, &newest);
             if fresh {
-                *frame = Arc::new(Frame::new(&self.info.run_id, &self.telemetry_model, newest));
+                *frame = Arc::new(Frame::new(&self.info.run_id, telemetry_model, newest));
             }
             fresh
         });
     }
 
-    fn is_watched(&self) -> bool {
+    pub(super) fn is_watched(&self) -> bool {
         self.frames.receiver_count() > 0
     }
 
     /// Starts the task that makes frames while the run has viewers.
     pub(super) fn pump(self: &Arc<Self>) {
+        let Source::World { samples, .. } = &self.source else { return };
         if !self.pumping.swap(true, Ordering::AcqRel) {
-            tokio::spawn(pump(self.clone()));
+            tokio::spawn(pump(self.clone(), samples.clone()));
         }
     }
 }
 
-async fn pump(channel: Arc<Channel>) {
-    let mut samples = channel.samples.clone();
+async fn pump(channel: Arc<Channel>, mut samples: watch::Receiver<Arc<WatchSample>>) {
     loop {
         let begun = Instant::now();
         samples.mark_unchanged();

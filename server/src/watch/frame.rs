@@ -1,14 +1,15 @@
 //! A frame of a run: encoded once for all viewers, and not on the thread that steps the world.
 
 use super::binary::{self, FrameContent, WirePose};
-use super::messages::{BodyKind, Poses, Verdicts, WatchBody, WatchReply, WatchRun, WatchScene};
+use super::link::LinkFrame;
+use super::messages::{BodyKind, Ended, Final, Poses, Verdicts, WatchBody, WatchReply, WatchRun, WatchScene};
 use super::sample::{Overlays, WatchSample};
 use axum::extract::ws::Utf8Bytes;
 use palmares_models::Pose;
 use palmares_senses::ChannelInfo;
-use palmares_tasks::Run;
 use palmares_tasks::referee::ObjectStatus;
 use palmares_tasks::run::{Contact, Telemetry, TelemetryModel};
+use palmares_tasks::{Fault, Run};
 use std::sync::{Arc, OnceLock};
 
 /// Colour of a hand's links, sRGB.
@@ -26,13 +27,30 @@ struct EncodedTelemetry {
     readings: Vec<u8>,
 }
 
+impl EncodedTelemetry {
+    fn new(telemetry: Telemetry) -> Self {
+        EncodedTelemetry {
+            bytes: binary::telemetry(&telemetry),
+            loads: binary::loads(&telemetry),
+            readings: binary::readings(&telemetry),
+            telemetry,
+        }
+    }
+}
+
+fn with_bytes(contacts: Vec<Contact>) -> (Vec<Contact>, Vec<u8>) {
+    let bytes = binary::contacts(&contacts);
+    (contacts, bytes)
+}
+
 /// A frame of a run.
 #[derive(Debug)]
 pub(super) struct Frame {
-    /// The state that it shows.
+    /// The state that it shows; of a run on another host without the world's state.
     pub(super) sample: Arc<WatchSample>,
     run_id: String,
-    telemetry_model: Arc<TelemetryModel>,
+    /// None for a run on another host: the overlays come with the poses.
+    telemetry_model: Option<Arc<TelemetryModel>>,
     poses: Vec<WirePose>,
     /// The message `poses` without overlays, with telemetry, with contacts, with both.
     texts: [OnceLock<Utf8Bytes>; 4],
@@ -52,7 +70,7 @@ impl Frame {
                 .into_iter()
                 .map(|(_, pose)| wire_pose(pose))
                 .collect(),
-            telemetry_model: telemetry_model.clone(),
+            telemetry_model: Some(telemetry_model.clone()),
             sample,
             texts: Default::default(),
             telemetry: OnceLock::new(),
@@ -61,25 +79,65 @@ impl Frame {
         }
     }
 
+    /// A frame that another host has made.
+    pub(super) fn linked(run_id: &str, frame: LinkFrame) -> Self {
+        let LinkFrame { tick, sim_time_s, score, late_s, poses, telemetry, contacts, verdicts } = frame;
+        Frame {
+            sample: Arc::new(WatchSample {
+                tick,
+                sim_time_s,
+                score,
+                base: Pose::IDENTITY,
+                q: Vec::new(),
+                objects: Vec::new(),
+                run_sample: None,
+                evidence: None,
+                late_s,
+            }),
+            run_id: run_id.to_owned(),
+            telemetry_model: None,
+            poses,
+            texts: Default::default(),
+            telemetry: OnceLock::from(telemetry.map(EncodedTelemetry::new)),
+            contacts: OnceLock::from(contacts.map(with_bytes)),
+            verdicts: OnceLock::from(verdicts),
+        }
+    }
+
+    /// The frame for another host.
+    pub(super) fn link(&self, overlays: Overlays) -> LinkFrame {
+        let Overlays { telemetry, contacts, verdicts } = overlays;
+        let WatchSample { tick, sim_time_s, score, late_s, .. } = *self.sample;
+        LinkFrame {
+            tick,
+            sim_time_s,
+            score,
+            late_s,
+            poses: self.poses.clone(),
+            telemetry: if telemetry {
+                self.telemetry().map(|encoded| encoded.telemetry.clone())
+            } else {
+                None
+            },
+            contacts: if contacts { self.contacts().map(|(contacts, _)| contacts.clone()) } else { None },
+            verdicts: if verdicts { self.verdicts().cloned() } else { None },
+        }
+    }
+
     fn telemetry(&self) -> Option<&EncodedTelemetry> {
-        let telemetry =
-            || self.sample.run_sample.as_ref().map(|sample| self.telemetry_model.telemetry(sample));
-        let encoded = |telemetry| EncodedTelemetry {
-            bytes: binary::telemetry(&telemetry),
-            loads: binary::loads(&telemetry),
-            readings: binary::readings(&telemetry),
-            telemetry,
+        let telemetry = || {
+            let telemetry = self.telemetry_model.as_ref()?.telemetry(self.sample.run_sample.as_ref()?);
+            Some(EncodedTelemetry::new(telemetry))
         };
-        self.telemetry.get_or_init(|| telemetry().map(encoded)).as_ref()
+        self.telemetry.get_or_init(telemetry).as_ref()
     }
 
     fn contacts(&self) -> Option<&(Vec<Contact>, Vec<u8>)> {
-        let contacts = || self.sample.run_sample.as_ref().map(|sample| self.telemetry_model.contacts(sample));
-        let encoded = |contacts: Vec<Contact>| {
-            let bytes = binary::contacts(&contacts);
-            (contacts, bytes)
+        let contacts = || {
+            let contacts = self.telemetry_model.as_ref()?.contacts(self.sample.run_sample.as_ref()?);
+            Some(with_bytes(contacts))
         };
-        self.contacts.get_or_init(|| contacts().map(encoded)).as_ref()
+        self.contacts.get_or_init(contacts).as_ref()
     }
 
     /// The message `poses`.
@@ -146,6 +204,11 @@ fn wire_pose(pose: Pose) -> WirePose {
 pub(super) fn text(message: &WatchReply) -> Utf8Bytes {
     // Structs of numbers and strings: encoding cannot fail.
     serde_json::to_string(message).unwrap_or_default().into()
+}
+
+/// The message `ended`.
+pub(super) fn ended(run_id: String, outcome: Option<Final>, fault: Option<Fault>) -> Utf8Bytes {
+    text(&WatchReply::Ended(Ended { run_id, outcome, fault }))
 }
 
 /// The message `scene` of a run at tick 0: with the hand's full description, and without.

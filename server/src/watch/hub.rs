@@ -1,9 +1,9 @@
 //! The open runs: runs publish here, viewers follow them.
 
 use super::access::Watcher;
-use super::channel::{Channel, Following, QueuedMessage};
+use super::channel::{Channel, Following, QueuedMessage, Source};
 use super::frame::{self, Frame};
-use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
+use super::messages::{Events, Final, WatchReply, WatchRun};
 use super::places::Places;
 use super::request::Target;
 use super::sample::{Overlays, WatchSample};
@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::{broadcast, watch};
 
 /// Longest queue of messages for a viewer; a viewer that falls further behind is closed.
-const QUEUE_LENGTH: usize = 256;
+pub(super) const QUEUE_LENGTH: usize = 256;
 /// Time between two samples of a run without viewers, for a viewer that comes while its world is not stepped.
 const UNWATCHED_PERIOD: Duration = Duration::from_millis(100);
 /// Window of the reported lateness, which is the maximum of this window and the one before.
@@ -57,6 +57,8 @@ pub(crate) struct Hub {
     /// The newest announcement.
     announced: watch::Sender<Option<Announcement>>,
     pub(super) places: Places,
+    /// Whether other hosts can continue the runs.
+    fleet: AtomicBool,
     since: Instant,
 }
 
@@ -68,6 +70,7 @@ impl Default for Hub {
             ranking: watch::Sender::new(0),
             announced: watch::Sender::default(),
             places: Places::default(),
+            fleet: AtomicBool::new(false),
             since: Instant::now(),
         }
     }
@@ -98,8 +101,7 @@ impl Hub {
             sensing,
             own_hand,
             frames: watch::Sender::new(Arc::new(Frame::new(&info.run_id, &telemetry_model, first))),
-            telemetry_model,
-            samples: samples.subscribe(),
+            source: Source::World { samples: samples.subscribe(), telemetry_model },
             overlays: Default::default(),
             pumping: AtomicBool::new(false),
             queue: broadcast::Sender::new(QUEUE_LENGTH),
@@ -117,8 +119,23 @@ impl Hub {
                 open.sessions.push_back(channel.info.session_id.clone());
             }
         }
-        self.changed.send_modify(|count| *count += 1);
+        self.look_again();
         Published { channel, samples }
+    }
+
+    /// Notes that other hosts can continue the runs: a run without an outcome may have moved.
+    pub(super) fn join_fleet(&self) {
+        self.fleet.store(true, Ordering::Relaxed);
+    }
+
+    /// Has waiting viewers look for their runs again.
+    pub(super) fn look_again(&self) {
+        self.changed.send_modify(|count| *count += 1);
+    }
+
+    /// Whether a run is open here.
+    pub(super) fn has(&self, run_id: &str) -> bool {
+        self.open().channels.contains_key(run_id)
     }
 
     /// Counts a possible change of the ranking: readers get it from the database again.
@@ -322,9 +339,13 @@ impl Publisher {
         let Some(Published { channel, .. }) = self.open.take() else { return };
         let run_id = channel.info.run_id.clone();
         self.hub.open().channels.remove(&run_id);
-        let message = frame::text(&WatchReply::Ended(Ended { run_id, outcome, fault }));
-        let _ = channel.queue.send(QueuedMessage::Ended(message));
-        self.hub.changed.send_modify(|count| *count += 1);
+        let unknown = outcome.is_none() && fault.is_none();
+        let last = match unknown && self.hub.fleet.load(Ordering::Relaxed) {
+            true => QueuedMessage::Moved,
+            false => QueuedMessage::Ended(frame::ended(run_id, outcome, fault)),
+        };
+        let _ = channel.queue.send(last);
+        self.hub.look_again();
     }
 }
 
@@ -395,7 +416,7 @@ mod tests {
                     assert!(text.contains(r#""reason":"stopped""#), "{text}");
                     break;
                 }
-                Err(error) => panic!("{error}"),
+                other => panic!("{other:?}"),
             }
         }
         assert!(said.iter().all(|text| text.contains(r#""op":"events""#)), "{said:?}");
@@ -435,6 +456,49 @@ mod tests {
             assert!(text.contains(r#""outcome":null"#), "{text}");
             assert_eq!(text.contains(r#""fault":"unsolvable""#), fault.is_some(), "{text}");
             assert!(following.queue.try_recv().is_err(), "it ends once");
+        }
+    }
+
+    #[test]
+    fn in_a_fleet_a_run_without_an_outcome_may_have_moved() {
+        let (hub, mut run) = (Arc::new(Hub::default()), run());
+        hub.join_fleet();
+        let outcome = run.finish(Reason::Stopped);
+        let endings: [fn(&mut Publisher, &Run, &Outcome); 3] = [
+            |_, _, _| {},
+            |publisher, _, _| publisher.failed(Fault::Unsolvable),
+            |publisher, run, outcome| publisher.finished(run, outcome),
+        ];
+        let moved = endings.map(|end| {
+            let mut publisher = published(&hub, info("r", "s", false), &run);
+            let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+            end(&mut publisher, &run, &outcome);
+            drop(publisher);
+            matches!(following.queue.try_recv().expect("a message"), QueuedMessage::Moved)
+        });
+        assert_eq!(moved, [true, false, false]);
+    }
+
+    #[test]
+    fn a_frame_is_the_same_at_another_host() {
+        let (hub, run) = (Arc::new(Hub::default()), run());
+        let _publisher = published(&hub, info("r", "s", false), &run);
+        let following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+        let here = following.frames.borrow().clone();
+        let none = Overlays::default();
+        for overlays in
+            [none, Overlays { telemetry: true, ..none }, Overlays { contacts: true, ..none }, Overlays::ALL]
+        {
+            let sent = postcard::to_stdvec(&here.link(overlays)).expect("encodes");
+            let there = Frame::linked("r", postcard::from_bytes(&sent).expect("decodes"));
+            let (text, other): (serde_json::Value, serde_json::Value) = (
+                serde_json::from_str(&here.text(overlays)).expect("JSON"),
+                serde_json::from_str(&there.text(Overlays::ALL)).expect("JSON"),
+            );
+            assert_eq!(text, other);
+            let bytes = |frame: &Frame| frame.bytes(overlays, &mut Vec::new(), true);
+            assert_eq!(bytes(&here), bytes(&there));
+            assert_eq!(there.verdicts(), here.verdicts().filter(|_| overlays.verdicts));
         }
     }
 

@@ -9,7 +9,7 @@ use palmares_tasks::run::{Contact, Telemetry};
 use palmares_tasks::scene::{Region, ScenePart};
 use palmares_tasks::{Event, Fault, Outcome, Reason};
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A message to a spectator.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -60,7 +60,7 @@ pub(crate) struct Runs {
 }
 
 /// An open run, without what spectators must not know.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub(crate) struct WatchRun {
     /// Identifies the run.
     pub(crate) run_id: String,

@@ -3,10 +3,11 @@
 use palmares_models::Pose;
 use palmares_tasks::Run;
 use palmares_tasks::run::{Evidence, RunSample};
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The data that a viewer gets in addition to the poses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Overlays {
     /// Motors, tendons, joints, and the predicted equilibrium of the hand.
     pub(super) telemetry: bool,

@@ -4,8 +4,9 @@ use super::access::Watcher;
 use super::binary::WirePose;
 use super::channel::{Following, QueuedMessage};
 use super::context::WatchContext;
-use super::frame::text;
+use super::frame::{ended, text};
 use super::hub::FindError;
+use super::link::LinkClock;
 use super::messages::{Clock, Runs, Score, Subscribed, WatchReply};
 use super::ranking_cache::Readings;
 use super::request::{Request, Target, parse};
@@ -62,6 +63,8 @@ pub(super) struct Viewer {
     watcher: Watcher,
     target: Option<Target>,
     following: Option<Following>,
+    /// The run that was shown here and may continue on another host.
+    moved: Option<String>,
     /// The run and the score that were sent last.
     sent_score: Option<(String, f64)>,
     changes: watch::Receiver<u64>,
@@ -134,6 +137,7 @@ impl Viewer {
             watcher,
             target: None,
             following: None,
+            moved: None,
             sent_score: None,
             changes,
             ranking,
@@ -237,7 +241,7 @@ impl Viewer {
                 self.subscribe(id, target, overlays).await
             }
             (Some(id), Ok(Request::List)) => {
-                let runs = self.context.hub.list(&self.watcher);
+                let runs = self.context.list(&self.watcher).await;
                 self.send(&WatchReply::Runs(Runs { id, runs })).await
             }
             (_, Ok(Request::Bye)) => ControlFlow::Break(ViewerEnd::close(1000, "bye")),
@@ -255,7 +259,7 @@ impl Viewer {
     ) -> ControlFlow<ViewerEnd> {
         // Runs that open from now on are looked up again.
         self.changes.mark_unchanged();
-        let found = match (self.context.hub.find(&target, &self.watcher), &target) {
+        let found = match (self.context.find(&target, &self.watcher).await, &target) {
             (Ok(following), _) => Some(following),
             (Err(FindError::Waiting), _) => None,
             (Err(FindError::Forbidden), _) => {
@@ -287,6 +291,7 @@ impl Viewer {
         }
         self.target = Some(target);
         self.overlays = overlays;
+        self.moved = None;
         let run_id = found.as_ref().map(|following| following.channel.info.run_id.clone());
         self.send(&WatchReply::Subscribed(Subscribed { id, run_id })).await?;
         self.start(found).await
@@ -295,7 +300,23 @@ impl Viewer {
     /// Looks for a run to show, after a run has opened or ended.
     async fn follow(&mut self) -> ControlFlow<ViewerEnd> {
         let Some(target) = &self.target else { return ControlFlow::Continue(()) };
-        let found = self.context.hub.find(target, &self.watcher).ok();
+        // Runs that open from now on are looked up again.
+        self.changes.mark_unchanged();
+        let found = self.context.find(target, &self.watcher).await.ok();
+        if let Some(run_id) = self.moved.take() {
+            let goes_on = found.as_ref().is_some_and(|following| following.channel.info.run_id == run_id);
+            if !goes_on && self.context.may_continue(&run_id).await {
+                self.moved = Some(run_id);
+                return ControlFlow::Continue(());
+            }
+            if !goes_on {
+                self.send_text(ended(run_id, None, None)).await?;
+                if matches!(self.target, Some(Target::Run(_))) {
+                    self.target = None;
+                    return ControlFlow::Continue(());
+                }
+            }
+        }
         self.start(found).await
     }
 
@@ -353,18 +374,21 @@ impl Viewer {
     async fn send_clock(&mut self) -> ControlFlow<ViewerEnd> {
         let Some(following) = &self.following else { return ControlFlow::Continue(()) };
         let info = &following.channel.info;
-        let newest = following.channel.samples.borrow().clone();
+        let newest = following.channel.newest();
         let (now, session_now) = (Instant::now(), self.context.lifecycle.now());
         let before = self.sent_clock.replace((newest.tick, now));
         let real_time_factor = before.map(|(tick, then)| {
             newest.tick.saturating_sub(tick) as f64 * info.tick_s / (now - then).as_secs_f64()
         });
-        let clock = self.context.clocks.get(&info.session_id);
+        let clock = following.channel.linked_clock().or_else(|| {
+            let clock = self.context.clocks.get(&info.session_id)?;
+            Some(LinkClock::of(&clock, session_now))
+        });
         let message = Clock {
             run_id: info.run_id.clone(),
-            session_left_s: clock.as_ref().and_then(|clock| clock.left_s(session_now)),
-            elapsed_s: clock.as_ref().map(|clock| clock.elapsed_s(session_now)),
-            paused: clock.as_ref().map(|clock| clock.is_paused()),
+            session_left_s: clock.as_ref().and_then(|clock| clock.left_s),
+            elapsed_s: clock.as_ref().map(|clock| clock.elapsed_s),
+            paused: clock.as_ref().map(|clock| clock.paused),
             real_time_factor: real_time_factor.filter(|factor| factor.is_finite()),
             late_s: newest.late_s,
         };
@@ -409,7 +433,11 @@ impl Viewer {
                     self.target = None;
                     return ControlFlow::Continue(());
                 }
-                self.changes.mark_unchanged();
+                self.follow().await
+            }
+            Ok(QueuedMessage::Moved) => {
+                self.moved = self.following.take().map(|following| following.channel.info.run_id.clone());
+                self.verdicts_due = false;
                 self.follow().await
             }
             Err(RecvError::Lagged(_)) => {

@@ -1,10 +1,10 @@
 //! Status of an object under the rules, with the measured values.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Status of an object under the rules.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "Verdict")]
 pub struct ObjectStatus {
     /// Index of the object, in scene order.
@@ -18,7 +18,7 @@ pub struct ObjectStatus {
 }
 
 /// A condition with its measured value.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Measured {
     /// Name of the condition: section 4 of docs/tasks.md lists them.
     pub rule: String,

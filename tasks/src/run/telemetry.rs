@@ -12,7 +12,7 @@ use palmares_senses::channels::touch;
 use palmares_sim::state::MotorState;
 use palmares_sim::{ContactForce, Model, Owner};
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ pub struct RunSample {
 }
 
 /// State of a motor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Motor {
     /// Commanded σ.
     pub command: f64,
@@ -43,7 +43,7 @@ pub struct Motor {
 }
 
 /// Load of a finger.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FingerWrench {
     /// Name of the finger's first link.
     pub name: String,
@@ -54,7 +54,7 @@ pub struct FingerWrench {
 }
 
 /// Telemetry of a hand.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Telemetry {
     /// Every motor, in the hand's order.
     pub motors: Vec<Motor>,
@@ -73,7 +73,7 @@ pub struct Telemetry {
 }
 
 /// A touching contact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Contact {
     /// Id of the first body: those of the scene, then the hand's links.
     pub a: usize,

@@ -14,8 +14,8 @@ const WORDS = {
 
 /** The forecast as a sentence. */
 function free(within: number | null): string {
-  if (within === 0) return 'One is free.';
-  return within === null ? 'No clock bounds when the next is free.' : `The next is free in at most ${clock(within)}.`;
+  if (within === 0) return 'A team that comes now finds one.';
+  return within === null ? 'No running clock bounds the time until the next is free.' : `A team that comes now finds one in at most ${clock(within)}.`;
 }
 
 /** The tab with phases and downloads. */

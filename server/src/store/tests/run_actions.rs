@@ -1,7 +1,8 @@
 //! Ticks of runs whose sessions change owners all the time.
 
 use super::fleet_database::FleetDatabase;
-use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, Store};
+use super::{begin, finish};
+use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, ShippedRun, Store};
 use sqlx::Executor;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -154,4 +155,29 @@ async fn a_statement_again_changes_nothing_and_snapshots_have_the_same_fence() {
     assert!(begun.elapsed() < std::time::Duration::from_secs(5));
     other.execute("ROLLBACK").await.expect("unlocks");
     store.close().await;
+}
+
+#[tokio::test]
+async fn the_ticks_of_ended_runs_are_deleted_those_of_open_ones_stay() {
+    for place in super::places::places().await {
+        let store = place.open().await;
+        for run_id in ["open", "ended"] {
+            begin(&store, "crabs", "balls", run_id).await;
+            for table in [
+                "run_actions (run_id, from_tick, ticks, epoch, body)",
+                "run_snapshots (run_id, tick, epoch, body)",
+            ] {
+                let numbers = if table.starts_with("run_actions") { "0, 10, 1" } else { "10, 1" };
+                let sql = format!("INSERT INTO {table} VALUES ($1, {numbers}, $2)");
+                let query = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(run_id).bind(vec![7_u8]);
+                query.execute(&store.pool()).await.expect("inserts");
+            }
+        }
+        finish(&store, "ended", 1.0, "practice").await;
+        store.sweep_shipped_runs().await.expect("sweeps");
+        let open = store.shipped_run("open").await.expect("query");
+        assert_eq!((open.ticks.len(), open.snapshot), (1, Some(vec![7])));
+        assert_eq!(store.shipped_run("ended").await.expect("query"), ShippedRun::default());
+        store.close().await;
+    }
 }
