@@ -188,13 +188,13 @@ fn forged_snapshots_are_refused_or_harmless() {
 fn a_hand_that_touches_itself_continues_from_any_tick() {
     let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
     let action = |tick: u64| {
-        let hand = if tick / 30 % 2 == 0 { vec![0.4, 0.6] } else { vec![0.7, 0.2] };
+        let hand = if (tick / 30).is_multiple_of(2) { vec![0.4, 0.6] } else { vec![0.7, 0.2] };
         Action { base: None, hand: Some(hand) }
     };
     let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
     let (mut digests, mut forks) = (Vec::new(), Vec::new());
     while run.tick() < 230 {
-        if run.tick() % 6 == 0 {
+        if run.tick().is_multiple_of(6) {
             forks.push(run.fork());
         }
         run.step(&action(run.tick())).expect("valid");
