@@ -55,6 +55,8 @@ const RULES: &[(&str, &str)] = &[
     ("get /v1/hands/{name}/visuals", OWN_HAND),
     ("get /v1/runs/{id}/replay", "403 401 401 401 401 403 403 403 ."),
     ("get /v1/sessions", "401 401 401 401 401 . . . ."),
+    // Only other hosts, with their proof.
+    ("get /v1/internal/watch/{run}", "401 401 401 401 401 401 401 401 401"),
     // Teams play.
     ("get /v1/control", TEAMS),
     ("post /v1/hands", TEAMS),
