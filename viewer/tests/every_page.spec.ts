@@ -97,7 +97,7 @@ test('tabs of the organizers’ page', async ({ page, official }) => {
   await page.getByLabel('Token').fill(official.organizer);
   await page.getByRole('button', { name: 'Log in' }).click();
   const tabs = page.getByRole('tab');
-  await expect(tabs).toHaveCount(7);
+  await expect(tabs).toHaveCount(8);
   for (const tab of await tabs.all()) {
     const name = (await tab.innerText()).toLowerCase();
     await tab.click();

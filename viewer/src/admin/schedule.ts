@@ -81,6 +81,8 @@ export function scheduleTab(admin: AdminClient): Tab {
 
   const removeAll = button('Remove…', () => { void confirmAction(clear()); }, { class: 'danger' });
   const moveAll = button('Move all…', () => { void confirmAction(shift()); });
+  // Until the slots are known there are none.
+  removeAll.hidden = moveAll.hidden = true;
 
   function show(schedule: Schedule): void {
     const { slots, places } = schedule;
