@@ -4,6 +4,7 @@ pub mod advancement;
 pub mod broad_phase;
 pub(crate) mod collide;
 pub mod distance_cache;
+pub(crate) mod gap;
 pub mod impact_candidate;
 pub mod impact_sequence;
 pub mod manifold;

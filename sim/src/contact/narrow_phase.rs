@@ -2,6 +2,7 @@
 
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
+use super::gap::still_apart;
 use super::manifold::{self, Finder};
 use super::restitution::Rebound;
 use crate::anchor::{Anchor, Pair};
@@ -14,9 +15,8 @@ use crate::state::Sleep;
 use crate::surface::spin::SpinLaw;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::query::details::distance_support_map_support_map;
 use parry3d_f64::query::{
-    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher, TrackedContact,
+    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, TrackedContact,
 };
 use parry3d_f64::shape::PackedFeatureId;
 use std::ops::Range;
@@ -385,54 +385,6 @@ fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     }
 }
 
-/// Gap of the shapes, if it is larger than what is `reachable` in this step. The exact distance is computed
-/// once; until the relative motion could have used it up, nothing needs to be computed.
-fn still_apart(
-    pair: Option<&Pair>,
-    (distances, index): (&mut DistanceCache, usize),
-    (a, b): (&Collider, &Collider),
-    a_from_b: &Pose,
-    reachable: f64,
-) -> Option<f64> {
-    // Points are part of the state, the cached distance is not: a restored snapshot has none.
-    if pair.is_some_and(|pair| pair.manifold.points.iter().any(|point| point.data.loaded)) {
-        return None;
-    }
-    let touched = pair.filter(|pair| !pair.manifold.points.is_empty());
-    // Gaps known before a snapshot are known after it: for pairs with points, the state has them.
-    let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.seen);
-    // An unbounded shape approaches with any turn.
-    if gap > reachable && b.bounding_radius.is_finite() {
-        let travel = a_from_b.translation.distance(there.translation);
-        // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
-        let cosine = a_from_b.rotation.dot(there.rotation);
-        let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
-        let left = gap - travel - chord * b.bounding_radius;
-        if left > reachable {
-            return Some(left);
-        }
-    }
-    if touched.is_some() {
-        return None;
-    }
-    let gap = distance(a, b, a_from_b);
-    distances.set_gap(index, gap, *a_from_b);
-    (gap > reachable).then_some(gap)
-}
-
-/// Distance of two shapes, m; 0 where they overlap.
-fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
-    let cores = (a.core.as_cuboid(), b.core.as_cuboid());
-    let found = match cores {
-        // parry's own distance of two boxes is up to a millimetre too large where two edges are nearest.
-        (Some(a), Some(b)) => distance_support_map_support_map(a_from_b, a, b),
-        _ => {
-            DefaultQueryDispatcher.distance(a_from_b, &*a.core, &*b.core).map_or(0.0, |found| found.distance)
-        }
-    };
-    (found - a.rounding - b.rounding).max(0.0)
-}
-
 /// Like [`manifold::apart`], for any shapes but a ground.
 pub(super) fn apart(
     a: &Collider,
@@ -589,15 +541,5 @@ mod tests {
             let surface = sharp + beyond.min(Vec3::ZERO) + out * 0.004;
             assert!(inside || (point.local_p1 - surface).length() < 1e-15, "{beyond}: {}", point.local_p1);
         }
-    }
-
-    #[test]
-    fn distances_are_those_of_the_cores_less_what_rounds_them() {
-        let shapes = colliders();
-        // The capsule upright next to the box, its lower end above the box's edge.
-        let apart = Pose::translation(0.026, 0.016 + 0.03, 0.006 + 0.02 + 0.04);
-        let found = distance(&shapes[0], &shapes[1], &apart);
-        assert!((found - (0.05 - 0.004 - 0.008)).abs() < 1e-15, "{found}");
-        assert_eq!(distance(&shapes[0], &shapes[1], &Pose::translation(0.026, 0.02, 0.0)), 0.0);
     }
 }
