@@ -8,14 +8,13 @@ use std::sync::Arc;
 use tokio::task::JoinSet;
 
 impl Sessions {
-    /// Takes over open sessions without an owner, at most `max` of them; they wait for their clients. Returns their number.
+    /// Takes over open sessions without an owner, at most `max` of them; they wait for their clients.
     ///
     /// # Errors
     /// The database failed.
-    pub(crate) async fn adopt(self: &Arc<Self>, max: usize) -> Result<usize, StoreError> {
+    pub(crate) async fn adopt(self: &Arc<Self>, max: usize) -> Result<(), StoreError> {
         let _adopting = self.adopting.0.lock().await;
         let taken = self.store.take_sessions(max, None).await?;
-        let number = taken.len();
         // Their runs are built side by side, on all cores.
         let mut adopted = JoinSet::new();
         for held in taken {
@@ -23,7 +22,7 @@ impl Sessions {
             adopted.spawn(async move { sessions.adopt_or_release(&held).await });
         }
         adopted.join_all().await;
-        Ok(number)
+        Ok(())
     }
 
     async fn adopt_or_release(self: &Arc<Self>, held: &Held) {
@@ -56,8 +55,11 @@ impl Sessions {
     pub(crate) fn follow_owners(self: &Arc<Self>, owned: Vec<OwnedSession>) {
         for OwnedSession { held, epoch, wanted, firmly } in owned {
             if epoch != held.epoch {
-                tracing::warn!(session = held.session_id, "the session has another owner; it ends here");
-                held.lose();
+                // Once: it stays open here until its connection has noticed.
+                if !held.is_lost() {
+                    tracing::warn!(session = held.session_id, "the session has another owner; it ends here");
+                    held.lose();
+                }
             } else if let Some(host) = wanted {
                 let sessions = self.clone();
                 tokio::spawn(async move {

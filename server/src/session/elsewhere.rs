@@ -3,6 +3,7 @@
 use super::failure::store_failed;
 use super::registry::Registry;
 use super::session::{OpenRun, Session, Sessions};
+use crate::compute::admission::RETRY_S;
 use crate::world::run::World;
 use palmares_protocol::{Code, Refusal};
 use std::sync::Arc;
@@ -12,8 +13,6 @@ use std::time::{Duration, Instant};
 const FETCH_TIMEOUT: Duration = Duration::from_secs(8);
 /// Time between two attempts.
 const FETCH_PERIOD: Duration = Duration::from_millis(100);
-/// Time after which a client without a place should try again, s.
-const RETRY_S: f64 = 5.0;
 
 impl Sessions {
     /// Brings the session with this resume token here, if another host has it: at once if that host is gone, otherwise when it gives it.
