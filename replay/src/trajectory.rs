@@ -3,6 +3,7 @@
 use crate::frames::{FrameTransforms, WORLD};
 use palmares_models::Pose;
 use prost::{DecodeError, Message};
+use std::collections::BTreeMap;
 
 struct Body {
     name: String,
@@ -18,6 +19,8 @@ struct Body {
 pub struct Trajectory {
     /// Parents come before their children.
     bodies: Vec<Body>,
+    /// Their indices by name: a file from anybody may have a hundred thousand of them.
+    indices: BTreeMap<String, usize>,
 }
 
 impl Trajectory {
@@ -31,12 +34,12 @@ impl Trajectory {
             body.moved = false;
         }
         for (parent, name, local) in FrameTransforms::decode(message)?.poses() {
-            let index = |name: &str| self.bodies.iter().position(|body| body.name == name);
-            match index(name) {
-                Some(k) => (self.bodies[k].local, self.bodies[k].moved) = (local, true),
+            match self.indices.get(name) {
+                Some(&k) => (self.bodies[k].local, self.bodies[k].moved) = (local, true),
                 None => {
-                    let parent = if parent == WORLD { None } else { index(parent) };
+                    let parent = if parent == WORLD { None } else { self.indices.get(parent).copied() };
                     let name = name.to_owned();
+                    self.indices.insert(name.clone(), self.bodies.len());
                     self.bodies.push(Body { name, parent, local, world: local, moved: true });
                 }
             }
@@ -99,5 +102,19 @@ mod tests {
             counts[20..40].iter().sum::<usize>() < counts[60..80].iter().sum::<usize>() / 2,
             "{counts:?}"
         );
+    }
+
+    #[test]
+    fn many_bodies_take_no_square_of_their_number() {
+        const BODIES: usize = 200_000;
+        let mut bytes = Vec::new();
+        for k in 0..BODIES {
+            // Field 3 of a `foxglove.FrameTransform` is the name.
+            let name = format!("{k:08}");
+            bytes.extend([0x0a, 2 + name.len() as u8, 0x1a, name.len() as u8]);
+            bytes.extend(name.as_bytes());
+        }
+        let mut trajectory = Trajectory::default();
+        assert_eq!(trajectory.next(&bytes).expect("a message").count(), BODIES);
     }
 }

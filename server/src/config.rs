@@ -358,3 +358,8 @@ impl ServeOptions {
 pub fn hand_limits(path: &Path) -> anyhow::Result<HandLimits> {
     Ok(File::read(path)?.hand_limits)
 }
+
+/// Checks the text of a competition's file.
+pub(crate) fn check(text: &str) -> anyhow::Result<()> {
+    File::parse(Path::new("competition.toml"), text).map(drop)
+}

@@ -90,6 +90,11 @@ fn examine(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<Exa
     Ok(Examined { hand, sha256: sha256_hex(bytes), warnings: warnings_of_check, figures })
 }
 
+/// Checks an archive as an upload.
+pub(crate) fn check(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<(), Refusal> {
+    examine(bytes, limits, tasks).map(drop)
+}
+
 /// A hand that may be played, and the results of its check.
 struct Examined {
     hand: Arc<Hand>,

@@ -30,6 +30,7 @@ mod state;
 mod store;
 mod stored_path;
 mod transport;
+pub mod untrusted;
 mod version;
 mod watch;
 mod world;

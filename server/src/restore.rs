@@ -11,13 +11,17 @@ use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 
 /// Files of a data directory that is in use.
 const IN_USE: [&str; 5] = ["palmares.sqlite", "seed.secret", "signing.key", REPLAYS, HANDS];
+/// Largest compression ratio of an archive above [`RATIO_COUNTS_FROM`]. Text compresses to a tenth, zeros to a thousandth.
+const RATIO: u64 = 100;
+/// Content of any compression ratio, bytes.
+const RATIO_COUNTS_FROM: u64 = 16 << 20;
 /// Problems that are listed in full.
 const MAX_LISTED: usize = 20;
 
@@ -36,9 +40,10 @@ pub fn restore(
         bail!("{} is not empty: it has {name}; a backup is restored into an empty one", data_dir.display());
     }
     let draft = Draft::new(data_dir)?;
-    let unpacked = unpack(file, &draft.folder).with_context(|| file.display().to_string())?;
-    let mut notes = unpacked.check(allow_missing).with_context(|| file.display().to_string())?;
-    notes.extend(unpacked.drop_unnamed(&draft.folder)?);
+    let archive = File::open(file).context("cannot be read").map(BufReader::new);
+    let (unpacked, notes) = archive
+        .and_then(|archive| unpack_checked(archive, &draft.folder, allow_missing))
+        .with_context(|| file.display().to_string())?;
     let location = Location::new(&draft.folder, database_url.map(str::to_owned));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.context("cannot start the asynchronous runtime")?.block_on(async {
@@ -100,18 +105,33 @@ impl Drop for Draft {
 
 /// The content of an archive.
 #[derive(Default)]
-struct Unpacked {
+pub(crate) struct Unpacked {
     tables: Vec<Table>,
     /// SHA-256 of the unpacked replays and hands, by their paths.
     digests: BTreeMap<String, String>,
 }
 
+/// Unpacks an archive into a folder and compares it with the digests in the database. Returns it with notes about files that are
+/// not restored.
+pub(crate) fn unpack_checked(
+    archive: impl Read + Seek,
+    folder: &Path,
+    allow_missing: bool,
+) -> anyhow::Result<(Unpacked, Vec<String>)> {
+    let unpacked = unpack(archive, folder)?;
+    let mut notes = unpacked.check(allow_missing)?;
+    notes.extend(unpacked.drop_unnamed(folder)?);
+    Ok((unpacked, notes))
+}
+
 /// Unpacks an archive into a folder; nothing outside of it is written.
-fn unpack(archive: &Path, folder: &Path) -> anyhow::Result<Unpacked> {
-    let file = File::open(archive).context("cannot be read")?;
-    let mut zip = ZipArchive::new(BufReader::new(file)).context("not a backup of Palmares")?;
+fn unpack(mut archive: impl Read + Seek, folder: &Path) -> anyhow::Result<Unpacked> {
+    // Entries may overlap in the archive, so the bound is on all together.
+    let mut left = archive.seek(SeekFrom::End(0))?.saturating_mul(RATIO).max(RATIO_COUNTS_FROM);
+    let mut zip = ZipArchive::new(archive).context("not a backup of Palmares")?;
     let manifest = zip.by_name(MANIFEST).context("not a backup of Palmares")?;
-    let manifest: Manifest = serde_json::from_reader(manifest).context(MANIFEST)?;
+    let manifest: Manifest =
+        serde_json::from_reader(Bounded { entry: manifest, left: &mut left }).context(MANIFEST)?;
     if manifest.format != FORMAT {
         bail!("layout {}, this program reads {FORMAT}", manifest.format);
     }
@@ -119,9 +139,27 @@ fn unpack(archive: &Path, folder: &Path) -> anyhow::Result<Unpacked> {
     for i in 0..zip.len() {
         let entry = zip.by_index(i)?;
         let name = entry.name()?.into_owned();
+        let entry = Bounded { entry, left: &mut left };
         unpacked.add(&name, entry, folder).with_context(|| format!("entry {name:?}"))?;
     }
     Ok(unpacked)
+}
+
+/// An entry of an archive that may unpack to a limited size.
+struct Bounded<'a, R> {
+    entry: R,
+    /// What the rest of the archive may unpack to, bytes.
+    left: &'a mut u64,
+}
+
+impl<R: Read> Read for Bounded<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.entry.read(buffer)?;
+        let too_large =
+            || io::Error::other(format!("the archive unpacks to more than {RATIO} times its size"));
+        *self.left = self.left.checked_sub(count as u64).ok_or_else(too_large)?;
+        Ok(count)
+    }
 }
 
 impl Unpacked {
@@ -276,4 +314,34 @@ fn write(mut from: impl Read, path: &Path) -> io::Result<String> {
     }
     file.sync_all()?;
     Ok(hex::encode(hash.finalize()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+    use zip::ZipWriter;
+    use zip::write::SimpleFileOptions;
+
+    /// An archive with a manifest and an entry of this many spaces.
+    fn archive(name: &str, spaces: usize) -> Vec<u8> {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        zip.start_file(MANIFEST, SimpleFileOptions::default()).expect("an entry");
+        zip.write_all(br#"{"format":1,"server_version":"0.2.0","unix_ms":0}"#).expect("written");
+        zip.start_file(name, SimpleFileOptions::default()).expect("an entry");
+        zip.write_all(&vec![b' '; spaces]).expect("written");
+        zip.finish().expect("an archive").into_inner()
+    }
+
+    #[test]
+    fn an_archive_of_spaces_is_not_unpacked_whole() {
+        for name in ["tables/runs.jsonl", "data/seed.secret"] {
+            let folder = tempfile::tempdir().expect("a folder");
+            let bytes = archive(name, 17 << 20);
+            let error = unpack(Cursor::new(bytes), folder.path()).err().expect("refused");
+            assert!(format!("{error:#}").contains("more than 100 times its size"), "{error:#}");
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        assert!(unpack(Cursor::new(archive("data/seed.secret", 1 << 20)), folder.path()).is_ok());
+    }
 }

@@ -50,7 +50,7 @@ fn built(package: &str, kind: &str, name: &str, release: bool) -> Result<PathBuf
 }
 
 /// Runs a build and returns cargo's messages about the files that it made.
-fn artifacts(build: &mut Command) -> Result<Vec<Value>> {
+pub(crate) fn artifacts(build: &mut Command) -> Result<Vec<Value>> {
     build.args(["--message-format", "json-render-diagnostics"]);
     let output = build.stderr(Stdio::inherit()).output().context("cannot start cargo")?;
     ensure!(output.status.success(), "the build failed; see the messages above");
@@ -59,7 +59,7 @@ fn artifacts(build: &mut Command) -> Result<Vec<Value>> {
 }
 
 /// The program or example of this name. Its own unit tests have the same name.
-fn executable(artifacts: &[Value], name: &str) -> Result<PathBuf> {
+pub(crate) fn executable(artifacts: &[Value], name: &str) -> Result<PathBuf> {
     artifacts
         .iter()
         .filter(|message| message["target"]["name"] == name && message["profile"]["test"] == false)

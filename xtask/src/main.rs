@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `fuzz`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
@@ -8,6 +8,7 @@ mod demo;
 mod dependencies;
 mod docker;
 mod fleet;
+mod fuzz;
 mod generate;
 mod http;
 mod instructions;
@@ -39,6 +40,8 @@ enum Task {
     Docker(docker::Options),
     /// Several hosts with Postgres, an object store and a proxy on this machine, under faults and load; Linux, as root.
     Fleet(fleet::Options),
+    /// Run libFuzzer on the readers of bytes from outside, and add to fuzz/executions.json.
+    Fuzz(fuzz::Options),
     /// Write docs/schema and the types of Python and TypeScript from the Rust types of messages and HTTP bodies.
     Generate,
     /// Run the pages in a browser: take the pictures of README and docs again, or measure the load of the pages.
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
         Task::Fleet(options) => fleet::run(&options),
+        Task::Fuzz(options) => fuzz::run(&options),
         Task::Generate => {
             cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
         }

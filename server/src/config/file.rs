@@ -73,7 +73,7 @@ impl File {
         Self::parse(path, &read(path)?)
     }
 
-    fn parse(path: &Path, text: &str) -> anyhow::Result<Self> {
+    pub(super) fn parse(path: &Path, text: &str) -> anyhow::Result<Self> {
         // The full message would show the line, which may contain a password.
         let file: File = toml::from_str(text).map_err(|error| {
             let before = error.span().map_or("", |span| text.get(..span.start).unwrap_or_default());

@@ -29,3 +29,8 @@ pub(crate) use link::FleetKey;
 pub(crate) use other_hosts::OtherHosts;
 pub(crate) use ranking_cache::RankingCache;
 pub(crate) use relay::relay;
+
+/// Whether a text frame is a request.
+pub(crate) fn is_request(text: &str) -> bool {
+    request::parse(text).1.is_ok()
+}
