@@ -155,7 +155,10 @@ impl Proxy {
             _ => sample,
         };
         fs::write(&path, sample).expect("writes");
-        let started = Command::new(program).args(words).arg(&path).stdout(Stdio::null()).spawn();
+        let mut started = Command::new(program);
+        started.args(words).arg(&path).stdout(Stdio::null());
+        // Caddy keeps files there.
+        let started = started.env("XDG_DATA_HOME", folder).env("XDG_CONFIG_HOME", folder).spawn();
         match started {
             Ok(process) => Some(Proxy { process, port }),
             Err(_) => {

@@ -4,8 +4,12 @@ use super::command::Command;
 use super::session::{Session, Sessions};
 use crate::metrics::METRICS;
 use crate::store::{Held, NewAuditEntry, OwnedSession, StoreError};
+use palmares_tasks::Reason;
 use std::sync::Arc;
 use tokio::task::JoinSet;
+
+/// The note of a run whose session was ended while no host had it.
+const ENDED_MEANWHILE: &str = "an organizer ended the session while its host was away";
 
 impl Sessions {
     /// Takes over open sessions without an owner, at most `max` of them; they wait for their clients.
@@ -77,14 +81,19 @@ impl Sessions {
     }
 
     async fn adopt_one(self: &Arc<Self>, held: &Held) -> Result<(), StoreError> {
-        if let Some(run) = self.store.interrupted_run(held).await?
-            && let Some(row) = self.store.resumable_session(held).await?
+        let row = self.store.resumable_session(held).await?;
+        if let Some(row) = &row
+            && let Some(run) = self.store.interrupted_run(held).await?
         {
             let run_id = run.run_id.clone();
-            match self.continued(&row, held, run).await {
+            match self.continued(row, held, run).await {
                 Ok(session) => {
                     METRICS.took_session(true);
-                    session.wait();
+                    if row.open {
+                        session.wait();
+                    } else {
+                        session.end(Reason::Stopped, Some(ENDED_MEANWHILE)).await;
+                    }
                     return Ok(());
                 }
                 Err(error) => {
@@ -97,27 +106,10 @@ impl Sessions {
         }
         for run in self.store.abort_open_runs(held).await? {
             tracing::warn!(run, "the server stopped during this run; marked as aborted");
-            let why = "the server stopped during this run; its time is given back";
-            let entry =
-                NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
-            self.store.record(&entry).await?;
-        }
-        let Some(row) = self.store.resumable_session(held).await? else { return Ok(()) };
-        if let Some(session) = Session::restored(self, row) {
-            METRICS.took_session(false);
-            session.wait();
-        }
-        Ok(())
-    }
-
-    /// Ends the practice sessions of hosts that are gone, and aborts their runs.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub(crate) async fn end_lost_practice(&self) -> Result<(), StoreError> {
-        for run in self.store.end_lost_practice().await? {
-            tracing::warn!(run, "the server stopped during this run; marked as aborted");
-            let why = "the server stopped during this run";
+            let why = match row {
+                Some(_) => "the server stopped during this run; its time is given back",
+                None => "the server stopped during this run",
+            };
             let entry =
                 NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
             self.store.record(&entry).await?;
@@ -125,6 +117,29 @@ impl Sessions {
             if let Some(archive) = &self.archive {
                 archive.wake();
             }
+        }
+        match row {
+            Some(row) if row.open => {
+                if let Some(session) = Session::restored(self, row) {
+                    METRICS.took_session(false);
+                    session.wait();
+                }
+            }
+            _ => self.store.end_session(held).await?,
+        }
+        Ok(())
+    }
+
+    /// Ends what hosts that are gone have left: their practice sessions, and the open runs of sessions that an organizer has ended
+    /// meanwhile. Such a run is scored if its ticks are stored, otherwise it is aborted.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn end_lost(self: &Arc<Self>) -> Result<(), StoreError> {
+        self.store.end_lost_practice().await?;
+        let _adopting = self.adopting.0.lock().await;
+        for held in self.store.take_ended_sessions().await? {
+            self.adopt_or_release(&held).await;
         }
         Ok(())
     }
