@@ -4,6 +4,7 @@ use crate::harness::{
     Client, Official, RULES, assert_error, get, official_reset as reset, postgres_database, program,
 };
 use serde_json::{Value, json};
+use std::net::UdpSocket;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -22,8 +23,11 @@ fn free_port() -> u16 {
     listener.local_addr().expect("bound").port()
 }
 
-/// Starts a host of a fleet with these rules and its own. `like` is a host whose keys it gets.
-fn host(name: &str, url: &str, like: Option<&Official>, more: &str) -> Official {
+/// The address of hosts that only this machine reaches.
+const LOOPBACK: &str = "127.0.0.1";
+
+/// Starts a host of a fleet at an address, with these rules and its own. `like` is a host whose keys it gets.
+fn host(name: &str, url: &str, like: Option<&Official>, more: &str, address: &str) -> Official {
     let folder = TempDir::new().expect("temporary directory");
     if let Some(first) = like {
         for file in ["seed.secret", "signing.key", "organizer.token"] {
@@ -32,21 +36,21 @@ fn host(name: &str, url: &str, like: Option<&Official>, more: &str) -> Official 
         }
     }
     let port = free_port();
-    let listen = format!("127.0.0.1:{port}");
-    let rules = more.to_owned() + &rules(name, port);
+    let listen = format!("{address}:{port}");
+    let rules = more.to_owned() + &rules(name, port).replace(LOOPBACK, address);
     Official::start_with(folder, &rules, Some(url.to_owned()), &["--listen", &listen])
 }
 
 /// Two hosts of an open competition, and a team's token; None without Postgres.
 async fn two_hosts() -> Option<(Official, Official, String)> {
-    two_hosts_with("").await
+    two_hosts_with("", LOOPBACK).await
 }
 
-/// The same with more rules.
-async fn two_hosts_with(more: &str) -> Option<(Official, Official, String)> {
+/// The same with more rules, at an address.
+async fn two_hosts_with(more: &str, address: &str) -> Option<(Official, Official, String)> {
     let url = postgres_database().await?;
-    let first = host("h1", &url, None, more);
-    let second = host("h2", &url, Some(&first), more);
+    let first = host("h1", &url, None, more, address);
+    let second = host("h2", &url, Some(&first), more, address);
     first.open();
     let team = first.team("crabs");
     Some((first, second, team))
@@ -212,7 +216,7 @@ async fn an_organizers_command_reaches_the_host_that_has_the_session() {
 
 #[tokio::test]
 async fn worlds_and_queues_of_all_hosts_are_counted() {
-    let Some((first, second, crabs)) = two_hosts_with("max_worlds = 1\n").await else { return };
+    let Some((first, second, crabs)) = two_hosts_with("max_worlds = 1\n", LOOPBACK).await else { return };
     let eels = first.team("eels");
     // Both come before a world is open: the fleet then keeps the other place in reserve.
     let ((mut playing, _), (mut waiting, _)) = (first.greet(&crabs).await, first.greet(&eels).await);
@@ -499,6 +503,33 @@ async fn a_run_is_watched_at_any_host_over_one_connection() {
     relays(&first, 1).await;
     drop(viewers);
     relays(&first, 0).await;
+}
+
+/// The address of this machine in its network; None without one. Only such an address has a limit of connections.
+fn own_address() -> Option<String> {
+    let socket = UdpSocket::bind("0.0.0.0:0").ok()?;
+    // Nothing is sent.
+    socket.connect("192.0.2.254:9").ok()?;
+    Some(socket.local_addr().ok()?.ip()).filter(|address| !address.is_loopback()).map(|ip| ip.to_string())
+}
+
+#[tokio::test]
+async fn connections_between_hosts_take_no_places_of_an_address() {
+    let Some(address) = own_address() else { return println!("SKIP: this machine has no network") };
+    // Places for both teams, and for one connection more.
+    let limit = "max_connections_per_address = 3\n";
+    let Some((first, second, crabs)) = two_hosts_with(limit, &address).await else { return };
+    let eels = first.team("eels");
+    let players = [first.playing(&crabs).await, first.playing(&eels).await];
+    let mut viewers = Vec::new();
+    for (_, _, obs) in &players {
+        let mut viewer = second.watch(Some(&second.organizer)).await;
+        listed(&mut viewer).await;
+        let subscribed = viewer.ask(json!({"op": "subscribe", "run_id": obs["run_id"]})).await;
+        assert_eq!(subscribed["run_id"], obs["run_id"], "{subscribed}");
+        assert_eq!(until(&mut viewer, "scene").await["run"]["run_id"], obs["run_id"]);
+        viewers.push(viewer);
+    }
 }
 
 #[tokio::test]

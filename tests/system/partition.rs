@@ -2,6 +2,8 @@
 
 use crate::harness::{Official, RULES, postgres_database};
 use serde_json::json;
+use sqlx::postgres::PgConnectOptions;
+use sqlx::{ConnectOptions, Executor};
 use std::thread;
 use std::time::Duration;
 use tempfile::TempDir;
@@ -78,11 +80,19 @@ async fn a_server_alone_goes_on_when_its_network_is_back() {
     cup.open();
     let (mut client, _, obs) = cup.playing(&team).await;
     client.goes_on(0).await;
-    network.cut();
+    let options: PgConnectOptions = url.parse().expect("a URL");
+    let mut holder = options.connect().await.expect("connects");
+    holder.execute("BEGIN; SELECT 1 FROM sessions FOR UPDATE").await.expect("locks");
     let healed = async {
+        // The result is on its way: its statement waits for the lock.
+        let waits = "SELECT COUNT(*) FROM pg_stat_activity WHERE wait_event_type = 'Lock'";
+        while sqlx::query_scalar::<_, i64>(waits).fetch_one(&mut holder).await.expect("a number") == 0 {
+            sleep(Duration::from_millis(5)).await;
+        }
+        network.cut();
+        holder.execute("ROLLBACK").await.expect("unlocks");
         sleep(Duration::from_secs(4)).await;
         network.heal();
-        network
     };
     let stopped = async {
         loop {
@@ -95,7 +105,7 @@ async fn a_server_alone_goes_on_when_its_network_is_back() {
     };
     let both = async { tokio::join!(stopped, healed) };
     // TCP would not give the connections up: they stay open.
-    let (result, _network) = timeout(Duration::from_secs(60), both).await.expect("it is answered");
+    let (result, ()) = timeout(Duration::from_secs(60), both).await.expect("it is answered");
     assert_eq!((&result["op"], &result["status"]), (&json!("result"), &json!("provisional")), "{result}");
     cup.verified(&obs["run_id"]).await;
 }
