@@ -1,6 +1,7 @@
 //! Sessions that this server takes over: from its earlier process, or from a host that is gone.
 
 use super::command::Command;
+use super::continued::NotContinued;
 use super::session::{Session, Sessions};
 use crate::metrics::METRICS;
 use crate::store::{Held, NewAuditEntry, OwnedSession, StoreError};
@@ -29,6 +30,20 @@ impl Sessions {
         Ok(())
     }
 
+    /// Takes over the sessions of this server that nobody here has: a task ended between the database's answer and the registry.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn revive_orphans(self: &Arc<Self>) -> Result<(), StoreError> {
+        // The registry has a session before the database does.
+        for session_id in self.store.own_sessions().await? {
+            if !self.registry.knows(&session_id) {
+                self.revive(&session_id).await?;
+            }
+        }
+        Ok(())
+    }
+
     async fn adopt_or_release(self: &Arc<Self>, held: &Held) {
         let Err(error) = self.adopt_one(held).await else { return };
         tracing::error!(%error, session = held.session_id, "a session could not be taken over");
@@ -38,11 +53,19 @@ impl Sessions {
         }
     }
 
-    /// Takes over this session, if it has no owner. Also an ended session of this process that is open again.
+    /// Takes over this session, if it has no owner. Also an ended session of this process that is open again. It goes on when the
+    /// caller is dropped: a session that was taken needs its holder.
     ///
     /// # Errors
     /// The database failed.
     pub(crate) async fn revive(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
+        let (sessions, session_id) = (self.clone(), session_id.to_owned());
+        let reviving = tokio::spawn(async move { sessions.take_over(&session_id).await });
+        // It panics only when a take-over does, which the log has.
+        reviving.await.unwrap_or(Ok(()))
+    }
+
+    async fn take_over(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
         // A session that is being taken over is not taken twice.
         let _adopting = self.adopting.0.lock().await;
         if self.registry.knows(session_id) {
@@ -80,7 +103,7 @@ impl Sessions {
         }
     }
 
-    async fn adopt_one(self: &Arc<Self>, held: &Held) -> Result<(), StoreError> {
+    async fn adopt_one(self: &Arc<Self>, held: &Held) -> Result<(), NotContinued> {
         let row = self.store.resumable_session(held).await?;
         if let Some(row) = &row
             && let Some(run) = self.store.interrupted_run(held).await?
@@ -97,10 +120,13 @@ impl Sessions {
                     return Ok(());
                 }
                 Err(error) => {
-                    tracing::error!(%error, run = run_id, "the run of another host cannot be continued");
                     if let Some(shipper) = &self.shipper {
                         shipper.forget(&run_id, held).await;
                     }
+                    if let NotContinued::Now(_) = error {
+                        return Err(error);
+                    }
+                    tracing::error!(%error, run = run_id, "the run of another host cannot be continued");
                 }
             }
         }

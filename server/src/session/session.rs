@@ -298,8 +298,8 @@ impl Session {
             drop(live.take(None));
         }
         self.forget_ticks(false);
-        self.shared.registry.remove(&self.token_hash, &self.session_id);
-        self.shared.clocks.remove(&self.session_id);
+        self.shared.registry.remove(&self.held);
+        self.shared.clocks.remove(&self.session_id, self.held.epoch);
         tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
     }
 
@@ -399,8 +399,8 @@ impl Session {
         } else if let Err(error) = self.shared.store.end_session(&self.held).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }
-        self.shared.registry.remove(&self.token_hash, &self.session_id);
-        self.shared.clocks.remove(&self.session_id);
+        self.shared.registry.remove(&self.held);
+        self.shared.clocks.remove(&self.session_id, self.held.epoch);
         tracing::info!(session = self.session_id, "session ended");
         result.map(|result| Reply::Result(Box::new(result)))
     }

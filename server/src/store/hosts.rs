@@ -287,6 +287,16 @@ impl Store {
         Ok(taken.into_iter().map(|(session_id, epoch)| Held::new(session_id, epoch)).collect())
     }
 
+    /// The open official sessions of this process.
+    pub(crate) async fn own_sessions(&self) -> Result<Vec<String>, StoreError> {
+        let query = sqlx::query_scalar(
+            "SELECT session_id FROM sessions WHERE mode = 'official' AND status = 'open' AND owner = $1 \
+             AND owner_incarnation = $2 ORDER BY session_id",
+        );
+        let query = query.bind(self.host.host_id.clone()).bind(self.host.incarnation());
+        Ok(query.fetch_all(&self.pool()).await?)
+    }
+
     /// Ends the practice sessions of hosts that are gone. Their runs are left to [`Store::take_ended_sessions`].
     pub(crate) async fn end_lost_practice(&self) -> Result<(), StoreError> {
         let now = self.dialect.now_ms();
