@@ -76,7 +76,12 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
                 if sweep && let Err(error) = app.sessions.end_lost_practice().await {
                     tracing::warn!(%error, "lost practice sessions could not be ended");
                 }
-                if sweep && let Err(error) = app.store.sweep_shipped_runs().await {
+                if sweep
+                    && let Err(error) = app
+                        .store
+                        .sweep_shipped_runs(app.archive.as_ref().is_some_and(|archive| archive.is_shared()))
+                        .await
+                {
                     tracing::warn!(%error, "the ticks of ended runs could not be deleted");
                 }
                 adopting.store(false, Ordering::Relaxed);
