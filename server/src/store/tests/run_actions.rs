@@ -1,7 +1,7 @@
 //! Ticks of runs whose sessions change owners all the time.
 
-use super::fleet_database::FleetDatabase;
 use super::begin;
+use super::fleet_database::FleetDatabase;
 use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, Store};
 use sqlx::Executor;
 use std::sync::atomic::{AtomicU64, Ordering};
