@@ -2,7 +2,7 @@
 
 use super::command::{Command, PendingCommand};
 use super::session::{OpenRun, Session};
-use crate::compute::admission::WAIT;
+use crate::compute::queue::WAIT;
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
 use tokio::task::spawn_blocking;
