@@ -33,11 +33,11 @@ pub(super) async fn write_again(
     owner: &str,
     run_id: &str,
 ) -> anyhow::Result<WrittenAgain> {
-    let Some(run) = store.lost_run(run_id).await? else { return Ok(WrittenAgain::NoTicks) };
-    let before = store.replay(run_id).await?.map(|(_, sha256)| sha256);
+    let Some(run) = store.answered(store.lost_run(run_id)).await? else { return Ok(WrittenAgain::NoTicks) };
+    let before = store.answered(store.replay(run_id)).await?.map(|(_, sha256)| sha256);
     let file = writer.write_again(&run).await?;
     let (path, sha256) = (stored_path(&file), file.sha256);
-    if !store.replay_written_again(owner, run_id, &path, &sha256).await? {
+    if !store.answered(store.replay_written_again(owner, run_id, &path, &sha256)).await? {
         return Ok(WrittenAgain::ClaimLost);
     }
     let same = before.as_deref() == Some(sha256.as_str());
@@ -46,6 +46,6 @@ pub(super) async fn write_again(
     tracing::warn!(run = run_id, sha256, same, "a missing replay was written again from the stored ticks");
     let entry =
         NewAuditEntry { actor: "server", action: "replay.rewrite", subject: run_id, reason: Some(&reason) };
-    store.record(&entry).await?;
+    store.answered(store.record(&entry)).await?;
     Ok(WrittenAgain::File { path, sha256 })
 }

@@ -41,7 +41,8 @@ impl Upload {
         let mut pause = FIRST_PAUSE;
         loop {
             let round = async {
-                match self.round().await {
+                let store = self.store.clone();
+                match store.answered(self.round()).await {
                     Ok(()) => {
                         pause = FIRST_PAUSE;
                         let _ = tokio::time::timeout(ROUND_PERIOD, self.archive.finished.notified()).await;

@@ -91,21 +91,29 @@ impl Verification {
         }
     }
 
+    /// The result of a statement; an error if its connection was lost in the network: the verification goes on with others.
+    async fn answered<T>(
+        &self,
+        statement: impl Future<Output = Result<T, StoreError>>,
+    ) -> Result<T, StoreError> {
+        self.store.answered(statement).await
+    }
+
     /// Tries every run that is due.
     pub(super) async fn round(&self, cleans: bool) -> Result<(), StoreError> {
         while let Some(claim) = self.claim().await? {
             self.attempt(&claim).await?;
         }
         if cleans {
-            self.store.note_other_engines().await?;
-            apply_retention(&self.store, &self.archive).await?;
+            self.answered(self.store.note_other_engines()).await?;
+            self.answered(apply_retention(&self.store, &self.archive)).await?;
         }
         Ok(())
     }
 
     async fn claim(&self) -> Result<Option<Claim>, StoreError> {
-        match self.store.claim_verification(&self.owner).await? {
-            None if self.writer.is_some() => self.store.claim_lost_replay(&self.owner).await,
+        match self.answered(self.store.claim_verification(&self.owner)).await? {
+            None if self.writer.is_some() => self.answered(self.store.claim_lost_replay(&self.owner)).await,
             claim => Ok(claim),
         }
     }
@@ -113,7 +121,7 @@ impl Verification {
     /// Tries to verify a run.
     async fn attempt(&self, claim: &Claim) -> Result<(), StoreError> {
         let run_id = claim.run_id.as_str();
-        let Some(record) = self.store.run(run_id).await? else { return Ok(()) };
+        let Some(record) = self.answered(self.store.run(run_id)).await? else { return Ok(()) };
         let checked = tokio::select! {
             checked = self.judge(claim, record) => checked,
             () = self.renew(run_id) => None,
@@ -132,7 +140,8 @@ impl Verification {
                 } else {
                     tracing::error!(run = run_id, tries, %reason, "no verdict; stuck until an organizer decides");
                 }
-                self.store.set_inconclusive(&self.owner, run_id, &reason.to_string(), pause).await?
+                let reason = reason.to_string();
+                self.answered(self.store.set_inconclusive(&self.owner, run_id, &reason, pause)).await?
             }
         };
         if !owned {
@@ -182,7 +191,7 @@ impl Verification {
     async fn renew(&self, run_id: &str) {
         loop {
             tokio::time::sleep(CLAIM / 3).await;
-            match self.store.renew_claim(&self.owner, run_id).await {
+            match self.answered(self.store.renew_claim(&self.owner, run_id)).await {
                 Ok(true) => {}
                 Ok(false) => return,
                 Err(error) => {
@@ -197,8 +206,8 @@ impl Verification {
         let Verdict { status, note, fingerprint } = verdict;
         let run_id = claim.run_id.as_str();
         // Before the status: a run with a verdict is not checked again.
-        self.store.compare_actions(run_id, &fingerprint).await?;
-        let owned = self.store.set_verdict(&self.owner, run_id, status, &note).await?;
+        self.answered(self.store.compare_actions(run_id, &fingerprint)).await?;
+        let owned = self.answered(self.store.set_verdict(&self.owner, run_id, status, &note)).await?;
         if owned {
             match status {
                 VerificationStatus::Rejected => {
