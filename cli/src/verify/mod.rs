@@ -1,14 +1,16 @@
 //! `palmares verify`: one replay, or all of a season.
 
+mod file;
 mod pool;
 mod progress;
 mod ray;
 mod sources;
 mod verdict;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use clap::Args;
-use palmares_replay::{self as replay, PublicKey};
+pub(crate) use file::load;
+use palmares_replay::PublicKey;
 use palmares_tasks::Task;
 use pool::{Event, Judge};
 use progress::Progress;
@@ -230,19 +232,4 @@ fn stop_at_ctrl_c(events: Sender<Event>) -> anyhow::Result<()> {
 /// Tasks from folders.
 pub(crate) fn own_tasks(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<Task>>> {
     paths.iter().map(|path| Ok(Arc::new(Task::load(path)?.task))).collect()
-}
-
-/// A file's bytes; a file that is too large for a replay is not read.
-pub(crate) fn load(file: &Path) -> anyhow::Result<Vec<u8>> {
-    let failed = || format!("cannot read {}", file.display());
-    let facts = std::fs::metadata(file).with_context(failed)?;
-    ensure!(facts.is_file(), "{}: not a file", file.display());
-    ensure!(
-        facts.len() <= replay::FILE_BYTES as u64,
-        "{}: {} bytes are too many for a replay, the maximum is {}",
-        file.display(),
-        facts.len(),
-        replay::FILE_BYTES
-    );
-    std::fs::read(file).with_context(failed)
 }

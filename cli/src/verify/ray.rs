@@ -61,7 +61,7 @@ pub(super) fn start(
     events: Sender<Event>,
 ) -> anyhow::Result<Cluster> {
     let python = env::var("PALMARES_PYTHON").unwrap_or_else(|_| "python3".into());
-    let server = crate::version();
+    let server = crate::server::version();
     let mut command = Command::new(&python);
     command.args(["-m", MODULE, "--build"]).arg(format!("{}, build {}", server.version, server.build_hash));
     if !address.is_empty() {

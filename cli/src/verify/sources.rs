@@ -1,6 +1,6 @@
 //! The replays of files, folders and buckets.
 
-use super::load;
+use super::file::load;
 use anyhow::{Context, ensure};
 use palmares_replay::FILE_BYTES;
 use palmares_s3::Bucket;

@@ -3,6 +3,7 @@
 //! World and clock stand until the client is back, or until the grace period of a lost connection has passed: the loss of the host is
 //! no fault of the team.
 
+use super::after_run::AfterRun;
 use super::machine::{Machine, Playing};
 use super::run_inputs;
 use super::session::{OpenRun, Session, SessionIds, Sessions};
@@ -155,24 +156,6 @@ impl Sessions {
             "the run of another host continues here when its client is back"
         );
         Ok(session)
-    }
-}
-
-/// The treatment of the stored ticks of a run that this session no longer plays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum AfterRun {
-    /// They stay for another host.
-    Leave,
-    /// The missing ones are stored as well: the replay can be written again from them until it is in safety.
-    Complete,
-    /// They are deleted: there is no replay.
-    Delete,
-}
-
-impl AfterRun {
-    /// After a result with or without a replay.
-    pub(super) fn of(replay: bool) -> Self {
-        if replay { AfterRun::Complete } else { AfterRun::Delete }
     }
 }
 

@@ -3,7 +3,7 @@
 //! The world is closed, the replay completed, the status decided. Then the result is stored, the clock accounts for the run, and
 //! the result is sent. A result that could not be stored is kept, and `stop` tries again.
 
-use super::continued::AfterRun;
+use super::after_run::AfterRun;
 use super::failure::store_failed;
 use super::finished::{Decision, FinishedRun, RunEnd, RunStatus};
 use super::machine::{Playing, Stopping};

@@ -5,6 +5,7 @@
 //! [`waiting`]) and computes nothing.
 
 mod adopt;
+mod after_run;
 mod begin;
 mod clock_rows;
 mod command;

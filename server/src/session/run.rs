@@ -1,6 +1,6 @@
 //! Requests of a client to its session: opening and playing a run.
 
-use super::continued::AfterRun;
+use super::after_run::AfterRun;
 use super::failure::{random_hex, store_failed};
 use super::machine::Playing;
 use super::run_inputs::{self, RunKey};

@@ -1,8 +1,8 @@
 //! A team's session: its parts, its reports, its end.
 
+use super::after_run::AfterRun;
 use super::clock_rows::saved_row;
 use super::command::PendingCommand;
-use super::continued::AfterRun;
 use super::finished::FinishedRun;
 use super::machine::Machine;
 use super::registry::{Claims, Inbox, Registry};
