@@ -24,6 +24,16 @@ fn free_port() -> u16 {
 
 /// Starts a host of a fleet. `like` is a host whose keys it gets.
 fn host(name: &str, url: &str, like: Option<&Official>) -> Official {
+    host_with(name, url, like, |rules| rules)
+}
+
+/// The same with other rules.
+pub(crate) fn host_with(
+    name: &str,
+    url: &str,
+    like: Option<&Official>,
+    change: impl Fn(String) -> String,
+) -> Official {
     let folder = TempDir::new().expect("temporary directory");
     if let Some(first) = like {
         for file in ["seed.secret", "signing.key", "organizer.token"] {
@@ -33,11 +43,11 @@ fn host(name: &str, url: &str, like: Option<&Official>) -> Official {
     }
     let port = free_port();
     let listen = format!("127.0.0.1:{port}");
-    Official::start_with(folder, &rules(name, port), Some(url.to_owned()), &["--listen", &listen])
+    Official::start_with(folder, &change(rules(name, port)), Some(url.to_owned()), &["--listen", &listen])
 }
 
 /// Two hosts of an open competition, and a team's token; None without Postgres.
-async fn two_hosts() -> Option<(Official, Official, String)> {
+pub(crate) async fn two_hosts() -> Option<(Official, Official, String)> {
     let url = postgres_database().await?;
     let first = host("h1", &url, None);
     let second = host("h2", &url, Some(&first));
@@ -47,7 +57,7 @@ async fn two_hosts() -> Option<(Official, Official, String)> {
 }
 
 /// Says hello with a resume token until the host has the session.
-async fn resumed(official: &Official, team: &str, token: &Value) -> (Client, Value) {
+pub(crate) async fn resumed(official: &Official, team: &str, token: &Value) -> (Client, Value) {
     let began = Instant::now();
     loop {
         let mut client = official.connect(team).await;

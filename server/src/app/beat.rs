@@ -22,18 +22,20 @@ const SWEEP_PERIOD: Duration = Duration::from_secs(5);
 /// Renews the lease until the server has stopped. Without `fleet` nobody else can take the sessions, and none are given up.
 pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
     let mut connection = None;
-    let mut swept = Instant::now();
+    let (mut swept, mut answered) = (Instant::now(), Instant::now());
     let adopting = Arc::new(AtomicBool::new(false));
     loop {
         let (began, requested) = (Instant::now(), Moment::now());
         match timeout(BEAT_TIMEOUT, once(&app, &mut connection)).await {
             Ok(Ok(Some(owned))) => {
-                if !lease.is_valid() {
+                // Also without a fleet, where the lease has no end.
+                if answered.elapsed() >= LEASE {
                     tracing::warn!("the database answers again");
                     if let Err(error) = app.store.reconnect().await {
                         tracing::error!(%error, "the connections to the database could not be replaced");
                     }
                 }
+                answered = began;
                 lease.renew(requested, LEASE);
                 app.sessions.follow_owners(owned);
             }
@@ -73,8 +75,11 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
                 if let Err(error) = app.sessions.adopt(free).await {
                     tracing::warn!(%error, "sessions without an owner could not be taken over");
                 }
-                if sweep && let Err(error) = app.sessions.end_lost_practice().await {
-                    tracing::warn!(%error, "lost practice sessions could not be ended");
+                if sweep && let Err(error) = app.sessions.end_lost().await {
+                    tracing::warn!(%error, "what lost hosts have left could not be ended");
+                }
+                if sweep && let Err(error) = app.sessions.revive_orphans().await {
+                    tracing::warn!(%error, "sessions that nobody here has could not be taken over");
                 }
                 if sweep && let Err(error) = app.store.sweep_shipped_runs().await {
                     tracing::warn!(%error, "the ticks of ended runs could not be deleted");
@@ -105,9 +110,12 @@ async fn once(
         Some(connection) => connection,
         None => connection.insert(app.store.connection().await?),
     };
+    let open = app.compute.admission.open();
     let renewal = Renewal {
         places: app.compute.max_worlds(),
-        taken: app.compute.admission.open().all(),
+        taken: open.all(),
+        idle: open.idle,
+        waiting: app.compute.admission.waiting(),
         draining: app.lifecycle.is_stopping(),
     };
     if !app.store.renew(connection, renewal).await? {
@@ -115,6 +123,9 @@ async fn once(
     }
     let held = app.sessions.registry.held();
     let owned = app.store.owners_of(connection, &held).await?;
+    if app.store.host_name().is_some() {
+        app.host_rows.set(app.store.other_hosts(connection).await?);
+    }
     if app.store.competition_state_by(connection).await? != app.competition.rules.state() {
         follow_competition(app);
     }

@@ -77,7 +77,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     // Before the first round of verification, which keeps the replays of open runs.
     app.sessions.refund_all().await?;
     if !fleet {
-        app.sessions.end_lost_practice().await?;
+        app.sessions.end_lost().await?;
         app.sessions.adopt(usize::MAX).await?;
     }
     let verification = match app.archive.clone() {

@@ -1,11 +1,16 @@
 //! Sessions that this server takes over: from its earlier process, or from a host that is gone.
 
 use super::command::Command;
+use super::continued::NotContinued;
 use super::session::{Session, Sessions};
 use crate::metrics::METRICS;
 use crate::store::{Held, NewAuditEntry, OwnedSession, StoreError};
+use palmares_tasks::Reason;
 use std::sync::Arc;
 use tokio::task::JoinSet;
+
+/// The note of a run whose session was ended while no host had it.
+const ENDED_MEANWHILE: &str = "an organizer ended the session while its host was away";
 
 impl Sessions {
     /// Takes over open sessions without an owner, at most `max` of them; they wait for their clients.
@@ -25,6 +30,20 @@ impl Sessions {
         Ok(())
     }
 
+    /// Takes over the sessions of this server that nobody here has: a task ended between the database's answer and the registry.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn revive_orphans(self: &Arc<Self>) -> Result<(), StoreError> {
+        // The registry has a session before the database does.
+        for session_id in self.store.own_sessions().await? {
+            if !self.registry.knows(&session_id) {
+                self.revive(&session_id).await?;
+            }
+        }
+        Ok(())
+    }
+
     async fn adopt_or_release(self: &Arc<Self>, held: &Held) {
         let Err(error) = self.adopt_one(held).await else { return };
         tracing::error!(%error, session = held.session_id, "a session could not be taken over");
@@ -34,11 +53,19 @@ impl Sessions {
         }
     }
 
-    /// Takes over this session, if it has no owner. Also an ended session of this process that is open again.
+    /// Takes over this session, if it has no owner. Also an ended session of this process that is open again. It goes on when the
+    /// caller is dropped: a session that was taken needs its holder.
     ///
     /// # Errors
     /// The database failed.
     pub(crate) async fn revive(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
+        let (sessions, session_id) = (self.clone(), session_id.to_owned());
+        let reviving = tokio::spawn(async move { sessions.take_over(&session_id).await });
+        // It panics only when a take-over does, which the log has.
+        reviving.await.unwrap_or(Ok(()))
+    }
+
+    async fn take_over(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
         // A session that is being taken over is not taken twice.
         let _adopting = self.adopting.0.lock().await;
         if self.registry.knows(session_id) {
@@ -76,48 +103,39 @@ impl Sessions {
         }
     }
 
-    async fn adopt_one(self: &Arc<Self>, held: &Held) -> Result<(), StoreError> {
-        if let Some(run) = self.store.interrupted_run(held).await?
-            && let Some(row) = self.store.resumable_session(held).await?
+    async fn adopt_one(self: &Arc<Self>, held: &Held) -> Result<(), NotContinued> {
+        let row = self.store.resumable_session(held).await?;
+        if let Some(row) = &row
+            && let Some(run) = self.store.interrupted_run(held).await?
         {
             let run_id = run.run_id.clone();
-            match self.continued(&row, held, run).await {
+            match self.continued(row, held, run).await {
                 Ok(session) => {
                     METRICS.took_session(true);
-                    session.wait();
+                    if row.open {
+                        session.wait();
+                    } else {
+                        session.end(Reason::Stopped, Some(ENDED_MEANWHILE)).await;
+                    }
                     return Ok(());
                 }
                 Err(error) => {
-                    tracing::error!(%error, run = run_id, "the run of another host cannot be continued");
                     if let Some(shipper) = &self.shipper {
                         shipper.forget(&run_id, held).await;
                     }
+                    if let NotContinued::Now(_) = error {
+                        return Err(error);
+                    }
+                    tracing::error!(%error, run = run_id, "the run of another host cannot be continued");
                 }
             }
         }
         for run in self.store.abort_open_runs(held).await? {
             tracing::warn!(run, "the server stopped during this run; marked as aborted");
-            let why = "the server stopped during this run; its time is given back";
-            let entry =
-                NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
-            self.store.record(&entry).await?;
-        }
-        let Some(row) = self.store.resumable_session(held).await? else { return Ok(()) };
-        if let Some(session) = Session::restored(self, row) {
-            METRICS.took_session(false);
-            session.wait();
-        }
-        Ok(())
-    }
-
-    /// Ends the practice sessions of hosts that are gone, and aborts their runs.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub(crate) async fn end_lost_practice(&self) -> Result<(), StoreError> {
-        for run in self.store.end_lost_practice().await? {
-            tracing::warn!(run, "the server stopped during this run; marked as aborted");
-            let why = "the server stopped during this run";
+            let why = match row {
+                Some(_) => "the server stopped during this run; its time is given back",
+                None => "the server stopped during this run",
+            };
             let entry =
                 NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
             self.store.record(&entry).await?;
@@ -125,6 +143,29 @@ impl Sessions {
             if let Some(archive) = &self.archive {
                 archive.wake();
             }
+        }
+        match row {
+            Some(row) if row.open => {
+                if let Some(session) = Session::restored(self, row) {
+                    METRICS.took_session(false);
+                    session.wait();
+                }
+            }
+            _ => self.store.end_session(held).await?,
+        }
+        Ok(())
+    }
+
+    /// Ends what hosts that are gone have left: their practice sessions, and the open runs of sessions that an organizer has ended
+    /// meanwhile. Such a run is scored if its ticks are stored, otherwise it is aborted.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(crate) async fn end_lost(self: &Arc<Self>) -> Result<(), StoreError> {
+        self.store.end_lost_practice().await?;
+        let _adopting = self.adopting.0.lock().await;
+        for held in self.store.take_ended_sessions().await? {
+            self.adopt_or_release(&held).await;
         }
         Ok(())
     }

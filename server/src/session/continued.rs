@@ -8,35 +8,70 @@ use super::run_inputs;
 use super::session::{OpenRun, Session, SessionIds, Sessions};
 use crate::clock::{ClockState, Spent};
 use crate::compute::admission::WorldRequest;
-use crate::fleet::continued_run::ContinuedRun;
-use crate::store::{Held, InterruptedRun, ResumableSession};
+use crate::compute::background::JobError;
+use crate::fleet::continued_run::{ContinueError, ContinuedRun};
+use crate::store::{Held, InterruptedRun, ResumableSession, StoreError};
 use crate::watch::messages::WatchRun;
 use crate::world::RunObserver;
 use crate::world::realtime::RealtimeWorld;
-use anyhow::{Context, anyhow};
-use palmares_protocol::Mode;
+use palmares_protocol::{Code, Mode, Refusal};
 use palmares_replay::{Header, Pacing};
 use std::sync::Arc;
+
+/// Reason why a run was not continued.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NotContinued {
+    /// Another attempt, here or on another host, may succeed.
+    #[error("{0}")]
+    Now(String),
+    /// The run is void.
+    #[error("{0}")]
+    Ever(String),
+}
+
+impl From<StoreError> for NotContinued {
+    fn from(error: StoreError) -> Self {
+        NotContinued::Now(error.to_string())
+    }
+}
+
+impl From<ContinueError> for NotContinued {
+    fn from(error: ContinueError) -> Self {
+        match error {
+            ContinueError::Job(error @ JobError::Thread(_)) => NotContinued::Now(error.to_string()),
+            error => NotContinued::Ever(error.to_string()),
+        }
+    }
+}
+
+/// A hand that is not there, or a database that did not answer.
+fn hand_missing(refusal: Refusal) -> NotContinued {
+    let why = format!("its hand: {}", refusal.message);
+    if refusal.code == Code::Internal { NotContinued::Now(why) } else { NotContinued::Ever(why) }
+}
 
 impl Sessions {
     /// A session with its open run, which stands at its last stored tick.
     ///
     /// # Errors
-    /// Reason why the run cannot be continued.
+    /// Reason why the run was not continued.
     pub(super) async fn continued(
         self: &Arc<Self>,
         row: &ResumableSession,
         held: &Held,
         run: InterruptedRun,
-    ) -> anyhow::Result<Box<Session>> {
-        let shipper = self.shipper.as_ref().context("this server is in no fleet")?;
-        let archive = self.archive.as_ref().context("this server records nothing")?;
-        let header = Header::from_json(&run.header).map_err(|error| anyhow!("its header: {error}"))?;
-        let task = self.competition.task(&header.task).context("its task is not played here")?.clone();
+    ) -> Result<Box<Session>, NotContinued> {
+        let never = |why: &str| NotContinued::Ever(why.to_owned());
+        let shipper = self.shipper.as_ref().ok_or_else(|| never("this server is in no fleet"))?;
+        let archive = self.archive.as_ref().ok_or_else(|| never("this server records nothing"))?;
+        let header = Header::from_json(&run.header);
+        let header = header.map_err(|error| NotContinued::Ever(format!("its header: {error}")))?;
+        let task = self.competition.task(&header.task).ok_or_else(|| never("its task is not played here"))?;
+        let task = task.clone();
         let found = run_inputs::hand(self, &row.team, &header.hand).await;
-        let (hand, hand_sha256) = found.map_err(|refusal| anyhow!("its hand: {}", refusal.message))?;
+        let (hand, hand_sha256) = found.map_err(hand_missing)?;
         let provided = run_inputs::provide(self, &hand, hand_sha256.as_deref()).await;
-        provided.map_err(|refusal| anyhow!("its hand: {}", refusal.message))?;
+        provided.map_err(hand_missing)?;
         let mode = match header.pacing {
             Pacing::Lockstep => Mode::Lockstep,
             Pacing::Realtime => Mode::Realtime,
@@ -87,7 +122,10 @@ impl Sessions {
         };
         let now = self.lifecycle.now();
         let machine = Machine::continued(row.limit_s, before, &in_run, playing, now);
-        let inbox = self.registry.insert(&row.token_hash, held).context("the session is open here")?;
+        self.store.count_move(held, &run.run_id).await?;
+        // After this nothing fails: the registry has the session as long as it exists.
+        let inbox = self.registry.insert(&row.token_hash, held);
+        let inbox = inbox.ok_or_else(|| NotContinued::Now("the session is open here".into()))?;
         let ids = SessionIds {
             held: held.clone(),
             // The client has the token.
@@ -110,7 +148,6 @@ impl Sessions {
             }
         };
         session.show_clock();
-        self.store.count_move(held, &run.run_id).await?;
         tracing::warn!(
             session = held.session_id,
             run = run.run_id,

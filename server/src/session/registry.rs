@@ -6,7 +6,6 @@ use crate::store::Held;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::{mpsc, oneshot};
 
@@ -33,16 +32,24 @@ pub(crate) struct Inbox<S> {
 
 #[derive(Debug)]
 struct Holder<S> {
+    held: Held,
     /// Whether a task keeps the session for its client; otherwise a connection holds it, or gets it now.
     waiting: bool,
     /// Never more than one claim for each connection, so that the queue needs no bound of its own.
     claims: mpsc::UnboundedSender<Claim<S>>,
 }
 
+impl<S> Holder<S> {
+    fn is_of(&self, held: &Held) -> bool {
+        self.held.session_id == held.session_id && self.held.epoch == held.epoch
+    }
+}
+
 /// Longest queue of commands for a session.
 const COMMAND_QUEUE: usize = 8;
 
-/// The open sessions by the hash of their resume token, and their command channels by session id. A lock is held for a look-up only.
+/// The open sessions by the hash of their resume token, and their command channels by session id. A lock is held for a look-up only;
+/// that of the channels is taken first.
 #[derive(Debug)]
 pub(crate) struct Registry<S> {
     holders: Mutex<HashMap<String, Holder<S>>>,
@@ -84,22 +91,32 @@ impl<S> Registry<S> {
         self.holders().len()
     }
 
-    /// Adds a new session, held by a connection, unless it is open already.
+    /// Adds a session, held by a connection, unless it is open already. One that this process has lost and taken again replaces the
+    /// lost one, whose holder may not have noticed yet.
     pub(super) fn insert(&self, token_hash: &str, held: &Held) -> Option<Inbox<S>> {
         let (channel, commands) = Channel::new(held);
         let (sender, claims) = mpsc::unbounded_channel();
-        match self.channels().entry(held.session_id.clone()) {
-            Entry::Occupied(_) => return None,
-            Entry::Vacant(free) => free.insert(channel),
-        };
-        self.holders().insert(token_hash.to_owned(), Holder { waiting: false, claims: sender });
+        let mut channels = self.channels();
+        if let Some(earlier) = channels.get(&held.session_id) {
+            if earlier.held.epoch >= held.epoch {
+                return None;
+            }
+            earlier.held.lose();
+            self.holders().retain(|_, holder| holder.held.session_id != held.session_id);
+        }
+        channels.insert(held.session_id.clone(), channel);
+        let holder = Holder { held: held.clone(), waiting: false, claims: sender };
+        self.holders().insert(token_hash.to_owned(), holder);
         Some(Inbox { commands, claims })
     }
 
     /// Removes a session that has ended.
-    pub(super) fn remove(&self, token_hash: &str, session_id: &str) {
-        self.holders().remove(token_hash);
-        self.channels().remove(session_id);
+    pub(super) fn remove(&self, held: &Held) {
+        let mut channels = self.channels();
+        if channels.get(&held.session_id).is_some_and(|channel| channel.held.epoch == held.epoch) {
+            channels.remove(&held.session_id);
+            self.holders().retain(|_, holder| holder.held.session_id != held.session_id);
+        }
     }
 
     /// Sends a command to a session and waits for its result.
@@ -112,9 +129,11 @@ impl<S> Registry<S> {
     }
 
     /// Replaces the resume token of a session that a connection holds.
-    pub(super) fn rekey(&self, old: &str, new: &str) {
+    pub(super) fn rekey(&self, held: &Held, old: &str, new: &str) {
         let mut holders = self.holders();
-        if let Some(holder) = holders.remove(old) {
+        if holders.get(old).is_some_and(|holder| holder.is_of(held))
+            && let Some(holder) = holders.remove(old)
+        {
             holders.insert(new.to_owned(), holder);
         }
     }
@@ -136,12 +155,12 @@ impl<S> Registry<S> {
 
     /// Whether the session with this token is open here.
     pub(super) fn has(&self, token_hash: &str) -> bool {
-        self.holders().contains_key(token_hash)
+        self.holders().get(token_hash).is_some_and(|holder| !holder.held.is_lost())
     }
 
     /// Whether a session is open here, under any token.
     pub(super) fn knows(&self, session_id: &str) -> bool {
-        self.channels().contains_key(session_id)
+        self.channels().get(session_id).is_some_and(|channel| !channel.held.is_lost())
     }
 
     /// The refusal for a session that another connection holds.
@@ -180,20 +199,21 @@ impl<S> Registry<S> {
     }
 
     /// A task keeps the session while its client is away.
-    pub(super) fn wait(&self, token_hash: &str) {
-        if let Some(holder) = self.holders().get_mut(token_hash) {
+    pub(super) fn wait(&self, held: &Held, token_hash: &str) {
+        if let Some(holder) = self.holders().get_mut(token_hash).filter(|holder| holder.is_of(held)) {
             holder.waiting = true;
         }
     }
 
-    /// Removes the session unless a connection has claimed it. Returns whether it was removed.
-    pub(super) fn withdraw(&self, token_hash: &str) -> bool {
+    /// Removes the session unless a connection has claimed it. Returns whether no connection can claim it any more.
+    pub(super) fn withdraw(&self, held: &Held, token_hash: &str) -> bool {
         let mut holders = self.holders();
-        if holders.get(token_hash).is_some_and(|holder| !holder.waiting) {
-            return false;
+        let Some(holder) = holders.get(token_hash).filter(|holder| holder.is_of(held)) else { return true };
+        if holder.waiting {
+            holders.remove(token_hash);
+            return true;
         }
-        holders.remove(token_hash);
-        true
+        false
     }
 }
 
@@ -221,7 +241,7 @@ mod tests {
         let registry = TestRegistry::default();
         let mut inbox = registry.insert("hash", &held()).expect("new");
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken), "a connection holds it");
-        registry.wait("hash");
+        registry.wait(&held(), "hash");
         let (claimed, given) = tokio::join!(registry.claim("hash"), give(&mut inbox));
         assert_eq!((claimed.map(|session| *session), given), (Ok("it"), Ok(())));
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken));
@@ -248,15 +268,15 @@ mod tests {
     async fn it_is_claimed_or_withdrawn_but_not_both() {
         let registry = TestRegistry::default();
         let inbox = registry.insert("hash", &held()).expect("new");
-        registry.wait("hash");
-        assert!(registry.withdraw("hash"));
+        registry.wait(&held(), "hash");
+        assert!(registry.withdraw(&held(), "hash"));
         assert_eq!(code(registry.claim("hash").await), Some(Code::SessionOver), "it is gone");
-        registry.remove("hash", "ses");
+        registry.remove(&held());
         drop(inbox);
         let mut inbox = registry.insert("hash", &held()).expect("new");
-        registry.wait("hash");
+        registry.wait(&held(), "hash");
         let late = async {
-            assert!(!registry.withdraw("hash"), "it was claimed first");
+            assert!(!registry.withdraw(&held(), "hash"), "it was claimed first");
             give(&mut inbox).await.expect("still wanted");
         };
         assert!(tokio::join!(registry.claim("hash"), late).0.is_ok());
@@ -266,12 +286,35 @@ mod tests {
     async fn a_new_token_leads_to_the_same_session_and_the_old_one_nowhere() {
         let registry = TestRegistry::default();
         let _inbox = registry.insert("old", &held()).expect("new");
-        registry.rekey("old", "new");
+        registry.rekey(&held(), "old", "new");
         assert_eq!(code(registry.replace("old").await), Some(Code::SessionOver));
         assert_eq!(code(registry.claim("new").await), Some(Code::SessionTaken));
         assert!(registry.insert("third", &held()).is_none() && registry.knows("ses"));
-        registry.remove("new", "ses");
+        registry.remove(&held());
         assert!(!registry.knows("ses") && registry.len() == 0);
+    }
+
+    #[tokio::test]
+    async fn a_session_that_was_lost_and_taken_again_replaces_the_lost_one() {
+        let registry = TestRegistry::default();
+        let (lost, again) = (held(), Held::new("ses".into(), 3));
+        let _late = registry.insert("old", &lost).expect("new");
+        assert!(registry.insert("old", &held()).is_none(), "the same epoch");
+        lost.lose();
+        assert!(!registry.has("old") && !registry.knows("ses"), "a lost session is not here");
+        let mut inbox = registry.insert("hash", &again).expect("a later epoch");
+        assert!(!registry.has("old") && registry.has("hash") && registry.len() == 1);
+        // The late holder changes nothing any more.
+        registry.wait(&lost, "hash");
+        registry.rekey(&lost, "hash", "other");
+        registry.remove(&lost);
+        assert!(registry.withdraw(&lost, "hash"), "nobody can claim the lost one");
+        assert_eq!(code(registry.claim("hash").await), Some(Code::SessionTaken));
+        registry.wait(&again, "hash");
+        let (claimed, given) = tokio::join!(registry.claim("hash"), give(&mut inbox));
+        assert_eq!((claimed.map(|session| *session), given), (Ok("it"), Ok(())));
+        registry.remove(&again);
+        assert!(registry.len() == 0 && !registry.knows("ses"));
     }
 
     #[tokio::test]

@@ -95,11 +95,21 @@ pub(crate) struct HostRow {
     pub(crate) state: String,
     /// Worlds that it can have open.
     pub(crate) places: i64,
-    /// Worlds that it has open.
+    /// Worlds that it has open and that are not idle.
     pub(crate) taken: i64,
+    /// Idle worlds that it has open.
+    pub(crate) idle: i64,
+    waiting: String,
 }
 
-from_row!(HostRow { host_id, engine, config_sha256, internal_url, state, places, taken });
+from_row!(HostRow { host_id, engine, config_sha256, internal_url, state, places, taken, idle, waiting });
+
+impl HostRow {
+    /// The sessions that wait for a world there, in the order of its queue.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = &str> {
+        self.waiting.split_whitespace()
+    }
+}
 
 /// The hosts whose leases are valid.
 pub(super) async fn alive(
@@ -158,12 +168,16 @@ pub(crate) struct OwnedSession {
 }
 
 /// A lease's renewal.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Renewal {
     /// Worlds that the host can have open.
     pub(crate) places: usize,
-    /// Worlds that it has open.
+    /// Worlds that it has open and that are not idle.
     pub(crate) taken: usize,
+    /// Idle worlds that it has open.
+    pub(crate) idle: usize,
+    /// The sessions that wait for a world, in the order of the queue.
+    pub(crate) waiting: Vec<String>,
     /// Whether it gives its sessions away and takes no more.
     pub(crate) draining: bool,
 }

@@ -115,8 +115,8 @@ impl Store {
              taken, lease_until) VALUES ($1, $2, $3, $4, $5, $6, 'up', $7, 0, {lease_until}) \
              ON CONFLICT (host_id) DO UPDATE SET incarnation = excluded.incarnation, engine = excluded.engine, \
              config_sha256 = excluded.config_sha256, build_hash = excluded.build_hash, \
-             internal_url = excluded.internal_url, state = 'up', places = excluded.places, taken = 0, \
-             lease_until = excluded.lease_until"
+             internal_url = excluded.internal_url, state = 'up', places = excluded.places, taken = 0, idle = 0, \
+             waiting = '', lease_until = excluded.lease_until"
         );
         sqlx::query(AssertSqlSafe(sql))
             .bind(self.host.host_id.clone())
@@ -150,8 +150,8 @@ impl Store {
         renewal: Renewal,
     ) -> Result<bool, StoreError> {
         let sql = format!(
-            "UPDATE hosts SET lease_until = {} + {}, places = $1, taken = $2, state = $3, incarnation = $4 \
-             WHERE host_id = $5 AND SUBSTR(incarnation, 1, {PROCESS_DIGITS}) = $6",
+            "UPDATE hosts SET lease_until = {} + {}, places = $1, taken = $2, state = $3, incarnation = $4, idle = $5, \
+             waiting = $6 WHERE host_id = $7 AND SUBSTR(incarnation, 1, {PROCESS_DIGITS}) = $8",
             self.dialect.now_ms(),
             LEASE.as_millis()
         );
@@ -160,6 +160,8 @@ impl Store {
             .bind(count(renewal.taken))
             .bind(if renewal.draining { "draining" } else { "up" })
             .bind(self.host.incarnation())
+            .bind(count(renewal.idle))
+            .bind(renewal.waiting.join(" "))
             .bind(self.host.host_id.clone())
             .bind(self.host.process.clone())
             .execute(connection)
@@ -202,6 +204,16 @@ impl Store {
     /// The hosts whose leases are valid.
     pub(crate) async fn hosts(&self) -> Result<Vec<HostRow>, StoreError> {
         alive(&mut *self.pool().acquire().await?, self.dialect).await
+    }
+
+    /// The other hosts whose leases are valid.
+    pub(crate) async fn other_hosts(
+        &self,
+        connection: &mut AnyConnection,
+    ) -> Result<Vec<HostRow>, StoreError> {
+        let mut hosts = alive(connection, self.dialect).await?;
+        hosts.retain(|host| host.host_id != self.host.host_id);
+        Ok(hosts)
     }
 
     /// Name and address of another host that has a session, by the id of the session or of one of its runs.
@@ -275,26 +287,47 @@ impl Store {
         Ok(taken.into_iter().map(|(session_id, epoch)| Held::new(session_id, epoch)).collect())
     }
 
-    /// Ends the practice sessions of hosts that are gone, and aborts their runs. Returns the runs.
-    pub(crate) async fn end_lost_practice(&self) -> Result<Vec<String>, StoreError> {
-        let mut transaction = self.write().await?;
+    /// The open official sessions of this process.
+    pub(crate) async fn own_sessions(&self) -> Result<Vec<String>, StoreError> {
+        let query = sqlx::query_scalar(
+            "SELECT session_id FROM sessions WHERE mode = 'official' AND status = 'open' AND owner = $1 \
+             AND owner_incarnation = $2 ORDER BY session_id",
+        );
+        let query = query.bind(self.host.host_id.clone()).bind(self.host.incarnation());
+        Ok(query.fetch_all(&self.pool()).await?)
+    }
+
+    /// Ends the practice sessions of hosts that are gone. Their runs are left to [`Store::take_ended_sessions`].
+    pub(crate) async fn end_lost_practice(&self) -> Result<(), StoreError> {
         let now = self.dialect.now_ms();
         let sql = format!(
             "UPDATE sessions SET status = 'ended', ended_at = $1, epoch = epoch + 1 WHERE mode = 'practice' \
              AND status = 'open' AND NOT EXISTS (SELECT 1 FROM hosts WHERE hosts.host_id = sessions.owner \
              AND hosts.incarnation = sessions.owner_incarnation AND hosts.lease_until >= {now})"
         );
-        sqlx::query(AssertSqlSafe(sql)).bind(super::unix_ms()).execute(&mut *transaction).await?;
-        let runs = sqlx::query_scalar(
-            "UPDATE runs SET status = 'aborted', note = 'interrupted: the server stopped', ended_at = $1 \
-             WHERE status = 'open' AND session_id IN (SELECT session_id FROM sessions WHERE mode = 'practice' \
-             AND status = 'ended') RETURNING run_id",
-        )
-        .bind(super::unix_ms())
-        .fetch_all(&mut *transaction)
-        .await?;
+        sqlx::query(AssertSqlSafe(sql)).bind(super::unix_ms()).execute(&self.pool()).await?;
+        Ok(())
+    }
+
+    /// Makes this process the owner of sessions that have ended with an open run, while no host was there to close it.
+    pub(crate) async fn take_ended_sessions(&self) -> Result<Vec<Held>, StoreError> {
+        let mut transaction = self.write().await?;
+        let sql = format!(
+            "UPDATE sessions SET owner = $1, owner_incarnation = $2, epoch = epoch + 1 WHERE session_id IN \
+             (SELECT ended.session_id FROM sessions AS ended WHERE ended.status <> 'open' AND ended.session_id IN \
+             (SELECT runs.session_id FROM runs WHERE runs.status = 'open') AND NOT EXISTS (SELECT 1 FROM hosts \
+             WHERE hosts.host_id = ended.owner AND hosts.incarnation = ended.owner_incarnation \
+             AND hosts.lease_until >= {}) ORDER BY ended.session_id{}) RETURNING session_id, epoch",
+            self.dialect.now_ms(),
+            self.dialect.lock_rows_of("ended")
+        );
+        let taken: Vec<(String, i64)> = sqlx::query_as(AssertSqlSafe(sql))
+            .bind(self.host.host_id.clone())
+            .bind(self.host.incarnation())
+            .fetch_all(&mut *transaction)
+            .await?;
         transaction.commit().await?;
-        Ok(runs)
+        Ok(taken.into_iter().map(|(session_id, epoch)| Held::new(session_id, epoch)).collect())
     }
 
     /// Gives a session up: whoever wants it may take it.

@@ -121,6 +121,37 @@ async fn a_take_over_and_a_write_do_not_mix() {
     }
 }
 
+#[tokio::test]
+async fn an_open_run_of_an_ended_session_is_left_to_an_owner_that_is_there() {
+    for place in places().await {
+        let store = place.open().await;
+        for (team, run_id) in [("crabs", "r"), ("eels", "v")] {
+            begin_in(&store, "official", team, "balls", run_id, Some(1), Sensing::Truth).await;
+        }
+        assert!(store.order_end("s-r", &entry("session.end", "s-r")).await.expect("ends"));
+        assert!(store.void_session("s-v", &entry("session.void", "s-v")).await.expect("voids"));
+        if store.is_shared() {
+            assert_eq!(store.take_ended_sessions().await.expect("takes").len(), 0, "their host is there");
+            let gone = "UPDATE hosts SET lease_until = 0";
+            sqlx::query(gone).execute(&store.pool()).await.expect("ends the lease");
+        }
+        let taken = store.take_ended_sessions().await.expect("takes");
+        assert_eq!(taken.len(), 2, "{taken:?}");
+        for held in &taken {
+            assert_eq!(store.abort_open_runs(held).await.expect("aborts").len(), 1);
+            store.end_session(held).await.expect("gives it up");
+        }
+        let status = async |run_id| store.run(run_id).await.expect("query").expect("there").status;
+        assert_eq!((status("r").await, status("v").await), ("aborted".into(), "voided".into()));
+        assert_eq!(store.session("s-v").await.expect("query").map(|s| s.status).as_deref(), Some("voided"));
+        // What came too late changes nothing.
+        let late = store.fenced(&held("s-r")).await;
+        assert!(matches!(late, Err(StoreError::Stale { .. })));
+        assert!(store.take_ended_sessions().await.expect("takes").is_empty());
+        store.close().await;
+    }
+}
+
 /// Postgres only: SQLite has one server.
 #[tokio::test]
 async fn hosts_share_a_database_if_they_fit() {
@@ -143,8 +174,8 @@ async fn hosts_share_a_database_if_they_fit() {
         let mut renewed = (first.connection().await.expect("one"), second.connection().await.expect("one"));
         let renewing = async {
             loop {
-                let renewal = Renewal { places: 4, taken: 1, draining: false };
-                assert!(first.renew(&mut renewed.0, renewal).await.expect("renews"));
+                let renewal = Renewal { places: 4, taken: 1, ..Renewal::default() };
+                assert!(first.renew(&mut renewed.0, renewal.clone()).await.expect("renews"));
                 assert!(second.renew(&mut renewed.1, renewal).await.expect("renews"));
                 tokio::time::sleep(Duration::from_millis(200)).await;
             }
@@ -177,7 +208,7 @@ async fn hosts_share_a_database_if_they_fit() {
     first.renew_incarnation();
     assert!(
         first
-            .renew(&mut connection, Renewal { places: 4, taken: 0, draining: false })
+            .renew(&mut connection, Renewal { places: 4, ..Renewal::default() })
             .await
             .expect("it is still itself")
     );
@@ -197,9 +228,7 @@ async fn hosts_share_a_database_if_they_fit() {
         .await
         .expect("ends");
     let successor = Store::open(&location, &third).await.expect("the lease has ended");
-    assert!(
-        !first.renew(&mut connection, Renewal { places: 4, taken: 0, draining: false }).await.expect("query")
-    );
+    assert!(!first.renew(&mut connection, Renewal { places: 4, ..Renewal::default() }).await.expect("query"));
     for store in [first, second, successor] {
         store.close().await;
     }

@@ -23,8 +23,11 @@ fn held(session_id: &str) -> Held {
 
 /// Takes over all open sessions, as a server does at its start, and aborts their runs, which it returns.
 async fn take_over(store: &Store) -> Vec<String> {
-    let mut aborted = store.end_lost_practice().await.expect("ends");
-    for held in store.take_sessions(usize::MAX, None).await.expect("takes") {
+    store.end_lost_practice().await.expect("ends");
+    let mut taken = store.take_ended_sessions().await.expect("takes");
+    taken.extend(store.take_sessions(usize::MAX, None).await.expect("takes"));
+    let mut aborted = Vec::new();
+    for held in taken {
         aborted.extend(store.abort_open_runs(&held).await.expect("aborts"));
     }
     aborted
@@ -202,7 +205,7 @@ async fn a_database_has_one_server() {
         let renewing = async {
             let mut connection = store.connection().await.expect("a connection");
             loop {
-                let renewal = Renewal { places: 4, taken: 1, draining: false };
+                let renewal = Renewal { places: 4, taken: 1, ..Renewal::default() };
                 assert!(store.renew(&mut connection, renewal).await.is_ok());
                 tokio::time::sleep(Duration::from_millis(200)).await;
             }
