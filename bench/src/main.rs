@@ -21,7 +21,7 @@ struct Arguments {
 enum Command {
     /// List the cases.
     List,
-    /// Print the state hash of five scripted seconds of balls: the same for every build and machine.
+    /// Print the state hashes of the reference runs: the same for every build and machine.
     Fingerprint,
     /// Count the random or varied scenes that succeed.
     Robust(RobustOptions),
@@ -64,7 +64,9 @@ fn main() -> Result<()> {
             Ok(())
         }
         Command::Fingerprint => {
-            println!("{}", identity::reference_run(false)?);
+            for run in identity::REFERENCE_RUNS {
+                println!("{} {}", run.name, run.play(false)?);
+            }
             Ok(())
         }
         Command::Robust(options) => robust(&options),

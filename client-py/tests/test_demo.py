@@ -5,6 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from palmares.program import demo
 from tests.real_server import PROGRAM, needs_server
 
 
@@ -34,3 +37,10 @@ def test_a_wrong_program_is_an_error(tmp_path: Path) -> None:
     assert done.returncode == 1
     assert "`/bin/false serve" in done.stderr
     assert "does not start" in done.stderr
+
+
+@pytest.mark.parametrize(("in_b", "words"), [(0, "0 balls in"), (1, "1 ball in"), (2, "2 balls in")])
+def test_one_object_is_in_the_singular(in_b: int, words: str) -> None:
+    outcome = {"score": 1.0, "balls_in_b": in_b, "run_id": "run_1", "sim_time_s": 1.0, "rtf": 1.0}
+    said = demo.in_words("balls", outcome, [], Path("run_1.mcap"))
+    assert f": {words} box B, run run_1" in said

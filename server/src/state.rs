@@ -6,6 +6,7 @@ use crate::backup;
 use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::compute::Compute;
+use crate::fleet::hosts::OtherHostRows;
 use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
@@ -34,6 +35,8 @@ pub(crate) struct AppState {
     pub(crate) hub: Arc<Hub>,
     /// The runs of the other hosts of a fleet; None without one.
     pub(crate) other_hosts: Option<Arc<OtherHosts>>,
+    /// The other hosts of a fleet, as read last.
+    pub(crate) host_rows: Arc<OtherHostRows>,
     /// The ranking.
     pub(crate) ranking: Arc<RankingCache>,
     /// Checks tokens.

@@ -1,6 +1,6 @@
 //! Constants of the physics that a world may choose, with unit, default and reason; they are part of a run's
-//! hash. A constant of one method is next to that method, and the engine's fingerprint (`tasks/golden/balls_5s.txt`)
-//! changes with it.
+//! hash. A constant of one method is next to that method, and the engine's fingerprint (`tasks/golden/`) changes
+//! with it.
 
 use palmares_models::Vec3;
 use palmares_models::content::ContentHash;

@@ -1,8 +1,11 @@
 //! The files in `deploy/` are valid for the programs that read them, where these are installed.
 
 use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// Runs a program that checks a file; false, with the reason printed, if it is not installed.
 fn accepts(program: &str, words: &[&str], file: &Path) -> bool {
@@ -76,6 +79,148 @@ fn proxies_accept_their_files() {
         accepts("nginx", &["-t", "-q", "-c"], &nginx);
     }
     accepts("caddy", &["validate", "--adapter", "caddyfile", "--config"], &deploy().join("caddy/Caddyfile"));
+}
+
+/// A server that answers every request with 200; its port.
+fn backend() -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = listener.local_addr().expect("bound").port();
+    std::thread::spawn(move || {
+        for socket in listener.incoming().flatten() {
+            std::thread::spawn(move || {
+                let head = BufReader::new(&socket).lines().map_while(Result::ok);
+                if head.take_while(|line| !line.is_empty()).count() > 0 {
+                    let ok = b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
+                    // An error means that the proxy has gone.
+                    let _ = (&socket).write_all(ok);
+                }
+            });
+        }
+    });
+    port
+}
+
+/// A proxy that runs until this is dropped.
+struct Proxy {
+    process: Child,
+    port: u16,
+}
+
+impl Drop for Proxy {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+impl Proxy {
+    /// Starts a proxy with a sample, without TLS and with a server of this test; none if the program is not installed.
+    fn start(
+        program: &str,
+        folder: &Path,
+        words: &[&str],
+        file: &str,
+        text: &str,
+        tls: &str,
+    ) -> Option<Self> {
+        let sample = fs::read_to_string(deploy().join(file)).expect(file);
+        let free = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let (port, server) = (free.local_addr().expect("bound").port(), backend());
+        drop(free);
+        assert!(sample.contains(tls), "{file} has no `{tls}`");
+        let mut sample = sample.replace(tls, &text.replace("PORT", &port.to_string()));
+        for address in ["h1:8080", "h2:8080", "h3:8080", "127.0.0.1:8080", "127.0.0.1:8081", "127.0.0.1:8082"]
+        {
+            sample = sample.replace(&format!(" {address}"), &format!(" 127.0.0.1:{server}"));
+        }
+        let path = folder.join(program);
+        let sample = match program {
+            // It refuses an upstream twice, and its sample is a file to be included.
+            "caddy" => {
+                let address = format!(" 127.0.0.1:{server}");
+                "{\n\tadmin off\n}\n".to_owned() + &sample.replace(&address.repeat(3), &address)
+            }
+            "nginx" => {
+                let site = folder.join("site.conf");
+                let lines = sample.lines().filter(|line| !line.contains("ssl_certificate"));
+                fs::write(&site, lines.collect::<Vec<_>>().join("\n")).expect("writes");
+                let (pid, site) = (folder.join("pid"), site.display());
+                format!(
+                    "pid {}; daemon off; master_process off; error_log stderr; events {{}} \
+                     http {{ access_log off; include {site}; }}",
+                    pid.display()
+                )
+            }
+            _ => sample,
+        };
+        fs::write(&path, sample).expect("writes");
+        let mut started = Command::new(program);
+        started.args(words).arg(&path).stdout(Stdio::null());
+        // Caddy keeps files there.
+        let started = started.env("XDG_DATA_HOME", folder).env("XDG_CONFIG_HOME", folder).spawn();
+        match started {
+            Ok(process) => Some(Proxy { process, port }),
+            Err(_) => {
+                println!("SKIP {file}: {program} is not installed");
+                None
+            }
+        }
+    }
+
+    /// The status of the answer to a request.
+    fn status(&mut self, path: &str) -> u16 {
+        let began = Instant::now();
+        let mut socket = loop {
+            match TcpStream::connect(("127.0.0.1", self.port)) {
+                Ok(socket) => break socket,
+                Err(error) => {
+                    let ended = self.process.try_wait().expect("its state");
+                    assert!(
+                        ended.is_none() && began.elapsed() < Duration::from_secs(20),
+                        "{error} {ended:?}"
+                    );
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+            }
+        };
+        let head = format!("GET {path} HTTP/1.1\r\nHost: cup.example.org\r\nConnection: close\r\n\r\n");
+        socket.write_all(head.as_bytes()).expect("it reads");
+        let mut answer = String::new();
+        socket.read_to_string(&mut answer).expect("it answers");
+        let status = answer.split(' ').nth(1).and_then(|status| status.parse().ok());
+        status.unwrap_or_else(|| panic!("{path}: {answer}"))
+    }
+}
+
+#[test]
+fn proxies_pass_nothing_on_that_is_for_other_hosts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bind = "    bind :443 ssl crt /usr/local/etc/haproxy/certificate.pem alpn http/1.1";
+    let site = ("cup.example.org {", "http://cup.example.org:PORT {");
+    let proxies = [
+        ("haproxy", &["-q", "-db", "-f"][..], "haproxy/haproxy.cfg", "    bind 127.0.0.1:PORT", bind),
+        ("nginx", &["-q", "-c"], "nginx/palmares.conf", "listen 127.0.0.1:PORT", "listen 443 ssl"),
+        ("caddy", &["run", "--adapter", "caddyfile", "--config"], "caddy/Caddyfile", site.1, site.0),
+    ];
+    for (program, words, file, text, tls) in proxies {
+        let Some(mut proxy) = Proxy::start(program, folder.path(), words, file, text, tls) else { continue };
+        for path in ["/", "/v1/competition", "/v1/runs/internal"] {
+            assert_eq!(proxy.status(path), 200, "{program} {path}");
+        }
+        for path in ["/v1/internal/watch/run_1", "/v1/%69nternal/watch/run_1", "/metrics"] {
+            assert_eq!(proxy.status(path), 403, "{program} {path}");
+        }
+    }
+    // An ingress sends both to a service without pods.
+    let manifests = fs::read_to_string(deploy().join("kubernetes/palmares.yaml")).expect("reads");
+    for path in ["/v1/internal\n            pathType: Prefix", "/metrics\n            pathType: Exact"] {
+        let backend = "            backend:\n              service: {name: palmares-nowhere,";
+        let rule = format!("- path: {path}\n{backend}");
+        assert!(manifests.contains(&rule), "no rule\n{rule}");
+    }
+    let nowhere = manifests.split("---").find(|part| part.contains("  name: palmares-nowhere\n"));
+    assert!(nowhere.is_some_and(|service| !service.contains("selector")), "it has no pods");
 }
 
 #[test]

@@ -78,7 +78,7 @@ async fn the_clock_is_stopped_while_a_team_waits_for_a_place() {
     second.ask(json!({"op": "stop"})).await;
     let refused = second.refused(official_reset(), "capacity").await;
     assert!(
-        refused["message"].as_str().is_some_and(|text| text.contains("1 sessions wait before")),
+        refused["message"].as_str().is_some_and(|text| text.contains("1 session waits before")),
         "{refused}"
     );
     let obs = first.settled(official_reset()).await;

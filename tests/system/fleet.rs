@@ -4,6 +4,7 @@ use crate::harness::{
     Client, Official, RULES, assert_error, get, official_reset as reset, postgres_database, program,
 };
 use serde_json::{Value, json};
+use std::net::UdpSocket;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -13,27 +14,20 @@ use tempfile::TempDir;
 const TAKEN_OVER: Duration = Duration::from_millis(3500);
 
 /// Rules of a host.
-fn rules(host: &str, port: u16) -> String {
+pub(crate) fn rules(host: &str, port: u16) -> String {
     format!("{RULES}[fleet]\nhost = \"{host}\"\ninternal_url = \"http://127.0.0.1:{port}\"\n")
 }
 
-fn free_port() -> u16 {
+pub(crate) fn free_port() -> u16 {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
     listener.local_addr().expect("bound").port()
 }
 
-/// Starts a host of a fleet. `like` is a host whose keys it gets.
-fn host(name: &str, url: &str, like: Option<&Official>) -> Official {
-    host_with(name, url, like, |rules| rules)
-}
+/// The address of hosts that only this machine reaches.
+const LOOPBACK: &str = "127.0.0.1";
 
-/// The same with other rules.
-pub(crate) fn host_with(
-    name: &str,
-    url: &str,
-    like: Option<&Official>,
-    change: impl Fn(String) -> String,
-) -> Official {
+/// Starts a host of a fleet at an address, with these rules and its own. `like` is a host whose keys it gets.
+fn host(name: &str, url: &str, like: Option<&Official>, more: &str, address: &str) -> Official {
     let folder = TempDir::new().expect("temporary directory");
     if let Some(first) = like {
         for file in ["seed.secret", "signing.key", "organizer.token"] {
@@ -42,15 +36,21 @@ pub(crate) fn host_with(
         }
     }
     let port = free_port();
-    let listen = format!("127.0.0.1:{port}");
-    Official::start_with(folder, &change(rules(name, port)), Some(url.to_owned()), &["--listen", &listen])
+    let listen = format!("{address}:{port}");
+    let rules = more.to_owned() + &rules(name, port).replace(LOOPBACK, address);
+    Official::start_with(folder, &rules, Some(url.to_owned()), &["--listen", &listen])
 }
 
 /// Two hosts of an open competition, and a team's token; None without Postgres.
 pub(crate) async fn two_hosts() -> Option<(Official, Official, String)> {
+    two_hosts_with("", LOOPBACK).await
+}
+
+/// The same with more rules, at an address.
+async fn two_hosts_with(more: &str, address: &str) -> Option<(Official, Official, String)> {
     let url = postgres_database().await?;
-    let first = host("h1", &url, None);
-    let second = host("h2", &url, Some(&first));
+    let first = host("h1", &url, None, more, address);
+    let second = host("h2", &url, Some(&first), more, address);
     first.open();
     let team = first.team("crabs");
     Some((first, second, team))
@@ -215,6 +215,38 @@ async fn an_organizers_command_reaches_the_host_that_has_the_session() {
 }
 
 #[tokio::test]
+async fn worlds_and_queues_of_all_hosts_are_counted() {
+    let Some((first, second, crabs)) = two_hosts_with("max_worlds = 1\n", LOOPBACK).await else { return };
+    let eels = first.team("eels");
+    // Both come before a world is open: the fleet then keeps the other place in reserve.
+    let ((mut playing, _), (mut waiting, _)) = (first.greet(&crabs).await, first.greet(&eels).await);
+    assert_eq!(playing.ask(reset()).await["op"], "obs");
+    for host in [&first, &second] {
+        let began = Instant::now();
+        let competition = loop {
+            // It asks again, and stays in the queue.
+            assert_eq!(waiting.ask(reset()).await["code"], "capacity");
+            let competition = get(&host.server, "/v1/competition").json();
+            if competition["worlds"]["waiting"] == 1 && competition["worlds"]["max"] == 2 {
+                break competition;
+            }
+            assert!(began.elapsed() < Duration::from_secs(20), "{competition}");
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        };
+        let worlds = &competition["worlds"];
+        assert_eq!((&worlds["max"], &worlds["busy"]), (&json!(2), &json!(1)), "{competition}");
+        let places = &competition["places"];
+        assert_eq!((&places["total"], &places["playing"]), (&json!(2), &json!(1)), "{competition}");
+        // The one that waits takes the other host's place.
+        assert!(places["free_within_s"].as_f64().is_some_and(|within| within > 500.0), "{competition}");
+        let sessions = host.get("/v1/sessions", &eels).json();
+        assert_eq!(sessions["sessions"][0]["place_in_queue"], 1, "{sessions}");
+    }
+    playing.ask(json!({"op": "stop"})).await;
+    assert_eq!(waiting.ask(reset()).await["op"], "obs");
+}
+
+#[tokio::test]
 async fn a_host_that_does_not_fit_is_refused() {
     let Some((first, _second, _)) = two_hosts().await else { return };
     let url = first.database_url.clone().expect("Postgres");
@@ -295,6 +327,36 @@ async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
     let result = client.ask(json!({"op": "stop"})).await;
     assert_eq!((&result["status"], &result["ticks"]), (&json!("provisional"), &json!(300)), "{result}");
     third.verified(&obs["run_id"]).await;
+}
+
+#[tokio::test]
+async fn a_run_is_closed_also_if_its_session_ends_while_its_host_is_away() {
+    let Some((first, second, team)) = two_hosts().await else { return };
+    let eels = first.team("eels");
+    let pinch = json!({"op": "reset", "task": "balls", "hand": "pinch"});
+    let mut runs = Vec::new();
+    for team in [&team, &eels] {
+        let (mut client, welcome) = first.greet(team).await;
+        let obs = client.ask(pinch.clone()).await;
+        play(&mut client, 0, 60).await;
+        runs.push((client, welcome["session_id"].clone(), obs["run_id"].clone()));
+    }
+    drop(first.server.kill());
+    second.order("competition/end", json!({"reason": "a test"}));
+    for (_, session_id, run_id) in &runs {
+        let path = format!("/v1/runs/{}", run_id.as_str().expect("an id"));
+        let began = Instant::now();
+        let mut run = second.get(&path, &second.organizer).json();
+        while run["status"] == "open" {
+            assert!(began.elapsed() < Duration::from_secs(20), "{session_id}: {run}");
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            run = second.get(&path, &second.organizer).json();
+        }
+        // The ticks that the first host had stored count.
+        assert!(run["ticks"].as_u64().is_some_and(|ticks| (35..=60).contains(&ticks)), "{run}");
+        assert_eq!(run["note"], "an organizer ended the session while its host was away");
+        second.verified(run_id).await;
+    }
 }
 
 #[tokio::test]
@@ -441,6 +503,33 @@ async fn a_run_is_watched_at_any_host_over_one_connection() {
     relays(&first, 1).await;
     drop(viewers);
     relays(&first, 0).await;
+}
+
+/// The address of this machine in its network; None without one. Only such an address has a limit of connections.
+fn own_address() -> Option<String> {
+    let socket = UdpSocket::bind("0.0.0.0:0").ok()?;
+    // Nothing is sent.
+    socket.connect("192.0.2.254:9").ok()?;
+    Some(socket.local_addr().ok()?.ip()).filter(|address| !address.is_loopback()).map(|ip| ip.to_string())
+}
+
+#[tokio::test]
+async fn connections_between_hosts_take_no_places_of_an_address() {
+    let Some(address) = own_address() else { return println!("SKIP: this machine has no network") };
+    // Places for both teams, and for one connection more.
+    let limit = "max_connections_per_address = 3\n";
+    let Some((first, second, crabs)) = two_hosts_with(limit, &address).await else { return };
+    let eels = first.team("eels");
+    let players = [first.playing(&crabs).await, first.playing(&eels).await];
+    let mut viewers = Vec::new();
+    for (_, _, obs) in &players {
+        let mut viewer = second.watch(Some(&second.organizer)).await;
+        listed(&mut viewer).await;
+        let subscribed = viewer.ask(json!({"op": "subscribe", "run_id": obs["run_id"]})).await;
+        assert_eq!(subscribed["run_id"], obs["run_id"], "{subscribed}");
+        assert_eq!(until(&mut viewer, "scene").await["run"]["run_id"], obs["run_id"]);
+        viewers.push(viewer);
+    }
 }
 
 #[tokio::test]

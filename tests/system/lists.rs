@@ -134,4 +134,16 @@ fn a_name_may_begin_with_a_hyphen() {
     assert!(text(&cup.admin(&["token", "list"])).contains(" -screen "));
     assert!(text(&cup.admin(&["audit"])).contains(" -5 minutes\n"));
     assert_eq!(text(&cup.admin(&["run", "list", "--team", "-fast"])), "no runs\n");
+    text(&cup.admin(&["announce", "-10 minutes"]));
+    let slot = |begin: &str, end: &str| [format!("2099-05-04T{begin}:00Z"), format!("2099-05-04T{end}:00Z")];
+    let [begins, ends] = &slot("09:00", "09:40");
+    let added = text(&cup.admin(&["schedule", "add", "-fast", "--begins", begins, "--ends", ends]));
+    assert!(added.contains(" -fast  2099-05-04T09:00:00Z"), "{added}");
+    let [begins, ends] = &slot("10:00", "10:40");
+    let moved = cup.admin(&["schedule", "move", "-fast", "--begins", begins, "--ends", ends]);
+    assert!(text(&moved).contains("2099-05-04T10:00:00Z"));
+    assert!(text(&cup.admin(&["schedule", "move", "--by", "-60"])).contains("2099-05-04T09:00:00Z"));
+    let refused = cup.admin(&["schedule", "clear", "--fast"]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("no option"), "{refused:?}");
+    assert!(text(&cup.admin(&["schedule", "clear", "-fast", "--reason", "-"])).starts_with("no schedule"));
 }

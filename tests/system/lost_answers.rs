@@ -1,12 +1,13 @@
 //! A fleet whose database fails between two statements, or while an organizer gives an order. The tests write the rows that are left
 //! then.
 
-use crate::fleet::{host_with, resumed, two_hosts};
+use crate::fleet::{free_port, resumed, rules, two_hosts};
 use crate::harness::{Client, Official, official_reset as reset, postgres_database};
 use serde_json::{Value, json};
 use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{AssertSqlSafe, ConnectOptions, Executor};
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
 /// Longest wait for something that takes a few seconds.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -73,36 +74,19 @@ async fn an_order_that_has_not_found_the_session_is_followed() {
 }
 
 #[tokio::test]
-async fn the_run_of_an_ended_session_ends_without_its_host() {
-    let Some((first, second, team)) = two_hosts().await else { return };
-    let (_client, welcome, obs) = playing(&first, &team).await;
-    drop(first.server.kill());
-    // As an organizer ends it at the second host; nobody takes it over any more.
-    change(&second, &welcome, "status = 'ended', ended_at = 1, owner = NULL").await;
-    let path = format!("/v1/runs/{}", obs["run_id"].as_str().expect("an id"));
-    let began = Instant::now();
-    loop {
-        let run = second.get(&path, &second.organizer).json();
-        if run["status"] != "open" {
-            assert_eq!(run["status"], "aborted", "{run}");
-            break;
-        }
-        assert!(began.elapsed() < PATIENCE, "{run}");
-        tokio::time::sleep(Duration::from_millis(200)).await;
-    }
-}
-
-#[tokio::test]
 async fn the_last_ticks_of_a_run_that_cannot_be_stored_are_not_shown() {
     let Some(url) = postgres_database().await else { return };
-    let first = host_with("h1", &url, None, |rules| rules.replace("session_s = 600", "session_s = 30"));
+    let (folder, port) = (TempDir::new().expect("temporary directory"), free_port());
+    let rules = rules("h1", port).replace("session_s = 600", "session_s = 20");
+    let listen = format!("127.0.0.1:{port}");
+    let first = Official::start_with(folder, &rules, Some(url), &["--listen", &listen]);
     first.open();
     let (mut client, welcome) = first.greet(&first.team("crabs")).await;
     let mut obs = client.ask(reset()).await;
     let left = |obs: &Value| obs["session_left_s"].as_f64().expect("seconds");
     while left(&obs) > 0.9 {
         let tick = obs["tick"].as_u64().expect("a tick");
-        obs = client.ask(json!({"op": "step", "tick": tick, "repeat": 50})).await;
+        obs = client.ask(json!({"op": "step", "tick": tick, "repeat": 50, "action": {}})).await;
         assert_eq!(obs["op"], "obs", "{obs}");
     }
     // Nobody writes the session's row for a while.
@@ -117,7 +101,7 @@ async fn the_last_ticks_of_a_run_that_cannot_be_stored_are_not_shown() {
     };
     let step = async {
         let tick = obs["tick"].as_u64().expect("a tick");
-        let last = client.ask(json!({"op": "step", "tick": tick, "repeat": 100})).await;
+        let last = client.ask(json!({"op": "step", "tick": tick, "repeat": 100, "action": {}})).await;
         let count = "SELECT COALESCE(SUM(ticks), 0)::BIGINT FROM run_actions";
         let stored: i64 =
             sqlx::query_scalar(count).fetch_one(&mut database(&first).await).await.expect("counts");

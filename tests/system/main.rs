@@ -32,6 +32,7 @@ mod observed;
 mod official;
 mod order;
 mod pages;
+mod partition;
 mod private_files;
 mod realtime;
 mod refunds;

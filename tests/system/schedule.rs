@@ -184,6 +184,35 @@ async fn a_team_that_waits_for_a_place_keeps_the_rest_of_its_slot_and_is_in_the_
     assert_eq!(sessions["sessions"][0].get("place_in_queue"), None, "{sessions}");
 }
 
+/// Longer than a session is kept in the queue without a request.
+const LONG_PAUSE: Duration = Duration::from_millis(10_500);
+
+#[tokio::test]
+async fn a_pause_of_the_competition_costs_no_place_in_the_queue() {
+    let folder = TempDir::new().expect("temporary directory");
+    let cup = Official::start_on(folder, &format!("{RULES}max_worlds = 1\n"), None);
+    let (crabs, rays, eels) = (cup.team("crabs"), cup.team("rays"), cup.team("eels"));
+    cup.open();
+    let (mut playing, _, _) = cup.playing(&crabs).await;
+    let (mut first, _) = cup.greet(&rays).await;
+    let (mut second, _) = cup.greet(&eels).await;
+    for waiting in [&mut first, &mut second] {
+        assert_eq!(waiting.ask(official_reset()).await["code"], "capacity");
+    }
+    cup.order("competition/pause", json!({"reason": "fire alarm"}));
+    tokio::time::sleep(LONG_PAUSE).await;
+    cup.order("competition/resume", json!({}));
+    // The later one asks first, also when a place is free.
+    let refusal = second.ask(official_reset()).await;
+    assert!(
+        refusal["message"].as_str().is_some_and(|text| text.contains("1 session waits before")),
+        "{refusal}"
+    );
+    playing.ask(json!({"op": "stop"})).await;
+    assert_eq!(second.ask(official_reset()).await["code"], "capacity");
+    assert_eq!(first.ask(official_reset()).await["op"], "obs");
+}
+
 #[test]
 fn a_schedule_that_does_not_fit_is_refused_or_warned_about() {
     let folder = TempDir::new().expect("temporary directory");

@@ -52,6 +52,7 @@ enum AdminCommand {
     /// Show an announcement on the pages; an empty text withdraws the last one
     Announce {
         /// The text, at most 500 characters
+        #[arg(allow_hyphen_values = true)]
         text: String,
         #[command(flatten)]
         reason: Reason,

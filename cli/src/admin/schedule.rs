@@ -2,6 +2,7 @@
 
 use super::client::Client;
 use super::reason::Reason;
+use super::team_name;
 use anyhow::{Context, bail};
 use clap::Subcommand;
 use palmares_hand_tools::table::{self, aligned};
@@ -26,6 +27,7 @@ pub(super) enum Schedule {
     /// Add a slot
     Add {
         /// The team
+        #[arg(allow_hyphen_values = true, value_parser = team_name)]
         team: String,
         /// Its begin
         #[arg(long, value_name = "TIME")]
@@ -39,7 +41,7 @@ pub(super) enum Schedule {
     /// Move a team's slot to another time, or with --by all slots that have not begun
     Move {
         /// The team
-        #[arg(required_unless_present = "by")]
+        #[arg(required_unless_present = "by", allow_hyphen_values = true, value_parser = team_name)]
         team: Option<String>,
         /// The new begin
         #[arg(long, value_name = "TIME", required_unless_present = "by", conflicts_with = "by")]
@@ -59,6 +61,7 @@ pub(super) enum Schedule {
     /// Remove the slots of a team, or all; without a slot, every team can begin at any time
     Clear {
         /// The team
+        #[arg(allow_hyphen_values = true, value_parser = team_name)]
         team: Option<String>,
         #[command(flatten)]
         reason: Reason,

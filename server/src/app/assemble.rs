@@ -61,6 +61,7 @@ pub(super) async fn app(
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
+    compute.admission.set_paused(rules.is_paused());
     let inbound =
         Arc::new(InboundLimits::new(&settings, guard, TrustedProxies(config.trusted_proxies.clone())));
     let own_hands =
@@ -106,6 +107,7 @@ pub(super) async fn app(
         archive,
         hub,
         other_hosts,
+        host_rows: Arc::default(),
         ranking,
         auth,
         inbound,

@@ -78,8 +78,8 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
                 if sweep && let Err(error) = app.sessions.end_lost().await {
                     tracing::warn!(%error, "what lost hosts have left could not be ended");
                 }
-                if sweep && let Err(error) = app.sessions.revive_orphans().await {
-                    tracing::warn!(%error, "sessions that nobody here has could not be taken over");
+                if sweep && let Err(error) = app.sessions.give_up_orphans().await {
+                    tracing::warn!(%error, "sessions that nobody here has could not be given up");
                 }
                 if sweep && let Err(error) = app.store.sweep_shipped_runs().await {
                     tracing::warn!(%error, "the ticks of ended runs could not be deleted");

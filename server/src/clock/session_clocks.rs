@@ -52,11 +52,13 @@ impl SessionClocks {
     pub(crate) fn show(&self, session_id: &str, epoch: i64, clock: &SessionClock, saving: Saving) {
         let mut clocks = self.lock();
         match clocks.get_mut(session_id) {
-            Some(shown) => {
+            // Of an owner that does not know yet that it is none.
+            Some(shown) if shown.epoch > epoch => {}
+            Some(shown) if shown.epoch == epoch => {
                 shown.clock.clone_from(clock);
-                (shown.epoch, shown.saving) = (epoch, saving);
+                shown.saving = saving;
             }
-            None => {
+            _ => {
                 let shown = Shown { epoch, clock: clock.clone(), saving, saved: None };
                 clocks.insert(session_id.to_owned(), shown);
             }
@@ -98,9 +100,12 @@ impl SessionClocks {
         }
     }
 
-    /// The session has ended.
-    pub(crate) fn remove(&self, session_id: &str) {
-        self.lock().remove(session_id);
+    /// The session has ended, or has another owner.
+    pub(crate) fn remove(&self, session_id: &str, epoch: i64) {
+        let mut clocks = self.lock();
+        if clocks.get(session_id).is_some_and(|shown| shown.epoch == epoch) {
+            clocks.remove(session_id);
+        }
     }
 }
 
@@ -115,7 +120,12 @@ mod tests {
         clocks.show("ses", 1, &SessionClock::new(Some(9.0)), Saving::Own);
         clocks.show("ses", 1, &SessionClock::new(Some(8.0)), Saving::Own);
         assert_eq!(clocks.get("ses").and_then(|clock| clock.limit_s()), Some(8.0));
-        clocks.remove("ses");
+        // Taken again, while the lost one still shows its clock.
+        clocks.show("ses", 3, &SessionClock::new(Some(7.0)), Saving::Own);
+        clocks.show("ses", 1, &SessionClock::new(Some(8.0)), Saving::Own);
+        clocks.remove("ses", 1);
+        assert_eq!(clocks.get("ses").and_then(|clock| clock.limit_s()), Some(7.0));
+        clocks.remove("ses", 3);
         assert!(clocks.get("ses").is_none());
     }
 

@@ -6,6 +6,8 @@
 //! ticks come first.
 
 use super::load::LoadReport;
+use super::pausable_clock::PausableClock;
+use super::queue::Queue;
 use palmares_protocol::Mode;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -58,7 +60,7 @@ impl OpenWorlds {
     }
 
     /// Adds a world that is not idle.
-    fn add(&mut self, mode: Mode, official: bool) {
+    pub(super) fn add(&mut self, mode: Mode, official: bool) {
         match mode {
             Mode::Realtime => self.realtime += 1,
             Mode::Lockstep => self.lockstep += 1,
@@ -165,18 +167,8 @@ pub(crate) struct NoPlace {
 struct OpenWorld {
     mode: Mode,
     official: bool,
-    /// When it was used last: ms since the origin.
+    /// When it was used last, by the clock.
     used: Arc<AtomicU64>,
-}
-
-/// A session that was refused a world.
-#[derive(Debug)]
-struct Waiting {
-    session_id: String,
-    mode: Mode,
-    official: bool,
-    /// When it leaves the queue unless it asks again.
-    until: Instant,
 }
 
 /// The open worlds, and the sessions that wait for one.
@@ -184,8 +176,7 @@ struct Waiting {
 struct Places {
     worlds: HashMap<u64, OpenWorld>,
     last_id: u64,
-    /// Official and practice sessions, each in the order of their first request.
-    waiting: Vec<Waiting>,
+    queue: Queue,
 }
 
 #[derive(Debug)]
@@ -193,7 +184,7 @@ struct Shared {
     places: Mutex<Places>,
     /// Number of open worlds.
     count: AtomicUsize,
-    origin: Instant,
+    clock: PausableClock,
 }
 
 /// Counts the open worlds, and keeps the queue of those that wait for one.
@@ -214,13 +205,8 @@ impl Shared {
         self.places.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// ms since the origin.
-    fn since_origin(&self, now: Instant) -> u64 {
-        u64::try_from(now.saturating_duration_since(self.origin).as_millis()).unwrap_or(u64::MAX)
-    }
-
     fn open(&self, places: &Places, now: Instant) -> OpenWorlds {
-        let idle_since = self.since_origin(now).checked_sub(IDLE.as_millis() as u64);
+        let idle_since = self.clock.at(now).checked_sub(IDLE.as_millis() as u64);
         let mut open = OpenWorlds::default();
         for world in places.worlds.values() {
             let idle = idle_since.is_some_and(|since| world.used.load(Ordering::Relaxed) <= since);
@@ -239,7 +225,7 @@ impl Default for Admission {
         Admission(Arc::new(Shared {
             places: Mutex::default(),
             count: AtomicUsize::default(),
-            origin: Instant::now(),
+            clock: PausableClock::new(),
         }))
     }
 }
@@ -250,18 +236,22 @@ impl Admission {
         self.0.open(&self.0.lock(), Instant::now())
     }
 
-    /// Number of sessions that wait for a world.
-    pub(crate) fn waiting(&self) -> usize {
-        let now = Instant::now();
-        self.0.lock().waiting.iter().filter(|waiting| waiting.until > now).count()
+    /// The competition is paused, or continues. In a pause no world becomes idle, and no session leaves the queue: nobody can ask.
+    pub(crate) fn set_paused(&self, paused: bool) {
+        let _one_at_a_time = self.0.lock();
+        self.0.clock.set_paused(paused, Instant::now());
+    }
+
+    /// The sessions that wait for a world, in the order of the queue.
+    pub(crate) fn waiting(&self) -> Vec<String> {
+        let now = self.0.clock.at(Instant::now());
+        self.0.lock().queue.sessions(now).map(str::to_owned).collect()
     }
 
     /// The place of a session in the queue, from 1; None if it does not wait.
     pub(crate) fn place_in_queue(&self, session_id: &str) -> Option<usize> {
-        let (now, places) = (Instant::now(), self.0.lock());
-        let waiting = places.waiting.iter().filter(|waiting| waiting.until > now);
-        Some(1 + waiting.take_while(|waiting| waiting.session_id != session_id).count())
-            .filter(|_| places.waiting.iter().any(|one| one.session_id == session_id && one.until > now))
+        let now = self.0.clock.at(Instant::now());
+        self.0.lock().queue.sessions(now).position(|waiting| waiting == session_id).map(|ahead| ahead + 1)
     }
 
     /// Takes a place if `may` accepts the worlds that are open or will be opened by sessions before this one in the queue. A refused
@@ -272,34 +262,16 @@ impl Admission {
         now: Instant,
         may: impl FnOnce(OpenWorlds) -> Result<(), AdmissionError>,
     ) -> Result<Admitted, NoPlace> {
-        let WorldRequest { session_id, mode, official } = request;
         let mut places = self.0.lock();
-        places.waiting.retain(|waiting| waiting.until > now);
-        let place = places.waiting.iter().position(|waiting| waiting.session_id == session_id);
+        let time = self.0.clock.at(now);
+        places.queue.expire(time);
         let mut open = self.0.open(&places, now);
-        let mut ahead = 0;
-        for (k, other) in places.waiting.iter().enumerate() {
-            let earlier = place.is_none_or(|place| k < place);
-            let before = if other.official == official { earlier } else { other.official };
-            if before && Some(k) != place {
-                ahead += 1;
-                open.add(other.mode, other.official);
-            }
-        }
+        let ahead = places.queue.ahead_of(request, &mut open);
         if let Err(error) = may(open) {
-            let until = now + WAIT;
-            match place {
-                Some(place) => places.waiting[place].until = until,
-                None => {
-                    let session_id = session_id.to_owned();
-                    places.waiting.push(Waiting { session_id, mode, official, until });
-                }
-            }
+            places.queue.enter(request, time);
             return Err(NoPlace { error, ahead });
         }
-        if let Some(place) = place {
-            places.waiting.remove(place);
-        }
+        places.queue.leave(request.session_id);
         Ok(self.open_world(&mut places, request, now))
     }
 
@@ -311,7 +283,7 @@ impl Admission {
     fn open_world(&self, places: &mut Places, request: WorldRequest<'_>, now: Instant) -> Admitted {
         let WorldRequest { mode, official, .. } = request;
         places.last_id += 1;
-        let (id, used) = (places.last_id, Arc::new(AtomicU64::new(self.0.since_origin(now))));
+        let (id, used) = (places.last_id, Arc::new(AtomicU64::new(self.0.clock.at(now))));
         places.worlds.insert(id, OpenWorld { mode, official, used: used.clone() });
         self.0.count.fetch_add(1, Ordering::Relaxed);
         Admitted { shared: self.0.clone(), id, used }
@@ -326,7 +298,7 @@ impl Admitted {
 
     /// Notes that the world is used: it is not idle.
     pub(crate) fn used(&self) {
-        self.used.store(self.shared.since_origin(Instant::now()), Ordering::Relaxed);
+        self.used.store(self.shared.clock.at(Instant::now()), Ordering::Relaxed);
     }
 }
 
@@ -443,11 +415,8 @@ mod tests {
         for (k, name) in ["c", "d", "e"].into_iter().enumerate() {
             assert_eq!(take(&admission, name, at(k as u64), 2).err(), Some(k), "{name}");
         }
-        assert_eq!(admission.waiting(), 3);
-        assert_eq!(
-            ["c", "d", "e", "a"].map(|name| admission.place_in_queue(name)),
-            [Some(1), Some(2), Some(3), None]
-        );
+        assert_eq!(admission.waiting(), ["c", "d", "e"]);
+        assert_eq!((admission.place_in_queue("e"), admission.place_in_queue("a")), (Some(3), None));
         drop(first);
         // The place is for the first in the queue.
         for (name, ahead) in [("a", 3), ("e", 2), ("d", 1)] {
@@ -462,6 +431,23 @@ mod tests {
         assert_eq!(take(&admission, "a", at(15), 2).err(), Some(0));
         assert_eq!(take(&admission, "e", at(16), 2).err(), Some(1));
         drop((third, fourth));
+    }
+
+    #[test]
+    fn a_pause_of_the_competition_costs_no_place() {
+        let admission = Admission::default();
+        let now = Instant::now();
+        let playing = take(&admission, "a", now, 1).expect("free");
+        assert_eq!(take(&admission, "b", now, 1).err(), Some(0));
+        admission.0.clock.set_paused(true, now + Duration::from_secs(1));
+        let later = now + Duration::from_secs(600);
+        admission.0.clock.set_paused(false, later);
+        // The world of `a` is not idle, and `b` is still the first.
+        assert_eq!(take(&admission, "c", later, 1).err(), Some(1));
+        drop(playing);
+        assert_eq!(take(&admission, "c", later, 1).err(), Some(1));
+        let first = take(&admission, "b", later, 1).expect("the place is for it");
+        drop(first);
     }
 
     #[test]
@@ -488,7 +474,7 @@ mod tests {
         let open = admission.0.open(&admission.0.lock(), later);
         assert_eq!((open.all(), open.idle, open.with_idle(), busy.has_others()), (1, 1, 2, true));
         // It is used by the clock of the system; the test's clock is ahead.
-        idle.used.store(admission.0.since_origin(later), Ordering::Relaxed);
+        idle.used.store(admission.0.clock.at(later), Ordering::Relaxed);
         assert_eq!(admission.0.open(&admission.0.lock(), later).lockstep, 2);
         let request = WorldRequest { session_id: "c", mode: Mode::Realtime, official: true };
         let realtime = admission.take(request, now, |_| Ok(())).expect("free");

@@ -6,6 +6,8 @@ mod load;
 pub(crate) mod overrun;
 pub(crate) mod pace;
 pub(crate) mod pacer;
+mod pausable_clock;
+mod queue;
 pub(crate) mod resources;
 pub(crate) mod scheduler;
 pub(crate) mod tick_phase;

@@ -61,8 +61,9 @@ impl Compute {
             tracing::info!(%error, session = request.session_id, ahead, ?load, "no place for a world");
             let wait_s = WAIT.as_secs();
             let message = format!(
-                "{error}. {ahead} sessions wait before this one; its place in the queue is kept and its clock is \
-                 stopped for {wait_s} s: ask again within this time"
+                "{error}. {} before this one; its place in the queue is kept and its clock is stopped for {wait_s} s: \
+                 ask again within this time",
+                if ahead == 1 { "1 session waits".to_owned() } else { format!("{ahead} sessions wait") }
             );
             Refusal::new(Code::Capacity, message).retry_after(RETRY_S)
         })

@@ -13,7 +13,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// The worlds of this server.
+/// The worlds of all hosts of this competition.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Worlds {
     /// Number that can compute at once.
@@ -70,9 +70,9 @@ pub(super) struct CompetitionResponse {
 pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<CompetitionResponse>, Problem> {
     let (competition, archive) = (&app.competition, &app.archive);
     let rules = &competition.rules;
-    let open = app.compute.admission.open();
+    let worlds = places::all_worlds(&app);
     let (places, schedule) = match rules.official() {
-        true => (Some(places::places(&app).await?), places::schedule(&app).await?),
+        true => (Some(places::places(&app, &worlds).await?), places::schedule(&app).await?),
         false => (None, None),
     };
     Ok(Json(CompetitionResponse {
@@ -93,10 +93,10 @@ pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<Comp
         seed_secret_sha256: rules.secret_sha256(),
         seed_secret: rules.revealed_secret(),
         worlds: Worlds {
-            max: app.compute.max_worlds(),
-            busy: open.all(),
-            idle: open.idle,
-            waiting: app.compute.admission.waiting(),
+            max: worlds.total,
+            busy: worlds.busy,
+            idle: worlds.idle,
+            waiting: worlds.waiting.len(),
         },
     }))
 }

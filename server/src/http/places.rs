@@ -30,27 +30,50 @@ pub(super) struct ScheduleSummary {
     ends_unix_ms: i64,
 }
 
-/// Number of worlds that can be open at once, on all hosts of the competition.
-pub(super) async fn total(app: &AppState) -> Result<usize, StoreError> {
-    if app.store.host_name().is_none() {
-        return Ok(app.competition.settings.max_worlds);
+/// The worlds and the queues of all hosts of the competition.
+pub(super) struct AllWorlds {
+    /// Number of worlds that can be open at once.
+    pub(super) total: usize,
+    /// Number of open worlds that are not idle.
+    pub(super) busy: usize,
+    /// Number of idle worlds.
+    pub(super) idle: usize,
+    /// The sessions that wait for a world: of each host in the order of its queue.
+    pub(super) waiting: Vec<String>,
+}
+
+/// The worlds now. Those of other hosts are as this host read them with its last beat.
+pub(super) fn all_worlds(app: &AppState) -> AllWorlds {
+    let open = app.compute.admission.open();
+    let mut all = AllWorlds {
+        total: if app.lifecycle.is_stopping() { 0 } else { app.compute.max_worlds() },
+        busy: open.all(),
+        idle: open.idle,
+        waiting: app.compute.admission.waiting(),
+    };
+    let number = |number: i64| usize::try_from(number).unwrap_or_default();
+    for (places, busy, idle, waiting) in app.host_rows.each(|host| {
+        let places = if host.state == "up" { host.places } else { 0 };
+        (places, host.taken, host.idle, host.waiting().map(str::to_owned).collect::<Vec<_>>())
+    }) {
+        all.total += number(places);
+        all.busy += number(busy);
+        all.idle += number(idle);
+        all.waiting.extend(waiting);
     }
-    let hosts = app.store.hosts().await?;
-    let places: i64 = hosts.iter().filter(|host| host.state == "up").map(|host| host.places).sum();
-    Ok(usize::try_from(places).unwrap_or_default())
+    all
 }
 
 /// The places of an official competition now.
-pub(super) async fn places(app: &AppState) -> Result<Places, StoreError> {
-    let total = total(app).await?;
-    let admission = &app.compute.admission;
+pub(super) async fn places(app: &AppState, worlds: &AllWorlds) -> Result<Places, StoreError> {
+    let total = worlds.total;
     // The length of a session bounds the time of one whose clock has not started.
-    let mut waiting = vec![app.competition.rules.session_s; admission.waiting()];
+    let mut waiting = vec![app.competition.rules.session_s; worlds.waiting.len()];
     let mut playing = Vec::new();
     for stored in app.store.playing_clocks().await? {
         let session = session_now(&stored, app);
-        match admission.place_in_queue(&stored.session_id).and_then(|place| waiting.get_mut(place - 1)) {
-            Some(left_s) => *left_s = session.left_s,
+        match worlds.waiting.iter().position(|waiting| *waiting == stored.session_id) {
+            Some(place) => waiting[place] = session.left_s,
             None if session.left_s == Some(0.0) => {}
             None => playing.push(session),
         }

@@ -69,7 +69,7 @@ pub(super) struct SessionNow {
     elapsed_s: f64,
     /// Time left, s; null without a limit.
     left_s: Option<f64>,
-    /// Its place in the queue for a world, from 1, while it waits for one at this server.
+    /// Its place in its host's queue for a world, from 1, while it waits for one.
     #[serde(skip_serializing_if = "Option::is_none")]
     place_in_queue: Option<usize>,
 }
@@ -85,7 +85,8 @@ impl SessionNow {
         let most_s = row.limit_s.unwrap_or(f64::INFINITY);
         let elapsed_s = row.clock_wall_s.max(row.clock_simulated_s).min(most_s);
         let left_s = row.limit_s.map(|limit_s| limit_s - elapsed_s);
-        let place_in_queue = app.compute.admission.place_in_queue(&row.session_id);
+        let here = app.compute.admission.place_in_queue(&row.session_id);
+        let place_in_queue = here.or_else(|| app.host_rows.place_in_queue(&row.session_id));
         SessionNow { row, elapsed_s, left_s, place_in_queue }
     }
 

@@ -57,7 +57,7 @@ impl Sessions {
         let begun = self.store.begin_session(&row, max_sessions).await;
         let begun = begun.map_err(store_failed("the session"));
         if !matches!(begun, Ok(true)) {
-            self.registry.remove(&token_hash, &session_id);
+            self.registry.remove(&held);
             begun?;
             // Another connection of the team may have been first.
             if let Some(session) = entry::resume_by_team(self, identity).await? {

@@ -152,7 +152,7 @@ pub(super) async fn resume_by_team(
         session.park();
         return Err(store_failed("the session")(error));
     }
-    sessions.registry.rekey(&old, &new);
+    sessions.registry.rekey(&session.held, &old, &new);
     session.go_on().await;
     session.rekey(token, new);
     Ok(Some(session))

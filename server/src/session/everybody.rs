@@ -26,6 +26,8 @@ impl Sessions {
             None => vec![],
         };
         self.competition.rules.adopt(now);
+        // Before the sessions are: those that wait for a world keep their places.
+        self.compute.admission.set_paused(now.paused_unix_ms.is_some());
         // A session that begins from here on is paused by `Session::new`.
         if before.paused_unix_ms.is_some() != now.paused_unix_ms.is_some() {
             let command = Command::PauseCompetition(now.paused_unix_ms.is_some());

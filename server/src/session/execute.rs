@@ -3,6 +3,7 @@
 use super::command::{Command, PendingCommand};
 use super::failure::store_failed;
 use super::session::{OpenRun, Session};
+use crate::compute::admission::WAIT;
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
 use tokio::task::spawn_blocking;
@@ -25,6 +26,10 @@ impl Session {
             }
             Command::PauseCompetition(paused) => {
                 self.machine.set_competition_paused(paused, self.now());
+                if !paused && self.shared.compute.admission.place_in_queue(&self.session_id).is_some() {
+                    // It waits for a world: its client has time to ask again.
+                    self.machine.hold(self.now() + WAIT, self.now());
+                }
                 self.follow_clock().await;
                 Ok(())
             }

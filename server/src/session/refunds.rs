@@ -21,9 +21,13 @@ fn spent(cost: &RunCost) -> Spent {
 
 impl Session {
     /// Waits for the database. The session gets the time back if the wait is longer than [`PROMPT`].
-    pub(super) async fn stored<T>(&mut self, storing: impl Future<Output = T>) -> T {
+    pub(super) async fn stored<T, E: From<StoreError>>(
+        &mut self,
+        storing: impl Future<Output = Result<T, E>>,
+    ) -> Result<T, E> {
         let (before, begun) = (self.machine.clock().spent(self.now()), Instant::now());
-        let done = storing.await;
+        let store = self.shared.store.clone();
+        let done = store.answered(storing).await;
         if begun.elapsed() > PROMPT {
             self.machine.refund_since(before, self.now());
             self.show_clock();

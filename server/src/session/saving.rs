@@ -24,7 +24,8 @@ impl Sessions {
             clock: saved_row(unsaved.state, unsaved.in_run),
             in_run: unsaved.present.map(|present| (present.spent.wall_s, present.refunded_s)),
         });
-        self.store.save_clocks(&rows.collect::<Vec<_>>()).await?;
+        let rows: Vec<_> = rows.collect();
+        self.store.answered(self.store.save_clocks(&rows)).await?;
         self.clocks.saved(&unsaved);
         Ok(())
     }

@@ -75,17 +75,14 @@ impl Place {
 
     /// As `Session::wait` and `keep`.
     fn park(&self, mut session: Box<Token>) {
-        self.registry.wait(TOKEN);
+        self.registry.wait(&self.held, TOKEN);
         let next = future::block_on(next(&mut session, &self.held, true));
         match next {
             Next::Claim(claim) => return self.give(session, claim),
-            Next::Lost => {
-                self.registry.withdraw(TOKEN);
-                return self.ends_here(session);
-            }
+            Next::Lost => return self.ends_here(session),
             Next::End | Next::Alone => {}
         }
-        if self.registry.withdraw(TOKEN) {
+        if self.registry.withdraw(&self.held, TOKEN) {
             return self.ends_here(session);
         }
         // Claimed meanwhile.
@@ -104,7 +101,7 @@ impl Place {
 
     /// As `Session::end` and `Session::part`.
     fn ends_here(&self, session: Box<Token>) {
-        self.registry.remove(TOKEN, &self.held.session_id);
+        self.registry.remove(&self.held);
         self.ends.fetch_add(1, Ordering::SeqCst);
         self.holders.fetch_sub(1, Ordering::SeqCst);
         drop(session);

@@ -71,7 +71,7 @@ impl Sessions {
         Gauges {
             worlds: worlds.with_idle(),
             idle_worlds: worlds.idle,
-            waiting: self.compute.admission.waiting(),
+            waiting: self.compute.admission.waiting().len(),
             sessions: self.registry.len(),
             viewers: self.hub.viewers(),
             unverified,
@@ -200,7 +200,7 @@ impl Session {
 
     /// A session of an earlier process. Its clock continues now. None when it is open already.
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
-        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch } = row;
+        let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch, .. } = row;
         let state = ClockState::of(&clock);
         let held = Held::new(session_id.clone(), epoch);
         held.set_paused(paused);
@@ -299,8 +299,8 @@ impl Session {
             drop(live.take(None));
         }
         self.forget_ticks(false);
-        self.shared.registry.remove(&self.token_hash, &self.session_id);
-        self.shared.clocks.remove(&self.session_id);
+        self.shared.registry.remove(&self.held);
+        self.shared.clocks.remove(&self.session_id, self.held.epoch);
         tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
     }
 
@@ -400,8 +400,8 @@ impl Session {
         } else if let Err(error) = self.shared.store.end_session(&self.held).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }
-        self.shared.registry.remove(&self.token_hash, &self.session_id);
-        self.shared.clocks.remove(&self.session_id);
+        self.shared.registry.remove(&self.held);
+        self.shared.clocks.remove(&self.session_id, self.held.epoch);
         tracing::info!(session = self.session_id, "session ended");
         result.map(|result| Reply::Result(Box::new(result)))
     }

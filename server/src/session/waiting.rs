@@ -34,7 +34,7 @@ impl Session {
 
     /// Starts a task that keeps the session until its client reconnects, its grace period or its time ends, or the server stops.
     pub(super) fn wait(self: Box<Self>) {
-        self.shared.registry.wait(&self.token_hash);
+        self.shared.registry.wait(&self.held, &self.token_hash);
         tokio::spawn(keep(self));
     }
 }
@@ -74,14 +74,13 @@ async fn keep(mut session: Box<Session>) {
                 grace = None;
             }
             () = held.lost() => {
-                shared.registry.withdraw(&token_hash);
                 session.part();
                 return;
             }
             () = lifecycle.stopping() => break Reason::Disconnected,
         }
     };
-    if shared.registry.withdraw(&token_hash) {
+    if shared.registry.withdraw(&held, &token_hash) {
         if lifecycle.is_stopping() && session.moves_on() {
             return session.hand_over().await;
         }

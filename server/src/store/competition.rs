@@ -132,7 +132,7 @@ impl Store {
         }
         if change == CompetitionChange::EndSessions {
             sqlx::query(
-                "UPDATE sessions SET status = 'ended', ended_at = $1, owner = NULL WHERE mode = 'official' AND status = 'open'",
+                "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE mode = 'official' AND status = 'open'",
             )
             .bind(now)
             .execute(&mut **transaction)

@@ -8,13 +8,14 @@ use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::{Any, AnyConnection, AnyPool, Executor, SqlSafeStr, Transaction};
 use std::borrow::Cow;
+use std::io::ErrorKind;
 use std::num::NonZero;
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
-use tokio::sync::Mutex;
+use tokio::sync::{Mutex, watch};
 
 /// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
-const MIGRATIONS: [(i64, &str, Statements); 11] = [
+const MIGRATIONS: [(i64, &str, Statements); 12] = [
     (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
     (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
     (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
@@ -44,6 +45,7 @@ const MIGRATIONS: [(i64, &str, Statements); 11] = [
     (9, "verification", Same(include_str!("../../migrations/0009_verification.sql"))),
     (10, "schedule", Same(include_str!("../../migrations/0010_schedule.sql"))),
     (11, "objects", Same(include_str!("../../migrations/0011_objects.sql"))),
+    (12, "queues of hosts", Same(include_str!("../../migrations/0012_queues.sql"))),
 ];
 
 /// The statements of a migration.
@@ -68,6 +70,8 @@ const POSTGRES_SETUP: &str = "SET idle_in_transaction_session_timeout = '1s'; SE
 #[derive(Clone, Debug)]
 pub(crate) struct Store {
     pool: Arc<RwLock<AnyPool>>,
+    /// Counts how often the connections were replaced.
+    replaced: Arc<watch::Sender<u64>>,
     pub(super) dialect: Dialect,
     target: Arc<Target>,
     lock: Arc<Mutex<Option<Lock>>>,
@@ -96,6 +100,7 @@ impl Store {
         let store = Store {
             dialect: target.dialect,
             pool: Arc::new(RwLock::new(pool)),
+            replaced: Arc::default(),
             lock: Arc::default(),
             host: Arc::new(HostKey::new(host)?),
             target: Arc::new(target),
@@ -125,9 +130,25 @@ impl Store {
     pub(crate) async fn reconnect(&self) -> Result<(), StoreError> {
         let pool = connect(&self.target).await?;
         let old = std::mem::replace(&mut *self.pool.write().unwrap_or_else(PoisonError::into_inner), pool);
+        self.replaced.send_modify(|count| *count += 1);
         // Waits for connections in use, which may be those that hang.
         tokio::spawn(async move { old.close().await });
         Ok(())
+    }
+
+    /// The result of a statement; an error if the connections are replaced before it is there: then the statement's connection may hang
+    /// until TCP gives it up. Whether it was carried out is not known.
+    pub(crate) async fn answered<T, E: From<StoreError>>(
+        &self,
+        statement: impl Future<Output = Result<T, E>>,
+    ) -> Result<T, E> {
+        let mut replaced = self.replaced.subscribe();
+        tokio::select! {
+            biased;
+            done = statement => done,
+            // The sender is in `self`: waiting cannot fail.
+            _ = replaced.changed() => Err(StoreError::from(sqlx::Error::Io(ErrorKind::TimedOut.into())).into()),
+        }
     }
 
     /// A connection of its own, outside the pool.

@@ -51,7 +51,7 @@ pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
-pub(crate) use host::{ALONE, FIRST_EPOCH, Held, Host, LEASE, OwnedSession, Renewal};
+pub(crate) use host::{ALONE, FIRST_EPOCH, Held, Host, HostRow, LEASE, OwnedSession, Renewal};
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use leaderboard::{LeaderboardRow, ReadTeams};
 pub(crate) use lists::ListFilter;

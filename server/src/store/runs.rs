@@ -340,11 +340,13 @@ impl Store {
         Ok(transaction.commit().await?)
     }
 
-    /// Marks the open runs of a session as aborted: their owner is gone, and they cannot continue. Returns them.
+    /// Marks the open runs of a session as aborted, or as void if the session is: their owner is gone, and they cannot continue. Returns
+    /// them.
     pub(crate) async fn abort_open_runs(&self, held: &Held) -> Result<Vec<String>, StoreError> {
         let mut transaction = self.fenced(held).await?;
         let runs = sqlx::query_scalar(
-            "UPDATE runs SET status = 'aborted', note = 'interrupted: the server stopped', ended_at = $1 \
+            "UPDATE runs SET status = CASE (SELECT status FROM sessions WHERE session_id = $2) WHEN 'voided' \
+             THEN 'voided' ELSE 'aborted' END, note = 'interrupted: the server stopped', ended_at = $1 \
              WHERE status = 'open' AND session_id = $2 RETURNING run_id",
         )
         .bind(unix_ms())

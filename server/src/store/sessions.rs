@@ -28,13 +28,15 @@ pub(crate) struct NewSession {
     pub(crate) token_hash: Option<String>,
 }
 
-/// An open official session of an earlier process.
+/// An official session of an earlier process.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ResumableSession {
     /// Its id.
     pub(crate) session_id: String,
     /// Its team.
     pub(crate) team: String,
+    /// Whether it is open; otherwise an organizer has ended it.
+    pub(crate) open: bool,
     /// SHA-256 of its resume token, hexadecimal.
     pub(crate) token_hash: String,
     /// Its length, s.
@@ -147,11 +149,12 @@ impl Store {
         Ok(true)
     }
 
-    /// Marks a session as ended now.
+    /// Marks a session as ended, and gives it up.
     pub(crate) async fn end_session(&self, held: &Held) -> Result<(), StoreError> {
         let mut transaction = self.fenced(held).await?;
         sqlx::query(
-            "UPDATE sessions SET ended_at = $1, status = 'ended', owner = NULL WHERE session_id = $2 AND status = 'open'",
+            "UPDATE sessions SET ended_at = COALESCE(ended_at, $1), owner = NULL, \
+             status = CASE status WHEN 'open' THEN 'ended' ELSE status END WHERE session_id = $2",
         )
         .bind(unix_ms())
         .bind(held.session_id.clone())
@@ -160,28 +163,38 @@ impl Store {
         Ok(transaction.commit().await?)
     }
 
-    /// An open official session, to be continued by this process, which owns it.
+    /// An official session, to be continued or ended by this process, which owns it.
     pub(crate) async fn resumable_session(
         &self,
         held: &Held,
     ) -> Result<Option<ResumableSession>, StoreError> {
-        type Row = (String, String, Option<f64>, i64, f64, f64, f64, Option<f64>, Option<i64>);
+        type Row = (String, String, String, Option<f64>, i64, f64, f64, f64, Option<f64>, Option<i64>);
         let row: Option<Row> = sqlx::query_as(
-            "SELECT team, token_hash, limit_s, clock_started, clock_wall_s, clock_simulated_s, refunded_s, \
+            "SELECT team, status, token_hash, limit_s, clock_started, clock_wall_s, clock_simulated_s, refunded_s, \
              run_from_s, paused_at FROM sessions WHERE session_id = $1 AND epoch = $2 AND mode = 'official' \
-             AND status = 'open' AND token_hash IS NOT NULL",
+             AND token_hash IS NOT NULL",
         )
         .bind(held.session_id.clone())
         .bind(held.epoch)
         .fetch_optional(&self.pool())
         .await?;
         let session = |row: Row| {
-            let (team, token_hash, limit_s, started, wall_s, simulated_s, refunded_s, run_from_s, paused_at) =
-                row;
+            let (
+                team,
+                status,
+                token_hash,
+                limit_s,
+                started,
+                wall_s,
+                simulated_s,
+                refunded_s,
+                run_from_s,
+                paused_at,
+            ) = row;
             let clock = ClockRow { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s };
             let session_id = held.session_id.clone();
-            let (paused, epoch) = (paused_at.is_some(), held.epoch);
-            ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch }
+            let (open, paused, epoch) = (status == "open", paused_at.is_some(), held.epoch);
+            ResumableSession { session_id, team, open, token_hash, limit_s, clock, paused, epoch }
         };
         Ok(row.map(session))
     }
@@ -250,8 +263,7 @@ impl Store {
         entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
         let change = sqlx::query(
-            "UPDATE sessions SET status = 'ended', ended_at = $1, owner = NULL \
-             WHERE session_id = $2 AND status = 'open'",
+            "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE session_id = $2 AND status = 'open'",
         )
         .bind(unix_ms())
         .bind(session_id);
@@ -301,7 +313,7 @@ impl Store {
     ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
-            "UPDATE sessions SET status = 'voided', ended_at = COALESCE(ended_at, $1), owner = NULL \
+            "UPDATE sessions SET status = 'voided', ended_at = COALESCE(ended_at, $1) \
              WHERE session_id = $2 AND status <> 'voided'",
         )
         .bind(unix_ms())

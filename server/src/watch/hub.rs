@@ -338,7 +338,13 @@ impl Publisher {
     fn end(&mut self, outcome: Option<Final>, fault: Option<Fault>) {
         let Some(Published { channel, .. }) = self.open.take() else { return };
         let run_id = channel.info.run_id.clone();
-        self.hub.open().channels.remove(&run_id);
+        {
+            // This host may show the run again, as its next owner.
+            let mut open = self.hub.open();
+            if open.channels.get(&run_id).is_some_and(|known| Arc::ptr_eq(known, &channel)) {
+                open.channels.remove(&run_id);
+            }
+        }
         let unknown = outcome.is_none() && fault.is_none();
         let last = match unknown && self.hub.fleet.load(Ordering::Relaxed) {
             true => QueuedMessage::Moved,

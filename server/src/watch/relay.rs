@@ -46,6 +46,7 @@ pub(crate) async fn relay(
     let found = context.hub.find(&Target::Run(run_id), &Watcher::Organizer);
     let following = found.map_err(|_: FindError| Problem::new(Code::NotFound, "the run is not open here"))?;
     let upgrade = upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES);
+    // No `Caller` is kept: a host shows as many runs as its viewers watch, and has no limit of sockets.
     Ok(upgrade.on_upgrade(async move |socket| {
         let _counted = METRICS.relay();
         // An error means that the other host has gone.

@@ -25,14 +25,14 @@ pub(crate) enum Guard {
     RowsAreSentAgain,
     /// `Rounds::send_snapshots` and `skip_to_snapshot`: a snapshot is of a tick that is stored.
     SnapshotAfterTicks,
-    /// `Sessions::adopt`: a session that this process owns and does not have is given up.
-    OwnSessionsAreFound,
-    /// `Sessions::adopt`: a session that has not ended here yet is not taken over.
-    EndsBeforeItReturns,
+    /// `Sessions::give_up_orphans`: a session that this process owns and does not have is given up.
+    OrphansAreGivenUp,
+    /// `Registry::insert`: a session that was lost and taken again replaces the lost one.
+    LostIsReplaced,
     /// `Sessions::continued`: the last write is done before the session is in the registry.
     WholeBeforeRegistry,
     /// `Sessions::follow_owners`: a beat finds the orders that have not reached the session.
     OrdersAreFollowed,
-    /// `Store::end_lost_runs`: the runs of ended sessions end, even if their host is gone.
+    /// `Sessions::end_lost`: the runs of ended sessions end, even if their host is gone.
     EndedSessionsAreSwept,
 }

@@ -17,7 +17,7 @@ mod storing;
 
 use fleet::Fleet;
 use guards::Guard;
-use properties::{ACKNOWLEDGED, BOUNDED, CONTINUED, COUNTED_ONCE, ENDS, ONE_WRITER, PAUSED, WHOLE};
+use properties::{ACKNOWLEDGED, BOUNDED, COUNTED_ONCE, ENDS, FEW_MOVES, ONE_WRITER, PAUSED, WHOLE};
 use state::{Command, Organizer};
 use stateright::{Checker, CheckerBuilder, HasDiscoveries, Model};
 use strum::IntoEnumIterator;
@@ -70,8 +70,8 @@ fn needed(guard: Guard) -> (Fleet, &'static str) {
         Guard::GateBoundsTicks => (Fleet { faults: 0, ..long }, BOUNDED),
         Guard::TicksOutliveTheRun | Guard::GateAtTheEnd | Guard::RowsAreSentAgain => (long, BOUNDED),
         Guard::SnapshotAfterTicks => (long, WHOLE),
-        Guard::OwnSessionsAreFound | Guard::WholeBeforeRegistry => (Fleet { failed: true, ..short }, ENDS),
-        Guard::EndsBeforeItReturns => (short, CONTINUED),
+        Guard::OrphansAreGivenUp | Guard::WholeBeforeRegistry => (Fleet { failed: true, ..short }, ENDS),
+        Guard::LostIsReplaced => (short, FEW_MOVES),
         Guard::OrdersAreFollowed => (Fleet { organizer: PAUSES, ..short }, PAUSED),
         Guard::EndedSessionsAreSwept => (Fleet { organizer: ENDS_IT, ..short }, ENDS),
     }

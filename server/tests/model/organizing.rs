@@ -18,7 +18,7 @@ impl State {
         }
         match command {
             Command::Pause(paused) => self.db.paused = paused,
-            Command::End => (self.db.open, self.db.owner) = (false, None),
+            Command::End => self.db.open = false,
             Command::Release | Command::Follow => return None,
         }
         self.organizer = Organizer::Stored(command, host);

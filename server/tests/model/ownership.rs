@@ -59,14 +59,15 @@ impl State {
     }
 
     /// `Store::take_sessions`, by `Sessions::adopt` and `Sessions::revive`.
-    pub(crate) fn take(&mut self, fleet: &Fleet, host: usize, answered: bool) -> Option<()> {
+    pub(crate) fn take(&mut self, host: usize, answered: bool) -> Option<()> {
         let here = &self.hosts[host];
         let (row, own) = (&self.db.hosts[host], self.db.was_of(host, here.incarnation));
         let free = self.db.open && self.db.locked_by.is_none() && here.adopting.is_none();
         if !here.works() || !row.leased || row.incarnation != here.incarnation || !free {
             return None;
         }
-        if here.session.is_some() && (own || fleet.keeps(Guard::EndsBeforeItReturns)) {
+        // `Registry::knows`.
+        if here.session.as_ref().is_some_and(|session| !session.lost) {
             return None;
         }
         if self.db.is_owned() && !(own && self.client.at == Some(host)) {
@@ -89,21 +90,21 @@ impl State {
         Some(())
     }
 
-    /// `Sessions::adopt`, `Store::own_sessions`: this process owns the session and does not have it.
+    /// `Sessions::give_up_orphans`, `Store::own_sessions`: this process owns the session and does not have it.
     pub(crate) fn give_back(&mut self, fleet: &Fleet, host: usize) -> Option<()> {
         let here = &self.hosts[host];
-        let free = self.db.open && self.db.locked_by.is_none() && self.db.hosts[host].leased;
+        let open = self.db.open || self.db.run == RunRow::Open;
+        let free = open && self.db.locked_by.is_none() && self.db.hosts[host].leased;
         let own = self.db.owner == Some(host) && self.db.was_of(host, here.incarnation);
-        let away = here.session.is_none() && here.adopting.is_none();
-        if !fleet.keeps(Guard::OwnSessionsAreFound) || !here.works() || !free || !own || !away {
+        let away = here.session.as_ref().is_none_or(|session| session.lost) && here.adopting.is_none();
+        if !fleet.keeps(Guard::OrphansAreGivenUp) || !here.works() || !free || !own || !away {
             return None;
         }
         (self.db.owner, self.db.incarnation) = (None, None);
         Some(())
     }
 
-    /// `Store::interrupted_run`, `resumable_session`, `shipped_run`, `ContinuedRun::build`; without an open session
-    /// `Store::abort_open_runs`.
+    /// `Store::resumable_session`, `interrupted_run`, `shipped_run`, `ContinuedRun::build`.
     pub(crate) fn read(&mut self, fleet: &Fleet, host: usize) -> Option<()> {
         let Some(Adopting::Taken(epoch)) = self.hosts[host].adopting else { return None };
         if !self.hosts[host].works() || self.db.locked_by.is_some() {
@@ -111,10 +112,6 @@ impl State {
         }
         self.hosts[host].adopting = None;
         if epoch != self.db.epoch {
-            return Some(());
-        }
-        if !self.db.open {
-            self.abort_run(epoch);
             return Some(());
         }
         let stored = self.db.stored();
@@ -133,7 +130,7 @@ impl State {
             RunRow::Open => Run::Playing(world),
             _ => Run::None,
         };
-        self.hosts[host].adopting = Some(Adopting::Built(Session {
+        let session = Session {
             epoch,
             lost: false,
             held: false,
@@ -142,35 +139,39 @@ impl State {
             leaving: false,
             command: None,
             run,
-        }));
+        };
+        self.hosts[host].adopting = Some(Adopting::Built(session, self.db.open));
         Some(())
     }
 
     /// `Store::count_move`, then `Registry::insert`.
     pub(crate) fn list(&mut self, fleet: &Fleet, host: usize) -> Option<()> {
-        let Some(Adopting::Built(session)) = self.hosts[host].adopting.clone() else { return None };
+        let Some(Adopting::Built(session, open)) = self.hosts[host].adopting.clone() else { return None };
         let whole = fleet.keeps(Guard::WholeBeforeRegistry);
         if !self.hosts[host].works() || self.db.locked_by.is_some() {
             return None;
         }
-        if self.hosts[host].session.is_some() {
-            // `adopt_one` takes the refusal of the registry for a run that cannot be continued.
+        if whole && session.epoch != self.db.epoch {
             self.hosts[host].adopting = None;
-            self.abort_run(session.epoch);
-        } else if whole && session.epoch != self.db.epoch {
+        } else if self.hosts[host].session.is_some() && !fleet.keeps(Guard::LostIsReplaced) {
+            // `adopt_or_release`: for another attempt.
             self.hosts[host].adopting = None;
+            (self.db.owner, self.db.incarnation) = (None, None);
         } else {
+            // The holder of a lost session changes nothing any more.
+            self.answer_for(host);
             self.hosts[host].session = Some(session);
-            self.hosts[host].adopting = Some(Adopting::Listed);
+            self.hosts[host].adopting = Some(Adopting::Listed(open));
         }
         Some(())
     }
 
-    /// `Session::wait`.
+    /// `Session::wait`; `Session::end` if the session was ended meanwhile.
     pub(crate) fn hold(&mut self, fleet: &Fleet, host: usize) -> Option<()> {
         let epoch = self.db.epoch;
         let here = &mut self.hosts[host];
-        if here.adopting != Some(Adopting::Listed) || !here.works() {
+        let Some(Adopting::Listed(open)) = here.adopting else { return None };
+        if !here.works() {
             return None;
         }
         here.adopting = None;
@@ -180,6 +181,9 @@ impl State {
             return Some(());
         }
         session.held = true;
+        if !open && session.close_run(true).is_none() {
+            here.session = None;
+        }
         Some(())
     }
 
@@ -189,7 +193,7 @@ impl State {
         if here.process != Process::Up || here.linked {
             return None;
         }
-        if here.adopting.take()? == Adopting::Listed && fleet.keeps(Guard::WholeBeforeRegistry) {
+        if matches!(here.adopting.take()?, Adopting::Listed(_)) && fleet.keeps(Guard::WholeBeforeRegistry) {
             here.session = None;
             self.answer_for(host);
         }
@@ -241,31 +245,20 @@ impl State {
         Some(())
     }
 
-    /// `Store::end_lost_runs`: the session was ended, and its host is gone or has it no more.
+    /// `Sessions::end_lost`, `Store::take_ended_sessions`: the session was ended, and its host is gone.
     pub(crate) fn sweep(&mut self, fleet: &Fleet, host: usize) -> Option<()> {
         let here = &self.hosts[host];
-        let leased = self.db.hosts[host].leased && self.db.locked_by.is_none();
-        if !fleet.keeps(Guard::EndedSessionsAreSwept) || !here.works() || !leased {
+        let free = self.db.hosts[host].leased && self.db.locked_by.is_none() && here.adopting.is_none();
+        if !fleet.keeps(Guard::EndedSessionsAreSwept) || !here.works() || !free {
             return None;
         }
-        let here_still = here.session.is_some() || here.adopting.is_some();
-        let held = self.db.incarnation.is_some_and(|(owner, incarnation)| {
-            let alive = self.db.hosts[owner].leased && self.db.hosts[owner].incarnation == incarnation;
-            alive && (owner != host || here_still)
-        });
-        if self.db.open || self.db.run != RunRow::Open || held {
+        if self.db.open || self.db.run != RunRow::Open || self.db.is_owned() {
             return None;
         }
         self.db.epoch += 1;
-        self.abort_run(self.db.epoch);
+        (self.db.owner, self.db.incarnation) = (Some(host), Some((host, here.incarnation)));
+        self.hosts[host].adopting = Some(Adopting::Taken(self.db.epoch));
         Some(())
-    }
-
-    /// `Store::abort_open_runs`.
-    fn abort_run(&mut self, epoch: u8) {
-        if epoch == self.db.epoch && self.db.run == RunRow::Open {
-            self.db.end_run(RunRow::Aborted);
-        }
     }
 
     /// The tick at which a world takes a snapshot.

@@ -10,7 +10,6 @@ pub(crate) const COUNTED_ONCE: &str = "a result counts at most once";
 pub(crate) const BOUNDED: &str = "the client is ahead of the stored ticks by no more than the gate";
 pub(crate) const FINAL: &str = "a run that has ended stays as it is";
 pub(crate) const WHOLE: &str = "the replay of a result has all its ticks";
-pub(crate) const CONTINUED: &str = "a run ends without a result only if its session was ended";
 pub(crate) const PAUSED: &str = "a session is paused as its organizer has ordered";
 pub(crate) const FEW_MOVES: &str = "the session moves only with a fault or its client";
 pub(crate) const ENDS: &str = "a run ends";
@@ -51,7 +50,6 @@ pub(crate) fn all() -> Vec<Property<Fleet>> {
         Property::always(WHOLE, |_, state: &State| {
             !matches!(state.db.run, RunRow::Provisional { whole: false, .. })
         }),
-        Property::always(CONTINUED, |_, state: &State| state.db.run != RunRow::Aborted || !state.db.open),
         Property::always(PAUSED, holds_pause),
         Property::always(FEW_MOVES, |fleet, state: &State| state.db.epoch <= 4 + 2 * fleet.faults),
         Property::eventually(ENDS, |_, state: &State| state.run_has_ended()),

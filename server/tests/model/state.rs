@@ -67,7 +67,6 @@ pub(crate) enum RunRow {
         ticks: u8,
         whole: bool,
     },
-    Aborted,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -102,10 +101,10 @@ impl Host {
 pub(crate) enum Adopting {
     /// The row has the new owner.
     Taken(u8),
-    /// The rows were read: what the session will be.
-    Built(Session),
+    /// The rows were read: what the session will be, and whether it was open.
+    Built(Session, bool),
     /// The session is in the registry; nobody holds it yet.
-    Listed,
+    Listed(bool),
 }
 
 /// A session in the memory of a host.

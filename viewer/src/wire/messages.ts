@@ -1603,7 +1603,7 @@ export interface Session {
   elapsed_s: number;
   /** Time left, s; null without a limit. */
   left_s: number | null;
-  /** Its place in the queue for a world, from 1, while it waits for one at this server. */
+  /** Its place in its host's queue for a world, from 1, while it waits for one. */
   place_in_queue?: number;
 }
 
@@ -2161,7 +2161,7 @@ export interface Welcome {
   note?: string;
 }
 
-/** The worlds of this server. */
+/** The worlds of all hosts of this competition. */
 export interface Worlds {
   /** Number that can compute at once. */
   max: number;

@@ -16,11 +16,11 @@ from palmares.errors import PalmaresError
 from palmares.net import http
 from palmares.server import Server
 
-# For each task: the example's module, the field of its summary that counts objects, and its meaning.
+# For each task: the example's module, the field of its summary that counts objects, and their name and place.
 CONTROLLERS = {
-    "balls": ("balls_softhand", "balls_in_b", "balls in box B"),
-    "shelf": ("shelf_softhand", "in_box", "objects in the box"),
-    "grasp": ("grasp_softhand", "kept", "objects still in the hand after the shake"),
+    "balls": ("balls_softhand", "balls_in_b", "ball", "in box B"),
+    "shelf": ("shelf_softhand", "in_box", "object", "in the box"),
+    "grasp": ("grasp_softhand", "kept", "object", "still in the hand after the shake"),
 }
 
 
@@ -103,7 +103,7 @@ def data_folder(wanted: Path | None) -> Iterator[Path]:
 
 def play(url: str, task: str, seed: int) -> dict[str, Any]:
     """Play with the example, whose progress goes to standard error; return its summary."""
-    module, _, _ = CONTROLLERS[task]
+    module = CONTROLLERS[task][0]
     command = [
         sys.executable,
         "-m",
@@ -123,16 +123,21 @@ def play(url: str, task: str, seed: int) -> dict[str, Any]:
 
 def summary(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], replay: Path) -> str:
     """Return the outcome for programs."""
-    _, field, _ = CONTROLLERS[task]
+    field = CONTROLLERS[task][1]
     chosen = {name: outcome[name] for name in ("score", field, "run_id", "rtf")}
     return json.dumps({**chosen, "leaderboard": rows, "replay": str(replay)})
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, in the singular for one."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def in_words(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], replay: Path) -> str:
     """Return the outcome for people."""
-    _, field, counted = CONTROLLERS[task]
+    _, field, noun, place = CONTROLLERS[task]
     lines = [
-        f"score {outcome['score']:g}: {outcome[field]} {counted}, run {outcome['run_id']}",
+        f"score {outcome['score']:g}: {counted(outcome[field], noun)} {place}, run {outcome['run_id']}",
         f"{outcome['sim_time_s']:.1f} s simulated, {outcome['rtf']:.1f} times as fast as real time",
         f"replay: {replay} (`palmares verify` plays it again, Foxglove and the server's pages show it)",
         "leaderboard:",

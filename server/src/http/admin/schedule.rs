@@ -68,7 +68,7 @@ pub(in crate::http) struct Schedule {
 /// The schedule, with its problems.
 pub(super) async fn show(State(app): State<AppState>) -> Result<Json<Schedule>, Problem> {
     let (slots, now) = (app.store.schedule().await?, unix_ms());
-    let (rules, places) = (&app.competition.rules, places::total(&app).await?);
+    let (rules, places) = (&app.competition.rules, places::all_worlds(&app).total);
     let teams = app.store.team_names().await?;
     let warnings = warnings(&slots, &teams, places, rules.session_s, rules.sessions_per_team, now);
     let slots = slots.into_iter().map(|slot| SlotNow {
