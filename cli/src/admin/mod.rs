@@ -7,12 +7,14 @@ mod lists;
 mod reason;
 mod restore;
 mod schedule;
+mod team_name;
 mod when;
 
 use client::{Access, Client, Paged};
 use lists::List;
 use palmares_hand_tools::table;
 use reason::Reason;
+use team_name::TeamName;
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand, ValueEnum};
@@ -108,23 +110,6 @@ struct Confirmed {
     yes: bool,
     #[command(flatten)]
     reason: Reason,
-}
-
-#[derive(Args, Debug)]
-struct TeamName {
-    /// The team's name
-    #[arg(allow_hyphen_values = true, value_parser = team_name)]
-    team: String,
-    #[command(flatten)]
-    reason: Reason,
-}
-
-/// A name can begin with a hyphen, as `-fast`. Two are taken for an option that is misspelt.
-fn team_name(text: &str) -> Result<String, String> {
-    if text.starts_with("--") {
-        return Err("no option of this command; a team whose name begins with `--` needs the web page".into());
-    }
-    Ok(text.to_owned())
 }
 
 #[derive(Args, Debug)]

@@ -2,7 +2,7 @@
 
 use super::client::Client;
 use super::reason::Reason;
-use super::team_name;
+use super::team_name::team_name;
 use anyhow::{Context, bail};
 use clap::Subcommand;
 use palmares_hand_tools::table::{self, aligned};

@@ -6,6 +6,7 @@
 //! ticks come first.
 
 use super::load::LoadReport;
+use super::open_worlds::{OpenWorlds, WorldRequest};
 use super::pausable_clock::PausableClock;
 use super::queue::Queue;
 use palmares_protocol::Mode;
@@ -25,8 +26,6 @@ const LATE_S: f64 = 5e-3;
 const PRACTICE_QUARTERS: usize = 3;
 /// Time until a refused client should try again, s: about the window of the measurement.
 pub(crate) const RETRY_S: f64 = 5.0;
-/// A refused session that does not ask again within this time wants no world any more.
-pub(crate) const WAIT: Duration = Duration::from_secs(10);
 /// A lockstep world without a request for this long is idle.
 const IDLE: Duration = Duration::from_secs(10);
 /// Open worlds for each place, idle ones included: a bound on memory. A world of SoftHand among balls takes about
@@ -34,40 +33,6 @@ const IDLE: Duration = Duration::from_secs(10);
 const OPEN_PER_PLACE: usize = 8;
 /// Ticks per second of a world at real-time rate, for worlds that are not measured yet.
 const RATE: f64 = 100.0;
-
-/// Number of open worlds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct OpenWorlds {
-    /// Realtime worlds.
-    pub(crate) realtime: usize,
-    /// Lockstep worlds that are not idle.
-    pub(crate) lockstep: usize,
-    /// Those of official sessions, of both kinds.
-    pub(crate) official: usize,
-    /// Idle worlds.
-    pub(crate) idle: usize,
-}
-
-impl OpenWorlds {
-    /// All worlds that are not idle.
-    pub(crate) fn all(self) -> usize {
-        self.realtime + self.lockstep
-    }
-
-    /// All worlds.
-    pub(crate) fn with_idle(self) -> usize {
-        self.all() + self.idle
-    }
-
-    /// Adds a world that is not idle.
-    pub(super) fn add(&mut self, mode: Mode, official: bool) {
-        match mode {
-            Mode::Realtime => self.realtime += 1,
-            Mode::Lockstep => self.lockstep += 1,
-        }
-        self.official += usize::from(official);
-    }
-}
 
 /// Reason why a world may not open.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -141,17 +106,6 @@ pub(crate) fn admit(
         return busy(format!("one tick in a hundred is {:.1} ms late", load.late_p99_s * 1e3));
     }
     Ok(())
-}
-
-/// A request for a world.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct WorldRequest<'a> {
-    /// The session.
-    pub(crate) session_id: &'a str,
-    /// The pacing of the world.
-    pub(crate) mode: Mode,
-    /// Whether the session is official.
-    pub(crate) official: bool,
 }
 
 /// A refusal.
@@ -236,7 +190,7 @@ impl Admission {
         self.0.open(&self.0.lock(), Instant::now())
     }
 
-    /// The competition is paused, or continues. In a pause no world becomes idle, and no session leaves the queue: nobody can ask.
+    /// The competition is paused, or continues. In a pause no world becomes idle and no session leaves the queue: nobody can ask.
     pub(crate) fn set_paused(&self, paused: bool) {
         let _one_at_a_time = self.0.lock();
         self.0.clock.set_paused(paused, Instant::now());

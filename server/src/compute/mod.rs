@@ -3,11 +3,12 @@
 pub(crate) mod admission;
 pub(crate) mod background;
 mod load;
+pub(crate) mod open_worlds;
 pub(crate) mod overrun;
 pub(crate) mod pace;
 pub(crate) mod pacer;
 mod pausable_clock;
-mod queue;
+pub(crate) mod queue;
 pub(crate) mod resources;
 pub(crate) mod scheduler;
 pub(crate) mod tick_phase;

@@ -3,8 +3,12 @@
 //! Official sessions come before practice, each in the order of their first request. A session that does not ask again in time leaves
 //! the queue. Times are those of a [clock](super::pausable_clock) that stands while the competition is paused: nobody can ask then.
 
-use super::admission::{OpenWorlds, WAIT, WorldRequest};
+use super::open_worlds::{OpenWorlds, WorldRequest};
 use palmares_protocol::Mode;
+use std::time::Duration;
+
+/// A refused session that does not ask again within this time wants no world any more.
+pub(crate) const WAIT: Duration = Duration::from_secs(10);
 
 /// A session that waits.
 #[derive(Debug)]

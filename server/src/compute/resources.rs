@@ -1,8 +1,10 @@
 //! The computing resources of the server.
 
-use super::admission::{Admission, Admitted, NoPlace, RETRY_S, WAIT, WorldRequest, admit};
+use super::admission::{Admission, Admitted, NoPlace, RETRY_S, admit};
 use super::background::Background;
+use super::open_worlds::WorldRequest;
 use super::pacer::Pacer;
+use super::queue::WAIT;
 use super::scheduler::Scheduler;
 use palmares_protocol::{Code, Refusal};
 use std::sync::Arc;

@@ -79,7 +79,12 @@ impl Sessions {
         if self.registry.knows(session_id) {
             return Ok(());
         }
-        for held in self.store.take_sessions(1, Some(session_id)).await? {
+        let taken = match self.lease.is_whole() {
+            true => self.store.take_sessions(1, Some(session_id)).await?.pop(),
+            // After an outage of the database another owner may renew its lease in a moment.
+            false => self.store.take_released(session_id).await?,
+        };
+        if let Some(held) = taken {
             self.adopt_or_release(&held).await;
         }
         Ok(())

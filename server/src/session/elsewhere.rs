@@ -29,8 +29,7 @@ impl Sessions {
         while !self.registry.has(token_hash) {
             let open = self.store.open_session_by_token(token_hash).await.map_err(&failed)?;
             let Some(session_id) = open else { return Ok(()) };
-            // After an outage of the database its owner may renew its lease in a moment.
-            if self.lease.is_whole() {
+            if self.lease.is_valid() {
                 self.revive(&session_id).await.map_err(&failed)?;
                 if self.registry.knows(&session_id) {
                     return Ok(());

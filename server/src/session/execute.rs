@@ -3,7 +3,7 @@
 use super::command::{Command, PendingCommand};
 use super::failure::store_failed;
 use super::session::{OpenRun, Session};
-use crate::compute::admission::WAIT;
+use crate::compute::queue::WAIT;
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
 use tokio::task::spawn_blocking;

@@ -2,7 +2,7 @@
 
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
-use crate::compute::admission::WAIT;
+use crate::compute::queue::WAIT;
 use crate::schedule::Timetable;
 use crate::store::unix_ms;
 use palmares_protocol::{Code, Refusal};

@@ -291,6 +291,21 @@ impl Store {
         Ok(taken.into_iter().map(|(session_id, epoch)| Held::new(session_id, epoch)).collect())
     }
 
+    /// Takes a session that its owner has given up, unless another host wants it.
+    pub(crate) async fn take_released(&self, session_id: &str) -> Result<Option<Held>, StoreError> {
+        let query = sqlx::query_as(
+            "UPDATE sessions SET owner = $1, owner_incarnation = $2, epoch = epoch + 1, wanted_by = NULL, \
+             wanted_firmly = 0 WHERE session_id = $3 AND mode = 'official' AND status = 'open' AND owner IS NULL \
+             AND (wanted_by IS NULL OR wanted_by = $1) RETURNING session_id, epoch",
+        );
+        let query = query.bind(self.host.host_id.clone()).bind(self.host.incarnation());
+        let mut transaction = self.write().await?;
+        let taken: Option<(String, i64)> =
+            query.bind(session_id.to_owned()).fetch_optional(&mut *transaction).await?;
+        transaction.commit().await?;
+        Ok(taken.map(|(session_id, epoch)| Held::new(session_id, epoch)))
+    }
+
     /// The official sessions of this process that are open, or have an open run.
     pub(crate) async fn own_sessions(&self) -> Result<Vec<Held>, StoreError> {
         let query = sqlx::query_as(

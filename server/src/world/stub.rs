@@ -1,7 +1,8 @@
 //! A run without physics, for tests: it counts ticks, and ends, breaks, panics or never returns at a given tick.
 
 use super::run::{Playable, World};
-use crate::compute::admission::{Admission, WorldRequest};
+use crate::compute::admission::Admission;
+use crate::compute::open_worlds::WorldRequest;
 use palmares_protocol::Mode;
 use palmares_tasks::run::Failure;
 use palmares_tasks::{

@@ -58,12 +58,14 @@ impl State {
         Some(())
     }
 
-    /// `Store::take_sessions`, by `Sessions::adopt` and `Sessions::revive`.
+    /// `Store::take_sessions` and `take_released`, by `Sessions::adopt` and `Sessions::revive`.
     pub(crate) fn take(&mut self, host: usize, answered: bool) -> Option<()> {
         let here = &self.hosts[host];
         let (row, own) = (&self.db.hosts[host], self.db.was_of(host, here.incarnation));
         let free = self.db.open && self.db.locked_by.is_none() && here.adopting.is_none();
-        if !here.works() || !row.leased || row.incarnation != here.incarnation || !free {
+        let leased = row.leased && row.incarnation == here.incarnation;
+        let released = self.db.owner.is_none() && self.client.at == Some(host);
+        if !here.works() || !free || !(leased || released) {
             return None;
         }
         // `Registry::knows`.

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::archive::{Archive, Keys};
-use crate::compute::admission::{Admission, WorldRequest};
+use crate::compute::admission::Admission;
+use crate::compute::open_worlds::WorldRequest;
 use crate::compute::scheduler::{Scheduler, Urgency};
 use crate::fleet::shipped_tick::encode;
 use palmares_protocol::Mode;
