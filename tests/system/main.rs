@@ -51,7 +51,6 @@ mod team_import;
 mod verification;
 mod watch;
 mod watch_binary;
-mod watch_flood;
 mod watch_official;
 mod watch_places;
 mod web;
