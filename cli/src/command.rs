@@ -56,7 +56,9 @@ const VERIFY_HELP: &str = "\
 Examples:
   palmares verify run_7c3d8eb479d7f8ab.mcap --key 3b6a…
   palmares verify run_7c3d8eb479d7f8ab.mcap --task my-task/
-  palmares verify --json replays/*.mcap";
+  palmares verify season/ --json > verdicts.jsonl        all .mcap files below a folder
+  palmares verify season/ --json --resume verdicts.jsonl > rest.jsonl
+  palmares verify s3://cup/2026 --ray=FIRST:6379         a bucket, on a Ray cluster (docs/replays.md)";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -96,8 +98,9 @@ enum Command {
     /// Verify replays by simulating them again
     ///
     /// A replay is accepted if it is unchanged since the server signed it, and this program's simulation from tick 0 gives the
-    /// recorded states, events and score. The exit code is 0 if every file is accepted, else 1 with the reason: not_a_replay, truncated, chain_broken, bad_signature, other_hand, other_task,
-    /// other_engine, other_physics, state_differs, score_differs.
+    /// recorded states, events and score. The exit code is 0 if every replay is accepted, 130 after Ctrl-C, else 1. A refused
+    /// replay has a reason: not_a_replay, truncated, chain_broken, bad_signature, other_hand, other_task, other_engine,
+    /// other_physics, state_differs, score_differs.
     #[command(after_help = VERIFY_HELP)]
     Verify(verify::VerifyOptions),
     /// Show the content of a replay

@@ -15,6 +15,6 @@ pub(crate) enum Item {
     Hash(u64, StateHash),
     /// The poses of all bodies, with a sample of the hand.
     Poses(PoseFrame),
-    /// The outcome of the run.
-    Outcome(Box<Outcome>),
+    /// The outcome of the run, and the time of its end, ms since 1970 UTC.
+    Outcome(Box<Outcome>, u64),
 }

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
+use std::time::{SystemTime, UNIX_EPOCH};
 use thread_priority::{ThreadPriority, ThreadPriorityValue};
 
 /// Largest number of queued batches.
@@ -48,6 +49,8 @@ pub struct ReplayFile {
     pub sha256: String,
     /// Size.
     pub bytes: u64,
+    /// The time of the run's end in it, ms since 1970 UTC.
+    pub ended_unix_ms: u64,
 }
 
 /// A tick of the run's past, from a log.
@@ -210,10 +213,24 @@ impl Recorder {
     ///
     /// # Errors
     /// The file could not be written completely.
-    pub fn finish(mut self, run: &Run, outcome: &Outcome) -> Result<ReplayFile, RecordError> {
+    pub fn finish(self, run: &Run, outcome: &Outcome) -> Result<ReplayFile, RecordError> {
+        let ended = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        self.finish_at(run, outcome, u64::try_from(ended.as_millis()).unwrap_or(u64::MAX))
+    }
+
+    /// As [`Recorder::finish`], for a run that ended earlier, at this time in ms since 1970 UTC.
+    ///
+    /// # Errors
+    /// The file could not be written completely.
+    pub fn finish_at(
+        mut self,
+        run: &Run,
+        outcome: &Outcome,
+        ended_unix_ms: u64,
+    ) -> Result<ReplayFile, RecordError> {
         let mut items = std::mem::take(&mut self.items);
         items.push(Item::Poses(pose_frame(run)));
-        items.push(Item::Outcome(Box::new(outcome.clone())));
+        items.push(Item::Outcome(Box::new(outcome.clone()), ended_unix_ms));
         if let Some(channel) = self.channel.take() {
             // If the writer has failed, `join` below returns its error.
             let _ = channel.send(items);
@@ -222,7 +239,7 @@ impl Recorder {
         let Some(thread) = self.thread.take() else { return Err(failed(&"ended twice")) };
         let written = thread.join().map_err(|_| failed(&"its thread panicked"))?;
         let Written { sha256, bytes } = written.map_err(|error| failed(&error))?;
-        Ok(ReplayFile { path: self.path.clone(), sha256, bytes })
+        Ok(ReplayFile { path: self.path.clone(), sha256, bytes, ended_unix_ms })
     }
 }
 

@@ -30,7 +30,6 @@ use std::fs::File;
 use std::io::{Error, Result};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Size of a chunk before compression, bytes: a few seconds of a run, which a crash can lose.
 const CHUNK_BYTES: u64 = 256 << 10;
@@ -115,7 +114,7 @@ pub(crate) fn write(plan: Plan, inbox: &Receiver<Vec<Item>>) -> Result<Written> 
                     log.chained(HASH, tick, &HashMessage { tick, state, chain })?;
                 }
                 Item::Poses(frame) => log.poses(&frame)?,
-                Item::Outcome(outcome) => return log.end(&outcome, &signer),
+                Item::Outcome(outcome, ended_unix_ms) => return log.end(&outcome, ended_unix_ms, &signer),
             }
         }
     }
@@ -262,15 +261,14 @@ impl Log {
         self.write_buffer(TELEMETRY, *tick)
     }
 
-    fn end(mut self, outcome: &Outcome, signer: &Signer) -> Result<Written> {
+    fn end(mut self, outcome: &Outcome, ended_unix_ms: u64, signer: &Signer) -> Result<Written> {
         let text = serde_json::to_string(outcome)?;
         self.chain.extend(RESULT_RECORD, text.as_bytes());
-        let ended = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let metadata = BTreeMap::from([
             ("outcome".into(), text),
             // For readers of the file with other programs.
             ("score".into(), outcome.score.to_string()),
-            ("ended_unix_ms".into(), ended.as_millis().to_string()),
+            ("ended_unix_ms".into(), ended_unix_ms.to_string()),
         ]);
         let result = Metadata { name: RESULT_RECORD.into(), metadata };
         self.mcap.write_metadata(&result).map_err(Error::other)?;

@@ -16,6 +16,7 @@ fn no_documentation_has_an_example() {
         "protocol",
         "replay",
         "hand-tools",
+        "s3",
         "server",
         "cli",
         "bench",

@@ -589,3 +589,63 @@ async fn runs_of_a_host_are_not_shown_to_strangers() {
     let alone = Official::start();
     assert_eq!(alone.refused(alone.handshake(&path, &alone.organizer)).await, 401);
 }
+
+#[tokio::test]
+async fn a_replay_that_was_not_uploaded_is_written_again_by_another_host() {
+    let Some(url) = postgres_database().await else { return };
+    // The storage does not work: its folder cannot be made.
+    let shared = TempDir::new().expect("temporary directory");
+    let season = shared.path().join("season");
+    std::fs::write(&season, "").expect("written");
+    let storage = format!("storage = \"file://{}\"\n", season.display());
+    let first = host("h1", &url, None, &storage, LOOPBACK);
+    let second = host("h2", &url, Some(&first), &storage, LOOPBACK);
+    first.open();
+    let team = first.team("crabs");
+    let (mut client, _) = first.greet(&team).await;
+    let mut results = Vec::new();
+    for verified in [true, false] {
+        assert_eq!(client.ask(reset()).await["op"], "obs");
+        for (tick, repeat) in [(0, 40), (40, 1), (41, 7)] {
+            let action = json!({"hand": [0.01 * f64::from(tick)]});
+            client.ask(json!({"op": "step", "tick": tick, "repeat": repeat, "action": action})).await;
+        }
+        let result = client.ask(json!({"op": "stop"})).await;
+        assert_eq!(result["status"], "provisional", "{result}");
+        if verified {
+            first.verified(&result["run_id"]).await;
+            // Hosts look for ticks that nobody needs each 5 s.
+            tokio::time::sleep(Duration::from_secs(6)).await;
+        }
+        results.push(result);
+    }
+    // A part of a recording that is no evidence against the run.
+    let part = second
+        .server
+        .folder()
+        .join(format!("replays/{}.mcap", results[1]["run_id"].as_str().expect("an id")));
+    std::fs::write(part, "cut off").expect("written");
+    // Its data directory is lost with it.
+    drop(first.killed());
+    std::fs::remove_file(&season).expect("removed");
+
+    for result in &results {
+        let sha256 = result["replay"]["sha256"].as_str().expect("a hash");
+        let uploaded = season.join(format!("replays/{sha256}.mcap"));
+        let began = Instant::now();
+        while !uploaded.exists() {
+            assert!(began.elapsed() < Duration::from_secs(120), "no replay of {result}");
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+        second.verified(&result["run_id"]).await;
+        let output = Command::new(program()).arg("verify").arg(&uploaded).output().expect("runs");
+        assert!(output.status.success(), "{output:?}");
+    }
+    let audit = second.get("/v1/admin/audit?limit=100", &second.organizer).json();
+    let written = audit["records"].as_array().expect("records").iter();
+    let written: Vec<&Value> = written.filter(|record| record["action"] == "replay.rewrite").collect();
+    assert_eq!(written.len(), 2, "{audit}");
+    assert!(
+        written.iter().all(|record| record["reason"].as_str().expect("why").ends_with(": the same bytes"))
+    );
+}

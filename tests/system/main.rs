@@ -42,6 +42,7 @@ mod resume;
 mod rfc6455;
 mod roles;
 mod schedule;
+mod season;
 mod senses;
 mod session_time;
 mod settings;

@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Serves a bucket until its input ends.
+/// Serves the bucket `cup` until its input ends.
 const MOTO: &str = "\
 import sys
 from moto.server import ThreadedMotoServer
@@ -23,7 +23,7 @@ sys.stdin.read()
 ";
 
 /// A Python with moto: that of PALMARES_MOTO_PYTHON, or of client-py.
-fn python() -> Option<String> {
+pub(crate) fn python() -> Option<String> {
     let own = concat!(env!("CARGO_MANIFEST_DIR"), "/../client-py/.venv/bin/python").to_owned();
     let python = std::env::var("PALMARES_MOTO_PYTHON").unwrap_or(own);
     let has = Command::new(&python).args(["-c", "import moto.server, boto3"]).stderr(Stdio::null()).status();
@@ -34,7 +34,7 @@ fn python() -> Option<String> {
     None
 }
 
-fn moto(python: &str, port: u16) -> Child {
+pub(crate) fn moto(python: &str, port: u16) -> Child {
     let mut command = Command::new(python);
     command.args(["-c", MOTO, &port.to_string()]).stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut child = command.stderr(Stdio::null()).spawn().expect("moto starts");

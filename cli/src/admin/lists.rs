@@ -56,6 +56,7 @@ impl List {
                 ("task", false, |row| text(&row["task"])),
                 ("k", true, |row| text(&row["k"])),
                 ("status", false, |row| text(&row["status"])),
+                ("verification", false, verification),
                 ("score", true, |row| text(&row["score"])),
                 ("hand", false, |row| text(&row["hand"])),
                 ("mode", false, |row| text(&row["mode"])),
@@ -166,6 +167,25 @@ fn similar(row: &Value) -> String {
     }
 }
 
+/// Whether a run waits for its verification, and why it still does.
+fn verification(row: &Value) -> String {
+    let tries =
+        || if row["verify_tries"] == 1 { "1 try".into() } else { format!("{} tries", row["verify_tries"]) };
+    let mut state = match (row["verify_state"].as_str(), &row["verify_host"]) {
+        (None, _) => return "-".to_owned(),
+        (Some("stuck"), _) => format!("stuck after {}", tries()),
+        (Some(_), Value::String(host)) => format!("by {host}"),
+        (Some(_), _) if row["verify_problem"].is_string() && row["verify_tries"].is_u64() => {
+            format!("waits after {}", tries())
+        }
+        _ => "waits".to_owned(),
+    };
+    if let Some(problem) = row["verify_problem"].as_str() {
+        state += &format!(": {problem}");
+    }
+    state
+}
+
 /// The reason why a run ended, and what people and the verification noted.
 fn note(row: &Value) -> String {
     let rejected = row["status"] == "rejected";
@@ -212,6 +232,25 @@ mod tests {
         let table = |more: bool| List::Similar.table(&json!({"pairs": [pair], "more": more}));
         assert!(table(false).lines().nth(1).is_some_and(|line| line.trim().starts_with("900  1000  balls")));
         assert_eq!((table(false).lines().count(), table(true).lines().count()), (2, 3), "{}", table(true));
+    }
+
+    #[test]
+    fn a_run_says_why_it_is_not_verified() {
+        for (row, state) in [
+            (json!({}), "-"),
+            (json!({"verify_state": "waiting", "verify_tries": 0}), "waits"),
+            (json!({"verify_state": "waiting", "verify_tries": 1, "verify_host": "h2"}), "by h2"),
+            (
+                json!({"verify_state": "waiting", "verify_tries": 1, "verify_problem": "missing_file: gone"}),
+                "waits after 1 try: missing_file: gone",
+            ),
+            (
+                json!({"verify_state": "stuck", "verify_tries": 5, "verify_problem": "missing_file: gone"}),
+                "stuck after 5 tries: missing_file: gone",
+            ),
+        ] {
+            assert_eq!(verification(&row), state);
+        }
     }
 
     #[test]

@@ -72,16 +72,17 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
             let (app, adopting) = (app.clone(), adopting.clone());
             tokio::spawn(async move {
                 let free = app.compute.max_worlds().saturating_sub(app.compute.admission.open().all());
-                if let Err(error) = app.sessions.adopt(free).await {
+                if let Err(error) = app.store.answered(app.sessions.adopt(free)).await {
                     tracing::warn!(%error, "sessions without an owner could not be taken over");
                 }
-                if sweep && let Err(error) = app.sessions.end_lost().await {
+                if sweep && let Err(error) = app.store.answered(app.sessions.end_lost()).await {
                     tracing::warn!(%error, "what lost hosts have left could not be ended");
                 }
-                if sweep && let Err(error) = app.sessions.give_up_orphans().await {
+                if sweep && let Err(error) = app.store.answered(app.sessions.give_up_orphans()).await {
                     tracing::warn!(%error, "sessions that nobody here has could not be given up");
                 }
-                if sweep && let Err(error) = app.store.sweep_shipped_runs().await {
+                let shared = app.archive.as_ref().is_some_and(|archive| archive.is_shared());
+                if sweep && let Err(error) = app.store.answered(app.store.sweep_shipped_runs(shared)).await {
                     tracing::warn!(%error, "the ticks of ended runs could not be deleted");
                 }
                 adopting.store(false, Ordering::Relaxed);

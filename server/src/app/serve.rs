@@ -2,7 +2,7 @@
 
 use super::assemble;
 use super::beat::beat;
-use crate::archive::{Upload, Verification};
+use crate::archive::{Upload, Verification, WriteAgain};
 use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
 use crate::fleet::lease::{Lease, Moment};
@@ -84,6 +84,8 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         None => None,
         Some(archive) => {
             let verification = Verification::new(app.store.clone(), archive, app.hub.clone(), audited)?;
+            let writer = app.sessions.shipper.is_some().then(|| app.sessions.clone() as Arc<dyn WriteAgain>);
+            let verification = verification.writing(writer);
             let lifecycle = lifecycle.clone();
             Some(tokio::spawn(verification.run(async move { lifecycle.stopping().await })))
         }

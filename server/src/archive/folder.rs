@@ -63,6 +63,11 @@ impl Archive {
         Archive { objects, ..self }
     }
 
+    /// Whether servers share the replays.
+    pub(crate) fn is_shared(&self) -> bool {
+        self.objects.is_some()
+    }
+
     /// The storage that servers share.
     pub(super) fn objects(&self) -> Option<&Arc<Objects>> {
         self.objects.as_ref()
@@ -136,7 +141,17 @@ impl Archive {
         let known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
         let hand_files = known.get(&header.hand_hash).cloned();
         let unopened = Some(Unopened { folder, header, signer, hand_files });
-        (RecordingObserver { unopened, recorder: None, done: Some(done) }, Recording(file))
+        (
+            RecordingObserver { unopened, recorder: None, done: Some(done), ended_unix_ms: None },
+            Recording(file),
+        )
+    }
+
+    /// As [`Archive::record`], for a run that ended at this time, ms since 1970 UTC. An earlier file of the run is replaced.
+    pub(crate) fn record_again(&self, header: Header, ended_unix_ms: u64) -> (RecordingObserver, Recording) {
+        let (mut observer, recording) = self.record(header);
+        observer.ended_unix_ms = Some(ended_unix_ms);
+        (observer, recording)
     }
 }
 
@@ -146,6 +161,8 @@ pub(crate) struct RecordingObserver {
     unopened: Option<Unopened>,
     recorder: Option<Recorder>,
     done: Option<oneshot::Sender<Result<Option<ReplayFile>, RecordError>>>,
+    /// When the run ended, if that is not now.
+    ended_unix_ms: Option<u64>,
 }
 
 struct Unopened {
@@ -159,19 +176,27 @@ impl RecordingObserver {
     /// Begins the recording of a run that another process has played for some ticks: `run` is at tick 0, `past` has those ticks.
     /// An unfinished file of the run is replaced.
     pub(crate) fn continued(&mut self, run: &Run, past: impl Iterator<Item = LoggedTick>) {
-        if let Some(Unopened { folder, header, .. }) = &self.unopened {
-            // If it is there and cannot be deleted, the next one cannot be created, which is reported.
-            let _ = std::fs::remove_file(folder.join(format!("{}.mcap", header.run_id)));
-        }
+        self.replaces();
         self.opened(run);
         if let Some(recorder) = &mut self.recorder {
             past.for_each(|tick| recorder.past(tick));
+        }
+    }
+
+    /// Deletes an earlier file of the run.
+    fn replaces(&self) {
+        if let Some(Unopened { folder, header, .. }) = &self.unopened {
+            // If it is there and cannot be deleted, the next one cannot be created, which is reported.
+            let _ = std::fs::remove_file(folder.join(format!("{}.mcap", header.run_id)));
         }
     }
 }
 
 impl RunObserver for RecordingObserver {
     fn opened(&mut self, run: &Run) {
+        if self.ended_unix_ms.is_some() {
+            self.replaces();
+        }
         let Some(Unopened { folder, header, signer, hand_files }) = self.unopened.take() else { return };
         match Recorder::create(&folder, header, run, &signer, hand_files) {
             Ok(recorder) => {
@@ -199,7 +224,10 @@ impl RunObserver for RecordingObserver {
             // A run without a tick has no replay.
             let file = match outcome.ticks {
                 0 => recorder.discard().map(|()| None),
-                _ => recorder.finish(run, outcome).map(Some),
+                _ => match self.ended_unix_ms {
+                    Some(ended) => recorder.finish_at(run, outcome, ended).map(Some),
+                    None => recorder.finish(run, outcome).map(Some),
+                },
             };
             // An error means that the session no longer waits.
             let _ = done.send(file);

@@ -88,6 +88,7 @@ impl Place {
         let row = FinishedRunRow {
             held: &held,
             replay: Some((&stored_path(&file), &file.sha256)),
+            ended_unix_ms: i64::try_from(file.ended_unix_ms).ok(),
             run_id,
             status: "provisional",
             outcome: &outcome,

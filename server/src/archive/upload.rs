@@ -41,7 +41,8 @@ impl Upload {
         let mut pause = FIRST_PAUSE;
         loop {
             let round = async {
-                match self.round().await {
+                let store = self.store.clone();
+                match store.answered(self.round()).await {
                     Ok(()) => {
                         pause = FIRST_PAUSE;
                         let _ = tokio::time::timeout(ROUND_PERIOD, self.archive.finished.notified()).await;
@@ -63,20 +64,30 @@ impl Upload {
 
     /// Uploads everything that waits.
     pub(super) async fn round(&mut self) -> anyhow::Result<()> {
-        let mut waiting = self.store.unstored_replays().await?;
-        waiting.retain(|replay| !self.unusable.contains(&replay.run_id));
-        METRICS.uploads_waiting(waiting.len());
-        for (done, replay) in waiting.iter().enumerate() {
+        let waiting = self.store.unstored_replays().await?;
+        let usable = waiting.iter().filter(|replay| !self.unusable.contains(&replay.run_id));
+        let mut left = usable.count();
+        METRICS.uploads_waiting(left);
+        for replay in &waiting {
+            let known = self.unusable.contains(&replay.run_id);
+            // A file that was missing may be there by now.
             if self.upload(replay).await? {
                 self.store.replay_stored(&replay.run_id, &replay.replay_sha256).await?;
-            } else {
+                self.unusable.remove(&replay.run_id);
+            } else if !known {
                 tracing::warn!(
                     run = replay.run_id,
                     "its replay is missing or changed here, and is not uploaded"
                 );
                 self.unusable.insert(replay.run_id.clone());
+                if self.store.lost_run(&replay.run_id).await?.is_some() {
+                    // Which writes a missing replay again.
+                    self.store.verify_again(&replay.run_id).await?;
+                    self.archive.wakeup.notify_one();
+                }
             }
-            METRICS.uploads_waiting(waiting.len() - done - 1);
+            left -= usize::from(!known);
+            METRICS.uploads_waiting(left);
         }
         for sha256 in self.store.unstored_hands().await? {
             if let Ok(bytes) = self.hands.local_archive(&sha256).await {

@@ -1,11 +1,13 @@
 //! Verifies finished official runs by playing them again, and deletes old practice replays, at the lowest priority.
 //!
 //! A verdict needs the file and the engine that recorded it. Without them a try gives no verdict: the run keeps its status, and is
-//! tried again later, by this server or another one.
+//! tried again later, by this server or another one. A missing file whose ticks are stored is written again first.
 
 use super::folder::Archive;
+use super::lost_replay::{WriteAgain, WrittenAgain, write_again};
 use super::retention::apply_retention;
-use crate::auth::random_hex;
+use crate::auth::{random_hex, sha256_hex};
+use crate::blocking::blocking;
 use crate::compute::{Background, JobPriority};
 use crate::fingerprint::Fingerprint;
 use crate::metrics::METRICS;
@@ -38,6 +40,8 @@ pub(crate) struct Verification {
     background: Background,
     /// Of this process, in its claims.
     owner: String,
+    /// Writes missing replays again; None without a fleet.
+    writer: Option<Arc<dyn WriteAgain>>,
     pub(super) pauses: [Duration; MAX_TRIES as usize - 1],
 }
 
@@ -52,8 +56,14 @@ impl Verification {
         hub: Arc<Hub>,
         tasks: Arc<[Arc<Task>]>,
     ) -> Result<Self, getrandom::Error> {
-        let (background, owner) = (Background::new(1), random_hex(8)?);
-        Ok(Verification { store, archive, hub, tasks, background, owner, pauses: PAUSES })
+        let host = store.host_name().map(|host| format!("{host}/")).unwrap_or_default();
+        let (background, owner) = (Background::new(1), host + &random_hex(8)?);
+        Ok(Verification { store, archive, hub, tasks, background, owner, writer: None, pauses: PAUSES })
+    }
+
+    /// The same verification, which writes missing replays again.
+    pub(crate) fn writing(self, writer: Option<Arc<dyn WriteAgain>>) -> Self {
+        Verification { writer, ..self }
     }
 
     /// Verifies until `stopping`. An interrupted verification is repeated, by another server or after the next start.
@@ -81,32 +91,45 @@ impl Verification {
         }
     }
 
+    /// The result of a statement; an error if its connection was lost in the network: the verification goes on with others.
+    async fn answered<T>(
+        &self,
+        statement: impl Future<Output = Result<T, StoreError>>,
+    ) -> Result<T, StoreError> {
+        self.store.answered(statement).await
+    }
+
     /// Tries every run that is due.
     pub(super) async fn round(&self, cleans: bool) -> Result<(), StoreError> {
-        while let Some(claim) = self.store.claim_verification(&self.owner).await? {
+        while let Some(claim) = self.claim().await? {
             self.attempt(&claim).await?;
         }
         if cleans {
-            self.store.note_other_engines().await?;
-            apply_retention(&self.store, &self.archive).await?;
+            self.answered(self.store.note_other_engines()).await?;
+            self.answered(apply_retention(&self.store, &self.archive)).await?;
         }
         Ok(())
+    }
+
+    async fn claim(&self) -> Result<Option<Claim>, StoreError> {
+        match self.answered(self.store.claim_verification(&self.owner)).await? {
+            None if self.writer.is_some() => self.answered(self.store.claim_lost_replay(&self.owner)).await,
+            claim => Ok(claim),
+        }
     }
 
     /// Tries to verify a run.
     async fn attempt(&self, claim: &Claim) -> Result<(), StoreError> {
         let run_id = claim.run_id.as_str();
-        let Some(record) = self.store.run(run_id).await? else { return Ok(()) };
-        let (claimed, archive, tasks) = (claim.clone(), self.archive.clone(), self.tasks.clone());
-        let job = self.background.run(JobPriority::Idle, move || check(&claimed, &record, &archive, &tasks));
+        let Some(record) = self.answered(self.store.run(run_id)).await? else { return Ok(()) };
         let checked = tokio::select! {
-            checked = job => checked,
-            () = self.renew(run_id) => {
-                tracing::info!(run = run_id, "the claim on its verification is lost");
-                return Ok(());
-            }
+            checked = self.judge(claim, record) => checked,
+            () = self.renew(run_id) => None,
         };
-        let checked = checked.unwrap_or_else(|error| Err(Inconclusive::Unreadable(error.to_string())));
+        let Some(checked) = checked else {
+            tracing::info!(run = run_id, "the claim on its verification is lost");
+            return Ok(());
+        };
         let owned = match checked {
             Ok(verdict) => self.settle(claim, verdict).await?,
             Err(reason) => {
@@ -117,7 +140,8 @@ impl Verification {
                 } else {
                     tracing::error!(run = run_id, tries, %reason, "no verdict; stuck until an organizer decides");
                 }
-                self.store.set_inconclusive(&self.owner, run_id, &reason.to_string(), pause).await?
+                let reason = reason.to_string();
+                self.answered(self.store.set_inconclusive(&self.owner, run_id, &reason, pause)).await?
             }
         };
         if !owned {
@@ -126,11 +150,48 @@ impl Verification {
         Ok(())
     }
 
+    /// Judges a run. Its replay is written again first if this server cannot get it and the ticks are stored. None if the claim is
+    /// lost.
+    async fn judge(&self, claim: &Claim, record: RunRecord) -> Option<Result<Verdict, Inconclusive>> {
+        let mut claim = claim.clone();
+        if let Some(writer) = &self.writer
+            && !self.has_replay(&claim).await
+        {
+            match write_again(&self.store, writer.as_ref(), &self.owner, &claim.run_id).await {
+                Ok(WrittenAgain::NoTicks) => {}
+                Ok(WrittenAgain::ClaimLost) => return None,
+                Ok(WrittenAgain::File { path, sha256 }) => {
+                    (claim.replay_path, claim.replay_sha256) = (path, sha256);
+                    self.archive.finished.notify_one();
+                }
+                Err(error) => return Some(Err(Inconclusive::Unwritten(format!("{error:#}")))),
+            }
+        }
+        Some(self.check(claim, record).await)
+    }
+
+    /// Whether this server gets the replay as it was written. A part of it may be here: of a host that failed while it recorded.
+    async fn has_replay(&self, claim: &Claim) -> bool {
+        let (archive, claim) = (self.archive.clone(), claim.clone());
+        let read = blocking(move || {
+            let bytes = archive.read(&claim.replay_path, &claim.replay_sha256);
+            bytes.is_ok_and(|bytes| bytes.is_some_and(|bytes| sha256_hex(&bytes) == claim.replay_sha256))
+        });
+        read.await.unwrap_or(false)
+    }
+
+    /// Plays a run again, in the background.
+    async fn check(&self, claim: Claim, record: RunRecord) -> Result<Verdict, Inconclusive> {
+        let (archive, tasks) = (self.archive.clone(), self.tasks.clone());
+        let job = self.background.run(JobPriority::Idle, move || check(&claim, &record, &archive, &tasks));
+        job.await.unwrap_or_else(|error| Err(Inconclusive::Unreadable(error.to_string())))
+    }
+
     /// Renews the claim on a run until it is lost.
     async fn renew(&self, run_id: &str) {
         loop {
             tokio::time::sleep(CLAIM / 3).await;
-            match self.store.renew_claim(&self.owner, run_id).await {
+            match self.answered(self.store.renew_claim(&self.owner, run_id)).await {
                 Ok(true) => {}
                 Ok(false) => return,
                 Err(error) => {
@@ -145,8 +206,8 @@ impl Verification {
         let Verdict { status, note, fingerprint } = verdict;
         let run_id = claim.run_id.as_str();
         // Before the status: a run with a verdict is not checked again.
-        self.store.compare_actions(run_id, &fingerprint).await?;
-        let owned = self.store.set_verdict(&self.owner, run_id, status, &note).await?;
+        self.answered(self.store.compare_actions(run_id, &fingerprint)).await?;
+        let owned = self.answered(self.store.set_verdict(&self.owner, run_id, status, &note)).await?;
         if owned {
             match status {
                 VerificationStatus::Rejected => {
@@ -183,6 +244,9 @@ enum Inconclusive {
     /// There is no file.
     #[error("missing_file: this server has no such replay")]
     MissingFile,
+    /// There is no file, and it cannot be written again from the stored ticks.
+    #[error("missing_file: it cannot be written again: {0}")]
+    Unwritten(String),
     /// The file cannot be read, or the check failed.
     #[error("unreadable: {0}")]
     Unreadable(String),

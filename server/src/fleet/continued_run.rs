@@ -1,16 +1,16 @@
-//! Builds a run of another host again, from its header, its ticks and its last snapshot.
+//! Builds a run of another host again, from its header, its ticks and its last snapshot; or plays the whole run again.
 
 use super::shipped_tick::{DecodeError, ShippedTick, decode};
 use crate::archive::RecordingObserver;
 use crate::compute::admission::Admitted;
 use crate::compute::background::{Background, JobError, JobPriority};
 use crate::store::{ShippedRun, StoredTicks};
-use crate::world::RunObserver;
 use crate::world::run::{OpenedWorld, World};
+use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{Header, LoggedTick, StateHash};
 use palmares_tasks::run::Snapshot;
-use palmares_tasks::{Run, SceneError, Task, identity};
+use palmares_tasks::{Outcome, Reason, Run, SceneError, Task, identity};
 use std::sync::Arc;
 
 /// The inputs of a run that another host has begun.
@@ -107,23 +107,50 @@ impl ContinuedRun {
             recorder.continued(&run, ticks.iter().cloned().map(LoggedTick::from));
         }
         skip_to_snapshot(&mut run, &ticks, shipped.snapshot.as_deref(), &header.run_id);
-        let from = usize::try_from(run.tick()).unwrap_or(usize::MAX);
-        for (k, ShippedTick { action, state, events }) in ticks.iter().enumerate().skip(from) {
-            let tick = k as u64 + 1;
-            let differs = |what| ContinueError::Differs { tick, what };
-            run.step(action).map_err(|_| differs("action"))?;
-            if run.applied() != action {
-                return Err(differs("action"));
-            }
-            if StateHash::of(&run) != *state {
-                return Err(differs("state"));
-            }
-            if run.events() != events.as_slice() {
-                return Err(differs("event"));
-            }
-        }
+        play(&mut run, &ticks, |_| ())?;
         Ok(run)
     }
+
+    /// Plays the whole run again for an observer, and ends it for this reason. The snapshot is not used.
+    ///
+    /// # Errors
+    /// The run cannot be played again.
+    pub(crate) fn play_again(
+        self,
+        observer: &mut impl RunObserver,
+        reason: Reason,
+    ) -> Result<Outcome, ContinueError> {
+        let ContinuedRun { header, task, hand, shipped } = self;
+        check(&header, &task, &hand)?;
+        let ticks = read(&shipped.ticks)?;
+        let mut run = Run::new(task, hand, header.seed)?.with_noise(header.noise);
+        observer.opened(&run);
+        play(&mut run, &ticks, |run| observer.ticked(&Ticked::of(run)))?;
+        let outcome = run.finish(reason);
+        observer.finished(&run, &outcome);
+        Ok(outcome)
+    }
+}
+
+/// Plays the ticks after the present one, and compares each with the stored one.
+fn play(run: &mut Run, ticks: &[ShippedTick], mut ticked: impl FnMut(&Run)) -> Result<(), ContinueError> {
+    let from = usize::try_from(run.tick()).unwrap_or(usize::MAX);
+    for (k, ShippedTick { action, state, events }) in ticks.iter().enumerate().skip(from) {
+        let tick = k as u64 + 1;
+        let differs = |what| ContinueError::Differs { tick, what };
+        run.step(action).map_err(|_| differs("action"))?;
+        if run.applied() != action {
+            return Err(differs("action"));
+        }
+        if StateHash::of(run) != *state {
+            return Err(differs("state"));
+        }
+        if run.events() != events.as_slice() {
+            return Err(differs("event"));
+        }
+        ticked(run);
+    }
+    Ok(())
 }
 
 /// The header is of this engine, task and hand.

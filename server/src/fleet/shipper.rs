@@ -136,12 +136,20 @@ impl Shipper {
     /// # Errors
     /// The session has another owner.
     pub(crate) async fn flush(&self, run_id: &str) -> Result<(), Lost> {
+        self.all_stored(run_id).await?;
+        self.shared.whole_round().await;
+        Ok(())
+    }
+
+    /// Waits until all ticks that the run has made are stored.
+    ///
+    /// # Errors
+    /// The session has another owner.
+    pub(crate) async fn all_stored(&self, run_id: &str) -> Result<(), Lost> {
         let followed = self.shared.runs().get(run_id).cloned();
         let Some(followed) = followed else { return Ok(()) };
         self.shared.wake.notify_one();
-        followed.backlog.all_stored().await?;
-        self.shared.whole_round().await;
-        Ok(())
+        followed.backlog.all_stored().await
     }
 
     /// Stops following a run. When this returns, no statement with its ticks is under way: its rows can be deleted.

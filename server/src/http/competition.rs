@@ -64,6 +64,21 @@ pub(super) struct CompetitionResponse {
     seed_secret: Option<String>,
     /// The worlds as of now.
     worlds: Worlds,
+    /// Runs that wait for their verification; official competitions only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verification: Option<VerificationNow>,
+}
+
+/// Runs that wait for their verification.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct VerificationNow {
+    /// Number of runs that wait, or are being verified.
+    waiting: i64,
+    /// Number of runs without a verdict after all tries.
+    stuck: i64,
+    /// Since when the oldest one waits, ms since 1970 UTC.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    oldest_unix_ms: Option<i64>,
 }
 
 /// The competition of this server.
@@ -74,6 +89,14 @@ pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<Comp
     let (places, schedule) = match rules.official() {
         true => (Some(places::places(&app, &worlds).await?), places::schedule(&app).await?),
         false => (None, None),
+    };
+    let verification = match rules.official() {
+        true => {
+            let queue = app.store.verification_queue().await?;
+            let (waiting, stuck, oldest_unix_ms) = (queue.waiting, queue.stuck, queue.oldest_unix_ms);
+            Some(VerificationNow { waiting, stuck, oldest_unix_ms })
+        }
+        false => None,
     };
     Ok(Json(CompetitionResponse {
         competition: competition.info(),
@@ -98,6 +121,7 @@ pub(super) async fn competition(State(app): State<AppState>) -> Result<Json<Comp
             idle: worlds.idle,
             waiting: worlds.waiting.len(),
         },
+        verification,
     }))
 }
 

@@ -30,6 +30,7 @@ fn redacted_for(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) 
         return run;
     }
     (run.similar, run.verify_problem) = (None, None);
+    (run.verify_host, run.verify_tries) = (None, None);
     let own = identity.and_then(|identity| identity.team.as_ref()) == Some(&run.team);
     let viewer = identity.is_some_and(|identity| identity.role == Role::Viewer);
     if !rules.revealed() {

@@ -186,7 +186,12 @@ impl Sessions {
         self.store.end_lost_practice().await?;
         let _adopting = self.adopting.0.lock().await;
         for held in self.store.take_ended_sessions().await? {
-            self.adopt_or_release(&held).await;
+            // It goes on when the caller is dropped: a session that was taken needs its holder.
+            let sessions = self.clone();
+            let closing = tokio::spawn(async move { sessions.adopt_or_release(&held).await });
+            if closing.await.is_err() {
+                tracing::error!("a session that had ended was not closed");
+            }
         }
         Ok(())
     }

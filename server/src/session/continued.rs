@@ -159,17 +159,35 @@ impl Sessions {
     }
 }
 
+/// The treatment of the stored ticks of a run that this session no longer plays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum AfterRun {
+    /// They stay for another host.
+    Leave,
+    /// The missing ones are stored as well: the replay can be written again from them until it is in safety.
+    Complete,
+    /// They are deleted: there is no replay.
+    Delete,
+}
+
+impl AfterRun {
+    /// After a result with or without a replay.
+    pub(super) fn of(replay: bool) -> Self {
+        if replay { AfterRun::Complete } else { AfterRun::Delete }
+    }
+}
+
 impl Session {
-    /// Stores no more ticks of the open run. With `delete` those that are stored are deleted: the result is stored.
-    pub(super) fn forget_ticks(&mut self, delete: bool) {
+    /// Stores no more ticks of the open run.
+    pub(super) fn forget_ticks(&mut self, after: AfterRun) {
         if let Some(run) = self.machine.playing() {
             let run_id = run.run_id.clone();
-            self.forget_ticks_of(&run_id, delete);
+            self.forget_ticks_of(&run_id, after);
         }
     }
 
     /// The same for a run of this id.
-    pub(super) fn forget_ticks_of(&mut self, run_id: &str, delete: bool) {
+    pub(super) fn forget_ticks_of(&mut self, run_id: &str, after: AfterRun) {
         if self.gate.take().is_none() {
             return;
         }
@@ -177,9 +195,14 @@ impl Session {
         // It waits for a statement in progress; nobody waits for this.
         tokio::spawn(async move {
             if let Some(shipper) = &sessions.shipper {
+                if after == AfterRun::Complete {
+                    let _ = shipper.all_stored(&run_id).await;
+                }
                 shipper.forget(&run_id, &held).await;
             }
-            if delete && let Err(error) = sessions.store.delete_shipped_run(&run_id).await {
+            if after == AfterRun::Delete
+                && let Err(error) = sessions.store.delete_shipped_run(&run_id).await
+            {
                 tracing::warn!(%error, run = run_id, "the stored ticks of a finished run were not deleted");
             }
         });

@@ -20,9 +20,10 @@ impl Sessions {
     pub(crate) async fn follow_competition(&self) -> Result<(), StoreError> {
         // One at a time, so that no later state is applied before an earlier one.
         let _following = self.following.lock().await;
-        let (before, now) = (self.competition.rules.state(), self.store.competition_state().await?);
+        let before = self.competition.rules.state();
+        let now = self.store.answered(self.store.competition_state()).await?;
         let ended = match now.ended_unix_ms.filter(|_| before.ended_unix_ms != now.ended_unix_ms) {
-            Some(at) => self.store.sessions_ended_at(at).await?,
+            Some(at) => self.store.answered(self.store.sessions_ended_at(at)).await?,
             None => vec![],
         };
         self.competition.rules.adopt(now);

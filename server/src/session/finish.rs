@@ -3,6 +3,7 @@
 //! The world is closed, the replay completed, the status decided. Then the result is stored, the clock accounts for the run, and
 //! the result is sent. A result that could not be stored is kept, and `stop` tries again.
 
+use super::continued::AfterRun;
 use super::failure::store_failed;
 use super::finished::{Decision, FinishedRun, RunEnd, RunStatus};
 use super::machine::{Playing, Stopping};
@@ -15,7 +16,11 @@ use palmares_protocol::{Code, Refusal, Reply};
 use palmares_replay::ReplayFile;
 use palmares_tasks::run::Failure;
 use palmares_tasks::{Fault, Outcome, Reason};
+use std::time::Duration;
 use tokio::task::spawn_blocking;
+
+/// Longest wait for the statement with the last ticks; they are stored later if the database does not answer.
+const LAST_TICKS: Duration = Duration::from_secs(1);
 
 /// A run's end as stored.
 struct StoredEnd {
@@ -71,7 +76,7 @@ impl Session {
         if let Some(archive) = &self.shared.archive {
             archive.wake();
         }
-        self.forget_ticks(true);
+        self.forget_ticks(AfterRun::of(finished.replay.is_some()));
         self.machine.ended(self.now(), stored.refund);
         self.save(true).await;
         Ok(result(finished, &stored))
@@ -84,7 +89,14 @@ impl Session {
             return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
         };
         let (outcome, stats) = self.close_world(reason).await;
-        let replay = self.keep_replay(&run, &outcome).await;
+        let sessions = self.shared.clone();
+        let last_ticks = async {
+            // Without its last ticks the replay cannot be written again if this host is lost before the upload.
+            if let Some(shipper) = &sessions.shipper {
+                let _ = tokio::time::timeout(LAST_TICKS, shipper.all_stored(&run.run_id)).await;
+            }
+        };
+        let (replay, ()) = tokio::join!(self.keep_replay(&run, &outcome), last_ticks);
         let end = RunEnd {
             reason,
             official: self.official,
@@ -142,6 +154,7 @@ impl Session {
         let (shared, held) = (self.shared.clone(), self.held.clone());
         let path = replay.as_ref().map(stored_path);
         let sha256 = replay.as_ref().map(|file| file.sha256.as_str());
+        let ended_unix_ms = replay.as_ref().and_then(|file| i64::try_from(file.ended_unix_ms).ok());
         let (now, refund) = (self.now(), decision.refunds());
         let (cost, after) = (self.machine.run_cost(now), self.machine.after(now, refund));
         let row = FinishedRunRow {
@@ -154,6 +167,7 @@ impl Session {
             cost_s: (cost.wall_s, cost.simulated_s),
             clock: self.official.then(|| after.row()),
             replay: path.as_deref().zip(sha256),
+            ended_unix_ms,
         };
         let status = self.stored(shared.store.finish_run(&row)).await.map_err(store_failed("the result"))?;
         let by_session = status == "voided" && !matches!(decision.status, RunStatus::Voided { .. });

@@ -16,6 +16,7 @@ mod execute;
 mod failure;
 mod finish;
 mod finished;
+mod lost_replay;
 mod machine;
 mod refunds;
 mod registry;

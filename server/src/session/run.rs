@@ -1,5 +1,6 @@
 //! Requests of a client to its session: opening and playing a run.
 
+use super::continued::AfterRun;
 use super::failure::{random_hex, store_failed};
 use super::machine::Playing;
 use super::run_inputs::{self, RunKey};
@@ -125,7 +126,7 @@ impl Session {
         let new = NewWorld { run_id, task: task_of, hand, hand_sha256, key, mode, sensing, noise, shots };
         let built = self.build(&new, admitted, length_s).await;
         if built.is_err() {
-            self.forget_ticks_of(&new.run_id, false);
+            self.forget_ticks_of(&new.run_id, AfterRun::Leave);
         }
         match built {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),

@@ -2,6 +2,7 @@
 
 use super::clock_rows::saved_row;
 use super::command::PendingCommand;
+use super::continued::AfterRun;
 use super::finished::FinishedRun;
 use super::machine::Machine;
 use super::registry::{Claims, Inbox, Registry};
@@ -298,7 +299,7 @@ impl Session {
             // Dropped: it ticks no more.
             drop(live.take(None));
         }
-        self.forget_ticks(false);
+        self.forget_ticks(AfterRun::Leave);
         self.shared.registry.remove(&self.held);
         self.shared.clocks.remove(&self.session_id, self.held.epoch);
         tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");

@@ -67,7 +67,9 @@ pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use similar_runs::SimilarPair;
 pub(crate) use teams::TeamRow;
 pub(crate) use tokens::{NewToken, TokenRow};
-pub(crate) use verification::{CLAIM, Claim, MAX_TRIES, RecordedReplay, UnstoredReplay, VerificationStatus};
+pub(crate) use verification::{
+    CLAIM, Claim, LostRun, MAX_TRIES, RecordedReplay, UnstoredReplay, VerificationStatus,
+};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -1,4 +1,4 @@
-//! The ticks of open runs, from which another host continues them: tables `run_actions` and `run_snapshots`, on Postgres only.
+//! The ticks of open runs, from which another host continues them, and of ended runs, until their replays are in safety: tables `run_actions` and `run_snapshots`, on Postgres only.
 //!
 //! Only the owner of a session writes its runs' ticks. Each statement locks the rows of the sessions while it checks their epochs. A
 //! condition without the lock is not enough: a new owner may commit between the check and the write.
@@ -174,15 +174,18 @@ impl Store {
         Ok(ShippedRun { ticks, snapshot })
     }
 
-    /// Deletes the ticks and the snapshots of runs that have ended in any way.
-    pub(crate) async fn sweep_shipped_runs(&self) -> Result<(), StoreError> {
+    /// Deletes the snapshots of runs that have ended in any way, and the ticks that are not needed any more. They are needed until
+    /// the replay is in the shared storage; without one (`shared` is false), until it was verified in a data directory.
+    pub(crate) async fn sweep_shipped_runs(&self, shared: bool) -> Result<(), StoreError> {
         let mut transaction = self.write().await?;
-        for table in ["run_actions", "run_snapshots"] {
+        let unsafe_replays = "OR runs.replay_sha256 IS NOT NULL AND runs.replay_stored_at IS NULL \
+             AND (runs.status = 'provisional' OR $1 = 1 AND runs.status IN ('verified', 'rejected'))";
+        for (table, kept) in [("run_actions", unsafe_replays), ("run_snapshots", "AND $1 IN (0, 1)")] {
             let sql = AssertSqlSafe(format!(
                 "DELETE FROM {table} WHERE NOT EXISTS (SELECT 1 FROM runs WHERE runs.run_id = {table}.run_id \
-                 AND runs.status = 'open')"
+                 AND (runs.status = 'open' {kept}))"
             ));
-            sqlx::query(sql).execute(&mut *transaction).await?;
+            sqlx::query(sql).bind(i64::from(shared)).execute(&mut *transaction).await?;
         }
         Ok(transaction.commit().await?)
     }

@@ -65,6 +65,8 @@ pub(crate) struct FinishedRunRow<'a> {
     pub(crate) clock: Option<ClockRow>,
     /// Path and SHA-256 of its replay.
     pub(crate) replay: Option<(&'a str, &'a str)>,
+    /// Time of its end in the replay, ms since 1970 UTC; without it the present. A replay that is written again has the same bytes.
+    pub(crate) ended_unix_ms: Option<i64>,
 }
 
 /// An open run whose host is gone.
@@ -130,6 +132,12 @@ pub(crate) struct RunRecord {
     /// Since when it waits, ms since 1970 UTC.
     #[serde(skip_serializing_if = "Option::is_none")]
     verify_since_unix_ms: Option<i64>,
+    /// The host that verifies it now; left out if none does, and where there is one server only. For organizers only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) verify_host: Option<String>,
+    /// Number of tries without a verdict, the present one included; only while it waits. For organizers only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) verify_tries: Option<i64>,
     /// Why the last try gave no verdict; for organizers only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) verify_problem: Option<String>,
@@ -148,6 +156,7 @@ from_row!(RunRecord {
     sim_time_s, missed_ticks, state_hash, seed, seed_hex, k, started_unix_ms: "started_at",
     ended_unix_ms: "ended_at", replay_sha256, verify_note, verified_unix_ms: "verified_at", verify_problem, server_version, build_hash;
     row => similar: None, events: Some(events(row.try_get("events")?)?), verify_state: Waiting::of(row)?.map(|waiting| waiting.state),
+    verify_host: Waiting::of(row)?.and_then(|waiting| waiting.host), verify_tries: Waiting::of(row)?.map(|waiting| waiting.tries),
     verify_since_unix_ms: Waiting::of(row)?.and_then(|waiting| waiting.since)
 });
 
@@ -155,6 +164,8 @@ from_row!(RunRecord {
 struct Waiting {
     state: &'static str,
     since: Option<i64>,
+    host: Option<String>,
+    tries: i64,
 }
 
 impl Waiting {
@@ -169,7 +180,9 @@ impl Waiting {
             _ => false,
         };
         let state = if tries >= MAX_TRIES && owner.is_none() { "stuck" } else { "waiting" };
-        Ok((waits && sha256.is_some()).then(|| Waiting { state, since: ordered.or(ended) }))
+        // A process of a fleet has its host before a slash.
+        let host = owner.and_then(|owner| Some(owner.split_once('/')?.0.to_owned()));
+        Ok((waits && sha256.is_some()).then(|| Waiting { state, since: ordered.or(ended), host, tries }))
     }
 }
 
@@ -268,7 +281,7 @@ impl Store {
         .bind(i64::from(outcome.outside))
         .bind(&outcome.state_hash)
         .bind(events)
-        .bind(unix_ms())
+        .bind(run.ended_unix_ms.unwrap_or_else(unix_ms))
         .bind(signed(run.missed_ticks))
         .bind(replay_path)
         .bind(replay_sha256)

@@ -18,6 +18,9 @@ pub(crate) const MAX_TRIES: i64 = 5;
 /// Length of a claim; its owner renews it.
 pub(crate) const CLAIM: Duration = Duration::from_secs(60);
 
+/// Time after the end of a host's lease from which its replays are written again elsewhere: it may be back.
+const GONE: Duration = Duration::from_secs(4);
+
 /// The condition that a run waits for its verification.
 const WAITING: &str = "(status = 'provisional' OR verify_since IS NOT NULL AND status IN ('verified', 'rejected')) \
      AND replay_sha256 IS NOT NULL";
@@ -61,6 +64,23 @@ pub(crate) struct UnstoredReplay {
 }
 
 from_row!(UnstoredReplay { run_id, replay_path, replay_sha256 });
+
+/// A run whose replay is missing, for another one from its stored ticks.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LostRun {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Its team.
+    pub(crate) team: String,
+    /// Header of its replay as JSON.
+    pub(crate) header: String,
+    /// Reason of its end.
+    pub(crate) reason: String,
+    /// Time of its end, ms since 1970 UTC.
+    pub(crate) ended_unix_ms: i64,
+}
+
+from_row!(LostRun { run_id, team, header, reason, ended_unix_ms: "ended_at" });
 
 /// What the database knows about the replay of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,6 +189,39 @@ impl Store {
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(owner).bind(ms(CLAIM)).bind(MAX_TRIES);
         let query = query.bind(identity::engine()).bind(self.host.host_id.clone());
         Ok(query.fetch_optional(&self.pool()).await?)
+    }
+
+    /// Claims a run whose host is gone before anybody else had its replay, but with its ticks stored: also a verified one, whose
+    /// replay is to be written again. The claim of the host that is gone has ended with it.
+    pub(crate) async fn claim_lost_replay(&self, owner: &str) -> Result<Option<Claim>, StoreError> {
+        if !self.host.fleet {
+            return Ok(None);
+        }
+        let (now, locked) = (self.dialect.now_ms(), self.dialect.lock_rows_of("runs"));
+        let sql = format!(
+            "UPDATE runs SET verify_owner = $1, verify_until = {now} + $2, verify_tries = verify_tries + 1 \
+             WHERE run_id = (SELECT run_id FROM runs WHERE run_id IN (SELECT run_id FROM run_actions) \
+             AND status IN ('provisional', 'verified') AND replay_stored_at IS NULL AND replay_path IS NOT NULL \
+             AND replay_sha256 IS NOT NULL AND engine = $4 AND replay_host <> $5 \
+             AND verify_tries < $3 AND (verify_until IS NULL OR verify_until < {now} \
+             OR verify_owner LIKE replay_host || '/%') AND NOT EXISTS (SELECT 1 FROM hosts \
+             WHERE hosts.host_id = runs.replay_host AND hosts.lease_until >= {now} - $6) \
+             ORDER BY ended_at, run_id LIMIT 1{locked}) \
+             RETURNING run_id, status, replay_path, replay_sha256, verify_tries"
+        );
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(owner).bind(ms(CLAIM)).bind(MAX_TRIES);
+        let query = query.bind(identity::engine()).bind(self.host.host_id.clone()).bind(ms(GONE));
+        Ok(query.fetch_optional(&self.pool()).await?)
+    }
+
+    /// Makes a run wait for its verification again: its replay is not where it should be. It keeps its status until the verdict.
+    pub(crate) async fn verify_again(&self, run_id: &str) -> Result<(), StoreError> {
+        sqlx::query("UPDATE runs SET verify_since = $1 WHERE run_id = $2 AND status = 'verified'")
+            .bind(unix_ms())
+            .bind(run_id)
+            .execute(&self.pool())
+            .await?;
+        Ok(())
     }
 
     /// Renews a claim; false if it is lost.
@@ -295,6 +348,32 @@ impl Store {
             .execute(&self.pool())
             .await?;
         Ok(())
+    }
+
+    /// What is needed to write a run's replay again from its stored ticks; None if there are none.
+    pub(crate) async fn lost_run(&self, run_id: &str) -> Result<Option<LostRun>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT run_id, team, header, reason, ended_at FROM runs WHERE run_id = $1 AND header IS NOT NULL \
+             AND reason IS NOT NULL AND ended_at IS NOT NULL \
+             AND EXISTS (SELECT 1 FROM run_actions WHERE run_actions.run_id = runs.run_id)",
+        );
+        Ok(query.bind(run_id).fetch_optional(&self.pool()).await?)
+    }
+
+    /// Stores path and SHA-256 of a replay that this host has written again; false if the claim on the run is lost.
+    pub(crate) async fn replay_written_again(
+        &self,
+        owner: &str,
+        run_id: &str,
+        path: &str,
+        sha256: &str,
+    ) -> Result<bool, StoreError> {
+        let query = sqlx::query(
+            "UPDATE runs SET replay_path = $1, replay_sha256 = $2, replay_host = $3, replay_stored_at = NULL \
+             WHERE run_id = $4 AND verify_owner = $5",
+        );
+        let query = query.bind(path).bind(sha256).bind(self.host_name()).bind(run_id).bind(owner);
+        Ok(query.execute(&self.pool()).await?.rows_affected() == 1)
     }
 
     /// Deletes path and SHA-256 of a run's deleted replay.

@@ -11,8 +11,18 @@ const COLOUR: Record<string, string> = { provisional: 'warn', verified: 'ok', re
 const MAX_ROWS = 300;
 
 /** Whether an organizer should look at a run. */
-export function needsReview(run: Pick<RunRecord, 'status' | 'similar'>): boolean {
-  return run.status === 'provisional' || run.status === 'rejected' || (run.similar ?? []).length > 0;
+export function needsReview(run: Pick<RunRecord, 'status' | 'similar' | 'verify_state'>): boolean {
+  return run.status === 'provisional' || run.status === 'rejected' || run.verify_state === 'stuck' || (run.similar ?? []).length > 0;
+}
+
+/** Whether a run waits for its verification, and why it still does; null if it does not wait. */
+export function verification(run: Pick<RunRecord, 'verify_state' | 'verify_host' | 'verify_tries' | 'verify_problem'>): string | null {
+  if (run.verify_state === undefined) return null;
+  const tries = run.verify_tries === 1 ? '1 try' : `${run.verify_tries ?? 0} tries`;
+  const problem = run.verify_problem === undefined ? '' : `: ${run.verify_problem}`;
+  if (run.verify_state === 'stuck') return `verification stuck after ${tries}${problem}`;
+  if (run.verify_host !== undefined) return `being verified by ${run.verify_host}${problem}`;
+  return problem === '' ? 'waits for its verification' : `waits for its verification after ${tries}${problem}`;
 }
 
 /** The tab. */
@@ -37,7 +47,7 @@ export function runsTab(admin: AdminClient): Tab {
     { label: 'Runs', empty: 'Nothing to do: every run is verified, and none resembles another team’s run.' });
 
   function notes(run: RunRecord): Child[] {
-    const texts = [run.note, run.verify_note].filter((text): text is string => text !== null && text !== undefined && text !== '');
+    const texts = [run.note, run.verify_note, verification(run)].filter((text): text is string => text !== null && text !== undefined && text !== '');
     const similar = (run.similar ?? []).map((other) => el('div', {}, 'similar to ', el('span', { class: 'id' }, other.run_id), ' of ', name(other.team ?? '?'), `: ${String(other['changes'] ?? '')} equal changes`));
     return [...texts.map((text) => el('div', {}, text)), ...similar, texts.length + similar.length === 0 ? '–' : null];
   }
@@ -57,7 +67,8 @@ export function runsTab(admin: AdminClient): Tab {
     const fits = (run: RunRecord): boolean => word === '' || `${run.run_id} ${run.team} ${run.task} ${run.status}`.toLowerCase().includes(word);
     const found = all.filter((run) => (everything.checked || word !== '' || needsReview(run)) && fits(run));
     const waiting = all.filter((run) => run.status === 'provisional').length;
-    line.textContent = `${waiting} of ${older ? 'the newest ' : ''}${all.length} runs are not verified yet.${found.length > MAX_ROWS ? ` The newest ${MAX_ROWS} of ${found.length} are shown.` : ''}`;
+    const stuck = all.filter((run) => run.verify_state === 'stuck').length;
+    line.textContent = `${waiting} of ${older ? 'the newest ' : ''}${all.length} runs are not verified yet${stuck > 0 ? `, ${stuck} of them are stuck` : ''}.${found.length > MAX_ROWS ? ` The newest ${MAX_ROWS} of ${found.length} are shown.` : ''}`;
     table.show(found.slice(0, MAX_ROWS));
   }
 

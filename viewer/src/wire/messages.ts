@@ -357,6 +357,8 @@ export interface CompetitionResponse {
   seed_secret_sha256?: string;
   /** Number of sessions of a team. */
   sessions_per_team?: number;
+  /** Runs that wait for their verification; official competitions only. */
+  verification?: VerificationNow;
 }
 
 /** A touching contact. */
@@ -1350,6 +1352,8 @@ export interface RunRecord {
   /** Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none. */
   similar?: SimilarRun[];
   verified_unix_ms?: number;
+  /** The host that verifies it now; left out if none does, and where there is one server only. For organizers only. */
+  verify_host?: string;
   verify_note?: string;
   /** Why the last try gave no verdict; for organizers only. */
   verify_problem?: string;
@@ -1357,6 +1361,8 @@ export interface RunRecord {
   verify_since_unix_ms?: number;
   /** `waiting` for its verification, also for another one after a verdict, or `stuck`: every try was without a verdict. Left out otherwise. */
   verify_state?: string;
+  /** Number of tries without a verdict, the present one included; only while it waits. For organizers only. */
+  verify_tries?: number;
 }
 
 /** `result`: the outcome of a finished run. The server has stored it before it sends it. */
@@ -2025,6 +2031,16 @@ export interface Verdicts {
   tick: number;
   /** In scene order. */
   objects: Verdict[];
+}
+
+/** Runs that wait for their verification. */
+export interface VerificationNow {
+  /** Number of runs that wait, or are being verified. */
+  waiting: number;
+  /** Number of runs without a verdict after all tries. */
+  stuck: number;
+  /** Since when the oldest one waits, ms since 1970 UTC. */
+  oldest_unix_ms?: number;
 }
 
 /** Triangles of a part. */

@@ -294,6 +294,7 @@ async fn a_result_and_the_clock_after_it_are_stored_together() {
         let run = FinishedRunRow {
             held: &held("s-r"),
             replay: None,
+            ended_unix_ms: None,
             run_id: "r",
             status: "provisional",
             outcome: &outcome(1.0),

@@ -40,6 +40,7 @@ async fn write_all(store: &Store, held: &Held) -> Vec<(&'static str, bool)> {
     let outcome = outcome(9.0);
     let run = FinishedRunRow {
         held,
+        ended_unix_ms: None,
         run_id: "r",
         status: "provisional",
         outcome: &outcome,

@@ -109,6 +109,7 @@ async fn finish_with(
     let run = FinishedRunRow {
         held: &held(&format!("s-{run_id}")),
         replay,
+        ended_unix_ms: None,
         run_id,
         status,
         outcome: &outcome,

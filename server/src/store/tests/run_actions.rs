@@ -1,8 +1,8 @@
 //! Ticks of runs whose sessions change owners all the time.
 
+use super::begin;
 use super::fleet_database::FleetDatabase;
-use super::{begin, finish};
-use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, ShippedRun, Store};
+use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, Store};
 use sqlx::Executor;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -158,26 +158,45 @@ async fn a_statement_again_changes_nothing_and_snapshots_have_the_same_fence() {
 }
 
 #[tokio::test]
-async fn the_ticks_of_ended_runs_are_deleted_those_of_open_ones_stay() {
+async fn ticks_stay_until_the_replay_is_in_safety() {
     for place in super::places::places().await {
         let store = place.open().await;
-        for run_id in ["open", "ended"] {
-            begin(&store, "crabs", "balls", run_id).await;
-            for table in [
-                "run_actions (run_id, from_tick, ticks, epoch, body)",
-                "run_snapshots (run_id, tick, epoch, body)",
-            ] {
-                let numbers = if table.starts_with("run_actions") { "0, 10, 1" } else { "10, 1" };
-                let sql = format!("INSERT INTO {table} VALUES ($1, {numbers}, $2)");
-                let query = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(run_id).bind(vec![7_u8]);
-                query.execute(&store.pool()).await.expect("inserts");
+        // Its status, whether it has a replay, and whether its ticks stay with a shared storage and without.
+        let runs = [
+            ("open", false, true, true),
+            ("practice", false, false, false),
+            ("provisional", true, true, true),
+            ("verified", true, true, false),
+            ("voided", true, false, false),
+        ];
+        for (shared, stored) in [(true, false), (false, false), (true, true)] {
+            for (status, replay, _, _) in runs {
+                let run_id = format!("{status}-{shared}-{stored}");
+                begin(&store, "crabs", "balls", &run_id).await;
+                for (table, numbers) in [
+                    ("run_actions (run_id, from_tick, ticks, epoch, body)", "0, 10, 1"),
+                    ("run_snapshots (run_id, tick, epoch, body)", "10, 1"),
+                ] {
+                    let sql = format!("INSERT INTO {table} VALUES ($1, {numbers}, $2)");
+                    let query = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(&run_id).bind(vec![7_u8]);
+                    query.execute(&store.pool()).await.expect("inserts");
+                }
+                if status != "open" {
+                    let replay = replay.then_some(("replays/r.mcap", "ef"));
+                    super::finish_with(&store, &run_id, 1.0, status, replay).await;
+                }
+                if stored {
+                    store.replay_stored(&run_id, "ef").await.expect("stored");
+                }
+            }
+            store.sweep_shipped_runs(shared).await.expect("sweeps");
+            for (status, replay, with, without) in runs {
+                let kept = if shared { with } else { without } && !(stored && replay);
+                let run = store.shipped_run(&format!("{status}-{shared}-{stored}")).await.expect("query");
+                assert_eq!(!run.ticks.is_empty(), kept, "{status}, shared {shared}, stored {stored}");
+                assert_eq!(run.snapshot.is_some(), status == "open", "{status}");
             }
         }
-        finish(&store, "ended", 1.0, "practice").await;
-        store.sweep_shipped_runs().await.expect("sweeps");
-        let open = store.shipped_run("open").await.expect("query");
-        assert_eq!((open.ticks.len(), open.snapshot), (1, Some(vec![7])));
-        assert_eq!(store.shipped_run("ended").await.expect("query"), ShippedRun::default());
         store.close().await;
     }
 }

@@ -3,11 +3,10 @@
 //! A key contains the SHA-256 of its file. So every server writes the same bytes under a key, and a late write changes nothing. The data
 //! directory keeps what was written or read here.
 
-mod s3;
-
 use crate::blocking::assert_may_block;
 use crate::private_files;
-use s3::Bucket;
+use palmares_replay::FILE_BYTES;
+use palmares_s3::Bucket;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -41,7 +40,7 @@ impl Objects {
             return Ok(Objects::Folder(PathBuf::from(path)));
         }
         match url.strip_prefix("s3://") {
-            Some(rest) => Ok(Objects::Bucket(Bucket::open(rest, &|name| std::env::var(name).ok())?)),
+            Some(rest) => Ok(Objects::Bucket(Bucket::open(rest, FILE_BYTES as u64)?)),
             None => {
                 anyhow::bail!("storage `{url}`: expected s3://BUCKET, s3://BUCKET/PREFIX or file:///FOLDER")
             }
