@@ -21,6 +21,7 @@ mod names;
 mod objects;
 mod private_files;
 mod problem;
+mod process_metrics;
 mod restore;
 mod rules;
 mod schedule;

@@ -1,7 +1,9 @@
 //! The metrics of `GET /metrics`. They are global, so that every part can count without a reference.
 
+use crate::process_metrics::ProcessMetrics;
 use palmares_protocol::Code;
 use prometheus_client::encoding::EncodeLabelSet;
+use prometheus_client::encoding::text::{encode_eof, encode_registry};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
@@ -28,6 +30,7 @@ struct ReasonLabel {
 #[derive(Debug)]
 pub(crate) struct Metrics {
     registry: Registry,
+    process: ProcessMetrics,
     ticks: Counter,
     tick_compute: Histogram,
     lateness: Histogram,
@@ -89,6 +92,7 @@ impl Metrics {
         let histogram = || Histogram::new(exponential_buckets(5e-5, 2.0, 16));
         let mut metrics = Metrics {
             registry: Registry::default(),
+            process: ProcessMetrics::new(),
             ticks: Counter::default(),
             tick_compute: histogram(),
             lateness: histogram(),
@@ -240,7 +244,9 @@ impl Metrics {
         self.unverified.set(gauge(gauges.unverified));
         let mut text = String::new();
         // Writing into a string cannot fail.
-        let _ = prometheus_client::encoding::text::encode(&mut text, &self.registry);
+        let _ = encode_registry(&mut text, &self.registry)
+            .and_then(|()| encode_registry(&mut text, self.process.read()))
+            .and_then(|()| encode_eof(&mut text));
         text
     }
 }
@@ -284,6 +290,8 @@ mod tests {
             "palmares_tick_lateness_seconds_bucket{le=\"0.0032\"} 2",
             "palmares_missed_ticks_total 1",
             "palmares_permit_wait_seconds_bucket{le=\"0.00005\"} 1",
+            "# TYPE process_resident_memory_bytes gauge",
+            "process_tasks 0",
             "palmares_stale_writes_total 1",
             "palmares_sessions_taken_total 2",
             "palmares_runs_continued_total 1",

@@ -14,11 +14,11 @@ use tempfile::TempDir;
 const TAKEN_OVER: Duration = Duration::from_millis(3500);
 
 /// Rules of a host.
-fn rules(host: &str, port: u16) -> String {
+pub(crate) fn rules(host: &str, port: u16) -> String {
     format!("{RULES}[fleet]\nhost = \"{host}\"\ninternal_url = \"http://127.0.0.1:{port}\"\n")
 }
 
-fn free_port() -> u16 {
+pub(crate) fn free_port() -> u16 {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
     listener.local_addr().expect("bound").port()
 }
@@ -42,7 +42,7 @@ fn host(name: &str, url: &str, like: Option<&Official>, more: &str, address: &st
 }
 
 /// Two hosts of an open competition, and a team's token; None without Postgres.
-async fn two_hosts() -> Option<(Official, Official, String)> {
+pub(crate) async fn two_hosts() -> Option<(Official, Official, String)> {
     two_hosts_with("", LOOPBACK).await
 }
 
@@ -57,7 +57,7 @@ async fn two_hosts_with(more: &str, address: &str) -> Option<(Official, Official
 }
 
 /// Says hello with a resume token until the host has the session.
-async fn resumed(official: &Official, team: &str, token: &Value) -> (Client, Value) {
+pub(crate) async fn resumed(official: &Official, team: &str, token: &Value) -> (Client, Value) {
     let began = Instant::now();
     loop {
         let mut client = official.connect(team).await;

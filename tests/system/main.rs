@@ -22,6 +22,7 @@ mod leaderboard;
 mod lifecycle;
 mod limits;
 mod lists;
+mod lost_answers;
 mod machines;
 mod messages;
 mod msgpack;

@@ -14,6 +14,7 @@ from fleet.board import board
 from fleet.chaos import chaos
 from fleet.drills import partition, upgrade
 from fleet.fleet import check_machine
+from fleet.soak import soak
 
 
 def execute(options: argparse.Namespace, folder: Path) -> tuple[dict[str, Any], bool]:
@@ -21,6 +22,8 @@ def execute(options: argparse.Namespace, folder: Path) -> tuple[dict[str, Any], 
     program = options.program.resolve()
     if options.command == "board":
         return board(folder, program, options.teams, options.runs)
+    if options.command == "soak":
+        return soak(folder, program, options.minutes, options.teams)
     moto = None if options.without_store else options.moto
     hosts, teams = options.hosts, options.teams
     if options.command == "upgrade":
@@ -52,9 +55,13 @@ def main() -> int:
     command = commands.add_parser("board", help="the ranking of a large event")
     command.add_argument("--runs", type=int, default=500_000)
     command.add_argument("--teams", type=int, default=10_000)
+    command = commands.add_parser("soak", help="one server under load for a long time")
+    command.add_argument("--minutes", type=float, default=60.0)
+    command.add_argument("--teams", type=int, default=8)
     options = parser.parse_args()
 
-    check_machine()
+    if options.command != "soak":
+        check_machine()
     # Postgres reads its folder as a user of its own.
     folder = Path(tempfile.mkdtemp(prefix="palmares-fleet-"))
     folder.chmod(0o755)

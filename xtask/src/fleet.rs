@@ -1,4 +1,4 @@
-//! `cargo xtask fleet`: several hosts under faults, and the ranking of a large event. The commands are in `xtask/fleet`, in Python.
+//! `cargo xtask fleet`: several hosts under faults, the ranking of a large event, and a long load. The commands are in `xtask/fleet`, in Python.
 
 use crate::cargo::build_server;
 use crate::python::{Environment, interpreter, succeeds};
@@ -19,7 +19,7 @@ pub(crate) struct Options {
     /// Build without optimisation of the server.
     #[arg(long)]
     debug: bool,
-    /// chaos, upgrade, partition or board, with its options; `chaos --help` lists them.
+    /// chaos, upgrade, partition, board or soak, with its options; `chaos --help` lists them.
     #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
     command: Vec<String>,
 }

@@ -78,8 +78,8 @@ pub(super) async fn beat(app: AppState, lease: Arc<Lease>, fleet: bool) {
                 if sweep && let Err(error) = app.store.answered(app.sessions.end_lost()).await {
                     tracing::warn!(%error, "what lost hosts have left could not be ended");
                 }
-                if sweep && let Err(error) = app.store.answered(app.sessions.revive_orphans()).await {
-                    tracing::warn!(%error, "sessions that nobody here has could not be taken over");
+                if sweep && let Err(error) = app.store.answered(app.sessions.give_up_orphans()).await {
+                    tracing::warn!(%error, "sessions that nobody here has could not be given up");
                 }
                 let shared = app.archive.as_ref().is_some_and(|archive| archive.is_shared());
                 if sweep && let Err(error) = app.store.answered(app.store.sweep_shipped_runs(shared)).await {

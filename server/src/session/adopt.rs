@@ -7,7 +7,11 @@ use crate::metrics::METRICS;
 use crate::store::{Held, NewAuditEntry, OwnedSession, StoreError};
 use palmares_tasks::Reason;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::task::JoinSet;
+
+/// Time after which a session does what its row says.
+const ORDER_PATIENCE: Duration = Duration::from_millis(300);
 
 /// The note of a run whose session was ended while no host had it.
 const ENDED_MEANWHILE: &str = "an organizer ended the session while its host was away";
@@ -30,15 +34,19 @@ impl Sessions {
         Ok(())
     }
 
-    /// Takes over the sessions of this server that nobody here has: a task ended between the database's answer and the registry.
+    /// Gives up the sessions of this server that nobody here has: an answer of the database was lost, or a task ended before the
+    /// registry had the session. The next beat takes them over, or that of the host where the client is.
     ///
     /// # Errors
     /// The database failed.
-    pub(crate) async fn revive_orphans(self: &Arc<Self>) -> Result<(), StoreError> {
-        // The registry has a session before the database does.
-        for session_id in self.store.own_sessions().await? {
-            if !self.registry.knows(&session_id) {
-                self.revive(&session_id).await?;
+    pub(crate) async fn give_up_orphans(&self) -> Result<(), StoreError> {
+        // No take-over is in progress.
+        let _adopting = self.adopting.0.lock().await;
+        // The registry has a new session before the database does.
+        for held in self.store.own_sessions().await? {
+            if !self.registry.knows(&held.session_id) {
+                tracing::warn!(session = held.session_id, "nobody here has the session; it is given up");
+                self.store.release_session(&held).await?;
             }
         }
         Ok(())
@@ -83,15 +91,23 @@ impl Sessions {
     }
 
     /// Compares the sessions that are open here with their rows: a session with another owner ends here, one that another host wants is
-    /// given to it.
+    /// given to it. A session that an organizer has paused or ended while this host had no lease is paused or ended.
     pub(crate) fn follow_owners(self: &Arc<Self>, owned: Vec<OwnedSession>) {
-        for OwnedSession { held, epoch, wanted, firmly } in owned {
+        for OwnedSession { held, epoch, wanted, firmly, ended, paused } in owned {
             if epoch != held.epoch {
                 // Once: it stays open here until its connection has noticed.
                 if !held.is_lost() {
                     tracing::warn!(session = held.session_id, "the session has another owner; it ends here");
                     held.lose();
                 }
+            } else if ended || paused != held.is_paused() {
+                let sessions = self.clone();
+                tokio::spawn(async move {
+                    // Usually the organizer's own command is on its way.
+                    tokio::time::sleep(ORDER_PATIENCE).await;
+                    // Not found: it has ended.
+                    let _ = sessions.registry.command(&held.session_id, Command::Follow).await;
+                });
             } else if let Some(host) = wanted {
                 let sessions = self.clone();
                 tokio::spawn(async move {

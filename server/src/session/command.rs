@@ -29,6 +29,8 @@ pub(crate) enum Command {
         /// Also if a connection holds it: that client has shown the resume token.
         firmly: bool,
     },
+    /// Does what the session's row says: an organizer's command may have found no owner.
+    Follow,
     /// Ends the session; its open run counts or is void.
     End {
         /// Whether the open run is void.

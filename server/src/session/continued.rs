@@ -124,6 +124,7 @@ impl Sessions {
         let now = self.lifecycle.now();
         let machine = Machine::continued(row.limit_s, before, &in_run, playing, now);
         self.store.count_move(held, &run.run_id).await?;
+        held.set_paused(row.paused);
         // After this nothing fails: the registry has the session as long as it exists.
         let inbox = self.registry.insert(&row.token_hash, held);
         let inbox = inbox.ok_or_else(|| NotContinued::Now("the session is open here".into()))?;

@@ -1,6 +1,7 @@
 //! Executes the commands of organizers, for a session with a connection and for one that waits.
 
 use super::command::{Command, PendingCommand};
+use super::failure::store_failed;
 use super::session::{OpenRun, Session};
 use crate::compute::queue::WAIT;
 use palmares_protocol::{Code, Refusal, Reply};
@@ -13,7 +14,7 @@ impl Session {
         self.catch_up();
         let PendingCommand { command, done } = pending;
         tracing::info!(session = self.session_id, ?command, "an organizer's command");
-        let (over, mut reply) = (matches!(command, Command::End { .. }), None);
+        let (mut over, mut reply) = (matches!(command, Command::End { .. }), None);
         let result = match command {
             Command::Pause => {
                 self.set_paused(true).await;
@@ -37,6 +38,7 @@ impl Session {
                 Ok(())
             }
             Command::Release { firmly } => self.release(firmly).await,
+            Command::Follow => self.follow_row().await.map(|end| (over, reply) = end),
             Command::VoidRun { run_id, note } => self.void_run(&run_id, &note).await,
             Command::End { void, note } => {
                 let reason = if void { Reason::Voided } else { Reason::Stopped };
@@ -51,8 +53,25 @@ impl Session {
         (over, reply)
     }
 
+    /// Does what the session's row says. Returns whether the session is over, and the message for its client.
+    async fn follow_row(&mut self) -> Result<(bool, Option<Reply>), Refusal> {
+        let row = self.shared.store.session(&self.session_id).await.map_err(store_failed("the session"))?;
+        let Some(row) = row else { return Ok((false, None)) };
+        if row.status != "open" {
+            let reason = if row.status == "voided" { Reason::Voided } else { Reason::Stopped };
+            let reply = self.end_run(reason, "the organizers ended the session").await?;
+            return Ok((true, reply));
+        }
+        let paused = row.paused_unix_ms.is_some();
+        if paused != self.held.is_paused() {
+            self.set_paused(paused).await;
+        }
+        Ok((false, None))
+    }
+
     /// Stops or continues this session.
     async fn set_paused(&mut self, paused: bool) {
+        self.held.set_paused(paused);
         if let Some(standing) = &mut self.standing {
             *standing = paused;
             if !paused {
@@ -94,7 +113,12 @@ impl Session {
         if !firmly && self.shared.registry.is_connected(&self.token_hash) {
             return Err(Refusal::new(Code::SessionTaken, "a connection holds the session"));
         }
-        self.give_away().await
+        let given = self.give_away().await;
+        if given.is_err() {
+            // The session stays.
+            self.follow_clock().await;
+        }
+        given
     }
 
     async fn void_run(&mut self, run_id: &str, note: &str) -> Result<(), Refusal> {

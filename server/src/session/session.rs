@@ -204,6 +204,7 @@ impl Session {
         let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch, .. } = row;
         let state = ClockState::of(&clock);
         let held = Held::new(session_id.clone(), epoch);
+        held.set_paused(paused);
         let inbox = shared.registry.insert(&token_hash, &held)?;
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");

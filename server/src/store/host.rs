@@ -4,7 +4,7 @@ use super::error::StoreError;
 use super::location::Dialect;
 use sqlx::{AnyConnection, AssertSqlSafe};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -129,12 +129,23 @@ pub(crate) struct Held {
     /// The epoch of the ownership.
     pub(crate) epoch: i64,
     lost: Arc<watch::Sender<bool>>,
+    paused: Arc<AtomicBool>,
 }
 
 impl Held {
     /// A session with this epoch.
     pub(crate) fn new(session_id: String, epoch: i64) -> Self {
-        Held { session_id, epoch, lost: Arc::default() }
+        Held { session_id, epoch, lost: Arc::default(), paused: Arc::default() }
+    }
+
+    /// Notes whether an organizer has paused the session, as its clock has it.
+    pub(crate) fn set_paused(&self, paused: bool) {
+        self.paused.store(paused, Ordering::Relaxed);
+    }
+
+    /// Whether its clock has the pause of an organizer.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.paused.load(Ordering::Relaxed)
     }
 
     /// Notes that the session has another owner.
@@ -165,6 +176,10 @@ pub(crate) struct OwnedSession {
     pub(crate) wanted: Option<String>,
     /// Whether that client has shown the resume token.
     pub(crate) firmly: bool,
+    /// Whether an organizer has ended it.
+    pub(crate) ended: bool,
+    /// Whether an organizer has paused it.
+    pub(crate) paused: bool,
 }
 
 /// A lease's renewal.

@@ -184,18 +184,22 @@ impl Store {
         for batch in held.chunks(BATCH) {
             let places: Vec<String> = (1..=batch.len()).map(|k| format!("${k}")).collect();
             let sql = format!(
-                "SELECT session_id, epoch, wanted_by, wanted_firmly FROM sessions WHERE session_id IN ({})",
+                "SELECT session_id, epoch, wanted_by, wanted_firmly, status, paused_at FROM sessions \
+                 WHERE session_id IN ({})",
                 places.join(", ")
             );
             let mut query = sqlx::query_as(AssertSqlSafe(sql));
             for held in batch {
                 query = query.bind(held.session_id.clone());
             }
-            let rows: Vec<(String, i64, Option<String>, i64)> = query.fetch_all(&mut *connection).await?;
-            for (session_id, epoch, wanted_by, firmly) in rows {
+            type Row = (String, i64, Option<String>, i64, String, Option<i64>);
+            let rows: Vec<Row> = query.fetch_all(&mut *connection).await?;
+            for (session_id, epoch, wanted_by, firmly, status, paused_at) in rows {
                 let Some(held) = batch.iter().find(|held| held.session_id == session_id) else { continue };
                 let wanted = wanted_by.filter(|host| *host != self.host.host_id);
-                owned.push(OwnedSession { held: held.clone(), epoch, wanted, firmly: firmly != 0 });
+                let (held, firmly) = (held.clone(), firmly != 0);
+                let (ended, paused) = (status != "open", paused_at.is_some());
+                owned.push(OwnedSession { held, epoch, wanted, firmly, ended, paused });
             }
         }
         Ok(owned)
@@ -302,14 +306,16 @@ impl Store {
         Ok(taken.map(|(session_id, epoch)| Held::new(session_id, epoch)))
     }
 
-    /// The open official sessions of this process.
-    pub(crate) async fn own_sessions(&self) -> Result<Vec<String>, StoreError> {
-        let query = sqlx::query_scalar(
-            "SELECT session_id FROM sessions WHERE mode = 'official' AND status = 'open' AND owner = $1 \
-             AND owner_incarnation = $2 ORDER BY session_id",
+    /// The official sessions of this process that are open, or have an open run.
+    pub(crate) async fn own_sessions(&self) -> Result<Vec<Held>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT session_id, epoch FROM sessions WHERE mode = 'official' AND owner = $1 AND owner_incarnation = $2 \
+             AND (status = 'open' OR session_id IN (SELECT runs.session_id FROM runs WHERE runs.status = 'open')) \
+             ORDER BY session_id",
         );
         let query = query.bind(self.host.host_id.clone()).bind(self.host.incarnation());
-        Ok(query.fetch_all(&self.pool()).await?)
+        let own: Vec<(String, i64)> = query.fetch_all(&self.pool()).await?;
+        Ok(own.into_iter().map(|(session_id, epoch)| Held::new(session_id, epoch)).collect())
     }
 
     /// Ends the practice sessions of hosts that are gone. Their runs are left to [`Store::take_ended_sessions`].

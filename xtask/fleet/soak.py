@@ -1,0 +1,225 @@
+"""A server under load for a long time: memory must stay, and nothing may be left when everybody has gone."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from fleet.host import make_keys
+from fleet.services import end
+from fleet.shell import Process, get, run, start, tail, until
+
+# Sessions are short, so that many begin and end.
+SESSION_S = 45
+MODES = ("lockstep", "realtime")
+VIEWERS = 6
+# A viewer stays this long at most, s; every other one leaves without a word.
+VIEW_S = 20.0
+# Memory is compared with that after this time, and may have grown by this share.
+SETTLED_S = 300.0
+GROWTH = 0.03
+# Longest time until everything has ended after the last client, s: a session and its grace period.
+EMPTY_S = 150.0
+READ_S = 5.0
+GAUGES = {
+    "worlds": "palmares_worlds_open",
+    "sessions": "palmares_sessions_open",
+    "viewers": "palmares_viewers",
+    "memory": "process_resident_memory_bytes",
+    "files": "process_open_fds",
+    "threads": "process_threads",
+    "tasks": "process_tasks",
+}
+# What may be left, compared with before the first client. The pool of the database opens connections when it needs them, each with
+# two files at most.
+LEFT = {"worlds": 0, "sessions": 0, "viewers": 0, "tasks": 0, "files": 8}
+
+
+class Server:
+    """A server on loopback, with SQLite."""
+
+    def __init__(self, folder: Path, program: Path) -> None:
+        self.folder, self.program, self.log = folder, program, folder / "log"
+        keys = folder / "keys"
+        make_keys(program, keys)
+        (folder / "competition.toml").write_text(
+            f"""name = "Soak Cup"
+mode = "official"
+session_s = {SESSION_S}
+sessions_per_team = 1000
+reset_cost_s = 0.1
+tasks = ["balls"]
+hands = ["pinch"]
+listen = "127.0.0.1:0"
+data_dir = "data"
+seed_secret = "{keys / "seed.secret"}"
+signing_key = "{keys / "signing.key"}"
+max_connections_per_address = 4096
+"""
+        )
+        words = [str(program), "serve", "--config", "competition.toml"]
+        self.process: Process = start(words, self.log, folder)
+        found = re.compile(r"listening on http://(\S+)")
+
+        def listens() -> bool:
+            if self.process.poll() is not None:
+                raise RuntimeError(f"the server ended:\n{tail(self.log)}")
+            return found.search(self.log.read_text()) is not None
+
+        until(listens, 30.0, "a server")
+        match = found.search(self.log.read_text())
+        assert match
+        self.address = match.group(1).rstrip("/")
+
+    def admin(self, *words: str) -> str:
+        """Run `palmares admin`."""
+        token = str(self.folder / "data/organizer.token")
+        url = f"http://{self.address}"
+        return run(str(self.program), "admin", "--url", url, "--token-file", token, *words)
+
+    def gauges(self) -> dict[str, int]:
+        """Return the gauges."""
+        status, text = get(self.address, "/metrics", 10.0)
+        if status != 200:
+            raise RuntimeError(f"/metrics: {status}\n{tail(self.log)}")
+        values = dict(
+            line.split(" ") for line in text.splitlines() if line[:1] not in ("#", "") and "{" not in line
+        )
+        return {name: int(float(values[gauge])) for name, gauge in GAUGES.items()}
+
+
+def watch(address: str, stop: threading.Event, seed: int) -> None:
+    """Watch one run after another."""
+    draw = random.Random(seed)
+    while not stop.wait(draw.uniform(0.1, 1.0)):
+        try:
+            socket = connect(
+                f"ws://{address}/v1/watch",
+                subprotocols=["palmares.v1.json"],
+                max_size=None,
+                open_timeout=10.0,
+                close_timeout=2.0,
+            )
+            leave = time.monotonic() + draw.uniform(1.0, VIEW_S)
+            what = draw.choice(["featured", "leaderboard"])
+            socket.send(json.dumps({"op": "subscribe", "id": 1, what: True}))
+            while time.monotonic() < leave and not stop.is_set():
+                try:
+                    socket.recv(0.5)
+                except TimeoutError:
+                    continue
+            if draw.random() < 0.5:
+                socket.socket.close()
+            else:
+                socket.close()
+        except (ConnectionClosed, OSError, TimeoutError):
+            continue
+
+
+def play(server: Server, teams: int) -> list[Process]:
+    """Start the teams."""
+    tokens: dict[str, dict[str, str]] = {mode: {} for mode in MODES}
+    for number in range(teams):
+        mode = MODES[number % 2]
+        name = f"{mode}-{number // 2}"
+        tokens[mode][name] = json.loads(server.admin("team", "add", name))["token"]
+    server.admin("open", "--reason", "soak")
+    players = []
+    for mode, names in tokens.items():
+        file = server.folder / f"{mode}.json"
+        file.write_text(json.dumps(names))
+        words = [
+            sys.executable,
+            "-m",
+            "fleet.clients",
+            "--url",
+            f"http://{server.address}",
+            "--tokens",
+            str(file),
+        ]
+        words += ["--record", str(server.folder / "record.jsonl"), "--stop", str(server.folder / "stop")]
+        harness = Path(__file__).parents[1]
+        path = f"PYTHONPATH={harness.parent / 'client-py/src'}:{harness}"
+        players.append(start(["env", path, *words, "--mode", mode], server.folder / "clients.log"))
+    return players
+
+
+def soak(folder: Path, program: Path, minutes: float, teams: int) -> tuple[dict[str, Any], bool]:
+    """Let teams play and viewers come and go; return the report, and whether it holds."""
+    server = Server(folder, program)
+    players: list[Process] = []
+    stop = threading.Event()
+    viewers = [
+        threading.Thread(target=watch, args=(server.address, stop, seed), daemon=True)
+        for seed in range(VIEWERS)
+    ]
+    try:
+        before = server.gauges()
+        began = time.monotonic()
+        players = play(server, teams)
+        for viewer in viewers:
+            viewer.start()
+        memory: list[tuple[float, int]] = []
+        most: dict[str, int] = {}
+        printed = 0.0
+        while time.monotonic() - began < minutes * 60.0:
+            time.sleep(READ_S)
+            now, at = server.gauges(), time.monotonic() - began
+            memory.append((at, now["memory"]))
+            most = {name: max(value, most.get(name, 0)) for name, value in now.items()}
+            if at - printed >= 60.0:
+                printed = at
+                print(f"{at / 60.0:5.1f} min  {now}", flush=True)
+        (folder / "stop").touch()
+        stop.set()
+        for process in players:
+            process.wait(SESSION_S + 60.0)
+        for viewer in viewers:
+            viewer.join(30.0)
+
+        def is_empty() -> bool:
+            now = server.gauges()
+            return all(now[name] <= before[name] + more for name, more in LEFT.items())
+
+        try:
+            until(is_empty, EMPTY_S, "everything has ended", 1.0)
+        except TimeoutError as late:
+            print(late)
+        after = server.gauges()
+        events = (folder / "record.jsonl").read_text().splitlines()
+        results = sum('"event": "result"' in event for event in events)
+    finally:
+        stop.set()
+        for process in (*players, server.process):
+            end(process)
+
+    def mean(begin_s: float, end_s: float) -> float:
+        values = [value for at, value in memory if begin_s <= at < end_s] or [memory[-1][1]]
+        return sum(values) / len(values)
+
+    # A minute's mean, since runs come and go.
+    total = minutes * 60.0
+    settled = min(SETTLED_S, total / 2.0)
+    first, last = mean(settled, settled + 60.0), mean(total - 60.0, total + READ_S)
+    report = {
+        "minutes": minutes,
+        "teams": teams,
+        "results": results,
+        "memory_settled_mb": round(first / 1e6, 2),
+        "memory_end_mb": round(last / 1e6, 2),
+        "growth": round(last / first - 1.0, 4),
+        "most": most,
+        "before": before,
+        "after": after,
+    }
+    holds = last / first - 1.0 <= GROWTH and results > 0
+    return report, holds and all(after[name] <= before[name] + more for name, more in LEFT.items())
