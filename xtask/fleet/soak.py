@@ -13,6 +13,7 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 from fleet.host import make_keys
 from fleet.services import end
@@ -30,6 +31,7 @@ GROWTH = 0.03
 # Longest time until everything has ended after the last client, s: a session and its grace period.
 EMPTY_S = 150.0
 READ_S = 5.0
+JSON = Subprotocol("palmares.v1.json")
 GAUGES = {
     "worlds": "palmares_worlds_open",
     "sessions": "palmares_sessions_open",
@@ -39,8 +41,8 @@ GAUGES = {
     "threads": "process_threads",
     "tasks": "process_tasks",
 }
-# What may be left, compared with before the first client. The pool of the database opens connections when it needs them, each with
-# two files at most.
+# What may be left, compared with before the first client. The pool of the database opens connections when it
+# needs them, each with two files at most.
 LEFT = {"worlds": 0, "sessions": 0, "viewers": 0, "tasks": 0, "files": 8}
 
 
@@ -104,7 +106,7 @@ def watch(address: str, stop: threading.Event, seed: int) -> None:
         try:
             socket = connect(
                 f"ws://{address}/v1/watch",
-                subprotocols=["palmares.v1.json"],
+                subprotocols=[JSON],
                 max_size=None,
                 open_timeout=10.0,
                 close_timeout=2.0,
