@@ -93,6 +93,31 @@ async fn a_session_whose_time_was_spent_on_a_void_run_goes_on() {
 }
 
 #[tokio::test]
+async fn a_team_begins_its_next_session_at_once_after_it_has_lost_a_spent_one() {
+    let rules = SHORT.replace("sessions_per_team = 1", "sessions_per_team = 2");
+    let cup = Official::start_on(TempDir::new().expect("temporary directory"), &rules, None);
+    let token = cup.team("crabs");
+    cup.open();
+    let mut ids = Vec::new();
+    for _ in 0..2 {
+        let (mut client, welcome) = cup.greet(&token).await;
+        assert_eq!(client.ask(official_reset()).await["op"], "obs");
+        for tick in [0, 100] {
+            client.ask(json!({"op": "step", "tick": tick, "action": {}, "repeat": 100})).await;
+        }
+        assert_eq!(client.ask(json!({"op": "time"})).await["session_left_s"], 0.0);
+        assert_eq!(client.ask(json!({"op": "stop"})).await["reason"], "session_over");
+        ids.push(welcome["session_id"].clone());
+        // As a program that crashes: it does not say bye, and the session waits for it.
+        drop(client);
+    }
+    assert_ne!(ids[0], ids[1]);
+    // The last one is shown, without time: the organizers may give it some.
+    let (_, last) = cup.greet(&token).await;
+    assert_eq!((&last["session_id"], number(&last["session_left_s"])), (&ids[1], 0.0), "{last}");
+}
+
+#[tokio::test]
 async fn time_that_was_owed_when_the_server_died_is_given_back_at_the_next_start() {
     let cup = Official::start();
     let token = cup.team("crabs");

@@ -9,6 +9,7 @@ use crate::names::{self, printable};
 use crate::rules::CompetitionPhase;
 use crate::store::Store;
 use palmares_protocol::{Code, Hello, Refusal};
+use palmares_tasks::Reason;
 use std::sync::Arc;
 
 /// The properties of a new session.
@@ -117,7 +118,7 @@ pub(super) async fn may_resume(
 }
 
 /// Resumes the open session of this client's team, if it has one: the team's token suffices, and the session gets a new
-/// resume_token.
+/// resume_token. A session without time ends if the team may have another one.
 pub(super) async fn resume_by_team(
     sessions: &Arc<Sessions>,
     identity: Option<&Identity>,
@@ -140,6 +141,20 @@ pub(super) async fn resume_by_team(
         Err(refusal) if refusal.code == Code::SessionOver => return Ok(None),
         Err(refusal) => return Err(refusal),
     };
+    if session.is_spent() {
+        let had = sessions.store.official_sessions_of(team).await;
+        match had {
+            Ok(had) if had < sessions.competition.rules.sessions_per_team => {
+                session.end(Reason::SessionOver, None).await;
+                return Ok(None);
+            }
+            Ok(_) => {}
+            Err(error) => {
+                session.park();
+                return Err(store_failed("the session")(error));
+            }
+        }
+    }
     let token = match random_hex(16) {
         Ok(token) => token,
         Err(refusal) => {

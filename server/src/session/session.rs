@@ -240,6 +240,12 @@ impl Session {
         clock.limit_s().is_some() && (self.official || clock.is_started()) && !clock.is_over(self.now())
     }
 
+    /// Whether its time is over and all its results are stored.
+    pub(super) fn is_spent(&self) -> bool {
+        let over = self.machine.clock().is_over(self.now());
+        over && self.machine.playing().is_none() && self.unstored.is_none()
+    }
+
     pub(super) fn left_s(&self) -> Option<f64> {
         self.machine.clock().left_s(self.now())
     }

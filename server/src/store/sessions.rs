@@ -104,6 +104,9 @@ const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version
      (SELECT COUNT(*) FROM audit WHERE action = 'session.pause' AND subject = sessions.session_id) AS pauses, \
      (SELECT COUNT(*) FROM runs WHERE runs.session_id = sessions.session_id) AS runs FROM sessions ";
 
+const COUNT_OFFICIAL: &str =
+    "SELECT COUNT(*) FROM sessions WHERE team = $1 AND mode = 'official' AND status <> 'voided'";
+
 impl Store {
     /// Stores a new session of this process, in its first epoch. False, and nothing is stored, if the team already has `max` official
     /// sessions that are not voided, or if an organizer has closed the competition.
@@ -119,12 +122,8 @@ impl Store {
                 .bind(&session.team)
                 .execute(&mut *transaction)
                 .await?;
-            let had: i64 = sqlx::query_scalar(
-                "SELECT COUNT(*) FROM sessions WHERE team = $1 AND mode = 'official' AND status <> 'voided'",
-            )
-            .bind(&session.team)
-            .fetch_one(&mut *transaction)
-            .await?;
+            let had: i64 =
+                sqlx::query_scalar(COUNT_OFFICIAL).bind(&session.team).fetch_one(&mut *transaction).await?;
             if had >= i64::from(max) || competition::is_closed(&mut transaction).await? {
                 return Ok(false);
             }
@@ -277,6 +276,12 @@ impl Store {
              AND token_hash IS NOT NULL ORDER BY created_at LIMIT 1",
         );
         Ok(query.bind(team).fetch_optional(&self.pool()).await?)
+    }
+
+    /// Number of sessions that a team has had of those that it may have.
+    pub(crate) async fn official_sessions_of(&self, team: &str) -> Result<u32, StoreError> {
+        let had: i64 = sqlx::query_scalar(COUNT_OFFICIAL).bind(team).fetch_one(&self.pool()).await?;
+        Ok(u32::try_from(had).unwrap_or(u32::MAX))
     }
 
     /// The open official session with this hash of its resume token.
