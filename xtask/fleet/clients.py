@@ -7,6 +7,7 @@ observation steps back), `gap` (a pause from `from_s` to `to_s`, on the monotoni
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import random
@@ -69,6 +70,10 @@ class Team:
             except PalmaresError as error:
                 self.record.write(self.name, "error", code=error.code, message=str(error)[:300])
                 if error.fatal or error.code in ("connection_lost", "no_server", "session_over"):
+                    if client is not None:
+                        # Otherwise its connection holds the session until Python collects the garbage.
+                        with contextlib.suppress(PalmaresError):
+                            client.close()
                     client = None
                 elif error.code == "wrong_state" and client is not None:
                     # A run that was open before the connection broke.
