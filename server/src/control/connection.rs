@@ -72,7 +72,7 @@ const REPLACED_TIMEOUT: Duration = Duration::from_secs(2);
 /// The next message from an organizer or a new connection; never without a session.
 async fn inbox_message(session: Option<&mut Session>) -> InboxMessage {
     match session {
-        Some(session) => session.inbox_message().await,
+        Some(session) => session.inbox_message(true).await,
         None => std::future::pending().await,
     }
 }
@@ -80,7 +80,7 @@ async fn inbox_message(session: Option<&mut Session>) -> InboxMessage {
 /// The next connection that wants the session; never without a session.
 async fn claimed(session: Option<&mut Session>) -> Handover {
     match session {
-        Some(session) => session.claimed().await,
+        Some(session) => session.claimed(true).await,
         None => std::future::pending().await,
     }
 }

@@ -21,12 +21,17 @@ mod lost_replay;
 mod machine;
 mod refunds;
 mod registry;
+#[cfg(test)]
+mod registry_tests;
 mod run;
 mod run_inputs;
 mod saving;
+#[cfg(test)]
+mod schedules;
 #[expect(clippy::module_inception, reason = "the folder is about sessions, the file about one")]
 mod session;
 mod slot;
+mod sync;
 mod waiting;
 
 pub(crate) use command::{Command, PendingCommand};

@@ -141,11 +141,14 @@ pub(crate) enum InboxMessage {
     Claim(Handover),
 }
 
-/// The next claim with the session's present token, of a connection that still exists.
-async fn claimed(claims: &mut Claims<Session>, token_hash: &str) -> Handover {
+/// The next claim with the session's present token. `held`: a connection holds the session, and keeps it when the claimant is gone by now.
+/// A session that waits is given to a claimant that is gone, too: then it waits again, for others.
+async fn claimed(claims: &mut Claims<Session>, token_hash: &str, held: bool) -> Handover {
     loop {
         match claims.recv().await {
-            Some(claim) if claim.token_hash == token_hash && !claim.to.is_closed() => return claim.to,
+            Some(claim) if claim.token_hash == token_hash && !(held && claim.to.is_closed()) => {
+                return claim.to;
+            }
             // Dropping it refuses it.
             Some(_) => {}
             // The registry has no session any more.
@@ -326,18 +329,18 @@ impl Session {
         }
     }
 
-    /// The next message from an organizer or a new connection.
-    pub(crate) async fn inbox_message(&mut self) -> InboxMessage {
+    /// The next message from an organizer or a new connection. `held` as in [`Session::claimed`].
+    pub(crate) async fn inbox_message(&mut self, held: bool) -> InboxMessage {
         let Inbox { commands, claims } = &mut self.inbox;
         tokio::select! {
             Some(command) = commands.recv() => InboxMessage::Command(command),
-            to = claimed(claims, &self.token_hash) => InboxMessage::Claim(to),
+            to = claimed(claims, &self.token_hash, held) => InboxMessage::Claim(to),
         }
     }
 
-    /// The next connection that shows the resume token.
-    pub(crate) async fn claimed(&mut self) -> Handover {
-        claimed(&mut self.inbox.claims, &self.token_hash).await
+    /// The next connection that shows the resume token. `held`: a connection holds the session.
+    pub(crate) async fn claimed(&mut self, held: bool) -> Handover {
+        claimed(&mut self.inbox.claims, &self.token_hash, held).await
     }
 
     /// Time until [`Session::expire`] is due, if no request comes until then.

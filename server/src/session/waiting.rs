@@ -49,7 +49,7 @@ async fn keep(mut session: Box<Session>) {
         let change = session.next_change().map(|wait| Instant::now() + wait);
         let live = session.stream().cloned();
         tokio::select! {
-            message = session.inbox_message() => match message {
+            message = session.inbox_message(false) => match message {
                 InboxMessage::Claim(to) => return session.give(to),
                 // The reply is for a connected client.
                 InboxMessage::Command(command) => if session.execute(command).await.0 {
@@ -80,14 +80,16 @@ async fn keep(mut session: Box<Session>) {
             () = lifecycle.stopping() => break Reason::Disconnected,
         }
     };
-    if shared.registry.withdraw(&held, &token_hash) {
+    // A client that claims the session while an organizer ends it is refused.
+    let ended = give_up == Reason::Voided;
+    if shared.registry.withdraw(&held, &token_hash) || ended {
         if lifecycle.is_stopping() && session.moves_on() {
             return session.hand_over().await;
         }
         let note = lifecycle.is_stopping().then_some("the server shut down");
         session.end(give_up, note).await;
     } else {
-        let to = session.claimed().await;
+        let to = session.claimed(false).await;
         session.give(to);
     }
 }
