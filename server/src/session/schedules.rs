@@ -1,7 +1,7 @@
 //! Random schedules of a session that its client resumes while its old connection drops, an organizer ends it, or another host takes
 //! it over.
 //!
-//! `PALMARES_SCHEDULES=100000 cargo test -p palmares-server registry_schedules -- --nocapture` tries more, and prints their number.
+//! `PALMARES_SCHEDULES=100000 cargo test -p palmares-server schedules -- --nocapture` tries more, and prints their number.
 
 use super::command;
 
