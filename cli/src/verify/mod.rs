@@ -209,7 +209,14 @@ fn verified_in(file: &Path) -> anyhow::Result<BTreeSet<String>> {
     Ok(verified.filter_map(|line| line["file"].as_str().map(str::to_owned)).collect())
 }
 
+/// Without the server's libraries Ctrl-C ends the process at once.
+#[cfg(not(feature = "server"))]
+fn stop_at_ctrl_c(_: Sender<Event>) -> anyhow::Result<()> {
+    Ok(())
+}
+
 /// Reports the first Ctrl-C; the second ends the process.
+#[cfg(feature = "server")]
 fn stop_at_ctrl_c(events: Sender<Event>) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let wait = move || {

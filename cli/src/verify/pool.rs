@@ -17,6 +17,10 @@ pub(super) enum Event {
     /// The verdict on the source of this index.
     Judged(usize, Verdict),
     /// Ctrl-C.
+    #[cfg_attr(
+        not(feature = "server"),
+        expect(dead_code, reason = "only the server's libraries catch Ctrl-C")
+    )]
     Interrupted,
     /// Nothing more comes.
     Failed(anyhow::Error),
