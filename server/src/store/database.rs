@@ -96,7 +96,7 @@ impl Store {
         if target.dialect == Dialect::Postgres {
             refuse_beside_older(&pool, &target.place).await?;
         }
-        migrator(target.dialect).run(&pool).await?;
+        migrate(&pool, target.dialect).await?;
         let store = Store {
             dialect: target.dialect,
             pool: Arc::new(RwLock::new(pool)),
@@ -234,6 +234,21 @@ async fn refuse_beside_older(pool: &AnyPool, place: &str) -> Result<(), StoreErr
         Some(host) => Err(StoreError::Older { place: place.to_owned(), host: host.host_id.clone() }),
         None => Ok(()),
     }
+}
+
+/// Brings the database up to date.
+async fn migrate(pool: &AnyPool, dialect: Dialect) -> Result<(), StoreError> {
+    let mut connection = pool.acquire().await?;
+    if dialect == Dialect::Sqlite {
+        // A new file needs no flush for each migration: after a crash of the machine it lacks the last ones, which are repeated. The
+        // next commit flushes them all.
+        connection.execute("PRAGMA synchronous = NORMAL").await?;
+    }
+    migrator(dialect).run(&mut *connection).await?;
+    if dialect == Dialect::Sqlite {
+        connection.execute("PRAGMA synchronous = FULL").await?;
+    }
+    Ok(())
 }
 
 fn migrator(dialect: Dialect) -> Migrator {
