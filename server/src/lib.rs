@@ -22,6 +22,8 @@ mod objects;
 mod private_files;
 mod problem;
 mod process_metrics;
+#[cfg(test)]
+mod random_schedules;
 mod restore;
 mod rules;
 mod schedule;

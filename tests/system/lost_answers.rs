@@ -1,7 +1,7 @@
 //! A fleet whose database fails between two statements, or while an organizer gives an order. The tests write the rows that are left
 //! then.
 
-use crate::fleet::{free_port, resumed, rules, two_hosts};
+use crate::harness::fleet::{free_port, resumed, rules, two_hosts};
 use crate::harness::{Client, Official, official_reset as reset, postgres_database};
 use serde_json::{Value, json};
 use sqlx::postgres::{PgConnectOptions, PgConnection};

@@ -12,6 +12,7 @@ mod crash;
 mod everybody;
 mod faults;
 mod fleet;
+mod fleet_watch;
 mod hand;
 mod hands_upload;
 mod handshake;

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import signal
 import sqlite3
 import statistics
 import threading
@@ -15,9 +13,11 @@ from typing import Any
 
 from websockets.sync.client import connect
 
-from fleet.services import Postgres, end
-from fleet.shell import Process, get, request, run, start, tail, until
+from fleet.server import Server
+from fleet.services import Postgres
+from fleet.shell import get, request, run, until
 
+RULES = 'name = "Board Cup"\nmode = "official"\n'
 TASKS = ("balls", "shelf")
 VIEWERS = 100
 # Readings that are timed without viewers.
@@ -76,41 +76,16 @@ FINISH = (
 )
 
 
-class Server:
-    """A server on loopback."""
-
-    def __init__(self, program: Path, folder: Path, url: str | None) -> None:
-        self.log = folder / f"server-{'postgres' if url else 'sqlite'}.log"
-        self.data = folder / ("data-postgres" if url else "data-sqlite")
-        (folder / "competition.toml").write_text('name = "Board Cup"\nmode = "official"\n')
-        words = [str(program), "serve", "--listen", "127.0.0.1:0", "--data-dir", str(self.data)]
-        words += ["--config", str(folder / "competition.toml"), *(["--database-url", url] if url else [])]
-        self.log.unlink(missing_ok=True)
-        self.process: Process = start(words, self.log)
-        found = re.compile(r"listening on http://(\S+)")
-        until(lambda: found.search(self.log.read_text()) is not None, 60.0, f"a server\n{tail(self.log)}")
-        match = found.search(self.log.read_text())
-        assert match
-        self.address = match[1]
-
-    def readings(self) -> tuple[float, float]:
-        """Return how often the ranking was read, and how long that took in all, s."""
-        text = get(self.address, "/metrics", 30.0)[1]
-        count, total = (
-            re.search(rf"^palmares_ranking_read_seconds_{kind} (\S+)$", text, re.MULTILINE)
-            for kind in ("count", "sum")
-        )
-        assert count is not None
-        assert total is not None
-        return float(count[1]), float(total[1])
-
-    def close(self) -> None:
-        """End it in order."""
-        os.killpg(self.process.pid, signal.SIGTERM)
-        try:
-            self.process.wait(15.0)
-        finally:
-            end(self.process)
+def readings(server: Server) -> tuple[float, float]:
+    """Return how often the ranking was read, and how long that took in all, s."""
+    text = get(server.address, "/metrics", 30.0)[1]
+    count, total = (
+        re.search(rf"^palmares_ranking_read_seconds_{kind} (\S+)$", text, re.MULTILINE)
+        for kind in ("count", "sum")
+    )
+    assert count is not None
+    assert total is not None
+    return float(count[1]), float(total[1])
 
 
 class Database:
@@ -199,18 +174,18 @@ def measure(program: Path, folder: Path, postgres: Postgres | None, teams: int, 
     """Fill a database and measure; return the figures."""
     # The server makes the tables.
     url = postgres.url if postgres else None
-    Server(program, folder, url).close()
+    Server(program, folder, RULES, url).close()
     database = Database(postgres, folder / "data-sqlite/palmares.sqlite")
     began = time.perf_counter()
     database.fill(inserts(postgres is not None, teams, runs))
     filled = time.perf_counter() - began
-    server = Server(program, folder, url)
+    server = Server(program, folder, RULES, url)
     try:
         status, body = get(server.address, "/v1/leaderboard", 120.0)
         rows = len(json.loads(body)["rows"])
         assert (status, rows) == (200, teams), (status, rows)
-        first = server.readings()[1]
-        token = (server.data / "organizer.token").read_text().strip()
+        first = readings(server)[1]
+        token = server.token.read_text().strip()
         # Rows that have just changed are read again.
         time.sleep(JUST_S)
         # After one change each, and more than a second after the reading before.
@@ -218,13 +193,13 @@ def measure(program: Path, folder: Path, postgres: Postgres | None, teams: int, 
             void(server.address, token, number)
             time.sleep(1.1)
             get(server.address, "/v1/leaderboard", 30.0)
-        ranking = (server.readings()[1] - first) / READINGS
+        ranking = (readings(server)[1] - first) / READINGS
         sockets: list[Any] = []
         got: list[int] = []
         for _ in range(VIEWERS):
             threading.Thread(target=watch, args=(server.address, sockets, got), daemon=True).start()
         until(lambda: len(got) >= VIEWERS, 120.0, f"{VIEWERS} viewers have the ranking", 0.1)
-        count, total = server.readings()
+        count, total = readings(server)
         began = time.perf_counter()
         judged = 0
         while time.perf_counter() - began < WATCH_S:
@@ -234,7 +209,7 @@ def measure(program: Path, folder: Path, postgres: Postgres | None, teams: int, 
             time.sleep(0.02)
         lasted = time.perf_counter() - began
         count, total = (
-            after - before for after, before in zip(server.readings(), (count, total), strict=True)
+            after - before for after, before in zip(readings(server), (count, total), strict=True)
         )
         for socket in list(sockets):
             socket.close()

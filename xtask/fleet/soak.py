@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-import re
 import sys
 import threading
 import time
@@ -15,12 +14,21 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from fleet.host import make_keys
+from fleet.server import Server
 from fleet.services import end
-from fleet.shell import Process, get, run, start, tail, until
+from fleet.shell import Process, get, start, tail, until
 
 # Sessions are short, so that many begin and end.
 SESSION_S = 45
+RULES = f"""name = "Soak Cup"
+mode = "official"
+session_s = {SESSION_S}
+sessions_per_team = 1000
+reset_cost_s = 0.1
+tasks = ["balls"]
+hands = ["pinch"]
+max_connections_per_address = 4096
+"""
 MODES = ("lockstep", "realtime")
 VIEWERS = 6
 # A viewer stays this long at most, s; every other one leaves without a word.
@@ -46,57 +54,14 @@ GAUGES = {
 LEFT = {"worlds": 0, "sessions": 0, "viewers": 0, "tasks": 0, "files": 8}
 
 
-class Server:
-    """A server on loopback, with SQLite."""
-
-    def __init__(self, folder: Path, program: Path) -> None:
-        self.folder, self.program, self.log = folder, program, folder / "log"
-        keys = folder / "keys"
-        make_keys(program, keys)
-        (folder / "competition.toml").write_text(
-            f"""name = "Soak Cup"
-mode = "official"
-session_s = {SESSION_S}
-sessions_per_team = 1000
-reset_cost_s = 0.1
-tasks = ["balls"]
-hands = ["pinch"]
-listen = "127.0.0.1:0"
-data_dir = "data"
-seed_secret = "{keys / "seed.secret"}"
-signing_key = "{keys / "signing.key"}"
-max_connections_per_address = 4096
-"""
-        )
-        words = [str(program), "serve", "--config", "competition.toml"]
-        self.process: Process = start(words, self.log, folder)
-        found = re.compile(r"listening on http://(\S+)")
-
-        def listens() -> bool:
-            if self.process.poll() is not None:
-                raise RuntimeError(f"the server ended:\n{tail(self.log)}")
-            return found.search(self.log.read_text()) is not None
-
-        until(listens, 30.0, "a server")
-        match = found.search(self.log.read_text())
-        assert match
-        self.address = match.group(1).rstrip("/")
-
-    def admin(self, *words: str) -> str:
-        """Run `palmares admin`."""
-        token = str(self.folder / "data/organizer.token")
-        url = f"http://{self.address}"
-        return run(str(self.program), "admin", "--url", url, "--token-file", token, *words)
-
-    def gauges(self) -> dict[str, int]:
-        """Return the gauges."""
-        status, text = get(self.address, "/metrics", 10.0)
-        if status != 200:
-            raise RuntimeError(f"/metrics: {status}\n{tail(self.log)}")
-        values = dict(
-            line.split(" ") for line in text.splitlines() if line[:1] not in ("#", "") and "{" not in line
-        )
-        return {name: int(float(values[gauge])) for name, gauge in GAUGES.items()}
+def gauges(server: Server) -> dict[str, int]:
+    """Return the gauges."""
+    status, text = get(server.address, "/metrics", 10.0)
+    if status != 200:
+        raise RuntimeError(f"/metrics: {status}\n{tail(server.log)}")
+    lines = [line for line in text.splitlines() if line[:1] not in ("#", "") and "{" not in line]
+    values = dict(line.split(" ") for line in lines)
+    return {name: int(float(values[gauge])) for name, gauge in GAUGES.items()}
 
 
 def watch(address: str, stop: threading.Event, seed: int) -> None:
@@ -127,7 +92,7 @@ def watch(address: str, stop: threading.Event, seed: int) -> None:
             continue
 
 
-def play(server: Server, teams: int) -> list[Process]:
+def play(server: Server, folder: Path, teams: int) -> list[Process]:
     """Start the teams."""
     tokens: dict[str, dict[str, str]] = {mode: {} for mode in MODES}
     for number in range(teams):
@@ -137,7 +102,7 @@ def play(server: Server, teams: int) -> list[Process]:
     server.admin("open", "--reason", "soak")
     players = []
     for mode, names in tokens.items():
-        file = server.folder / f"{mode}.json"
+        file = folder / f"{mode}.json"
         file.write_text(json.dumps(names))
         words = [
             sys.executable,
@@ -148,16 +113,16 @@ def play(server: Server, teams: int) -> list[Process]:
             "--tokens",
             str(file),
         ]
-        words += ["--record", str(server.folder / "record.jsonl"), "--stop", str(server.folder / "stop")]
+        words += ["--record", str(folder / "record.jsonl"), "--stop", str(folder / "stop")]
         harness = Path(__file__).parents[1]
         path = f"PYTHONPATH={harness.parent / 'client-py/src'}:{harness}"
-        players.append(start(["env", path, *words, "--mode", mode], server.folder / "clients.log"))
+        players.append(start(["env", path, *words, "--mode", mode], folder / "clients.log"))
     return players
 
 
 def soak(folder: Path, program: Path, minutes: float, teams: int) -> tuple[dict[str, Any], bool]:
     """Let teams play and viewers come and go; return the report, and whether it holds."""
-    server = Server(folder, program)
+    server = Server(program, folder, RULES)
     players: list[Process] = []
     stop = threading.Event()
     viewers = [
@@ -165,9 +130,9 @@ def soak(folder: Path, program: Path, minutes: float, teams: int) -> tuple[dict[
         for seed in range(VIEWERS)
     ]
     try:
-        before = server.gauges()
+        before = gauges(server)
         began = time.monotonic()
-        players = play(server, teams)
+        players = play(server, folder, teams)
         for viewer in viewers:
             viewer.start()
         memory: list[tuple[float, int]] = []
@@ -175,7 +140,7 @@ def soak(folder: Path, program: Path, minutes: float, teams: int) -> tuple[dict[
         printed = 0.0
         while time.monotonic() - began < minutes * 60.0:
             time.sleep(READ_S)
-            now, at = server.gauges(), time.monotonic() - began
+            now, at = gauges(server), time.monotonic() - began
             memory.append((at, now["memory"]))
             most = {name: max(value, most.get(name, 0)) for name, value in now.items()}
             if at - printed >= 60.0:
@@ -189,20 +154,21 @@ def soak(folder: Path, program: Path, minutes: float, teams: int) -> tuple[dict[
             viewer.join(30.0)
 
         def is_empty() -> bool:
-            now = server.gauges()
+            now = gauges(server)
             return all(now[name] <= before[name] + more for name, more in LEFT.items())
 
         try:
             until(is_empty, EMPTY_S, "everything has ended", 1.0)
         except TimeoutError as late:
             print(late)
-        after = server.gauges()
+        after = gauges(server)
         events = (folder / "record.jsonl").read_text().splitlines()
         results = sum('"event": "result"' in event for event in events)
     finally:
         stop.set()
-        for process in (*players, server.process):
+        for process in players:
             end(process)
+        server.close()
 
     def mean(begin_s: float, end_s: float) -> float:
         values = [value for at, value in memory if begin_s <= at < end_s] or [memory[-1][1]]

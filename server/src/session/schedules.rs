@@ -16,6 +16,7 @@ mod sync {
 #[path = "registry.rs"]
 mod registry;
 
+use crate::random_schedules::try_schedules;
 use crate::store::Held;
 use command::Command;
 use palmares_protocol::Code;
@@ -152,21 +153,6 @@ async fn next(session: &mut Token, held: &Held, leaves: bool) -> Next {
     }
 }
 
-fn check(name: &str, schedule: fn()) {
-    let number = std::env::var("PALMARES_SCHEDULES").ok().and_then(|number| number.parse().ok());
-    let number = number.unwrap_or(SCHEDULES);
-    let tried = std::sync::Arc::new(std::sync::atomic::AtomicUsize::new(0));
-    let count = tried.clone();
-    shuttle::check_random(
-        move || {
-            count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            schedule();
-        },
-        number,
-    );
-    println!("{name}: {} schedules", tried.load(std::sync::atomic::Ordering::Relaxed));
-}
-
 /// A connection with the session, two clients that resume it, and `other`. In the end the session has ended here once, and all have
 /// their answer: otherwise the schedule does not end.
 fn resumed_beside(other: impl Fn(&Place) + Send + Sync + 'static) {
@@ -190,7 +176,7 @@ fn resumed_beside(other: impl Fn(&Place) + Send + Sync + 'static) {
 
 #[test]
 fn registry_schedules_of_a_session_that_an_organizer_ends() {
-    check("an end", || {
+    try_schedules("an end", SCHEDULES, || {
         resumed_beside(|place| {
             let end = Command::End { void: false, note: "a test".into() };
             let done = future::block_on(place.registry.command("ses", end));
@@ -201,5 +187,5 @@ fn registry_schedules_of_a_session_that_an_organizer_ends() {
 
 #[test]
 fn registry_schedules_of_a_session_that_another_host_takes_over() {
-    check("a take-over", || resumed_beside(|place| place.registry.lose_all()));
+    try_schedules("a take-over", SCHEDULES, || resumed_beside(|place| place.registry.lose_all()));
 }

@@ -14,6 +14,7 @@ mod sync {
 #[path = "backlog.rs"]
 mod backlog;
 
+use crate::random_schedules::try_schedules;
 use backlog::{Backlog, Gate, Group, Lost, MAX_UNSTORED};
 use shuttle::rand::{Rng, thread_rng};
 use shuttle::sync::atomic::{AtomicU64, Ordering};
@@ -120,24 +121,9 @@ fn play(backlog: &Backlog<u64>, database: &Mutex<Database>) -> Result<u64, (u64,
     Ok(tick)
 }
 
-fn check(name: &str, schedule: fn()) {
-    let number = std::env::var("PALMARES_SCHEDULES").ok().and_then(|number| number.parse().ok());
-    let number = number.unwrap_or(SCHEDULES);
-    let tried = std::sync::Arc::new(std::sync::atomic::AtomicUsize::new(0));
-    let count = tried.clone();
-    shuttle::check_random(
-        move || {
-            count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            schedule();
-        },
-        number,
-    );
-    println!("{name}: {} schedules", tried.load(std::sync::atomic::Ordering::Relaxed));
-}
-
 #[test]
 fn backlog_schedules_of_a_run_with_a_failing_database() {
-    check("a failing database", || {
+    try_schedules("a failing database", SCHEDULES, || {
         let (backlog, database) = (Backlog::new(), Arc::new(Mutex::new(Database::default())));
         let ended = Arc::new(AtomicU64::new(0));
         let shipper = {
@@ -157,7 +143,7 @@ fn backlog_schedules_of_a_run_with_a_failing_database() {
 
 #[test]
 fn backlog_schedules_of_a_run_that_is_taken_over() {
-    check("a take-over", || {
+    try_schedules("a take-over", SCHEDULES, || {
         let (backlog, database) = (Backlog::new(), Arc::new(Mutex::new(Database::default())));
         let ended = Arc::new(AtomicU64::new(0));
         let shipper = {

@@ -1,6 +1,7 @@
 //! Parts of every test: a server of its own, a client that sends raw frames, plain HTTP.
 
 mod client;
+pub(crate) mod fleet;
 mod http;
 mod official;
 mod postgres;

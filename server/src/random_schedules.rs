@@ -1,0 +1,19 @@
+//! Tries random schedules of a test's threads, with shuttle.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Tries `number` schedules, or as many as `PALMARES_SCHEDULES` says, and prints their number.
+pub(crate) fn try_schedules(name: &str, number: usize, schedule: fn()) {
+    let wanted = std::env::var("PALMARES_SCHEDULES").ok().and_then(|number| number.parse().ok());
+    let tried = Arc::new(AtomicUsize::new(0));
+    let count = tried.clone();
+    shuttle::check_random(
+        move || {
+            count.fetch_add(1, Ordering::Relaxed);
+            schedule();
+        },
+        wanted.unwrap_or(number),
+    );
+    println!("{name}: {} schedules", tried.load(Ordering::Relaxed));
+}
