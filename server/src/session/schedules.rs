@@ -84,7 +84,10 @@ impl Place {
             Next::Alone => {}
         }
         if self.registry.withdraw(&self.held, TOKEN) {
-            assert!(session.inbox.claims.try_recv().is_err(), "a session that a client has claimed was withdrawn");
+            assert!(
+                session.inbox.claims.try_recv().is_err(),
+                "a session that a client has claimed was withdrawn"
+            );
             return self.ends_here(session);
         }
         // Claimed meanwhile.
