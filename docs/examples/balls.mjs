@@ -303,7 +303,7 @@ async function play(connection, seed, picks) {
         await pickAndCarry(hand, target, boxB);
       }
       const inB = hand.balls.filter((ball) => within(boxB, ball)).length;
-      console.error(`pick ${attempts.length}: ${inB} in B, ${hand.obs.sim_time_s.toFixed(1)} s simulated`);
+      console.error(`pick ${attempts.length}: ${inB} in box B, ${hand.obs.sim_time_s.toFixed(1)} s simulated`);
     }
     await hand.wait(0.5);
   } catch (error) {

@@ -225,7 +225,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> Reflex
             pick_and_carry(mover, plan, box_b)
             in_b = sum(box_b.contains(ball) for ball in truth_of(mover.obs).positions)
             LOG.info(
-                f"pick {len(attempts):2}: {plan.grasp.name:6} room {plan.room_m:.3f} m, {in_b:2} in B, "
+                f"pick {len(attempts):2}: {plan.grasp.name:6} room {plan.room_m:.3f} m, {in_b:2} in box B, "
                 f"{mover.obs.sim_time_s:5.1f} s simulated"
             )
     result, summary = mover.stop()

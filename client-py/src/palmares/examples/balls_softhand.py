@@ -292,7 +292,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> BallsS
             else:
                 caught += pick_and_carry(mover, target, box_b)
             in_b = sum(box_b.contains(ball) for ball in truth_of(mover.obs).positions)
-            LOG.info(f"pick {len(attempts):2}: {in_b:2} in B, {mover.obs.sim_time_s:6.1f} s simulated")
+            LOG.info(f"pick {len(attempts):2}: {in_b:2} in box B, {mover.obs.sim_time_s:6.1f} s simulated")
         mover.wait(0.5)
     result, summary = mover.stop()
     return BallsSummary(
