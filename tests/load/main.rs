@@ -1,12 +1,18 @@
-//! Many realtime sessions at once, each moving its hand about among the balls: how late are the ticks, and who is
-//! refused?
+//! Many realtime sessions at once: how late are the ticks, and who is refused?
 //!
 //! `cargo run --release -p palmares-tests --example load -- --url ws://127.0.0.1:8080/v1/control --sessions 20`
+//!
+//! Without `--replay` every hand ploughs through the ten balls without a pause, the costliest thing that a controller of `balls` can
+//! do. With it, the sessions repeat what controllers did.
 
 use clap::Parser;
 use futures_util::{SinkExt, StreamExt};
+use palmares_replay::Replay;
+use palmares_tasks::{Action, BaseTarget};
 use serde::Deserialize;
 use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
@@ -16,7 +22,7 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
-/// Opens realtime runs of `balls` and reports how the server keeps up.
+/// Opens realtime runs and reports how the server keeps up.
 #[derive(Parser, Clone, Debug)]
 struct Options {
     /// The server's control socket
@@ -31,9 +37,9 @@ struct Options {
     /// What the first seconds of a session say is left out: others are still building their scenes, s
     #[arg(long, default_value_t = 5.0)]
     warm_up: f64,
-    /// Hand
-    #[arg(long, default_value = "softhand")]
-    hand: String,
+    /// Replays whose task, hand, seed and actions the sessions repeat, in turn; without one, SoftHands plough through the balls
+    #[arg(long)]
+    replay: Vec<PathBuf>,
     /// Do not send the full state
     #[arg(long)]
     sensors: bool,
@@ -106,27 +112,65 @@ impl Client {
 }
 
 /// Where the hand goes: palm down through the heap in box A, each session in a phase of its own.
-fn target(phase: f64, time_s: f64) -> serde_json::Value {
+fn target(phase: f64, time_s: f64) -> Action {
     let wave =
         |period_s: f64, shift: f64| (std::f64::consts::TAU * (time_s / period_s + shift) + phase).sin();
-    json!({
-        "base": {
-            "position": [0.12 * wave(2.3, 0.0), 0.12 * wave(3.1, 0.25), 0.29 + 0.09 * wave(1.7, 0.5)],
-            "quat_xyzw": [0, 1, 0, 0],
-        },
-        "hand": [0.5 + 0.5 * wave(1.9, 0.75)],
-    })
+    let position = [0.12 * wave(2.3, 0.0), 0.12 * wave(3.1, 0.25), 0.29 + 0.09 * wave(1.7, 0.5)];
+    let base = BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
+    Action { base: Some(base), hand: Some(vec![0.5 + 0.5 * wave(1.9, 0.75)]) }
 }
 
-async fn play(options: Options, number: u64) -> Result<Course, Error> {
+/// What a session does.
+enum Part {
+    Plough { phase: f64 },
+    Repeat(Arc<Replay>),
+}
+
+impl Part {
+    fn task(&self) -> &str {
+        match self {
+            Part::Plough { .. } => "balls",
+            Part::Repeat(replay) => &replay.header.task,
+        }
+    }
+
+    fn hand(&self) -> &str {
+        match self {
+            Part::Plough { .. } => "softhand",
+            Part::Repeat(replay) => &replay.header.hand,
+        }
+    }
+
+    fn seed(&self) -> Option<u64> {
+        match self {
+            Part::Plough { phase } => Some(*phase as u64),
+            Part::Repeat(replay) => replay.header.seed_number,
+        }
+    }
+
+    /// The action after this tick. None after the last tick of the replay.
+    fn action(&self, tick: u64) -> Option<Action> {
+        match self {
+            Part::Plough { phase } => Some(target(*phase, tick as f64 * 0.01)),
+            Part::Repeat(replay) => replay.actions.get(tick as usize).map(|recorded| recorded.action.clone()),
+        }
+    }
+}
+
+fn read_replay(path: &Path) -> Result<Arc<Replay>, Error> {
+    let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(Arc::new(palmares_replay::read(&bytes).map_err(|error| format!("{}: {error}", path.display()))?))
+}
+
+async fn play(options: Options, number: u64, part: Part) -> Result<Course, Error> {
     let mut course = Course::default();
     let mut client = Client::connect(&options.url).await?;
     client.send(&json!({"op": "hello", "id": 1, "client": format!("load {number}")})).await?;
     client.reply("welcome").await?;
     let sensing = if options.sensors { "sensors" } else { "truth" };
     let reset = json!({
-        "op": "reset", "id": 2, "task": "balls", "hand": options.hand, "mode": "realtime", "sensing": sensing,
-        "seed": number
+        "op": "reset", "id": 2, "task": part.task(), "hand": part.hand(), "mode": "realtime", "sensing": sensing,
+        "seed": part.seed(),
     });
     client.send(&reset).await?;
     let opened = client.reply("obs").await?;
@@ -136,7 +180,6 @@ async fn play(options: Options, number: u64) -> Result<Course, Error> {
         return Ok(course);
     }
     let start = Instant::now();
-    let phase = number as f64;
     let mut tick = 0;
     while start.elapsed().as_secs_f64() < options.seconds {
         let told = client.next().await?;
@@ -148,8 +191,8 @@ async fn play(options: Options, number: u64) -> Result<Course, Error> {
             course.late_s.push(late_s);
         }
         tick = told.tick;
-        let act = json!({"op": "act", "id": 10 + tick, "action": target(phase, tick as f64 * 0.01)});
-        client.send(&act).await?;
+        let Some(action) = part.action(tick) else { break };
+        client.send(&json!({"op": "act", "id": 10 + tick, "action": action})).await?;
     }
     course.speed = tick as f64 * 0.01 / start.elapsed().as_secs_f64();
     client.send(&json!({"op": "stop", "id": 3})).await?;
@@ -164,9 +207,14 @@ async fn play(options: Options, number: u64) -> Result<Course, Error> {
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Error> {
     let options = Options::parse();
+    let replays: Vec<_> = options.replay.iter().map(|path| read_replay(path)).collect::<Result<_, _>>()?;
     let mut sessions = Vec::new();
     for number in 0..options.sessions {
-        sessions.push(tokio::spawn(play(options.clone(), number)));
+        let part = match replays.len() {
+            0 => Part::Plough { phase: number as f64 },
+            count => Part::Repeat(replays[number as usize % count].clone()),
+        };
+        sessions.push(tokio::spawn(play(options.clone(), number, part)));
         // Real teams do not come in the same moment.
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
