@@ -11,6 +11,7 @@ mod complete;
 pub mod decision;
 pub mod draft;
 pub mod error;
+pub mod export;
 pub mod format;
 mod meshes;
 mod read;

@@ -230,12 +230,12 @@ impl Converter<'_> {
 }
 
 /// Triangles of a mesh file, in metres if the file states its unit.
-struct Read {
-    corners: Vec<[Vec3; 3]>,
+pub(crate) struct Read {
+    pub(crate) corners: Vec<[Vec3; 3]>,
     notes: Vec<String>,
 }
 
-fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
+pub(crate) fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
     if is_lfs_pointer(bytes) {
         return Err(lfs_problem());
     }

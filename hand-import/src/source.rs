@@ -82,6 +82,16 @@ impl Source {
         Source::folder(&root, Some(named))
     }
 
+    /// A source whose files are in memory; `name` is its path in messages.
+    ///
+    /// # Errors
+    /// As [`Source::open`].
+    pub fn memory(name: &Path, entries: BTreeMap<PathBuf, Vec<u8>>) -> Result<Source, ImportError> {
+        let paths = entries.keys().cloned().collect();
+        let files = Files::Archive { file: name.to_owned(), folder: PathBuf::new(), entries };
+        Source::new(files, paths, None)
+    }
+
     fn folder(root: &Path, named: Option<PathBuf>) -> Result<Source, ImportError> {
         let mut paths = Vec::new();
         let mut open = vec![(PathBuf::new(), 0)];

@@ -1,8 +1,11 @@
-//! A hand that is built in, imported from its own folder, has the same closed form.
+//! A hand that is built in, imported from its own folder or from what was exported, has the same closed form.
 
 use std::path::{Path, PathBuf};
 
+use nalgebra::{DMatrix, DVector};
+use palmares_hand_import::export::{Target, export};
 use palmares_hand_import::{Options, import};
+use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{LoadOptions, hand};
 
@@ -51,6 +54,65 @@ fn compare(a: &Hand, b: &Hand) {
         assert_eq!((&a.name, a.geoms.len()), (&b.name, b.geoms.len()));
         close(&a.name, a.inertia.mass, b.inertia.mass);
         close(&a.name, (a.inertia.com - b.inertia.com).length(), 0.0);
+    }
+}
+
+/// Coordinates and tensions by the closed form of adaptive synergies, for wound lengths s; the hand's springs make E invertible.
+fn closed_form(hand: &Hand, s: &[f64]) -> Option<Vec<f64>> {
+    let (n, m) = (hand.coordinates.len(), hand.tendons.len());
+    let sprung = hand.coordinates.iter().all(|c| c.stiffness > 0.0);
+    if !sprung || hand.tendons.iter().any(|tendon| !tendon.elements.is_empty()) {
+        return None;
+    }
+    let mut r = DMatrix::zeros(m, n);
+    for (t, tendon) in hand.tendons.iter().enumerate() {
+        tendon.moment_arms.iter().for_each(|&(c, arm)| r[(t, c)] += arm);
+    }
+    let compliance = DVector::from_iterator(n, hand.coordinates.iter().map(|c| 1.0 / c.stiffness));
+    let rest = DVector::from_iterator(n, hand.coordinates.iter().map(|c| c.rest));
+    let cable = DVector::from_iterator(m, hand.tendons.iter().map(|tendon| 1.0 / tendon.stiffness));
+    let e = DMatrix::from_diagonal(&compliance);
+    let p = (&r * &e * r.transpose() + DMatrix::from_diagonal(&cable)).try_inverse()?;
+    let f = p * (DVector::from_column_slice(s) - &r * &rest);
+    let q = rest + e * r.transpose() * &f;
+    Some(q.iter().chain(f.iter()).copied().collect())
+}
+
+fn compare_closed_forms(a: &Hand, b: &Hand) {
+    for k in 1..=10 {
+        let s: Vec<f64> =
+            (0..a.tendons.len()).map(|t| 0.01 * f64::from(k) * (1.0 + 0.3 * t as f64)).collect();
+        match (closed_form(a, &s), closed_form(b, &s)) {
+            (Some(x), Some(y)) => x.iter().zip(&y).for_each(|(x, y)| close(&a.name, *x, *y)),
+            (x, y) => assert!(x.is_none() && y.is_none(), "{}: both have a closed form, or neither", a.name),
+        }
+    }
+}
+
+#[test]
+fn an_exported_built_in_hand_comes_back_from_urdf_and_mjcf() {
+    for original in builtin_hands() {
+        for target in [Target::Urdf, Target::Mjcf] {
+            let (folder, back) =
+                (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+            let exported = export(&original.name, target).expect("exported");
+            exported.write(folder.path(), true).expect("written");
+            let imported = import(folder.path(), &Options::default()).expect("imported");
+            let problems: Vec<_> = imported.problems().collect();
+            assert!(problems.is_empty(), "{} {target:?}: {problems:?}", original.name);
+            imported.write(back.path(), true).expect("written");
+            let copy = hand(back.path(), &LoadOptions::default()).expect("loads").hand;
+            compare(original, &copy);
+            compare_closed_forms(original, &copy);
+            let inertia =
+                |hand: &Hand| hand.links.iter().map(|link| link.inertia.about_com).collect::<Vec<_>>();
+            for (a, b) in inertia(original).iter().zip(inertia(&copy)) {
+                let off = *a - b;
+                let off = off.x_axis.length() + off.y_axis.length() + off.z_axis.length();
+                close(&original.name, off, 0.0);
+            }
+            assert_eq!(original.no_collision, copy.no_collision, "{} {target:?}", original.name);
+        }
     }
 }
 

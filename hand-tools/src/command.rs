@@ -1,7 +1,8 @@
-//! `palmares hand`: check, try, show, decompose and import a hand.
+//! `palmares hand`: check, try, show, decompose, import and export a hand.
 
 use crate::check::{self, CheckArgs};
 use crate::decompose::{self, DecomposeArgs, MeshOwner};
+use crate::export::{self, ExportArgs};
 use crate::figures::trials as trial_table;
 use crate::import::{self, ImportArgs};
 use crate::load::{LimitsOf, hint, load_hand};
@@ -54,6 +55,11 @@ Examples:
   palmares hand import hand.zip --visual-as-collision --out my-hand/
   palmares hand check my-hand/";
 
+const EXPORT_HELP: &str = "\
+Examples:
+  palmares hand export softhand --format mjcf --out softhand-mjcf/    hand.xml, meshes and hand.toml
+  palmares hand export my-hand/ --format urdf --out my-hand-urdf/";
+
 /// Commands for a hand.
 #[derive(Debug, Subcommand)]
 pub enum HandCommand {
@@ -88,6 +94,11 @@ pub enum HandCommand {
     /// guessed or dropped, and all problems, are comments in the written files. The guide: docs/hands.md.
     #[command(after_help = IMPORT_HELP)]
     Import(ImportArgs),
+    /// Write a hand for other programs: as URDF, or as MJCF for MuJoCo
+    ///
+    /// hand.toml goes along: it says what the format cannot. `hand import` reads both again. What the format cannot say is printed.
+    #[command(after_help = EXPORT_HELP)]
+    Export(ExportArgs),
 }
 
 impl HandCommand {
@@ -102,6 +113,7 @@ impl HandCommand {
             HandCommand::Show(args) => show::show(args),
             HandCommand::Decompose(args) => decompose::run(args, MeshOwner::Hand),
             HandCommand::Import(args) => import::run(args),
+            HandCommand::Export(args) => export::run(args),
         }
     }
 }

@@ -7,6 +7,7 @@ mod command;
 pub mod decompose;
 mod describe;
 mod draw;
+mod export;
 mod figure;
 mod figures;
 mod fingers;

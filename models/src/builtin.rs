@@ -1,6 +1,7 @@
 //! Built-in hands.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use crate::error::ModelError;
@@ -54,14 +55,26 @@ pub fn builtin_hands() -> &'static [Arc<Hand>] {
     })
 }
 
+/// The files of the built-in hand of that name, as a folder has them.
+pub fn files(name: &str) -> Option<BTreeMap<PathBuf, Vec<u8>>> {
+    let index = builtin_hands().iter().position(|hand| hand.name == name)?;
+    let named = [("hand.urdf", FILES[index].urdf.to_owned()), ("hand.toml", FILES[index].settings())];
+    Some(named.map(|(name, text)| (PathBuf::from(name), text.into_bytes())).into())
+}
+
 impl Files {
+    /// Its settings with the changes.
+    fn settings(&self) -> String {
+        match self.changes {
+            None => self.settings.to_owned(),
+            Some(changes) => joined(self.settings, changes),
+        }
+    }
+
     fn load(&self) -> Result<Hand, ModelError> {
         let (urdf_file, settings_file) =
             (format!("hands/{}/hand.urdf", self.folder), format!("hands/{}/hand.toml", self.folder));
-        let settings = match self.changes {
-            None => self.settings.to_owned(),
-            Some(changes) => joined(self.settings, changes),
-        };
+        let settings = self.settings();
         let loaded = read::from_text(
             (Path::new(&urdf_file), self.urdf),
             Some((Path::new(&settings_file), &settings)),

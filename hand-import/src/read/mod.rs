@@ -3,6 +3,9 @@
 //! A reader stops only at a file that is not well-formed. Every other fault is a decision in the log, so that one run
 //! lists all of them.
 
+pub(crate) mod element;
+mod mjcf;
+mod sdf;
 mod urdf;
 pub(crate) mod xml;
 
@@ -31,7 +34,9 @@ pub(crate) fn read(source: &Source, path: &Path, format: Format) -> Result<(Draf
     let text = source.text(path, format.name())?;
     let draft = match format {
         Format::Urdf => urdf::read(&text, &mut reading)?,
-        Format::Xacro | Format::Mjcf | Format::Sdf | Format::Klampt | Format::Graspit => {
+        Format::Mjcf => mjcf::read(&mut reading)?,
+        Format::Sdf => sdf::read(&mut reading)?,
+        Format::Xacro | Format::Klampt | Format::Graspit => {
             return Err(ImportError::unreadable(
                 shown,
                 format!("is {}, which has no reader yet", format.name()),
@@ -39,6 +44,17 @@ pub(crate) fn read(source: &Source, path: &Path, format: Format) -> Result<(Draf
         }
     };
     Ok((draft, reading.log))
+}
+
+/// The `hand.toml` beside the description.
+pub(crate) fn settings(reading: &mut Reading<'_>) -> Result<Option<String>, ImportError> {
+    let path = reading.path.with_file_name("hand.toml");
+    if reading.source.paths().binary_search(&path).is_err() {
+        return Ok(None);
+    }
+    let text = reading.source.text(&path, "settings")?;
+    reading.log.taken(At::Hand, "hand.toml", "is kept as it is");
+    Ok(Some(text))
 }
 
 impl Reading<'_> {

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 use roxmltree::Node;
 
-use super::Reading;
 use super::xml::{Element, child};
+use super::{Reading, settings};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Joint, JointKind};
 use crate::error::ImportError;
@@ -55,17 +55,6 @@ pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, Impor
     }
     pair_by_name(&mut draft, reading);
     Ok(draft)
-}
-
-/// The `hand.toml` beside the URDF.
-fn settings(reading: &mut Reading<'_>) -> Result<Option<String>, ImportError> {
-    let path = reading.path.with_file_name("hand.toml");
-    if reading.source.paths().binary_search(&path).is_err() {
-        return Ok(None);
-    }
-    let text = reading.source.text(&path, "settings")?;
-    reading.log.taken(At::Hand, "hand.toml", "is kept as it is");
-    Ok(Some(text))
 }
 
 fn joint(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) {

@@ -1,0 +1,122 @@
+//! Mass properties of geoms and bodies, as MuJoCo computes them.
+
+use nalgebra::Matrix3;
+use palmares_models::{Mat3, Pose, Rotation, Vec3};
+use std::f64::consts::PI;
+
+use super::mesh::Mesh;
+use super::model::{Geom, GeomShape, JointKind, Mass, Model};
+
+/// Mass properties of a geom in its body's frame; `None` without mass.
+pub(crate) fn of_geom(geom: &Geom, meshes: &[Mesh]) -> Option<Mass> {
+    let (volume, com, unit) = match &geom.shape {
+        GeomShape::Sphere(r) => (4.0 / 3.0 * PI * r * r * r, Vec3::ZERO, diagonal([0.4 * r * r; 3])),
+        GeomShape::Capsule(r, half) => capsule(*r, *half),
+        GeomShape::Cylinder(r, half) => {
+            let across = (3.0 * r * r + 4.0 * half * half) / 12.0;
+            (2.0 * PI * r * r * half, Vec3::ZERO, diagonal([across, across, 0.5 * r * r]))
+        }
+        GeomShape::Box(half) => {
+            let [x, y, z] = (*half * *half).to_array();
+            (8.0 * half.x * half.y * half.z, Vec3::ZERO, diagonal([y + z, x + z, x + y].map(|s| s / 3.0)))
+        }
+        GeomShape::Ellipsoid(half) => {
+            let [x, y, z] = (*half * *half).to_array();
+            let volume = 4.0 / 3.0 * PI * half.x * half.y * half.z;
+            (volume, Vec3::ZERO, diagonal([y + z, x + z, x + y].map(|s| s / 5.0)))
+        }
+        GeomShape::Mesh(index) => meshes[*index].solid()?,
+        GeomShape::Other(_) => return None,
+    };
+    let mass = geom.mass.unwrap_or(geom.density * volume);
+    if !(mass > 0.0) {
+        return None;
+    }
+    Some(placed(&Mass { mass, com, about_com: unit * mass }, &geom.pose))
+}
+
+fn capsule(r: f64, half: f64) -> (f64, Vec3, Mat3) {
+    let (tube, ball) = (2.0 * PI * r * r * half, 4.0 / 3.0 * PI * r * r * r);
+    let volume = tube + ball;
+    let along = tube * 0.5 * r * r + ball * 0.4 * r * r;
+    let across = tube * (3.0 * r * r + 4.0 * half * half) / 12.0
+        + ball * (0.4 * r * r + half * half + 0.75 * r * half);
+    (volume, Vec3::ZERO, diagonal([across / volume, across / volume, along / volume]))
+}
+
+fn diagonal([x, y, z]: [f64; 3]) -> Mat3 {
+    Mat3::from_cols(Vec3::X * x, Vec3::Y * y, Vec3::Z * z)
+}
+
+/// An inertia in the axes of a frame that this rotation maps from the inertia's own.
+pub(crate) fn turned(inertia: &Mat3, rotation: Rotation) -> Mat3 {
+    let r = Mat3::from_quat(rotation);
+    r * *inertia * r.transpose()
+}
+
+/// Mass properties in the outer frame of a pose.
+pub(crate) fn placed(mass: &Mass, pose: &Pose) -> Mass {
+    Mass { mass: mass.mass, com: *pose * mass.com, about_com: turned(&mass.about_com, pose.rotation) }
+}
+
+/// Of several bodies in one frame together.
+pub(crate) fn sum(parts: impl Iterator<Item = Mass>) -> Mass {
+    let parts: Vec<Mass> = parts.collect();
+    let mass: f64 = parts.iter().map(|part| part.mass).sum();
+    if mass == 0.0 {
+        return Mass::default();
+    }
+    let com = parts.iter().fold(Vec3::ZERO, |sum, part| sum + part.com * part.mass) / mass;
+    let about_com = parts.iter().fold(Mat3::ZERO, |sum, part| sum + about(part, com));
+    Mass { mass, com, about_com }
+}
+
+/// Inertia about a point.
+pub(crate) fn about(part: &Mass, point: Vec3) -> Mat3 {
+    let d = part.com - point;
+    let outer = Mat3::from_cols(d * d.x, d * d.y, d * d.z);
+    part.about_com + (diagonal([d.length_squared(); 3]) - outer) * part.mass
+}
+
+/// An inertia whose principal moments have at least this size.
+pub(crate) fn bounded(inertia: &Mat3, least: f64) -> Mat3 {
+    let (axes, moments) = principal(inertia);
+    let lifted = moments.map(|moment| moment.max(least));
+    turned(&diagonal(lifted), axes)
+}
+
+/// Principal axes and moments, the largest first.
+pub(crate) fn principal(inertia: &Mat3) -> (Rotation, [f64; 3]) {
+    let (x, y, z) = (inertia.x_axis, inertia.y_axis, inertia.z_axis);
+    let matrix = Matrix3::new(x.x, x.y, x.z, x.y, y.y, y.z, x.z, y.z, z.z);
+    let eigen = matrix.symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let axis = |k: usize| {
+        let v = eigen.eigenvectors.column(order[k]);
+        Vec3::new(v[0], v[1], v[2])
+    };
+    let (first, second) = (axis(0), axis(1));
+    let axes = Mat3::from_cols(first, second, first.cross(second));
+    (Rotation::from_mat3(&axes), order.map(|k| eigen.eigenvalues[k]))
+}
+
+/// Inertia that a joint feels in the start pose, its own rotor included.
+pub(crate) fn dof_inertia(model: &Model, joint: usize) -> f64 {
+    let own = &model.joints[joint];
+    let poses = model.world_from_bodies(&vec![0.0; model.joints.len()]);
+    let carried = (1..model.bodies.len()).filter(|&body| {
+        let mut at = body;
+        while at != own.body && at != 0 {
+            at = model.bodies[at].parent;
+        }
+        at == own.body
+    });
+    let (at, axis) = (poses[own.body] * own.at, poses[own.body].rotation * own.axis);
+    let moved = carried.map(|body| placed(&model.bodies[body].inertia, &poses[body]));
+    let felt: f64 = match own.kind {
+        JointKind::Slide => moved.map(|mass| mass.mass).sum(),
+        _ => moved.map(|mass| axis.dot(self::about(&mass, at) * axis)).sum(),
+    };
+    felt + own.armature
+}

@@ -1,0 +1,44 @@
+//! MJCF, MuJoCo's format.
+//!
+//! 1. `include.rs`: the XML with its includes. `defaults.rs`, `compiler.rs`: classes, units, orientations.
+//! 2. `compile.rs` makes a [`Model`](model::Model) of it; `mesh.rs`, `inertia.rs` and `actuator.rs` compute what MuJoCo
+//!    derives.
+//! 3. `length.rs` and `wrap.rs`: lengths of tendons. `frames.rs`, `draft.rs` and `tendons.rs`: the hand in it.
+
+mod actuator;
+mod compile;
+mod compiler;
+mod defaults;
+mod draft;
+mod frames;
+mod include;
+mod inertia;
+mod length;
+mod mesh;
+mod model;
+mod stated;
+mod tendons;
+#[cfg(test)]
+mod tests;
+mod wrap;
+
+use crate::draft::Draft;
+use crate::error::ImportError;
+use crate::read::{Reading, settings};
+
+/// Reads the document of a reading.
+pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
+    let settings = settings(reading)?;
+    let (source, path) = (reading.source, reading.path.clone());
+    let root = include::parse_with_includes(source, &path)?;
+    if root.name != "mujoco" {
+        return Err(ImportError::unreadable(source.display(&path), "the root element is not <mujoco>"));
+    }
+    let (model, meshes) = compile::compile(source, &path, &root, &mut reading.log);
+    let mut draft = draft::draft(&model, &meshes, &mut reading.log);
+    if let Some(text) = &settings {
+        stated::leave_out(&mut draft, text);
+    }
+    draft.settings = settings;
+    Ok(draft)
+}

@@ -1,0 +1,19 @@
+//! What a `hand.toml` beside the document states is not written again.
+
+use toml::{Table, Value};
+
+use crate::draft::Draft;
+
+/// Leaves out tendons whose moment arms, and springs and loops that the settings state.
+pub(super) fn leave_out(draft: &mut Draft, settings: &str) {
+    let Ok(table) = settings.parse::<Table>() else { return };
+    let of = |name: &str| table.get(name).and_then(Value::as_table);
+    let named = |table: &str, name: &str| of(table).is_some_and(|table| table.contains_key(name));
+    let arms = |name: &str| {
+        let own = of("tendons").and_then(|tendons| tendons.get(name)).and_then(Value::as_table);
+        own.is_some_and(|own| own.contains_key("joints"))
+    };
+    draft.tendons.retain(|tendon| !arms(&tendon.name));
+    draft.springs.retain(|spring| !named("springs", &spring.name));
+    draft.loops.retain(|closed| !named("loops", &closed.name) && !named("linkages", &closed.name));
+}

@@ -1,0 +1,384 @@
+//! Actuators and tendons of a document as motors, cables and springs of a hand.
+//!
+//! MuJoCo's force acts along the length L of a joint or tendon; a cable of a hand is wound in, s = L₀ − L, and only pulls.
+
+use super::actuator::ActuatorSpec;
+use super::frames::Frames;
+use super::length::{Fit, fit};
+use super::model::{Actuator, Model, Path, Target, Tendon};
+use crate::decision::{At, Log};
+use crate::draft::{self, Control, Draft, Drive, Spring, TendonPath};
+use crate::read::element::Notes;
+
+/// Stiffness at a joint of the cable that stands for a tendon's limit, N·m/rad: 1 N·m takes it 6° beyond.
+const LIMIT_STIFFNESS: f64 = 10.0;
+/// Largest force of a passive cable, in terms of its largest force between the joints' limits.
+const MARGIN: f64 = 2.0;
+
+/// Adds actuators, tendons and springs to a draft that has the links and joints.
+pub(crate) fn map(model: &Model, frames: &Frames, draft: &mut Draft, log: &mut Log) {
+    let mut mapper = Mapper { model, frames, draft, log };
+    for actuator in &model.actuators {
+        if let Target::Joint(joint) = actuator.target {
+            mapper.servo(actuator, joint);
+        }
+    }
+    for (index, tendon) in model.tendons.iter().enumerate() {
+        mapper.tendon(index, tendon);
+    }
+}
+
+struct Mapper<'a> {
+    model: &'a Model,
+    frames: &'a Frames,
+    draft: &'a mut Draft,
+    log: &'a mut Log,
+}
+
+/// An actuator's law without its gear: `f = K (s_ref − s) − b ṡ` at the joint or the tendon.
+struct Drawn {
+    control: Control,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    /// s_ref at the ends of the control's range.
+    range: Option<[f64; 2]>,
+    /// Least and largest force.
+    force: Option<[f64; 2]>,
+    speed: Option<f64>,
+}
+
+impl Drawn {
+    fn of(spec: &ActuatorSpec) -> Drawn {
+        let [b0, b1, b2] = spec.bias();
+        let gear = if spec.gear == 0.0 { 1.0 } else { spec.gear };
+        let ordered = |[a, b]: [f64; 2]| [a.min(b), a.max(b)];
+        let force = spec.force_range.map(|range| ordered(range.map(|f| f * gear)));
+        let damping = (b2 < 0.0).then_some(-b2 * gear * gear);
+        if b1 < 0.0 {
+            let target = |ctrl: f64| (spec.gain * ctrl + b0) / (-b1 * gear);
+            return Drawn {
+                control: Control::Position,
+                stiffness: Some(-b1 * gear * gear),
+                damping,
+                range: spec.ctrl_range.map(|range| ordered(range.map(target))),
+                force,
+                speed: None,
+            };
+        }
+        if spec.velocity {
+            let speed = spec.ctrl_range.map(|[a, b]| a.abs().max(b.abs()) / gear.abs());
+            return Drawn { control: Control::Velocity, stiffness: None, damping, range: None, force, speed };
+        }
+        // A force: the control's range limits it.
+        let by_control =
+            spec.ctrl_range.map(|range| ordered(range.map(|ctrl| (spec.gain * ctrl + b0) * gear)));
+        let force = match (force, by_control) {
+            (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].min(b[1])]),
+            (one, other) => one.or(other),
+        };
+        Drawn { control: Control::Force, stiffness: None, damping: None, range: None, force, speed: None }
+    }
+}
+
+fn largest(range: [f64; 2]) -> f64 {
+    range[0].abs().max(range[1].abs())
+}
+
+impl Mapper<'_> {
+    /// Whether the law is one that a hand's motor can have; says so if not.
+    fn usable(&mut self, actuator: &Actuator) -> bool {
+        if !actuator.spec.is_plain() {
+            let text = format!(
+                "<{}> has a law of its own, which no motor here has; it is left out",
+                actuator.spec.kind
+            );
+            self.log.lost(At::Hand, &actuator.element, text);
+        }
+        actuator.spec.is_plain()
+    }
+
+    fn explain(&mut self, actuator: &Actuator, drawn: &Drawn) {
+        let (at, element) = (At::Motor(actuator.name.clone()), &actuator.element);
+        match drawn.control {
+            Control::Force => self.log.chose(
+                at,
+                element,
+                "sets a force; taken is a servo with its largest force, which holds a position instead",
+            ),
+            Control::Velocity => {
+                self.log.chose(
+                    at,
+                    element,
+                    "sets a speed; taken is a servo of position with that speed limit",
+                );
+            }
+            Control::Position => {
+                if let (Some([low, high]), Some(ctrl)) = (drawn.range, actuator.spec.ctrl_range) {
+                    let text = format!(
+                        "σ from 0 to 1 is ctrl between {} and {}: position {low:.6} to {high:.6}",
+                        ctrl[0], ctrl[1]
+                    );
+                    self.log.kept(at, element, text);
+                }
+            }
+        }
+    }
+
+    fn servo(&mut self, actuator: &Actuator, joint: usize) {
+        if !self.usable(actuator) {
+            return;
+        }
+        let joint = &self.model.joints[joint];
+        if !self.frames.has(joint.body) {
+            self.log.lost(At::Hand, &actuator.element, "drives a joint outside the hand; it is left out");
+            return;
+        }
+        let drawn = Drawn::of(&actuator.spec);
+        self.explain(actuator, &drawn);
+        let range = drawn.range.map(|range| range.map(|x| x - joint.reference));
+        let limit = drawn.force.map(largest).or_else(|| self.unlimited(actuator, &drawn, range));
+        if let Some(mapped) = self.draft.joints.iter_mut().find(|mapped| mapped.name == joint.name) {
+            mapped.effort = limit.or(mapped.effort);
+            mapped.velocity = drawn.speed.or(mapped.velocity);
+        }
+        self.draft.actuators.push(draft::Actuator {
+            name: actuator.name.clone(),
+            drive: Drive::Joint(joint.name.clone()),
+            gear: 1.0,
+            control: Some(drawn.control),
+            gain: drawn.stiffness,
+            damping: drawn.damping,
+            force_limit: limit,
+            speed_limit: drawn.speed,
+            range,
+        });
+    }
+
+    /// Force of an actuator without a limit: it never needs more than its stiffness times its range.
+    fn unlimited(&mut self, actuator: &Actuator, drawn: &Drawn, range: Option<[f64; 2]>) -> Option<f64> {
+        let ([low, high], stiffness) = (range?, drawn.stiffness?);
+        let force = stiffness * (high - low);
+        let text = format!("has no forcerange; taken is its stiffness over its whole range, {force:.4}");
+        self.log.chose(At::Motor(actuator.name.clone()), &actuator.element, text);
+        Some(force)
+    }
+
+    fn tendon(&mut self, index: usize, tendon: &Tendon) {
+        let fit = fit(self.model, tendon);
+        let outside = fit.terms.iter().find(|(j, _)| !self.frames.has(self.model.joints[*j].body));
+        if outside.is_some() || fit.terms.is_empty() {
+            let text = "passes no joint of the hand, or one outside it; it is left out";
+            self.log.lost(At::Hand, &tendon.element, text);
+            return;
+        }
+        let fit = self.exact(tendon, fit);
+        // A joint without an arm only matters to a cable with a motor, whose transmission may have the joint's spring.
+        let moved = |(_, c): &&(usize, Vec<f64>)| c.iter().any(|c| *c != 0.0);
+        let moving = Fit { terms: fit.terms.iter().filter(moved).cloned().collect(), ..fit.clone() };
+        let at = At::Tendon(tendon.name.clone());
+        let spatial = matches!(tendon.path, Path::Spatial(_));
+        if spatial {
+            let (error, stroke) = (fit.error * 1e3, fit.stroke * 1e3);
+            let kind = if fit.is_linear() { "a constant moment arm" } else { "a polynomial" };
+            let text = format!(
+                "its length over the joints' ranges changes by {stroke:.3} mm; as {kind} of each joint it is off by at most {error:.4} mm"
+            );
+            if error > 0.02 * stroke {
+                self.log.chose(
+                    at.clone(),
+                    &tendon.element,
+                    text + ": its joints act on each other's moment arms",
+                );
+            } else {
+                self.log.kept(at.clone(), &tendon.element, text);
+            }
+        }
+        if tendon.friction != 0.0 {
+            self.log.lost(
+                at.clone(),
+                &tendon.element,
+                format!("frictionloss {} has no counterpart", tendon.friction),
+            );
+        }
+        let actuators: Vec<&Actuator> =
+            self.model.actuators.iter().filter(|actuator| actuator.target == Target::Tendon(index)).collect();
+        let mut names = vec![tendon.name.clone()];
+        for actuator in actuators {
+            if self.usable(actuator) {
+                let name = names.pop().unwrap_or_else(|| format!("{}_{}", tendon.name, actuator.name));
+                self.cable(actuator, tendon, &fit, name, spatial);
+            }
+        }
+        let driven = names.is_empty();
+        if tendon.stiffness > 0.0 {
+            let name = if driven { format!("{}_spring", tendon.name) } else { tendon.name.clone() };
+            self.spring(tendon, &moving, name, spatial);
+        } else if tendon.damping > 0.0 && !driven {
+            self.log.lost(at, &tendon.element, "a damper across joints without a spring has no counterpart");
+        }
+        if let Some(range) = tendon.range {
+            self.limits(tendon, &moving, range);
+        }
+    }
+
+    /// The constant moment arms of a tendon that this project exported, whose `hand.toml` has its other paths.
+    fn exact(&self, tendon: &Tendon, fit: Fit) -> Fit {
+        let Some(arms) = self.model.stated(&format!("arms:{}", tendon.name)) else { return fit };
+        let terms = arms.into_iter().filter_map(|(joint, arm)| Some((self.model.joint(&joint)?, vec![arm])));
+        Fit { terms: terms.collect(), ..fit }
+    }
+
+    /// Paths over the joints, in terms of a factor: −1 if the cable is wound in where MuJoCo's length shrinks.
+    fn paths(&self, fit: &Fit, factor: f64) -> Vec<(String, TendonPath)> {
+        let path = |(joint, coefficients): &(usize, Vec<f64>)| {
+            let path = match coefficients.as_slice() {
+                [arm] => TendonPath::Arm(factor * arm),
+                all => TendonPath::Polynomial(
+                    std::iter::once(0.0).chain(all.iter().map(|c| factor * c)).collect(),
+                ),
+            };
+            (self.model.joints[*joint].name.clone(), path)
+        };
+        fit.terms.iter().map(path).collect()
+    }
+
+    fn cable(&mut self, actuator: &Actuator, tendon: &Tendon, fit: &Fit, name: String, spatial: bool) {
+        let drawn = Drawn::of(&actuator.spec);
+        self.explain(actuator, &drawn);
+        let only_pulls = drawn.force.is_some_and(|force| force[1] <= 0.0);
+        let factor = if spatial || only_pulls { -1.0 } else { 1.0 };
+        let range = drawn.range.map(|range| {
+            let [a, b] = range.map(|length| factor * (length - fit.constant));
+            [a.min(b), a.max(b)]
+        });
+        let both_ways = !spatial && drawn.force.is_none_or(|force| force[0] < 0.0 && force[1] > 0.0);
+        if spatial && !only_pulls {
+            let text = "MuJoCo lets it push the tendon as well; a cable only pulls";
+            self.log.chose(At::Tendon(name.clone()), &actuator.element, text);
+        }
+        let limit = drawn.force.map(|force| match (both_ways, factor < 0.0) {
+            (true, _) => largest(force),
+            (false, true) => -force[0],
+            (false, false) => force[1],
+        });
+        let limit = limit.filter(|f| *f > 0.0).or_else(|| self.unlimited(actuator, &drawn, range));
+        let damping = drawn.damping.unwrap_or(0.0) + tendon.damping;
+        let damping = (damping > 0.0).then_some(damping);
+        self.draft.tendons.push(draft::Tendon {
+            name: name.clone(),
+            joints: self.paths(fit, factor),
+            motors: self
+                .model
+                .stated(&format!("motors:{name}"))
+                .unwrap_or_else(|| vec![(actuator.name.clone(), 1.0)]),
+            stiffness: drawn.stiffness,
+            damping,
+            force_limit: limit,
+            rest: None,
+            both_ways,
+        });
+        self.draft.actuators.push(draft::Actuator {
+            name: actuator.name.clone(),
+            drive: Drive::Tendon(name),
+            gear: 1.0,
+            control: Some(drawn.control),
+            gain: drawn.stiffness,
+            damping,
+            force_limit: limit,
+            speed_limit: drawn.speed,
+            range,
+        });
+    }
+
+    /// The elastic part of a tendon: a spring across joints, or a cable that pulls beyond a length.
+    fn spring(&mut self, tendon: &Tendon, fit: &Fit, name: String, spatial: bool) {
+        let start = fit.constant;
+        let [low, high] = tendon.spring_length.unwrap_or([start, start]);
+        if low == high && !spatial && fit.terms.len() > 1 {
+            self.draft.springs.push(Spring {
+                name,
+                joints: fit.terms.iter().map(|(j, c)| (self.model.joints[*j].name.clone(), c[0])).collect(),
+                stiffness: tendon.stiffness,
+                damping: tendon.damping,
+                rest: low - fit.constant,
+            });
+            return;
+        }
+        let [shortest, longest] = self.lengths(fit);
+        let both = low == high;
+        if longest > high || both {
+            self.passive(tendon, fit, &name, -1.0, high, tendon.stiffness, both);
+        }
+        if !both && shortest < low {
+            self.passive(tendon, fit, &format!("{name}_short"), 1.0, low, tendon.stiffness, false);
+        }
+    }
+
+    /// A cable without a motor: it pulls where factor · (L − limit) is negative.
+    #[allow(clippy::too_many_arguments)]
+    fn passive(
+        &mut self,
+        tendon: &Tendon,
+        fit: &Fit,
+        name: &str,
+        factor: f64,
+        at: f64,
+        stiffness: f64,
+        both: bool,
+    ) {
+        let [shortest, longest] = self.lengths(fit);
+        let most = stiffness * (longest - at).abs().max((shortest - at).abs());
+        self.draft.tendons.push(draft::Tendon {
+            name: name.to_owned(),
+            joints: self.paths(fit, factor),
+            motors: Vec::new(),
+            stiffness: Some(stiffness),
+            damping: (tendon.damping > 0.0).then_some(tendon.damping),
+            force_limit: Some((MARGIN * most).max(1e-3)),
+            rest: Some(factor * (at - fit.constant)),
+            both_ways: both,
+        });
+    }
+
+    /// Shortest and longest length between the joints' limits, by the range of each joint alone.
+    fn lengths(&self, fit: &Fit) -> [f64; 2] {
+        let mut ends = [fit.constant; 2];
+        for (joint, coefficients) in &fit.terms {
+            let joint = &self.model.joints[*joint];
+            let [low, high] = joint.range.map_or([-1.0, 1.0], |range| range.map(|x| x - joint.reference));
+            let length = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * x);
+            let at = (0..=20).map(|k| length(low + (high - low) * f64::from(k) / 20.0));
+            let (least, most) = at.fold((f64::MAX, f64::MIN), |(l, m), x| (l.min(x), m.max(x)));
+            ends = [ends[0] + least, ends[1] + most];
+        }
+        ends
+    }
+
+    /// A tendon's limits become slack cables that are stiff beyond them.
+    fn limits(&mut self, tendon: &Tendon, fit: &Fit, [low, high]: [f64; 2]) {
+        let [shortest, longest] = self.lengths(fit);
+        let arm = fit.terms.iter().flat_map(|(_, c)| c.first()).fold(0.0, |most: f64, c| most.max(c.abs()));
+        if arm == 0.0 {
+            return;
+        }
+        let stiffness = LIMIT_STIFFNESS / (arm * arm);
+        let mut sides = Vec::new();
+        if longest > high + 1e-9 {
+            self.passive(tendon, fit, &format!("{}_longest", tendon.name), -1.0, high, stiffness, false);
+            sides.push("longest");
+        }
+        if shortest < low - 1e-9 {
+            self.passive(tendon, fit, &format!("{}_shortest", tendon.name), 1.0, low, stiffness, false);
+            sides.push("shortest");
+        }
+        let text = if sides.is_empty() {
+            format!("its range {low} to {high} is never left between the joints' limits")
+        } else {
+            format!(
+                "its range {low} to {high} becomes a slack cable for its {}, with stiffness {stiffness:.1}",
+                sides.join(" and its ")
+            )
+        };
+        self.log.chose(At::Tendon(tendon.name.clone()), &tendon.element, text);
+    }
+}
