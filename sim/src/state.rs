@@ -90,9 +90,7 @@ impl State {
     /// Everything at rest: the open hand at `base`, the objects at `objects` (object frames).
     pub fn at_rest(model: &Model, base: Pose, objects: &[Pose]) -> Self {
         let hand = model.hand();
-        let q = hand.map_or(Vec::new(), |hand| {
-            hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect()
-        });
+        let q = hand.map_or(Vec::new(), |hand| hand.open());
         State {
             step: 0,
             base,
