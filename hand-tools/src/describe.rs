@@ -140,6 +140,15 @@ fn actuation(about: &HandDescription) -> String {
         if t.both_ways {
             let _ = writeln!(out, "    pushes as well as it pulls");
         }
+        if let Some(hold) = t.hold_limit {
+            let ends = if t.breakaway { "its clutch lets go" } else { "its motors stop" };
+            let _ = writeln!(
+                out,
+                "    {ends} at {}; no load below {} turns it back",
+                short(t.force_limit),
+                short(hold)
+            );
+        }
         for e in &t.elements {
             let _ = writeln!(
                 out,

@@ -287,8 +287,19 @@ fn coordinate(hash: &mut ContentHash, coordinate: &Coordinate) {
 }
 
 fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
-    let Tendon { name, motors, rest, moment_arms, elements, both_ways, stiffness, damping, force_limit } =
-        tendon;
+    let Tendon {
+        name,
+        motors,
+        rest,
+        moment_arms,
+        elements,
+        both_ways,
+        stiffness,
+        damping,
+        force_limit,
+        hold_limit,
+        breakaway,
+    } = tendon;
     hash.text(name);
     // One motor of weight 1 has the same hash as before weights existed.
     match motors[..] {
@@ -332,6 +343,11 @@ fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
     });
     hash.flag(*both_ways);
     hash.floats(&[*stiffness, *damping, *force_limit]);
+    if let Some(hold) = hold_limit {
+        hash.text("hold");
+        hash.float(*hold);
+        hash.flag(*breakaway);
+    }
 }
 
 #[cfg(test)]

@@ -286,3 +286,99 @@ fn joints_that_only_a_pin_could_hold_are_loose_without_it() {
     });
     assert!(matches!(at(&belt), Err(NoPrediction::Loose(_))));
 }
+
+/// A finger of two joints against a fixed obstacle is replaced by a push that grows: the drive of the inner joint reaches its limit.
+fn driven_finger(drive: &str) -> Arc<Hand> {
+    // As the Barrett hand: q2 + q3 = θ/93.75, q2 = θ/125, of one motor at θ; here θ in units of 125.
+    fingers(&format!(
+        "[motors.m]\nscaling = 1.2\nspeed_limit = 1\n\
+         [tendons.inner]\nmotors.m = 1\njoints.a = 1\nboth_ways = true\nstiffness = 50\n{drive}\
+         [tendons.sum]\nmotors.m = 1.3333333333333333\njoints = {{ a = 1, b = 1 }}\nboth_ways = true\nstiffness = 50\nforce_limit = 5\n"
+    ))
+}
+
+fn run(world: &mut World, command: &Command, steps: usize) {
+    for _ in 0..steps {
+        assert!(world.step(command).converged);
+    }
+}
+
+#[test]
+fn a_clutch_lets_go_and_the_motor_goes_on() {
+    let hand = driven_finger("force_limit = 0.5\nhold_limit = 4\nbreakaway = true\n");
+    let model = Arc::new(Model::new(fine(), Some(Arc::clone(&hand))).expect("a sound model"));
+    let mut command = Command::stay(&model, Pose::IDENTITY);
+    let mut state = State::at_rest(&model, Pose::IDENTITY, &[]);
+    // At its spring's rest, b would pull the drives on at once.
+    state.q.fill(0.0);
+    let mut world = World::new(model, state);
+    command.sigma = vec![0.4];
+    run(&mut world, &command, 1500);
+    let ratio = world.state().q[1] / world.state().q[0];
+    // Springs of the joints bend the drives a little.
+    assert!((ratio - 1.0 / 3.0).abs() < 0.02, "the outer joint follows with a third: {ratio}");
+    assert_eq!(world.state().locked, [None]);
+    // A load on the inner joint: the clutch lets go, and the outer joint closes with the whole motor.
+    let link = hand
+        .coordinate("a")
+        .map(|c| hand.links.iter().position(|l| l.joint.as_ref().is_some_and(|j| j.coordinate == c)));
+    let link = link.flatten().expect("the inner link");
+    command.pushes = vec![Push { link, point: Vec3::new(0.0, 0.05, 0.0), force: Vec3::new(16.0, 0.0, 0.0) }];
+    command.sigma = vec![0.9];
+    run(&mut world, &command, 1500);
+    let [inner, outer] = [world.state().q[0], world.state().q[1]];
+    let at = world.state().locked[0].expect("it let go");
+    assert!((0.48..0.7).contains(&at), "{at}");
+    assert!((inner - at).abs() < 0.03, "locked where it let go: {inner} {at}");
+    assert!((inner + outer - 1.2 * 0.9 * 4.0 / 3.0).abs() < 0.05, "{inner} {outer}");
+    // Without the load it stays: the worm holds it, also against its spring.
+    command.pushes.clear();
+    run(&mut world, &command, 1500);
+    assert!((world.state().q[0] - at).abs() < 0.01);
+    // The motor comes back, takes the inner link along, and opens the finger.
+    command.sigma = vec![0.0];
+    run(&mut world, &command, 3000);
+    assert_eq!(world.state().locked, [None]);
+    assert!(world.state().q[0].abs() < 0.01, "{:?}", world.state().q);
+}
+
+#[test]
+fn a_worm_stops_at_its_limit_and_holds_what_it_could_not_move() {
+    let hand = driven_finger("force_limit = 0.5\nhold_limit = 4\n");
+    let model = Arc::new(Model::new(fine(), Some(Arc::clone(&hand))).expect("a sound model"));
+    let mut command = Command::stay(&model, Pose::IDENTITY);
+    let mut state = State::at_rest(&model, Pose::IDENTITY, &[]);
+    // At its spring's rest, b would pull the drives on at once.
+    state.q.fill(0.0);
+    let mut world = World::new(model, state);
+    let inner = hand.coordinate("a").expect("there");
+    let link = hand
+        .links
+        .iter()
+        .position(|l| l.joint.as_ref().is_some_and(|j| j.coordinate == inner))
+        .expect("there");
+    command.pushes = vec![Push { link, point: Vec3::new(0.0, 0.05, 0.0), force: Vec3::new(12.0, 0.0, 0.0) }];
+    command.sigma = vec![0.9];
+    run(&mut world, &command, 3000);
+    let stalled = world.state().motors[0].position;
+    assert!(stalled < 0.1, "the motor stopped: {stalled}");
+    let before = world.state().q[0];
+    let tension = world.state().tension[0];
+    // It holds the load of 0.6 N·m and the spring of the outer joint.
+    assert!((0.6..0.65).contains(&tension), "{tension}");
+    // A load five times its largest force does not turn it back.
+    command.pushes[0].force.x = 60.0;
+    run(&mut world, &command, 2000);
+    assert!(world.state().tension[0] > 1.5, "{:?}", world.state().tension);
+    assert!((world.state().q[0] - before).abs() < 0.06, "{before} {:?}", world.state().q);
+}
+
+#[test]
+fn a_clutch_is_part_of_the_state() {
+    let hand = driven_finger("force_limit = 0.5\nhold_limit = 4\nbreakaway = true\n");
+    let model = Arc::new(Model::new(Config::default(), Some(Arc::clone(&hand))).expect("a sound model"));
+    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
+    let mut other = state.clone();
+    other.locked = vec![Some(0.2)];
+    assert_ne!(state.hash(), other.hash());
+}

@@ -162,6 +162,8 @@ impl Numbers {
                 stiffness: self.size(1e9),
                 damping: self.size(1e9),
                 force_limit: self.size(1e9),
+                hold_limit: None,
+                breakaway: false,
             })
             .collect();
         let springs = (0..self.below(2))

@@ -157,6 +157,12 @@ pub struct TendonDescription {
     pub damping: f64,
     /// f_max
     pub force_limit: f64,
+    /// Largest tension that it holds, if no load turns it back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold_limit: Option<f64>,
+    /// Whether a clutch lets go at f_max.
+    #[serde(skip_serializing_if = "is_false")]
+    pub breakaway: bool,
 }
 
 /// A part of a tendon whose moment arm depends on a coordinate.
@@ -220,6 +226,10 @@ pub struct LinkageDescription {
     pub stiffness: f64,
     /// Damping, N·s/m.
     pub damping: f64,
+}
+
+fn is_false(x: &bool) -> bool {
+    !*x
 }
 
 fn is_zero(x: &f64) -> bool {
@@ -377,6 +387,8 @@ impl Hand {
             stiffness: t.stiffness,
             damping: t.damping,
             force_limit: t.force_limit,
+            hold_limit: t.hold_limit,
+            breakaway: t.breakaway,
         };
         self.tendons.iter().zip(self.moment_arms(rest)).map(describe).collect()
     }

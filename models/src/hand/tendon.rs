@@ -31,8 +31,14 @@ pub struct Tendon {
     pub stiffness: f64,
     /// Damping b of the cable.
     pub damping: f64,
-    /// Largest tension f_max.
+    /// Largest tension f_max that the motors pull with.
     pub force_limit: f64,
+    /// Largest tension that it holds, for a drive that no load turns back, such as a worm gear: more than f_max. Its motors stop
+    /// where they pull with f_max, and the drive holds the place.
+    pub hold_limit: Option<f64>,
+    /// Whether a clutch lets go at f_max instead, for a drive with a hold limit: the motors go on, and this tendon stays locked until
+    /// they come back.
+    pub breakaway: bool,
 }
 
 impl Hand {
@@ -78,7 +84,17 @@ impl Tendon {
 
     /// Smallest force: 0 for a cable; the negative limit for a drive.
     pub fn least_force(&self) -> f64 {
-        if self.both_ways { -self.force_limit } else { 0.0 }
+        if self.both_ways { -self.most_held() } else { 0.0 }
+    }
+
+    /// Largest force that it can have: the hold limit, or f_max.
+    pub fn most_held(&self) -> f64 {
+        self.hold_limit.unwrap_or(self.force_limit)
+    }
+
+    /// Largest force at rest: f_max where a clutch lets go, else what it holds.
+    pub fn most_at_rest(&self) -> f64 {
+        if self.breakaway { self.force_limit } else { self.most_held() }
     }
 
     /// s(q), in the tendon's unit.

@@ -93,6 +93,14 @@ impl Hand {
                     return bad(element, format!("{what} {value}; valid: finite, more than 0"));
                 }
             }
+            if let Some(hold) = tendon.hold_limit
+                && !(hold.is_finite() && hold >= tendon.force_limit)
+            {
+                return bad(element, format!("hold limit {hold}; valid: finite, at least the force limit"));
+            }
+            if tendon.breakaway && tendon.hold_limit.is_none() {
+                return bad(element, "has a clutch, but no hold limit with which it stays locked".to_owned());
+            }
             if !not_negative(tendon.damping) {
                 return bad(element, format!("damping {}; valid: finite, at least 0", tendon.damping));
             }

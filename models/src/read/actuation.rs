@@ -23,6 +23,8 @@ static DEFAULT_TENDON: TendonSettings = TendonSettings {
     damping: 0.0,
     force_limit: 2.0,
     both_ways: false,
+    hold_limit: None,
+    breakaway: false,
     motors: None,
     rest: 0.0,
     joints: BTreeMap::new(),
@@ -125,6 +127,8 @@ fn tendon(
         stiffness: own.stiffness,
         damping: own.damping,
         force_limit: own.force_limit,
+        hold_limit: own.hold_limit,
+        breakaway: own.breakaway,
     }
 }
 

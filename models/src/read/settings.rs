@@ -81,6 +81,7 @@ impl Settings {
                 }
             }
             check("tendons", name, "rest", Some(t.rest), most, Sign::Any)?;
+            check("tendons", name, "hold_limit", t.hold_limit, most, Sign::Positive)?;
             for (motor, weight) in t.motors.iter().flatten() {
                 check("tendons", name, &format!("motors.{motor}"), Some(*weight), most, Sign::NotZero)?;
             }
@@ -242,6 +243,11 @@ pub(crate) struct TendonSettings {
     /// Whether it pushes as well as pulls.
     #[serde(default)]
     pub(crate) both_ways: bool,
+    /// Largest tension that it holds where no load turns it back.
+    pub(crate) hold_limit: Option<f64>,
+    /// Whether a clutch lets go at the force limit.
+    #[serde(default)]
+    pub(crate) breakaway: bool,
     /// Motors that wind it, each with its weight, instead of the transmission's actuator.
     pub(crate) motors: Option<BTreeMap<String, f64>>,
     /// Wound length without the motors' part.

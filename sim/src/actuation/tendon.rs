@@ -2,6 +2,7 @@
 //!
 //! R is taken at the start of the step, so a hand at rest is in the exact equilibrium of R(q).
 
+use super::clutch;
 use super::elastic::row;
 use crate::solver::terms::{RowTerm, ScalarLaw};
 use crate::state::State;
@@ -21,7 +22,7 @@ pub(super) fn empty_row(tendon: &Tendon) -> RowTerm {
 /// Writes law and varying moment arms of every tendon's row.
 pub(super) fn terms(hand: &Hand, state: &State, h: f64, terms: &mut [RowTerm]) {
     let q = &state.q;
-    for (term, tendon) in terms.iter_mut().zip(&hand.tendons) {
+    for (k, (term, tendon)) in terms.iter_mut().zip(&hand.tendons).enumerate() {
         let mut s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * q[c]).sum();
         for element in &tendon.elements {
             let c = element.coordinate;
@@ -32,8 +33,8 @@ pub(super) fn terms(hand: &Hand, state: &State, h: f64, terms: &mut [RowTerm]) {
                 entry.1 = constant + length.slope;
             }
         }
-        let error = tendon.wound(&hand.motors, |motor| state.motors[motor].position) - s;
-        let (stiffness, damping, limit) = (tendon.stiffness, tendon.damping, tendon.force_limit);
+        let error = clutch::wound(hand, k, &state.motors, &state.locked) - s;
+        let (stiffness, damping, limit) = (tendon.stiffness, tendon.damping, tendon.most_held());
         term.law = if tendon.both_ways {
             ScalarLaw::Servo { h, stiffness, damping, error, target: 0.0, limit }
         } else {

@@ -145,7 +145,7 @@ impl Scene<'_> {
 
     fn tension(&self, q: &[f64]) -> Vec<f64> {
         let of = |(t, s): (&palmares_models::hand::Tendon, &f64)| {
-            (t.stiffness * (s - t.length(q))).clamp(t.least_force(), t.force_limit)
+            (t.stiffness * (s - t.length(q))).clamp(t.least_force(), t.most_at_rest())
         };
         self.hand.tendons.iter().zip(&self.s_ref).map(of).collect()
     }

@@ -232,7 +232,7 @@ fn search(
         let mut right = true;
         for (t, tendon) in hand.tendons.iter().enumerate() {
             let f = tendon.stiffness * (s[t] - tendon.length(&q));
-            let clamped = f.clamp(tendon.least_force(), tendon.force_limit);
+            let clamped = f.clamp(tendon.least_force(), tendon.most_at_rest());
             let now = if f == clamped { Pull::Taut } else { Pull::Held(clamped) };
             right &= now == pulls[t];
             pulls[t] = now;
@@ -272,7 +272,7 @@ pub fn elastic_energy(hand: &Hand, s: &[f64], q: &[f64]) -> f64 {
     }
     for (tendon, s) in hand.tendons.iter().zip(s) {
         let stretch = s - tendon.length(q);
-        let f = (tendon.stiffness * stretch).clamp(tendon.least_force(), tendon.force_limit);
+        let f = (tendon.stiffness * stretch).clamp(tendon.least_force(), tendon.most_at_rest());
         // ∫f: a parabola, continued linearly where f is clamped.
         energy += f * stretch - 0.5 * f * f / tendon.stiffness;
     }

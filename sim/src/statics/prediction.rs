@@ -90,7 +90,7 @@ fn solve_limited_within(
         let (q, tension) = form.solve(s_ref, tau);
         let inside = hand.coordinates.iter().zip(&q).all(|(c, q)| (c.lower..=c.upper).contains(q));
         let taut =
-            hand.tendons.iter().zip(&tension).all(|(t, f)| (t.least_force()..=t.force_limit).contains(f));
+            hand.tendons.iter().zip(&tension).all(|(t, f)| (t.least_force()..=t.most_at_rest()).contains(f));
         if inside && taut {
             return Ok(Equilibrium {
                 q,
@@ -125,8 +125,8 @@ pub(super) fn spend(left: &mut u64, work: u64) -> Result<(), NoPrediction> {
 /// The tendons that are slack or at their limits.
 pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item = String> {
     hand.tendons.iter().zip(tension).filter_map(|(t, &f)| {
-        if f.abs() >= t.force_limit {
-            Some(format!("tendon '{}' is at its limit of {}", t.name, t.force_limit))
+        if f.abs() >= t.most_at_rest() {
+            Some(format!("tendon '{}' is at its limit of {}", t.name, t.most_at_rest()))
         } else if f <= 0.0 && !t.both_ways {
             Some(format!("tendon '{}' is slack", t.name))
         } else {
