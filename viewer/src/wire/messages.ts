@@ -1921,6 +1921,10 @@ export interface TendonDescription {
   damping: number;
   /** f_max */
   force_limit: number;
+  /** Whether a clutch lets go at f_max. */
+  breakaway?: boolean;
+  /** Largest tension that it holds, if no load turns it back. */
+  hold_limit?: number;
   /** Weight of every motor that winds it, if these are not one motor of weight 1. */
   motors?: WeightDescription[];
   /** Wound length without the motors' part. */
