@@ -6,7 +6,7 @@ use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{LoadOptions, hand};
 use palmares_models::{Pose, Vec3};
-use palmares_sim::statics::{largest_difference, solve_loaded};
+use palmares_sim::statics::prediction::{largest_difference, solve_loaded};
 use palmares_sim::{Config, Push};
 
 /// A number between −1 and 1 that looks random, of two counters.

@@ -13,6 +13,11 @@ use crate::complete::Complete;
 use crate::decision::{At, Kind, Log};
 use crate::draft::{Draft, Geometry, Joint, JointKind, Link, Part, Triangles};
 
+/// Spring length beyond every tendon's, m or rad.
+const FAR: f64 = 1e9;
+/// Name of the text that lists tendons which only `hand.toml` states.
+pub(crate) const STATED: &str = "tendons_of_settings";
+
 /// The document.
 pub(super) fn document(complete: &Complete, hand: &Hand, log: &mut Log) -> String {
     let draft = &complete.draft;
@@ -273,19 +278,41 @@ impl<'a> Writer<'a> {
                 c[4]
             );
         }
+        let hand = self.hand;
+        for pin in &hand.linkages {
+            let [a, b] = pin.links.map(|link| escaped(&hand.links[link].name));
+            let (name, anchor) = (escaped(&pin.name), vector(pin.points[0]));
+            let _ = writeln!(out, "    <connect name=\"{name}\" body1=\"{a}\" body2=\"{b}\" anchor=\"{anchor}\"/>");
+        }
         self.section("equality", &out);
     }
 
     fn tendons(&mut self) {
         let (mut tendons, mut actuators) = (String::new(), String::new());
-        for tendon in &self.hand.tendons {
-            let name = escaped(&tendon.name);
-            let _ = writeln!(tendons, "    <fixed name=\"{name}\">");
-            for (joint, arm) in self.arms(tendon) {
-                let _ = writeln!(tendons, "      <joint joint=\"{}\" coef=\"{arm:?}\"/>", escaped(joint));
-            }
-            tendons.push_str("    </fixed>\n");
-            self.actuator(tendon, &mut actuators);
+        let hand = self.hand;
+        for tendon in &hand.tendons {
+            let arms = self.arms(tendon);
+            let limit = tendon.force_limit;
+            let more = if tendon.motors.is_empty() {
+                let far = if tendon.both_ways { tendon.rest } else { FAR };
+                return_spring(tendon.stiffness, tendon.damping, tendon.rest, far)
+            } else {
+                let low = if tendon.both_ways { -limit } else { 0.0 };
+                (1.0, format!(" actuatorfrclimited=\"true\" actuatorfrcrange=\"{low:?} {limit:?}\""))
+            };
+            fixed(&mut tendons, &tendon.name, &arms, more);
+            self.actuators(tendon, &mut actuators);
+        }
+        for spring in &hand.springs {
+            let arms: Vec<(&str, f64)> =
+                spring.arms.iter().map(|&(c, r)| (hand.coordinates[c].name.as_str(), r)).collect();
+            let more = return_spring(spring.stiffness, spring.damping, spring.rest, spring.rest);
+            fixed(&mut tendons, &spring.name, &arms, more);
+        }
+        let drawn = |name: &str| self.draft.tendons.iter().any(|tendon| tendon.name == name);
+        let stated: Vec<&str> = hand.tendons.iter().map(|t| t.name.as_str()).filter(|name| !drawn(name)).collect();
+        if !stated.is_empty() {
+            self.texts.push((STATED.to_owned(), stated.join(" ")));
         }
         self.section("tendon", &tendons);
         self.section("actuator", &actuators);
@@ -326,28 +353,40 @@ impl<'a> Writer<'a> {
         arms
     }
 
-    /// ctrl is σ: f = K (scaling (σ − offset) − s) − b ṡ.
-    fn actuator(&mut self, tendon: &Tendon, out: &mut String) {
-        let motor = &self.hand.motors[tendon.motor];
-        let alone = self.hand.tendons.iter().filter(|other| other.motor == tendon.motor).count() == 1;
-        let name = if alone { motor.name.clone() } else { format!("{}_of_{}", motor.name, tendon.name) };
-        if !alone {
-            self.texts.push((format!("motors:{}", tendon.name), format!("{}=1", motor.name)));
+    /// ctrl is σ: f = K (rest + Σ w scaling (σ − offset) − s) − b ṡ. The first motor has the cable's law, the others only pull.
+    fn actuators(&mut self, tendon: &Tendon, out: &mut String) {
+        let hand = self.hand;
+        let drawn = self.draft.tendons.iter().find(|other| other.name == tendon.name);
+        let of_tendon: Vec<&str> = tendon.motors.iter().map(|&(m, _)| hand.motors[m].name.as_str()).collect();
+        let alone = |motor: usize| hand.tendons.iter().filter(|other| other.weight(motor) != 0.0).count() == 1;
+        let wound_by = drawn.map_or(of_tendon.clone(), |t| t.motors.iter().map(|(name, _)| name.as_str()).collect());
+        if wound_by != of_tendon || tendon.motors.len() > 1 || !tendon.motors.iter().all(|&(m, _)| alone(m)) {
+            let text = wound_by.iter().map(|name| format!("{name}=1")).collect::<Vec<_>>().join(" ");
+            self.texts.push((format!("motors:{}", tendon.name), text));
         }
         let k = tendon.stiffness;
-        let low = if tendon.both_ways { -tendon.force_limit } else { 0.0 };
-        let _ = writeln!(
-            out,
-            "    <general name=\"{}\" tendon=\"{}\" ctrlrange=\"0 1\" gainprm=\"{:?}\" biastype=\"affine\" \
-             biasprm=\"{:?} {:?} {:?}\" forcerange=\"{low:?} {:?}\"/>",
-            escaped(&name),
-            escaped(&tendon.name),
-            k * motor.scaling,
-            -k * motor.scaling * motor.offset,
-            -k,
-            -tendon.damping,
-            tendon.force_limit
-        );
+        let start = tendon.wound(&hand.motors, |_| 0.0);
+        for (place, &(m, weight)) in tendon.motors.iter().enumerate() {
+            let motor = &hand.motors[m];
+            let name =
+                if alone(m) { motor.name.clone() } else { format!("{}_of_{}", motor.name, tendon.name) };
+            let law = if place == 0 {
+                format!(" biastype=\"affine\" biasprm=\"{:?} {:?} {:?}\"", k * start, -k, -tendon.damping)
+            } else {
+                String::new()
+            };
+            let _ = writeln!(
+                out,
+                "    <general name=\"{}\" tendon=\"{}\" ctrlrange=\"0 1\" gainprm=\"{:?}\"{law}/>",
+                escaped(&name),
+                escaped(&tendon.name),
+                k * weight * motor.scaling,
+            );
+        }
+        if tendon.hold_limit.is_some() {
+            let text = "a drive that holds what it cannot move, and a clutch, are not in MJCF; hand.toml has them";
+            self.log.dropped(At::Tendon(tendon.name.clone()), format!("tendon '{}'", tendon.name), text);
+        }
     }
 
     /// What the format cannot say; `hand.toml` has it.
@@ -376,6 +415,23 @@ impl<'a> Writer<'a> {
         let text = "ctrl of an actuator is σ from 0 to 1; MuJoCo does not limit its speed";
         self.log.taken(At::Hand, "hand", text);
     }
+}
+
+/// A spring that pulls at lengths below the first and above the second; MuJoCo's lengths are positive. The factor of the moment
+/// arms, and the attributes.
+fn return_spring(stiffness: f64, damping: f64, low: f64, high: f64) -> (f64, String) {
+    let (factor, low, high) = if low < 0.0 { (-1.0, if high == low { -low } else { 0.0 }, -low) } else { (1.0, low, high) };
+    let text = format!(" stiffness=\"{stiffness:?}\" damping=\"{damping:?}\" springlength=\"{low:?} {high:?}\"");
+    (factor, text)
+}
+
+/// A fixed tendon.
+fn fixed(out: &mut String, name: &str, arms: &[(&str, f64)], (factor, more): (f64, String)) {
+    let _ = writeln!(out, "    <fixed name=\"{}\"{more}>", escaped(name));
+    for (joint, arm) in arms {
+        let _ = writeln!(out, "      <joint joint=\"{}\" coef=\"{:?}\"/>", escaped(joint), factor * arm);
+    }
+    out.push_str("    </fixed>\n");
 }
 
 fn vector(v: Vec3) -> String {

@@ -1,6 +1,6 @@
 //! Writes a hand for other programs: URDF and MJCF, each with the `hand.toml` that says what the format cannot.
 
-mod mjcf;
+pub(crate) mod mjcf;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

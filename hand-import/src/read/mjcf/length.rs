@@ -28,13 +28,6 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
-    /// The fitted length.
-    #[cfg(test)]
-    pub(crate) fn length(&self, x: &[f64]) -> f64 {
-        let term = |(joint, c): &(usize, Vec<f64>)| c.iter().rev().fold(0.0, |sum, c| (sum + c) * x[*joint]);
-        self.constant + self.terms.iter().map(term).sum::<f64>()
-    }
-
     /// Whether each joint has a constant moment arm.
     pub(crate) fn is_linear(&self) -> bool {
         self.terms.iter().all(|(_, c)| c.len() == 1)

@@ -24,6 +24,7 @@ mod wrap;
 
 use crate::draft::Draft;
 use crate::error::ImportError;
+use crate::export::mjcf::STATED;
 use crate::read::{Reading, settings};
 
 /// Reads the document of a reading.
@@ -37,7 +38,7 @@ pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
     let (model, meshes) = compile::compile(source, &path, &root, &mut reading.log);
     let mut draft = draft::draft(&model, &meshes, &mut reading.log);
     if let Some(text) = &settings {
-        stated::leave_out(&mut draft, text);
+        stated::leave_out(&mut draft, text, model.texts.get(STATED));
     }
     draft.settings = settings;
     Ok(draft)

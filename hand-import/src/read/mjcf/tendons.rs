@@ -203,7 +203,10 @@ impl Mapper<'_> {
         let actuators: Vec<&Actuator> =
             self.model.actuators.iter().filter(|actuator| actuator.target == Target::Tendon(index)).collect();
         let mut names = vec![tendon.name.clone()];
-        for actuator in actuators {
+        // The others of an exported tendon wind the same cable.
+        let exported = self.model.texts.contains_key(&format!("motors:{}", tendon.name));
+        let used = if exported { 1 } else { actuators.len() };
+        for actuator in actuators.into_iter().take(used) {
             if self.usable(actuator) {
                 let name = names.pop().unwrap_or_else(|| format!("{}_{}", tendon.name, actuator.name));
                 self.cable(actuator, tendon, &fit, name, spatial);
@@ -306,11 +309,13 @@ impl Mapper<'_> {
         }
         let [shortest, longest] = self.lengths(fit);
         let both = low == high;
-        if longest > high || both {
+        let beyond = longest > high || both;
+        if beyond {
             self.passive(tendon, fit, &name, -1.0, high, tendon.stiffness, both);
         }
         if !both && shortest < low {
-            self.passive(tendon, fit, &format!("{name}_short"), 1.0, low, tendon.stiffness, false);
+            let name = if beyond { format!("{name}_short") } else { name };
+            self.passive(tendon, fit, &name, 1.0, low, tendon.stiffness, false);
         }
     }
 
