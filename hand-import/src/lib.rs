@@ -37,6 +37,8 @@ pub struct Options {
     pub visual_as_collision: bool,
     /// Replaces the robot's name.
     pub name: Option<String>,
+    /// Arguments of a xacro file: `side:=left`.
+    pub xacro_arguments: Vec<String>,
 }
 
 /// An imported hand, not yet on disk.
@@ -63,7 +65,7 @@ pub struct Imported {
 pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     let source = Source::open(path)?;
     let (file, format) = source.description(options.robot.as_deref())?;
-    let (mut draft, mut log) = read::read(&source, &file, format)?;
+    let (mut draft, mut log) = read::read(&source, &file, format, options)?;
     if let Some(name) = &options.name {
         draft.name.clone_from(name);
     }

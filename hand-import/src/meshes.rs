@@ -1,4 +1,6 @@
-//! Meshes: STL, OBJ and COLLADA become binary STL files within the limits of a hand.
+//! Meshes: STL, OBJ, COLLADA and small text formats become binary STL files within the limits of a hand.
+
+mod text;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -251,7 +253,23 @@ fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
             notes.extend(collada_notes(&String::from_utf8_lossy(bytes)));
             mesh_loader::collada::from_slice(bytes)
         }
-        _ => return Err(format!("is of type '{kind}'; known are STL, OBJ and COLLADA (.dae)")),
+        "off" | "tri" | "iv" | "wrl" => {
+            let words = String::from_utf8_lossy(bytes);
+            let corners = match kind.as_str() {
+                "off" => text::off(&words),
+                "tri" => text::tri(&words),
+                _ => text::inventor(&words),
+            }?;
+            return if corners.is_empty() {
+                Err("has no triangles".to_owned())
+            } else {
+                Ok(Read { corners, notes })
+            };
+        }
+        _ => {
+            let known = "STL, OBJ, COLLADA (.dae), OFF, Open Inventor (.iv) as text";
+            return Err(format!("is of type '{kind}'; known are {known}; save it as one of them"));
+        }
     };
     let scene = scene.map_err(|error| format!("cannot be read: {error}"))?;
     let count: usize = scene.meshes.iter().map(|mesh| mesh.faces.len()).sum();

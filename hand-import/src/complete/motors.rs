@@ -89,6 +89,12 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
         if kept {
             continue;
         }
+        if moves_nothing(joint, draft) {
+            let text =
+                format!("drives joint '{name}', whose link has no shape and carries none; both are left out");
+            log.dropped(At::Hand, element, text);
+            continue;
+        }
         let (motor, servo) = servo(&actuator, joint, &at, &element, log);
         driven.insert(name.clone());
         motors.push(motor);
@@ -98,6 +104,24 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
         dampers(draft, &driven, log);
     }
     (motors, wound)
+}
+
+/// Whether a joint only moves links without shapes.
+fn moves_nothing(joint: &Joint, draft: &Draft) -> bool {
+    let mut open = vec![joint.child.as_str()];
+    let mut seen = BTreeSet::new();
+    while let Some(link) = open.pop() {
+        let shaped = draft.links.iter().any(|other| other.name == link && !other.collisions.is_empty());
+        if shaped {
+            return false;
+        }
+        if seen.insert(link) {
+            open.extend(
+                draft.joints.iter().filter(|other| other.parent == link).map(|other| other.child.as_str()),
+            );
+        }
+    }
+    true
 }
 
 /// One motor for each joint that moves by itself.
@@ -284,6 +308,12 @@ fn arm(path: &TendonPath, joint: &Joint, at: &At, element: &str, log: &mut Log) 
 
 /// Damping of joints that state none.
 fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
+    let idle: BTreeSet<String> = draft
+        .joints
+        .iter()
+        .filter(|joint| moves_nothing(joint, draft))
+        .map(|joint| joint.name.clone())
+        .collect();
     let leaders: BTreeSet<String> = draft.couplings.iter().map(|coupling| coupling.joint.clone()).collect();
     for joint in &mut draft.joints {
         let moves = joint.kind != JointKind::Fixed && !leaders.contains(&joint.name);
@@ -292,7 +322,7 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
         }
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
         let spring = joint.stiffness.filter(|k| *k > 0.0);
-        if !driven.contains(&joint.name) && spring.is_none() {
+        if !driven.contains(&joint.name) && spring.is_none() && !idle.contains(&joint.name) {
             log.problem(
                 at.clone(),
                 &element,
