@@ -1,9 +1,33 @@
-//! Small text formats of meshes: OFF, Klamp't's `.tri`, and plain faces of Open Inventor.
+//! Text formats of meshes: OBJ, OFF, Klamp't's `.tri`, and plain faces of Open Inventor.
+//!
+//! The OBJ parser of mesh-loader refuses published files whose parts share their vertices.
 
 use palmares_models::Vec3;
 
 /// Triangles by their corners.
 pub(super) type Corners = Vec<[Vec3; 3]>;
+
+/// Wavefront OBJ: the lines `v` and `f`; everything else is look. A negative index counts from the last vertex back.
+pub(super) fn obj(text: &str) -> Result<Corners, String> {
+    let (mut points, mut corners) = (Vec::new(), Vec::new());
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => points.extend(self::points(&mut words, 1)?),
+            Some("f") => {
+                let index = |word: &str| -> Option<usize> {
+                    let number: i64 = word.split('/').next()?.parse().ok()?;
+                    let from = if number < 0 { points.len() as i64 + number } else { number - 1 };
+                    usize::try_from(from).ok()
+                };
+                let face: Option<Vec<usize>> = words.map(index).collect();
+                fan(&face.ok_or("has a face with an index that is no number")?, &points, &mut corners)?;
+            }
+            _ => {}
+        }
+    }
+    Ok(corners)
+}
 
 /// Object File Format: counts, vertices, faces.
 pub(super) fn off(text: &str) -> Result<Corners, String> {
@@ -51,8 +75,7 @@ pub(super) fn inventor(text: &str) -> Result<Corners, String> {
         "Units",
         "USE",
     ];
-    const SHAPES: [&str; 7] =
-        ["Cube", "Sphere", "Cylinder", "Cone", "IndexedTriangleStripSet", "QuadMesh", "FaceSet"];
+    const SHAPES: [&str; 6] = ["Cube", "Sphere", "Cylinder", "Cone", "IndexedTriangleStripSet", "QuadMesh"];
     if !text.starts_with("#Inventor") && !text.starts_with("#VRML V1") {
         return Err("is no Open Inventor file as text".to_owned());
     }
@@ -83,6 +106,17 @@ pub(super) fn inventor(text: &str) -> Result<Corners, String> {
                     .map(|p| Some(Vec3::new(p[0].parse().ok()?, p[1].parse().ok()?, p[2].parse().ok()?)))
                     .collect::<Option<Vec<Vec3>>>()
                     .ok_or("has a point that is no number")?;
+            }
+            // A `FaceSet` has its vertices in order: the number of each face.
+            "numVertices" => {
+                let mut first = 0;
+                for word in list(&mut words)? {
+                    let left = vertices.len().saturating_sub(first);
+                    let count = word.parse().unwrap_or(if word == "-1" { left } else { 0 });
+                    let face: Vec<usize> = (first..first + count.min(left)).collect();
+                    fan(&face, &vertices, &mut corners)?;
+                    first = first.saturating_add(count);
+                }
             }
             "coordIndex" => {
                 let list = list(&mut words)?;
@@ -149,6 +183,11 @@ mod tests {
                   IndexedFaceSet { coordIndex [ 0, 1, 2, 3, -1 ] } }";
         assert_eq!(off, tri);
         assert_eq!(inventor(iv).expect("Inventor"), tri);
+        let set =
+            iv.replace("IndexedFaceSet { coordIndex [ 0, 1, 2, 3, -1 ] }", "FaceSet { numVertices [ 4 ] }");
+        assert_eq!(inventor(&set).expect("FaceSet"), tri);
+        let obj = obj("o a\nv 0 0 0\nv 1 0 0\nvn 0 0 1\no b\nv 1 1 0\nv 0 1 0\nf 1//1 2//1 -2//1 -1//1\n");
+        assert_eq!(obj.expect("OBJ"), tri);
     }
 
     #[test]
