@@ -55,15 +55,14 @@ pub fn builtin_hands() -> &'static [Arc<Hand>] {
     })
 }
 
-/// The files of the built-in hand of that name, as a folder has them.
-pub fn files(name: &str) -> Option<BTreeMap<PathBuf, Vec<u8>>> {
+/// The texts of a built-in hand: `hand.urdf`, and `hand.toml` with its changes.
+pub fn builtin_texts(name: &str) -> Option<(&'static str, String)> {
     let index = builtin_hands().iter().position(|hand| hand.name == name)?;
-    let named = [("hand.urdf", FILES[index].urdf.to_owned()), ("hand.toml", FILES[index].settings())];
-    Some(named.map(|(name, text)| (PathBuf::from(name), text.into_bytes())).into())
+    let files = FILES.get(index)?;
+    Some((files.urdf, files.settings()))
 }
 
 impl Files {
-    /// Its settings with the changes.
     fn settings(&self) -> String {
         match self.changes {
             None => self.settings.to_owned(),

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use palmares_models::measure::HandLimits;
+
 use crate::decision::{At, Log};
 use crate::draft::{Actuator, Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 
@@ -89,6 +91,12 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
         if kept {
             continue;
         }
+        if draft.moves_nothing(joint) {
+            let text =
+                format!("drives joint '{name}', whose link has no shape and carries none; both are left out");
+            log.dropped(At::Hand, element, text);
+            continue;
+        }
         let (motor, servo) = servo(&actuator, joint, &at, &element, log);
         driven.insert(name.clone());
         motors.push(motor);
@@ -138,10 +146,29 @@ fn servo(actuator: &Actuator, joint: &Joint, at: &At, element: &str, log: &mut L
             guess
         })
     };
+    let limits = HandLimits::default();
     let [low, high] = joint.limits.unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
     let range = high - low;
-    let force = or(actuator.force_limit.or(joint.effort), "largest force", of_kind(joint, FORCE));
-    let speed = or(actuator.speed_limit.or(joint.velocity), "largest speed", of_kind(joint, SPEED));
+    // Descriptions for pictures state 100 or 1000 as a stand-in.
+    let most = of_kind(joint, (limits.joint_torque_nm, limits.slide_force_n)).min(limits.tendon_force);
+    let stated = actuator.force_limit.or(joint.effort);
+    if let Some(force) = stated.filter(|force| *force > most && force.is_finite()) {
+        let text = format!(
+            "states the largest force {force}, more than the {most} that a hand may have: a stand-in"
+        );
+        log.guessed(at.clone(), element, text);
+    }
+    let stated = stated.filter(|force| *force <= most);
+    let force = or(stated, "largest force", of_kind(joint, FORCE));
+    let fastest = (limits.motor_speed_per_s * range).min(limits.motor_power_w / force);
+    let stated = actuator.speed_limit.or(joint.velocity);
+    if let Some(speed) = stated.filter(|speed| *speed > fastest && speed.is_finite()) {
+        let text =
+            format!("states the largest speed {speed}, more than the {fastest:.4} that a hand may have");
+        log.guessed(at.clone(), element, text);
+    }
+    let stated = stated.filter(|speed| *speed <= fastest);
+    let speed = or(stated, "largest speed", of_kind(joint, SPEED).min(fastest));
     let stiffness = or(actuator.gain, "stiffness", force / of_kind(joint, ERROR));
     let damping = match actuator.damping.filter(|b| *b > 0.0) {
         Some(damping) => damping,
@@ -217,23 +244,31 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Motor, Wound)
             guess
         })
     };
-    // Twice the tension that the springs of the closed hand need, or what the joints' efforts allow.
-    let springs = arms.iter().filter(|(_, r)| *r != 0.0).map(|(joint, r)| {
+    // Twice the tension at which the springs let half of the joints close, or what the joints' efforts allow.
+    let middle = |mut list: Vec<f64>| {
+        list.retain(|x| x.is_finite() && *x > 0.0);
+        list.sort_by(f64::total_cmp);
+        list.get(list.len() / 2).copied()
+    };
+    let pulled = || arms.iter().filter(|(_, r)| *r != 0.0);
+    let springs = pulled().map(|(joint, r)| {
         let [low, high] = joint.limits.unwrap_or([0.0, 1.0]);
         let most = if *r > 0.0 { high } else { low };
         2.0 * joint.stiffness.unwrap_or_default() * (most - joint.rest.unwrap_or_default()).abs() / r.abs()
     });
-    let springs = springs.fold(0.0, f64::max);
-    let efforts =
-        arms.iter().filter(|(_, r)| *r != 0.0).filter_map(|(joint, r)| Some(joint.effort? / r.abs()));
-    let efforts = efforts.fold(0.0, f64::max);
-    let tension = [springs, efforts, TENSION].into_iter().find(|x| *x > 0.0).unwrap_or(TENSION);
+    let efforts = pulled().filter_map(|(joint, r)| Some(joint.effort? / r.abs()));
+    let limits = HandLimits::default();
+    let largest = pulled().map(|(_, r)| r.abs()).fold(0.0, f64::max);
+    let most = limits.tendon_force.min(limits.joint_torque_nm / largest);
+    let tension =
+        middle(springs.collect()).or_else(|| middle(efforts.collect())).unwrap_or(TENSION).min(most);
     let actuator = draft.actuators.iter().find(|actuator| actuator.name == *motor);
     let force =
         or(tendon.force_limit.or_else(|| actuator.and_then(|a| a.force_limit)), "largest tension", tension);
     let stiffness = or(tendon.stiffness, "stiffness", force / (STRETCH * travel));
     let speed = actuator.and_then(|a| a.speed_limit).map(|speed| speed / travel);
-    let speed = or(speed, "speed limit", CLOSING);
+    let fastest = limits.motor_speed_per_s.min(limits.motor_power_w / (force * travel));
+    let speed = or(speed.filter(|speed| *speed <= fastest), "speed limit", CLOSING.min(fastest));
     if !guesses.is_empty() && draft.settings.is_none() {
         let text = format!(
             "{}; its motor winds from the springs' rest at σ = 0 to the joints' limits at σ = 1",
@@ -284,6 +319,12 @@ fn arm(path: &TendonPath, joint: &Joint, at: &At, element: &str, log: &mut Log) 
 
 /// Damping of joints that state none.
 fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
+    let idle: BTreeSet<String> = draft
+        .joints
+        .iter()
+        .filter(|joint| draft.moves_nothing(joint))
+        .map(|joint| joint.name.clone())
+        .collect();
     let leaders: BTreeSet<String> = draft.couplings.iter().map(|coupling| coupling.joint.clone()).collect();
     for joint in &mut draft.joints {
         let moves = joint.kind != JointKind::Fixed && !leaders.contains(&joint.name);
@@ -292,7 +333,7 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
         }
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
         let spring = joint.stiffness.filter(|k| *k > 0.0);
-        if !driven.contains(&joint.name) && spring.is_none() {
+        if !driven.contains(&joint.name) && spring.is_none() && !idle.contains(&joint.name) {
             log.problem(
                 at.clone(),
                 &element,

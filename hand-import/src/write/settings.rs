@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Comments, number};
-use crate::complete::{Complete, implausible_inertia};
+use crate::complete::Complete;
 use crate::decision::At;
 use crate::draft::JointKind;
 
@@ -25,8 +25,8 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     if let Some(friction) = draft.friction {
         let _ = writeln!(out, "friction = {}", number(friction));
     }
-    if let Some(reason) = implausible_inertia(draft) {
-        let _ = writeln!(out, "# guessed: {reason}.\ninertia = \"from_geometry\"");
+    if hand.inertia_from_shapes {
+        out.push_str("inertia = \"from_geometry\"\n");
     }
     for motor in &hand.motors {
         out.push('\n');
@@ -64,6 +64,35 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         if let Some(friction) = link.friction {
             let _ = writeln!(out, "\n[links.{}]\nfriction = {}", key(&link.name), number(friction));
         }
+    }
+    out
+}
+
+/// Tables for every coordinate and link, as comments to fill in.
+pub(crate) fn template(hand: &Complete) -> String {
+    let mut out =
+        String::from("\n# Springs, dampers and surfaces, to fill in. docs/hands.md explains every field.\n");
+    let follows = |name: &str| hand.draft.couplings.iter().any(|coupling| coupling.joint == name);
+    for joint in hand.draft.joints.iter().filter(|j| j.kind != JointKind::Fixed && !follows(&j.name)) {
+        let (unit, force) = if joint.kind == JointKind::Prismatic { ("m", "N") } else { ("rad", "N·m") };
+        let range = joint.limits.map(|[low, high]| format!("{} to {} {unit}", number(low), number(high)));
+        let range = range.unwrap_or_else(|| "without limits".to_owned());
+        let value = |x: Option<f64>| number(x.unwrap_or_default());
+        let _ = writeln!(out, "\n# [coordinates.{}]  # {range}", key(&joint.name));
+        let _ = writeln!(out, "# stiffness = {}  # E, {force}/{unit}", value(joint.stiffness));
+        let _ = writeln!(out, "# damping = {}  # D, {force}·s/{unit}", value(joint.damping));
+        let _ = writeln!(out, "# rest = {}  # q0, {unit}", value(joint.rest));
+    }
+    for link in hand.draft.links.iter().filter(|link| !link.collisions.is_empty()) {
+        let mass = link.inertial.map(|inertial| inertial.mass).unwrap_or_default();
+        let _ = writeln!(
+            out,
+            "\n# [links.{}]  # {} kg, {} shapes",
+            key(&link.name),
+            number(mass),
+            link.collisions.len()
+        );
+        out.push_str("# friction = 1.0\n# rounding = 0.0  # edge radius of boxes, m\n");
     }
     out
 }

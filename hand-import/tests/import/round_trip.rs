@@ -1,13 +1,10 @@
 //! A hand that is built in, imported from its own folder or from what was exported, has the same closed form.
 
-use std::path::{Path, PathBuf};
-
 use nalgebra::{DMatrix, DVector};
 use palmares_hand_import::export::{Target, export};
-use palmares_hand_import::{Options, import};
 use palmares_models::builtin::builtin_hands;
-use palmares_models::hand::Hand;
-use palmares_models::read::{LoadOptions, hand};
+
+use super::*;
 
 fn folders() -> Vec<PathBuf> {
     let hands = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/hands");
