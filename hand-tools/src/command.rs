@@ -102,7 +102,7 @@ pub enum HandCommand {
     Decompose(DecomposeArgs),
     /// Import a published hand: write hand.urdf, hand.toml and meshes
     ///
-    /// Reads URDF and xacro with the files of their ROS package, Klamp't's .rob and GraspIt! XML; meshes in STL, OBJ and
+    /// Reads URDF and xacro with the files of their ROS package, MJCF, SDF, Klamp't's .rob and GraspIt! XML; meshes in STL, OBJ and
     /// COLLADA. The format is recognised by content. All that was taken in other words,
     /// guessed or dropped, and all problems, are comments in the written files. The guide: docs/hands.md.
     #[command(after_help = IMPORT_HELP)]

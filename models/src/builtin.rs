@@ -1,7 +1,6 @@
 //! Built-in hands.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use crate::error::ModelError;

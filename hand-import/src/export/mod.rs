@@ -29,8 +29,12 @@ pub enum Target {
 /// The source gives no hand.
 pub fn export(hand: &str, target: Target) -> Result<Imported, ImportError> {
     let path = Path::new(hand);
-    match palmares_models::builtin::files(hand).filter(|_| !path.exists()) {
-        Some(entries) => from_source(&Source::memory(path, entries)?, target),
+    match palmares_models::builtin::builtin_texts(hand).filter(|_| !path.exists()) {
+        Some((urdf, settings)) => {
+            let files = [("hand.urdf", urdf.to_owned()), ("hand.toml", settings)];
+            let entries = files.map(|(name, text)| (PathBuf::from(name), text.into_bytes()));
+            from_source(&Source::memory(path, entries.into())?, target)
+        }
         None => from_source(&Source::open(path)?, target),
     }
 }
@@ -42,7 +46,7 @@ pub fn export(hand: &str, target: Target) -> Result<Imported, ImportError> {
 pub fn from_source(source: &Source, target: Target) -> Result<Imported, ImportError> {
     let options = Options::default();
     let (file, format) = source.description(None)?;
-    let (draft, mut log) = read::read(source, &file, format)?;
+    let (draft, mut log) = read::read(source, &file, format, &options)?;
     let hand = complete::complete(draft, source, &options, &mut log);
     let (mut files, Loaded { hand: loaded, warnings, .. }) = written(&hand, &log, format, source, &file)?;
     let format = match target {
@@ -66,7 +70,7 @@ fn written(
     source: &Source,
     file: &Path,
 ) -> Result<(BTreeMap<PathBuf, Vec<u8>>, Loaded), ImportError> {
-    let files = crate::write(hand, log, format);
+    let files = crate::write(hand, log, format, &Options::default());
     let archive =
         Files::Archive { file: source.display(file), folder: PathBuf::new(), entries: files.clone() };
     let loaded = from_files(archive, None, &LoadOptions::default())?;

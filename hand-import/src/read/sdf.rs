@@ -585,7 +585,7 @@ mod tests {
             files.iter().map(|(name, text)| (PathBuf::from(name), text.as_bytes().to_vec())).collect();
         let source = Source::memory(Path::new("test"), entries).expect("small");
         let path = PathBuf::from("model.sdf");
-        let mut reading = Reading { source: &source, path: path.clone(), log: Log::new(&path) };
+        let mut reading = Reading { source: &source, path: path.clone(), log: Log::new(&path), mounted: 0 };
         let draft = super::read(&mut reading).expect("a hand");
         (draft, reading.log)
     }

@@ -30,7 +30,7 @@ fn model(content: &str) -> Model {
 fn read(files: &[(&str, &str)]) -> (Draft, Log) {
     let source = source(files);
     let path = PathBuf::from("hand.xml");
-    let mut reading = Reading { source: &source, path: path.clone(), log: Log::new(&path) };
+    let mut reading = Reading { source: &source, path: path.clone(), log: Log::new(&path), mounted: 0 };
     let draft = super::read(&mut reading).expect("a hand");
     (draft, reading.log)
 }
