@@ -18,3 +18,4 @@ mod reference_reflex;
 mod reflex;
 mod softhand;
 mod visual;
+mod zoo;
