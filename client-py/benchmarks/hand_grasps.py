@@ -41,6 +41,7 @@ class Job:
     hand: str
     object: str
     seed: int
+    url: str
 
 
 def scenes(count: int) -> dict[str, list[int]]:
@@ -58,10 +59,11 @@ def scenes(count: int) -> dict[str, list[int]]:
 
 def play(job: Job) -> float:
     """Return the score of a run."""
-    with palmares.Client("local") as client:
-        if job.hand.startswith("softhand"):
+    with palmares.Client(job.url) as client:
+        if job.hand not in RECIPES:
             return grasp_softhand.run(client, job.seed, hand=job.hand).score
-        return grasp.run(client, job.seed, str(FILE.parent / job.hand), RECIPES[job.hand]).score
+        hand = str(FILE.parent / job.hand) if job.url == "local" else job.hand
+        return grasp.run(client, job.seed, hand, RECIPES[job.hand]).score
 
 
 def section(hand: str, scores: dict[str, list[float]]) -> str:
@@ -82,9 +84,10 @@ def main() -> None:
     )
     parser.add_argument("--hand", choices=hands, action="append", help="only this hand; can be repeated")
     parser.add_argument("--scenes", type=int, default=1, metavar="N", help="scenes of each object")
+    parser.add_argument("--url", default="local", help="a server that has the hands, or local")
     options = parser.parse_args()
     chosen, seeds = options.hand or hands, scenes(options.scenes)
-    jobs = [Job(hand, name, seed) for hand in chosen for name in seeds for seed in seeds[name]]
+    jobs = [Job(hand, name, seed, options.url) for hand in chosen for name in seeds for seed in seeds[name]]
     found: dict[str, dict[str, list[float]]] = {hand: {name: [] for name in seeds} for hand in chosen}
     with ProcessPoolExecutor() as pool:
         for job, score in zip(jobs, pool.map(play, jobs), strict=True):

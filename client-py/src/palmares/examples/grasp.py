@@ -102,6 +102,8 @@ def run(
     with contextlib.suppress(RunOverError):  # The shake is over.
         for turn_rad, rise_m in VARIATIONS:
             target, yaw_rad = upright_box(client.scene, mover.obs, 0)
+            if target.high[2] < 0.0:  # It fell off the table.
+                break
             tries += 1
             LOG.info(f"{target.name}, {np.round(target.size, 3)} m: turned by {turn_rad:.2f} rad")
             attempt(mover, target, yaw_rad + turn_rad, rise_m)
