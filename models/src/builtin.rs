@@ -45,6 +45,9 @@ const FILES: &[Files] = &[
     files!("inspire_rh56"),
     files!("barrett_bh282"),
     files!("shadow"),
+    files!("softhand2"),
+    files!("robotiq_3f"),
+    files!("robotiq_2f85"),
 ];
 
 /// All built-in hands, loaded once.

@@ -45,8 +45,11 @@ const NUMBERS: &[(&str, usize, usize, f64, usize)] = &[
     ("allegro", 16, 16, 0.955, 16),
     ("leap", 16, 16, 0.746, 16),
     ("inspire_rh56", 6, 6, 0.530, 6),
-    ("barrett_bh282", 4, 4, 0.980, 4),
+    ("barrett_bh282", 7, 4, 0.980, 7),
     ("shadow", 24, 20, 3.794, 20),
+    ("softhand2", 19, 2, 0.740, 2),
+    ("robotiq_3f", 10, 4, 2.250, 4),
+    ("robotiq_2f85", 8, 1, 0.900, 1),
 ];
 
 #[test]
@@ -102,7 +105,7 @@ fn an_rbo2_finger_has_equal_hinges_which_one_channel_bends() {
 /// A drive has R = 1, pulls and pushes, and takes its joint from the lower limit to the upper one.
 #[test]
 fn drives_take_their_joints_from_limit_to_limit() {
-    for name in ["allegro", "leap", "inspire_rh56", "barrett_bh282", "shadow"] {
+    for name in ["allegro", "leap", "inspire_rh56", "shadow"] {
         let hand = Hand::builtin(name).unwrap();
         for (tendon, motor) in hand.tendons.iter().zip(&hand.motors) {
             let [(c, r)] = tendon.moment_arms[..] else { continue };
@@ -125,7 +128,6 @@ fn couplers_have_their_ratios() {
     };
     assert_eq!(ratio("inspire_rh56", "index_distal"), [1.06399]);
     assert_eq!(ratio("inspire_rh56", "thumb_middle"), [1.334]);
-    assert!((ratio("barrett_bh282", "outer_1")[0] - 1.0 / 3.0).abs() < 1e-6);
 }
 
 /// E of the pair lets the middle joint bend first.
@@ -138,5 +140,55 @@ fn a_shadow_pair_shares_a_tendon_and_bends_in_the_middle_first() {
         assert_eq!(hand.coordinates[middle].name, format!("{finger}_2"));
         assert_eq!(hand.coordinates[outer].name, format!("{finger}_1"));
         assert_eq!(hand.coordinates[outer].stiffness, 20.0 * hand.coordinates[middle].stiffness);
+    }
+}
+
+/// The sum of the SoftHand 2's motors closes as the SoftHand's one does; their difference moves thumb and little finger
+/// in opposite directions.
+#[test]
+fn the_softhand_2_has_two_synergies_over_two_motors() {
+    let (hand, one) = (Hand::builtin("softhand2").unwrap(), Hand::builtin("softhand").unwrap());
+    assert_eq!(format!("{:?}", hand.coordinates), format!("{:?}", one.coordinates));
+    let named = |name: &str| hand.tendons.iter().find(|tendon| tendon.name == name).unwrap();
+    let (close, slide) = (named("close"), named("slide"));
+    assert_eq!(close.moment_arms, one.tendons[0].moment_arms);
+    assert_eq!(close.motors.iter().map(|(_, weight)| *weight).collect::<Vec<_>>(), [0.5, 0.5]);
+    let weights: Vec<f64> = slide.motors.iter().map(|(_, weight)| *weight).collect();
+    assert_eq!((weights[0], weights[0] + weights[1]), (0.33, 0.0));
+    let arm = |joint: &str| {
+        let c = hand.coordinates.iter().position(|c| c.name == joint).unwrap();
+        slide.moment_arms.iter().find(|(coordinate, _)| *coordinate == c).map(|(_, arm)| *arm)
+    };
+    assert_eq!(arm("thumb_inner"), Some(1.0));
+    assert_eq!(arm("middle_inner"), None);
+    assert_eq!(arm("little_inner"), Some(-1.0));
+}
+
+#[test]
+fn the_bars_of_the_3f_keep_its_tips_parallel_and_the_chains_of_the_2f85_close() {
+    let hand = Hand::builtin("robotiq_3f").unwrap();
+    assert_eq!(hand.springs.len(), 3);
+    for bars in &hand.springs {
+        assert_eq!(bars.arms.iter().map(|(_, r)| *r).collect::<Vec<_>>(), [1.0, 1.0]);
+    }
+    let hand = Hand::builtin("robotiq_2f85").unwrap();
+    assert_eq!(hand.linkages.len(), 2);
+    for pin in &hand.linkages {
+        assert!(pin.at(&hand, &[0.0; 8]).gap.length() < 1e-6, "{}", pin.name);
+    }
+}
+
+/// θ of a motor in rad: the inner joint is at θ/125, the sum of both at θ/93.75; a clutch and worms.
+#[test]
+fn a_barrett_finger_has_the_published_gears_and_a_clutch() {
+    let hand = Hand::builtin("barrett_bh282").unwrap();
+    for k in 1..=3 {
+        let named = |name: String| hand.tendons.iter().find(|tendon| tendon.name == name).unwrap();
+        let (inner, outer) = (named(format!("inner_{k}")), named(format!("outer_{k}")));
+        assert!(inner.breakaway && inner.hold_limit.is_some() && !outer.breakaway);
+        let [(motor, 1.0)] = inner.motors[..] else { panic!("{:?}", inner.motors) };
+        let [(same, weight)] = outer.motors[..] else { panic!("{:?}", outer.motors) };
+        assert!(same == motor && (weight - 125.0 / 93.75).abs() < 1e-12, "{weight}");
+        assert_eq!((inner.moment_arms.len(), outer.moment_arms.len()), (1, 2));
     }
 }

@@ -15,6 +15,9 @@ HANDS = {
     "InspireRH56": "inspire_rh56",
     "BarrettBH282": "barrett_bh282",
     "Shadow": "shadow",
+    "SoftHand2": "softhand2",
+    "Robotiq3F": "robotiq_3f",
+    "Robotiq2F85": "robotiq_2f85",
 }
 
 
