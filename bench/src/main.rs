@@ -89,7 +89,8 @@ fn main() -> Result<()> {
 }
 
 fn robust(options: &RobustOptions) -> Result<()> {
-    let RobustOptions { placements, every_step, grasps, piles, hands, ref hand, seconds, seed, dt, time } = *options;
+    let RobustOptions { placements, every_step, grasps, piles, hands, ref hand, seconds, seed, dt, time } =
+        *options;
     if placements {
         robust_placements(every_step)?;
     }
@@ -114,7 +115,10 @@ fn robust_hands(names: &[String], seed: u64, count: u64, seconds: f64) -> Result
     };
     for hand in hands {
         let worst = robust::commands::check(&hand, seed, count, seconds)?;
-        println!("{}: {count} seeds, {seconds} s of random commands, seed {seed}: no fault. {worst:?}", hand.name);
+        println!(
+            "{}: {count} seeds, {seconds} s of random commands, seed {seed}: no fault. {worst:?}",
+            hand.name
+        );
     }
     Ok(())
 }

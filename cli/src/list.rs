@@ -37,9 +37,18 @@ pub(crate) fn hands(json: bool) -> anyhow::Result<()> {
     for hand in listed {
         let motors = if hand.motors == 1 { "1 motor".into() } else { format!("{} motors", hand.motors) };
         let grasp = hand.grasp.map_or(String::new(), |grasp| {
-            format!(" Grasps {} of {} objects, {:.2} points.", grasp.held.len(), grasp.held.len() + grasp.not_held.len(), grasp.mean)
+            format!(
+                " Grasps {} of {} objects, {:.2} points.",
+                grasp.held.len(),
+                grasp.held.len() + grasp.not_held.len(),
+                grasp.mean
+            )
         });
-        writeln!(out, "{:<14} {motors}, {} joint coordinates. {}{grasp}", hand.name, hand.joints, hand.description)?;
+        writeln!(
+            out,
+            "{:<14} {motors}, {} joint coordinates. {}{grasp}",
+            hand.name, hand.joints, hand.description
+        )?;
     }
     Ok(())
 }

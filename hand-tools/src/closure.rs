@@ -414,7 +414,8 @@ mod tests {
     #[test]
     fn every_built_in_hand_closes_freely_as_predicted() {
         for hand in palmares_models::builtin::builtin_hands() {
-            let closure = close(hand, &vec![0.1; hand.motors.len()], &mut CLOSING_BUDGET.clone()).expect("a hand");
+            let mut left = CLOSING_BUDGET;
+            let closure = close(hand, &vec![0.1; hand.motors.len()], &mut left).expect("a hand");
             assert!(closure.error.is_some_and(|error| error < 1e-9), "{}: {closure:?}", hand.name);
         }
     }

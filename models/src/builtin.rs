@@ -113,7 +113,8 @@ pub struct Grasped {
 pub fn grasped(name: &str) -> Option<Grasped> {
     static GRASPS: OnceLock<BTreeMap<String, Grasped>> = OnceLock::new();
     let grasps = GRASPS.get_or_init(|| {
-        toml::from_str(include_str!("../hands/grasps.toml")).unwrap_or_else(|error| panic!("grasps.toml: {error}"))
+        toml::from_str(include_str!("../hands/grasps.toml"))
+            .unwrap_or_else(|error| panic!("grasps.toml: {error}"))
     });
     grasps.get(name).cloned()
 }

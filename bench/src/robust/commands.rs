@@ -49,7 +49,10 @@ impl Tally {
         Self {
             runs: 0,
             limit_excess: beyond.fold(0.0, f64::max),
-            joint_rate: state.v[6..6 + hand.coordinates.len()].iter().map(|rate: &f64| rate.abs()).fold(0.0, f64::max),
+            joint_rate: state.v[6..6 + hand.coordinates.len()]
+                .iter()
+                .map(|rate: &f64| rate.abs())
+                .fold(0.0, f64::max),
             object_speed: (0..state.objects.len())
                 .map(|k| state.object_velocity(run.world().model(), k).0.length())
                 .fold(0.0, f64::max),
@@ -90,8 +93,9 @@ fn play(task: &Arc<Task>, hand: &Arc<Hand>, seed: u64, seconds: f64) -> Result<T
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let (mut tally, mut left) = (Tally::default(), (seconds / task.tick_s).round() as u64);
     while left > 0 {
-        let mut run = Run::new(Arc::clone(task), Arc::clone(hand), Seed::from_u64(seed + 1_000_000 * tally.runs))
-            .with_context(|| format!("{}, seed {seed}", hand.name))?;
+        let mut run =
+            Run::new(Arc::clone(task), Arc::clone(hand), Seed::from_u64(seed + 1_000_000 * tally.runs))
+                .with_context(|| format!("{}, seed {seed}", hand.name))?;
         let start = run.world().state().base.rotation;
         let (mut sigma, mut action, mut until) = (vec![0.0; hand.motors.len()], Action::default(), 0);
         tally.runs += 1;

@@ -17,7 +17,9 @@ fn every_hand_has_a_page_with_sources_licence_recipe_and_picture() {
     for hand in zoo() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("hands").join(&hand.name);
         let page = std::fs::read_to_string(folder.join("README.md")).unwrap();
-        for part in ["\n## Sources\n", "\n**Licence.**", "guess", "\n## Free motion\n", "\n## Grasp\n", "](hand.svg)"] {
+        for part in
+            ["\n## Sources\n", "\n**Licence.**", "guess", "\n## Free motion\n", "\n## Grasp\n", "](hand.svg)"]
+        {
             assert!(page.contains(part), "{}: README.md has no {part:?}", hand.name);
         }
         assert!(folder.join("hand.svg").is_file(), "{}", hand.name);
@@ -86,7 +88,12 @@ fn the_fingers_of_the_model_o_are_alike_and_its_swivels_mirror_each_other() {
     q[swivel] = 0.7;
     let poses = hand.base_from_links(&q);
     let tip = |k: usize| poses[hand.link(&format!("distal_{k}")).unwrap()].translation;
-    assert!((tip(1).y + tip(2).y).abs() < 1e-12 && (tip(1).x - tip(2).x).abs() < 1e-12, "{} {}", tip(1), tip(2));
+    assert!(
+        (tip(1).y + tip(2).y).abs() < 1e-12 && (tip(1).x - tip(2).x).abs() < 1e-12,
+        "{} {}",
+        tip(1),
+        tip(2)
+    );
 }
 
 #[test]
@@ -136,7 +143,9 @@ fn a_shadow_pair_shares_a_tendon_and_bends_in_the_middle_first() {
     let hand = Hand::builtin("shadow").unwrap();
     for finger in ["first", "middle", "ring", "little"] {
         let tendon = hand.tendons.iter().find(|tendon| tendon.name == format!("{finger}_0")).unwrap();
-        let [(middle, 1.0), (outer, 1.0)] = tendon.moment_arms[..] else { panic!("{:?}", tendon.moment_arms) };
+        let [(middle, 1.0), (outer, 1.0)] = tendon.moment_arms[..] else {
+            panic!("{:?}", tendon.moment_arms)
+        };
         assert_eq!(hand.coordinates[middle].name, format!("{finger}_2"));
         assert_eq!(hand.coordinates[outer].name, format!("{finger}_1"));
         assert_eq!(hand.coordinates[outer].stiffness, 20.0 * hand.coordinates[middle].stiffness);

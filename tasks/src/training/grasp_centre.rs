@@ -44,7 +44,8 @@ mod tests {
             let (name, at) = (&hand.name, grasp_centre(hand) * 1e3);
             // So that no zero is negative.
             let [x, y, z] = at.to_array().map(|x| x.round() as i64);
-            let mut rows = guide.lines().filter(|line| line.starts_with("| `") && line.matches(" | (").count() == 2);
+            let mut rows =
+                guide.lines().filter(|line| line.starts_with("| `") && line.matches(" | (").count() == 2);
             let row = rows
                 .find(|line| line.contains(&format!("`{name}`")))
                 .unwrap_or_else(|| panic!("no row of {name} with ({x}, {y}, {z})"));
