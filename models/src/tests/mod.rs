@@ -19,3 +19,4 @@ mod reference_reflex;
 mod reflex;
 mod softhand;
 mod visual;
+mod zoo;
