@@ -282,7 +282,10 @@ impl<'a> Writer<'a> {
         for pin in &hand.linkages {
             let [a, b] = pin.links.map(|link| escaped(&hand.links[link].name));
             let (name, anchor) = (escaped(&pin.name), vector(pin.points[0]));
-            let _ = writeln!(out, "    <connect name=\"{name}\" body1=\"{a}\" body2=\"{b}\" anchor=\"{anchor}\"/>");
+            let _ = writeln!(
+                out,
+                "    <connect name=\"{name}\" body1=\"{a}\" body2=\"{b}\" anchor=\"{anchor}\"/>"
+            );
         }
         self.section("equality", &out);
     }
@@ -310,7 +313,8 @@ impl<'a> Writer<'a> {
             fixed(&mut tendons, &spring.name, &arms, more);
         }
         let drawn = |name: &str| self.draft.tendons.iter().any(|tendon| tendon.name == name);
-        let stated: Vec<&str> = hand.tendons.iter().map(|t| t.name.as_str()).filter(|name| !drawn(name)).collect();
+        let stated: Vec<&str> =
+            hand.tendons.iter().map(|t| t.name.as_str()).filter(|name| !drawn(name)).collect();
         if !stated.is_empty() {
             self.texts.push((STATED.to_owned(), stated.join(" ")));
         }
@@ -358,8 +362,10 @@ impl<'a> Writer<'a> {
         let hand = self.hand;
         let drawn = self.draft.tendons.iter().find(|other| other.name == tendon.name);
         let of_tendon: Vec<&str> = tendon.motors.iter().map(|&(m, _)| hand.motors[m].name.as_str()).collect();
-        let alone = |motor: usize| hand.tendons.iter().filter(|other| other.weight(motor) != 0.0).count() == 1;
-        let wound_by = drawn.map_or(of_tendon.clone(), |t| t.motors.iter().map(|(name, _)| name.as_str()).collect());
+        let alone =
+            |motor: usize| hand.tendons.iter().filter(|other| other.weight(motor) != 0.0).count() == 1;
+        let wound_by =
+            drawn.map_or(of_tendon.clone(), |t| t.motors.iter().map(|(name, _)| name.as_str()).collect());
         if wound_by != of_tendon || tendon.motors.len() > 1 || !tendon.motors.iter().all(|&(m, _)| alone(m)) {
             let text = wound_by.iter().map(|name| format!("{name}=1")).collect::<Vec<_>>().join(" ");
             self.texts.push((format!("motors:{}", tendon.name), text));
@@ -384,7 +390,8 @@ impl<'a> Writer<'a> {
             );
         }
         if tendon.hold_limit.is_some() {
-            let text = "a drive that holds what it cannot move, and a clutch, are not in MJCF; hand.toml has them";
+            let text =
+                "a drive that holds what it cannot move, and a clutch, are not in MJCF; hand.toml has them";
             self.log.dropped(At::Tendon(tendon.name.clone()), format!("tendon '{}'", tendon.name), text);
         }
     }
@@ -420,8 +427,10 @@ impl<'a> Writer<'a> {
 /// A spring that pulls at lengths below the first and above the second; MuJoCo's lengths are positive. The factor of the moment
 /// arms, and the attributes.
 fn return_spring(stiffness: f64, damping: f64, low: f64, high: f64) -> (f64, String) {
-    let (factor, low, high) = if low < 0.0 { (-1.0, if high == low { -low } else { 0.0 }, -low) } else { (1.0, low, high) };
-    let text = format!(" stiffness=\"{stiffness:?}\" damping=\"{damping:?}\" springlength=\"{low:?} {high:?}\"");
+    let (factor, low, high) =
+        if low < 0.0 { (-1.0, if high == low { -low } else { 0.0 }, -low) } else { (1.0, low, high) };
+    let text =
+        format!(" stiffness=\"{stiffness:?}\" damping=\"{damping:?}\" springlength=\"{low:?} {high:?}\"");
     (factor, text)
 }
 

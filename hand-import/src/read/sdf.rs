@@ -56,13 +56,18 @@ struct Frame {
 }
 
 impl Scope {
+    /// What has that name. Older files have joints with the names of links, which come first.
+    fn get(&self, name: &str) -> Option<&Frame> {
+        self.frames.get(name).or_else(|| self.frames.get(&joint_key(name)))
+    }
+
     /// Pose in the outermost model.
     fn pose(&self, name: &str) -> Option<Pose> {
         let mut pose = Pose::IDENTITY;
         let mut at = Some(name);
         for _ in 0..MAX_DEPTH {
             let Some(name) = at else { return Some(pose) };
-            let frame = self.frames.get(name)?;
+            let frame = self.get(name)?;
             pose = frame.pose * pose;
             at = frame.relative_to.as_deref();
         }
@@ -117,7 +122,8 @@ impl Reader<'_> {
                     if child.name == "link" {
                         self.links.insert(name.clone());
                     }
-                    if self.scope.frames.insert(name, Frame { pose, relative_to }).is_some() {
+                    let key = if child.name == "joint" { joint_key(&name) } else { name };
+                    if self.scope.frames.insert(key, Frame { pose, relative_to }).is_some() {
                         self.log.bad(child, "has the name of another element");
                     }
                     if child.name != "frame" {
@@ -256,7 +262,7 @@ impl Reader<'_> {
             let full = |name: &str| format!("{}{name}", joint.prefix);
             let (parent, child) = (self.link_of(&full(&parent)), self.link_of(&full(&child)));
             let own = full(joint.element.get("name").unwrap_or_default());
-            let Some(pose) = self.scope.pose(&own) else {
+            let Some(pose) = self.scope.pose(&joint_key(&own)) else {
                 self.log.bad(&joint.element, "its pose is relative to a frame that is not there");
                 continue;
             };
@@ -312,7 +318,7 @@ impl Reader<'_> {
     fn link_of(&self, name: &str) -> String {
         let mut at = name.to_owned();
         for _ in 0..MAX_DEPTH {
-            match self.scope.frames.get(&at) {
+            match self.scope.get(&at) {
                 Some(Frame { relative_to: Some(next), .. }) if !self.links.contains(&at) => {
                     at.clone_from(next)
                 }
@@ -564,6 +570,11 @@ impl Reader<'_> {
             });
         }
     }
+}
+
+/// Name under which a joint's frame is found.
+fn joint_key(name: &str) -> String {
+    format!("{name}#joint")
 }
 
 /// A full name as one that a hand can have.
