@@ -308,7 +308,7 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
             TendonPath::Table(points) => paths.push((joint.name.clone(), TendonPath::Table(points.clone()))),
         }
     }
-    let wound = Wound {
+    let mut wound = Wound {
         name: tendon.name.clone(),
         motors: tendon.motors.clone(),
         arms,
@@ -319,6 +319,15 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
         force_limit: force,
         both_ways: tendon.both_ways,
     };
+    if wound.motor_in_urdf().is_some() {
+        // A transmission states the spring of a joint also without a moment arm.
+        let sprung = |name: &str| {
+            let own = draft.joints.iter().find(|joint| joint.name == name);
+            own.is_some_and(|joint| joint.stiffness.is_some() || joint.rest.is_some())
+        };
+        let flat = tendon.joints.iter().filter(|(name, path)| is_flat(path) && sprung(name));
+        wound.arms.extend(flat.map(|(name, _)| (name.clone(), 0.0)));
+    }
     Some((motors, wound))
 }
 

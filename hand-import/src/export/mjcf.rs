@@ -167,7 +167,7 @@ impl<'a> Writer<'a> {
         }
         if let Some(coordinate) = self.coordinate(&joint.name) {
             let _ = write!(self.out, " damping=\"{:?}\"", coordinate.damping);
-            if coordinate.stiffness != 0.0 {
+            if coordinate.stiffness != 0.0 || coordinate.rest != 0.0 {
                 let (stiffness, rest) = (coordinate.stiffness, coordinate.rest);
                 let _ = write!(self.out, " stiffness=\"{stiffness:?}\" springref=\"{rest:?}\"");
             }

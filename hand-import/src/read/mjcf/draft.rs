@@ -151,7 +151,7 @@ impl Mapper<'_> {
             friction: some(joint.friction),
             armature: some(joint.armature),
             stiffness: some(joint.stiffness),
-            rest: (joint.stiffness != 0.0).then_some(joint.rest - joint.reference),
+            rest: (joint.stiffness != 0.0 || joint.rest != 0.0).then_some(joint.rest - joint.reference),
             ..draft::Joint::fixed(joint.name.clone(), parent, child)
         }
     }
