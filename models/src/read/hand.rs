@@ -8,6 +8,7 @@ use urdf_rs::JointType;
 use super::actuation::actuation;
 use super::coordinates::coordinates;
 use super::files::{Files, has_extension, read_limited};
+use super::foreign::check_urdf;
 use super::hollow::MeshOf;
 use super::options::LoadOptions;
 use super::report::Report;
@@ -18,7 +19,7 @@ use super::urdf::link::LinkReader;
 use super::urdf::reduce;
 use super::urdf::tree::{self, Urdf};
 use super::visual::{self, Visual};
-use crate::error::{LoadWarning, ModelError};
+use crate::error::{LoadWarning, ModelError, Refused};
 use crate::hand::Hand;
 use crate::measure::{Sources, oddities};
 
@@ -40,31 +41,40 @@ pub struct Loaded {
 /// it exists and the options name no other.
 ///
 /// # Errors
-/// The first problem, with file, element and valid values.
+/// The problems, each with file, element and valid values.
 pub fn hand(path: &Path, options: &LoadOptions) -> Result<Loaded, ModelError> {
+    Ok(examine(path, options)?)
+}
+
+/// As [`hand`]; a hand that is refused has its warnings, too.
+///
+/// # Errors
+/// As [`hand`].
+pub fn examine(path: &Path, options: &LoadOptions) -> Result<Loaded, Refused> {
     if has_extension(path, "zip") && path.is_file() {
-        return from_files(Files::open_archive(path, &options.limits)?, None, options);
+        return examine_files(Files::open_archive(path, &options.limits)?, None, options);
     }
     if path.is_dir() {
-        return from_files(Files::Folder(path.to_owned()), None, options);
+        return examine_files(Files::Folder(path.to_owned()), None, options);
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    from_files(Files::Folder(folder.to_owned()), path.file_name().map(Path::new), options)
+    examine_files(Files::Folder(folder.to_owned()), path.file_name().map(Path::new), options)
 }
 
 /// Reads a hand from a folder or an archive. Without a URDF's name, `hand.urdf` or the only one is taken.
 ///
 /// # Errors
 /// As [`hand`].
-pub fn from_files(
-    mut files: Files,
-    urdf: Option<&Path>,
-    options: &LoadOptions,
-) -> Result<Loaded, ModelError> {
+pub fn from_files(files: Files, urdf: Option<&Path>, options: &LoadOptions) -> Result<Loaded, ModelError> {
+    Ok(examine_files(files, urdf, options)?)
+}
+
+fn examine_files(mut files: Files, urdf: Option<&Path>, options: &LoadOptions) -> Result<Loaded, Refused> {
     let limit = options.limits.text_bytes;
     let urdf = urdf.map_or_else(|| files.find_urdf(), |name| Ok(name.to_owned()))?;
     let urdf_file = files.display(&urdf);
     let text = read_text(files.read(&urdf, "URDF", limit)?, &urdf_file)?;
+    check_urdf(&urdf, &text, &Report::new(&urdf_file))?;
     let beside = Path::new("hand.toml");
     let settings = match &options.settings {
         Some(file) => Some((file.clone(), read_limited(file, "settings", limit)?)),
@@ -76,7 +86,7 @@ pub fn from_files(
     let settings =
         settings.map(|(file, bytes)| read_text(bytes, &file).map(|text| (text, file))).transpose()?;
     let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
-    from_text((&urdf_file, &text), settings, Some(&files), options)
+    examine_text((&urdf_file, &text), settings, Some(&files), options)
 }
 
 /// Reads a hand from texts in memory, each with its name for messages. Without files, a mesh is an error.
@@ -89,29 +99,78 @@ pub fn from_text(
     files: Option<&Files>,
     options: &LoadOptions,
 ) -> Result<Loaded, ModelError> {
+    Ok(examine_text(urdf, settings, files, options)?)
+}
+
+/// As [`from_text`], with every problem that can be found, and the warnings beside them.
+fn examine_text(
+    urdf: (&Path, &str),
+    settings: Option<(&Path, &str)>,
+    files: Option<&Files>,
+    options: &LoadOptions,
+) -> Result<Loaded, Refused> {
     let mut report = Report::new(urdf.0);
-    let tree = tree::parse(urdf.1, &options.limits, &mut report)?;
-    let at = Report::new(settings.map_or(urdf.0, |(file, _)| file));
-    let settings = match settings {
-        Some((_, text)) => {
-            let settings: Settings = toml::from_str(text).map_err(|e| at.syntax("TOML", e))?;
-            settings.check(&options.limits, &at)?;
-            check_names(&settings, &tree, &at)?;
-            settings
+    let mut at = Report::new(settings.map_or(urdf.0, |(file, _)| file));
+    let built = build(urdf.1, settings.map(|(_, text)| text), files, options, (&mut report, &mut at));
+    let mut errors = report.take_errors();
+    errors.extend(at.take_errors());
+    match built {
+        Ok(Some(built)) if errors.is_empty() => Ok(built),
+        built => {
+            errors.extend(built.err());
+            Err(Refused { errors, warnings: report.warnings })
         }
+    }
+}
+
+/// Reads a hand. What is wrong is kept in the reports where reading can go on; the result is then `None`, or not
+/// to be used.
+fn build(
+    urdf: &str,
+    settings: Option<&str>,
+    files: Option<&Files>,
+    options: &LoadOptions,
+    (report, at): (&mut Report, &mut Report),
+) -> Result<Option<Loaded>, ModelError> {
+    let tree = tree::parse(urdf, &options.limits, report);
+    let parsed = settings.map(|text| toml::from_str(text).map_err(|e| at.syntax("TOML", e)));
+    let settings: Settings = match parsed {
+        Some(parsed) => match at.keep(parsed) {
+            Some(settings) => settings,
+            // The URDF's error, if there is one, comes first.
+            None => return tree.map(|_| None),
+        },
         None => Settings::default(),
     };
+    settings.check(&options.limits, at)?;
+    let Some(tree) = tree? else { return Ok(None) };
+    // Nothing is computed from invalid numbers.
+    if at.kept() > 0 {
+        return Ok(None);
+    }
+    check_names(&settings, &tree, at);
     let name = settings.name.clone().unwrap_or_else(|| tree.robot.name.clone());
-    check_name(&name, if settings.name.is_some() { &at } else { &report })?;
+    let named_in = if settings.name.is_some() { &*at } else { &*report };
+    named_in.keep(check_name(&name, named_in));
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
-    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
-    let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
-    let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
+    let Some(reduced) = reduce::reduce(&tree, &mut reader, report)? else { return Ok(None) };
+    let coordinates = coordinates(&tree, &reduced, &settings, report);
+    let coordinates = report.keep(coordinates);
+    let driven = actuation(&tree, &reduced, &settings, report);
+    let driven = report.keep(driven);
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
-    let tactile = tactile::patches(&settings.tactile, &tree, &reduced, &at)?;
-    let sensors = sensors::mounted(&settings.sensors, &tree, &reduced, &at)?;
+    let tactile = at.keep(tactile::patches(&settings.tactile, &tree, &reduced, at));
+    let sensors = at.keep(sensors::mounted(&settings.sensors, &tree, &reduced, at));
+    let (Some(coordinates), Some((motors, tendons)), Some(tactile), Some(sensors)) =
+        (coordinates, driven, tactile, sensors)
+    else {
+        return Ok(None);
+    };
+    if report.kept() + at.kept() > 0 {
+        return Ok(None);
+    }
     let mut hand = Hand {
         name,
         description: settings.description.clone().unwrap_or_default(),
@@ -134,10 +193,10 @@ pub fn from_text(
     })?;
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
-    let mut warnings = report.warnings;
+    let mut warnings = std::mem::take(&mut report.warnings);
     warnings.extend(oddities(&hand, &report.file));
-    let sources = Sources { urdf: report.file, settings: at.file, stated: settings.stated() };
-    Ok(Loaded { hand, sources, warnings })
+    let sources = Sources { urdf: report.file.clone(), settings: at.file.clone(), stated: settings.stated() };
+    Ok(Some(Loaded { hand, sources, warnings }))
 }
 
 /// Appearance of the links of a hand by its URDF: the readable parts, on the links that [`from_files`] gives.
@@ -149,10 +208,10 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let urdf_file = files.display(&urdf);
     let text = read_text(files.read(&urdf, "URDF", options.limits.text_bytes)?, &urdf_file)?;
     let mut report = Report::new(&urdf_file);
-    let tree = tree::parse(&text, &options.limits, &mut report)?;
+    let tree = tree::parse(&text, &options.limits, &mut report)?.ok_or_else(|| report.refusal())?;
     let settings = Settings::default();
     let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
-    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
+    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?.ok_or_else(|| report.refusal())?;
     Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
 }
 
@@ -171,30 +230,29 @@ fn check_name(name: &str, at: &Report) -> Result<(), ModelError> {
     ))
 }
 
-/// Checks that every name in the settings exists in the URDF.
-fn check_names(settings: &Settings, tree: &Urdf, at: &Report) -> Result<(), ModelError> {
+/// Keeps an error for each table of the settings with a name that does not exist in the URDF.
+fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     fn check<'a, T>(
         table: &str,
         given: &BTreeMap<String, T>,
         known: impl Iterator<Item = &'a str>,
         at: &Report,
-    ) -> Result<(), ModelError> {
+    ) {
         let known: Vec<&str> = known.collect();
-        match given.keys().find(|name| !known.contains(&name.as_str())) {
-            None => Ok(()),
-            Some(name) => Err(at.bad(
+        for name in given.keys().filter(|name| !known.contains(&name.as_str())) {
+            at.keep::<()>(Err(at.bad(
                 format!("[{table}.{name}]"),
                 "names nothing in the URDF",
                 format!("one of: {}", known.join(", ")),
-            )),
+            )));
         }
     }
     let robot = &tree.robot;
     let independent = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
-    check("coordinates", &settings.coordinates, independent.map(|j| j.name.as_str()), at)?;
-    check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at)?;
-    check("tendons", &settings.tendons, tree.transmissions.iter().map(|t| t.name.as_str()), at)?;
-    check("motors", &settings.motors, tree.transmissions.iter().map(|t| t.actuator.as_str()), at)
+    check("coordinates", &settings.coordinates, independent.map(|j| j.name.as_str()), at);
+    check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at);
+    check("tendons", &settings.tendons, tree.transmissions.iter().map(|t| t.name.as_str()), at);
+    check("motors", &settings.motors, tree.transmissions.iter().map(|t| t.actuator.as_str()), at);
 }
 
 fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {

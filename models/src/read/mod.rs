@@ -1,6 +1,6 @@
 //! Reads hands and objects from files that may come from a stranger.
 //!
-//! 1. `files.rs` finds the files in a folder or an archive; `limits.rs` has their limits.
+//! 1. `files.rs` finds the files in a folder or an archive; `limits.rs` has their limits. `foreign.rs` recognises other formats.
 //! 2. `urdf/` turns the URDF into a checked tree, folds mimic joints and merges fixed links; `mesh.rs` and
 //!    `stl.rs` turn meshes into rounded hulls, `hollow.rs` reports the hollows that a hull fills.
 //!    `settings.rs` reads and checks `hand.toml`.
@@ -15,6 +15,7 @@
 mod actuation;
 mod coordinates;
 mod files;
+mod foreign;
 mod hand;
 pub(crate) mod hollow;
 mod limits;
@@ -33,7 +34,7 @@ pub(crate) mod urdf;
 mod visual;
 
 pub use self::files::Files;
-pub use self::hand::{Loaded, from_files, from_text, hand, visuals};
+pub use self::hand::{Loaded, examine, from_files, from_text, hand, visuals};
 pub use self::hollow::{cubic_cm, tells_of_filled_hollows};
 pub use self::limits::Limits;
 pub use self::mesh::{played_points, triangle_mesh};

@@ -50,11 +50,14 @@ impl Settings {
         let check = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64, sign: Sign| {
             let Some(value) = value else { return Ok(()) };
             let element = || if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
-            at.number(element, what, value, most)?;
-            if sign.allows(value) {
-                return Ok(());
-            }
-            Err(at.bad(element(), format!("has {what} {value}"), format!("{what} {}", sign.words())))
+            let allowed = at.number(element, what, value, most).and_then(|()| {
+                let wrong =
+                    || at.bad(element(), format!("has {what} {value}"), format!("{what} {}", sign.words()));
+                if sign.allows(value) { Ok(()) } else { Err(wrong()) }
+            });
+            // The other numbers are checked, too.
+            at.keep(allowed);
+            Ok::<(), ModelError>(())
         };
         let most = limits.number;
         check("settings", "", "friction", self.friction, most, Sign::NotNegative)?;

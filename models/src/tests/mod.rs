@@ -13,6 +13,7 @@ mod meshes;
 mod pads;
 mod pieces;
 mod pinch;
+mod published;
 mod reference;
 mod reference_reflex;
 mod reflex;

@@ -29,22 +29,22 @@ pub(crate) struct Reduced {
     pub(crate) pads: Vec<PadOn>,
 }
 
-/// Reduces a URDF's tree to the moving links and their coordinates.
+/// Reduces a URDF's tree to the moving links and their coordinates; `None` if errors were kept.
 pub(crate) fn reduce(
     urdf: &Urdf,
     reader: &mut LinkReader<'_>,
     report: &mut Report,
-) -> Result<Reduced, ModelError> {
+) -> Result<Option<Reduced>, ModelError> {
     let motions = motions(urdf, report)?;
-    let coordinates: Vec<usize> =
-        (0..motions.len()).filter(|&j| motions[j].is_some_and(|m| m.leader == j)).collect();
     let bodies = urdf
         .robot
         .links
         .iter()
         .map(|link| reader.read(link, report))
         .collect::<Result<Vec<LinkBody>, ModelError>>()?;
-
+    let Some(motions) = motions.filter(|_| report.kept() == 0) else { return Ok(None) };
+    let coordinates: Vec<usize> =
+        (0..motions.len()).filter(|&j| motions[j].is_some_and(|m| m.leader == j)).collect();
     let base = Link {
         name: urdf.robot.links[urdf.root].name.clone(),
         parent: None,
@@ -107,7 +107,7 @@ pub(crate) fn reduce(
         open.extend(below.into_iter().rev());
     }
     let links = depth_first(links, &mut merged_into, &mut pads);
-    Ok(Reduced { links, coordinates, motions, merged_into, pads })
+    Ok(Some(Reduced { links, coordinates, motions, merged_into, pads }))
 }
 
 /// Reorders so that each chain is contiguous; links were numbered when their parent was visited.
