@@ -6,8 +6,8 @@ use crate::camera::{Camera, Stereo};
 use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
 use crate::hand::tendon::{TendonElement, TendonPath};
 use crate::hand::{
-    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Pad, PadOn, Sensors, TactilePatch,
-    Tendon,
+    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Pad, PadOn, Sensors, Start,
+    TactilePatch, Tendon,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -129,6 +129,7 @@ impl Hand {
             tactile,
             sensors,
             pads,
+            start,
         } = self;
         let mut hash = ContentHash::of("palmares hand 1");
         hash.text(name);
@@ -160,6 +161,11 @@ impl Hand {
                 h.flag(thickness.is_some());
                 h.floats(&[thickness.unwrap_or(0.0), *modulus]);
             });
+        }
+        if *start != Start::default() {
+            hash.text("start");
+            hash.list(&start.sigma, |h, x| h.float(*x));
+            hash.list(&start.q, |h, x| h.float(*x));
         }
         hash.to_hex()
     }

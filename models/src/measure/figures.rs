@@ -131,6 +131,11 @@ impl Hand {
         self.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect()
     }
 
+    /// The coordinates with which a run begins.
+    pub fn beginning(&self) -> Vec<f64> {
+        if self.start.q.is_empty() { self.open() } else { self.start.q.clone() }
+    }
+
     /// The closed hand: every joint where its tendons pull it, within its limits; half a turn where there is
     /// no limit.
     pub fn closed(&self) -> Vec<f64> {

@@ -13,12 +13,15 @@ use super::hollow::MeshOf;
 use super::options::LoadOptions;
 use super::report::Report;
 use super::sensors;
+use super::servo::{self, ServoJoints};
 use super::settings::Settings;
+use super::start;
 use super::tactile;
 use super::urdf::link::LinkReader;
 use super::urdf::reduce;
 use super::urdf::tree::{self, Urdf};
 use super::visual::{self, Visual};
+use crate::Pose;
 use crate::error::{LoadWarning, ModelError, Refused};
 use crate::hand::Hand;
 use crate::measure::{Sources, oddities};
@@ -153,7 +156,9 @@ fn build(
     let named_in = if settings.name.is_some() { &*at } else { &*report };
     named_in.keep(check_name(&name, named_in));
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
-    let Some(reduced) = reduce::reduce(&tree, &mut reader, report)? else { return Ok(None) };
+    let root_from_base = at.keep(settings.base.root_from_base(&tree, at)).unwrap_or(Pose::IDENTITY);
+    let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, report)?;
+    let Some(reduced) = reduced else { return Ok(None) };
     let coordinates = coordinates(&tree, &reduced, &settings, report);
     let coordinates = report.keep(coordinates);
     let driven = actuation(&tree, &reduced, &settings, report);
@@ -163,11 +168,13 @@ fn build(
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
     let tactile = at.keep(tactile::patches(&settings.tactile, &tree, &reduced, at));
     let sensors = at.keep(sensors::mounted(&settings.sensors, &tree, &reduced, at));
-    let (Some(coordinates), Some((motors, tendons)), Some(tactile), Some(sensors)) =
+    let (Some(coordinates), Some((mut motors, mut tendons)), Some(tactile), Some(sensors)) =
         (coordinates, driven, tactile, sensors)
     else {
         return Ok(None);
     };
+    servo::add((&tree, &reduced, &settings), &coordinates, &mut motors, &mut tendons, (report, at));
+    let start = start::start(&settings, &coordinates, &motors, &tendons, at);
     if report.kept() + at.kept() > 0 {
         return Ok(None);
     }
@@ -183,6 +190,7 @@ fn build(
         tactile,
         sensors,
         pads: reduced.pads,
+        start,
     };
     hand.validate().map_err(|error| match error {
         // Numbers of hand.toml were checked when they were read.
@@ -209,10 +217,21 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let text = read_text(files.read(&urdf, "URDF", options.limits.text_bytes)?, &urdf_file)?;
     let mut report = Report::new(&urdf_file);
     let tree = tree::parse(&text, &options.limits, &mut report)?.ok_or_else(|| report.refusal())?;
+    // Of the settings only the base frame counts; a fault in them was reported when the hand was read.
+    let beside = files.read(Path::new("hand.toml"), "settings", options.limits.text_bytes);
+    let beside = beside.ok().and_then(|bytes| String::from_utf8(bytes).ok());
+    let base = beside.and_then(|text| toml::from_str::<Settings>(&text).ok()).unwrap_or_default().base;
+    let root_from_base = base.root_from_base(&tree, &report).unwrap_or(Pose::IDENTITY);
     let settings = Settings::default();
     let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
-    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?.ok_or_else(|| report.refusal())?;
+    let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, &mut report)?
+        .ok_or_else(|| report.refusal())?;
     Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
+}
+
+/// The inverse of a pose; the identity keeps its bits.
+fn base_from_root(root_from_base: Pose) -> Pose {
+    if root_from_base == Pose::IDENTITY { root_from_base } else { root_from_base.inverse() }
 }
 
 /// A hand's name is part of URLs, pages and file names.
@@ -248,8 +267,14 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
         }
     }
     let robot = &tree.robot;
-    let independent = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
-    check("coordinates", &settings.coordinates, independent.map(|j| j.name.as_str()), at);
+    let free = || {
+        let free = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
+        free.map(|j| j.name.as_str())
+    };
+    check("coordinates", &settings.coordinates, free(), at);
+    check("servos", &settings.servos, free(), at);
+    let listed = settings.servo_joints.as_ref().map_or(&[][..], ServoJoints::names);
+    check("servo_joints", &listed.iter().map(|name| (name.clone(), ())).collect(), free(), at);
     check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at);
     check("tendons", &settings.tendons, tree.transmissions.iter().map(|t| t.name.as_str()), at);
     check("motors", &settings.motors, tree.transmissions.iter().map(|t| t.actuator.as_str()), at);

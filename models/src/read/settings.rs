@@ -7,6 +7,8 @@ use serde::Deserialize;
 use super::limits::Limits;
 use super::options::InertiaPolicy;
 use super::report::Report;
+use super::servo::{ServoJoints, ServoSettings};
+use super::start::{BaseSettings, StartSettings};
 use crate::error::ModelError;
 use crate::hand::tendon::DaVinciGeometry;
 use crate::hand::{Pad, Sensors};
@@ -37,6 +39,18 @@ pub(crate) struct Settings {
     /// By name of the URDF's link.
     #[serde(default)]
     pub(crate) links: BTreeMap<String, LinkSettings>,
+    /// Joints that a servo of their own drives.
+    pub(crate) servo_joints: Option<ServoJoints>,
+    /// Values for every servo that `[servos]` does not name.
+    #[serde(default)]
+    pub(crate) every_servo: ServoSettings,
+    /// By name of the URDF's joint; each has a servo.
+    #[serde(default)]
+    pub(crate) servos: BTreeMap<String, ServoSettings>,
+    #[serde(default)]
+    pub(crate) base: BaseSettings,
+    #[serde(default)]
+    pub(crate) start: StartSettings,
     #[serde(default)]
     pub(crate) tactile: Vec<TactileSettings>,
     #[serde(default)]
@@ -84,6 +98,33 @@ impl Settings {
             check("coordinates", name, "damping", c.damping, most, Sign::NotNegative)?;
             check("coordinates", name, "rest", c.rest, most, Sign::Any)?;
         }
+        at.keep(self.servo_joints.as_ref().map_or(Ok(()), |joints| joints.check(at)));
+        let servos = self.servos.iter().map(|(name, s)| (name.as_str(), s));
+        for (name, s) in servos.chain([("every", &self.every_servo)]) {
+            check("servos", name, "effort", s.effort, most, Sign::Positive)?;
+            check("servos", name, "velocity", s.velocity, most, Sign::Positive)?;
+            check("servos", name, "stiffness", s.stiffness, most, Sign::Positive)?;
+            check("servos", name, "damping", s.damping, most, Sign::NotNegative)?;
+            for x in s.range.into_iter().flatten() {
+                check("servos", name, "range", Some(x), most, Sign::Any)?;
+            }
+            check(
+                "servos",
+                name,
+                "range, end minus begin,",
+                s.range.map(|[a, b]| b - a),
+                most,
+                Sign::NotZero,
+            )?;
+        }
+        for x in self.base.numbers() {
+            check("[base]", "", "a number", Some(x), limits.length_m, Sign::Any)?;
+        }
+        let starts =
+            self.start.motors.values().chain(self.start.joints.values()).copied().chain(self.start.sigma);
+        for x in starts {
+            check("[start]", "", "a number", Some(x), most, Sign::Any)?;
+        }
         for (name, l) in &self.links {
             check("links", name, "mass", l.mass, limits.mass_kg, Sign::NotNegative)?;
             check("links", name, "rounding", l.rounding, limits.length_m, Sign::NotNegative)?;
@@ -123,6 +164,9 @@ impl Settings {
         }
         for (name, t) in &self.tendons {
             state(format!("[tendons.{name}]"), "stiffness", Some(t.stiffness));
+        }
+        for (name, s) in &self.servos {
+            state(format!("[servos.{name}]"), "stiffness", s.stiffness);
         }
         for (name, m) in &self.motors {
             state(format!("[motors.{name}]"), "scaling", Some(m.scaling));

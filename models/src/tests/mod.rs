@@ -17,5 +17,6 @@ mod published;
 mod reference;
 mod reference_reflex;
 mod reflex;
+mod servo;
 mod softhand;
 mod visual;

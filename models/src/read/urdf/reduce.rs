@@ -29,9 +29,11 @@ pub(crate) struct Reduced {
     pub(crate) pads: Vec<PadOn>,
 }
 
-/// Reduces a URDF's tree to the moving links and their coordinates; `None` if errors were kept.
+/// Reduces a URDF's tree to the moving links and their coordinates; `None` if errors were kept. The frame of the base is
+/// at `base_from_root`.
 pub(crate) fn reduce(
     urdf: &Urdf,
+    base_from_root: Pose,
     reader: &mut LinkReader<'_>,
     report: &mut Report,
 ) -> Result<Option<Reduced>, ModelError> {
@@ -54,7 +56,7 @@ pub(crate) fn reduce(
     };
     let (mut links, mut pads) = (vec![base], Vec::new());
     // URDF links still to merge: their target link, and their pose in its frame.
-    let mut open = vec![(urdf.root, 0, Pose::IDENTITY)];
+    let mut open = vec![(urdf.root, 0, base_from_root)];
     let mut merged_into = vec![None; bodies.len()];
     while let Some((urdf_link, link, link_from_urdf)) = open.pop() {
         let body = &bodies[urdf_link];

@@ -10,8 +10,11 @@ use roxmltree::Node;
 use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
+use crate::read::servo::Servo;
 
 const KIND: &str = "AdaptiveSynergyTransmission";
+/// One actuator for one joint: a servo.
+const SIMPLE: &str = "SimpleTransmission";
 
 /// One tendon in a URDF.
 #[derive(Clone, Debug)]
@@ -35,28 +38,42 @@ pub(crate) struct TransmissionJoint {
     pub(crate) stated: [bool; 2],
 }
 
-/// Reads every adaptive-synergy transmission; other types couple nothing and are reported. An invalid one is kept as
+/// Reads every adaptive-synergy transmission and every servo; other types couple nothing and are reported. An invalid one is kept as
 /// an error and left out.
 pub(crate) fn read(
     robot: Node<'_, '_>,
     limits: &Limits,
     report: &mut Report,
-) -> Result<Vec<Transmission>, ModelError> {
+) -> Result<(Vec<Transmission>, Vec<Servo>), ModelError> {
     let mut found: Vec<Transmission> = Vec::new();
+    let mut servos = Vec::new();
     for node in robot.children().filter(|c| c.has_tag_name("transmission")) {
         let name = node.attribute("name").unwrap_or_default().to_owned();
         let element = format!("transmission '{name}'");
         let kind = child(node, "type").and_then(|t| t.text()).unwrap_or_default().trim();
+        report.limit(&element, "tendons up to here", found.len() + servos.len() + 1, limits.tendons)?;
+        if kind.ends_with(SIMPLE) {
+            let joints = node.children().filter(|c| c.has_tag_name("joint"));
+            let joints: Vec<&str> = joints.filter_map(|joint| joint.attribute("name")).collect();
+            let &[joint] = joints.as_slice() else {
+                report
+                    .warn(element, format!("type '{kind}' names {} joints, not one; ignored", joints.len()));
+                continue;
+            };
+            let actuator = child(node, "actuator").and_then(|a| a.attribute("name")).unwrap_or(joint);
+            let (joint, actuator) = (joint.to_owned(), actuator.to_owned());
+            servos.push(Servo { name: if name.is_empty() { joint.clone() } else { name }, joint, actuator });
+            continue;
+        }
         if !kind.ends_with(KIND) {
             report.warn(element, format!("type '{kind}' couples no joints; ignored"));
             continue;
         }
-        report.limit(&element, "tendons up to here", found.len() + 1, limits.tendons)?;
         let known = found.iter().any(|t| t.name == name);
         let one = one(node, name, known, &element, limits, report);
         found.extend(report.keep(one));
     }
-    Ok(found)
+    Ok((found, servos))
 }
 
 fn one(

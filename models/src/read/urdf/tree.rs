@@ -11,12 +11,15 @@ use super::xml::document;
 use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
+use crate::read::servo::Servo;
 use crate::{Pose, Vec3, rotation};
 
 /// A URDF whose links form one tree and whose numbers are finite.
 pub(crate) struct Urdf {
     pub(crate) robot: Robot,
     pub(crate) transmissions: Vec<Transmission>,
+    /// Transmissions of one joint and one actuator.
+    pub(crate) servos: Vec<Servo>,
     /// Index of the link without a parent.
     pub(crate) root: usize,
     /// Joints that leave each link, in file order.
@@ -28,7 +31,7 @@ pub(crate) struct Urdf {
 /// Reads and checks the text of a URDF file; `None` if errors were kept.
 pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Option<Urdf>, ModelError> {
     let document = document(text, limits, report)?;
-    let transmissions = transmission::read(document.root_element(), limits, report)?;
+    let (transmissions, servos) = transmission::read(document.root_element(), limits, report)?;
     let robot = elements::robot(text, document.root_element(), limits, report)?;
     check_numbers(&robot, limits, report);
 
@@ -75,7 +78,7 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
         return Err(report.bad("robot", problem, "exactly one root link, the hand's base"));
     };
     check_reach(&robot, &children, &child_link, root, limits, report)?;
-    Ok(Some(Urdf { robot, transmissions, root, children, child_link }))
+    Ok(Some(Urdf { robot, transmissions, servos, root, children, child_link }))
 }
 
 /// Checks that every link is connected to the root, and that the tree is not too deep.
