@@ -10,6 +10,7 @@ mod draw;
 mod figure;
 mod figures;
 mod fingers;
+mod import;
 mod load;
 mod outline;
 mod progress;

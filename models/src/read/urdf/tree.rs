@@ -31,6 +31,9 @@ pub(crate) struct Urdf {
 /// Reads and checks the text of a URDF file; `None` if errors were kept.
 pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Option<Urdf>, ModelError> {
     let document = document(text, limits, report)?;
+    if document.root_element().tag_name().name() != "robot" {
+        return Err(report.syntax("XML", "the root element is not <robot>"));
+    }
     let (transmissions, servos) = transmission::read(document.root_element(), limits, report)?;
     let robot = elements::robot(text, document.root_element(), limits, report)?;
     check_numbers(&robot, limits, report);
