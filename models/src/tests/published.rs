@@ -197,7 +197,9 @@ fn other_formats_are_recognised_and_the_command_that_helps_is_named() {
         refused("b.urdf", &with(shape, r#"<mesh filename="m.dae"/>"#)).contains("converts .obj and .dae")
     );
     fs::write(folder.path().join("m.stl"), pointer).unwrap();
-    assert!(refused("c.urdf", &with(shape, r#"<mesh filename="m.stl"/>"#)).contains("git lfs pull"));
+    fs::write(folder.path().join("c.urdf"), with(shape, r#"<mesh filename="m.stl"/>"#)).unwrap();
+    let error = read::hand(&folder.path().join("c.urdf"), &LoadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("m.stl: link 'palm': is a pointer") && error.contains("git lfs pull"), "{error}");
 }
 
 /// Faults of both files at once, each of which alone refuses the hand.

@@ -2,7 +2,7 @@
 //! each that cannot be read.
 
 use roxmltree::Node;
-use urdf_rs::{Collision, Joint, Link, Robot, Visual};
+use urdf_rs::{Collision, Joint, JointType, Link, Mimic, Robot, Visual};
 
 use crate::error::ModelError;
 use crate::read::limits::Limits;
@@ -146,7 +146,13 @@ impl Source<'_> {
             Err(format!("is of type '{kind}'"))
         };
         let parsed = parsed.map_err(|e| report.syntax("URDF", format!("{element}: {e}")));
-        let joint = report.keep(parsed)?.joints.into_iter().next()?;
+        let mut joint = report.keep(parsed)?.joints.into_iter().next()?;
+        // Files of hands with tendons write so that a joint does not follow.
+        let still = |m: &Mimic| m.multiplier == Some(0.0) && m.offset.unwrap_or(0.0) == 0.0;
+        if let Some(mimic) = joint.mimic.take_if(|mimic| still(mimic)) {
+            report.warn(element, format!("mimics '{}' with multiplier 0: it is fixed", mimic.joint));
+            joint.joint_type = JointType::Fixed;
+        }
         Some(Joint { name, ..joint })
     }
 }
