@@ -51,6 +51,7 @@ seed_secret = "{keys / "seed.secret"}"
 signing_key = "{keys / "signing.key"}"
 max_connections_per_address = 4096
 shutdown_grace_s = 20
+practice_replays_mb = {DISK_MB // 3}
 """
         if store is not None:
             settings += f'storage = "s3://{BUCKET}"\n'

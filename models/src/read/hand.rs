@@ -1,7 +1,7 @@
 //! Reads a hand from a URDF and a `hand.toml` next to it, for everything that a URDF cannot express.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use urdf_rs::JointType;
 
@@ -15,6 +15,7 @@ use super::report::Report;
 use super::sensors;
 use super::servo::{self, ServoJoints};
 use super::settings::Settings;
+use super::springs;
 use super::start;
 use super::tactile;
 use super::urdf::link::LinkReader;
@@ -78,6 +79,14 @@ fn examine_files(mut files: Files, urdf: Option<&Path>, options: &LoadOptions) -
     let urdf_file = files.display(&urdf);
     let text = read_text(files.read(&urdf, "URDF", limit)?, &urdf_file)?;
     check_urdf(&urdf, &text, &Report::new(&urdf_file))?;
+    let settings = settings_of(&files, options)?;
+    let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
+    examine_text((&urdf_file, &text), settings, Some(&files), options)
+}
+
+/// Text and name of the settings beside a URDF, or of those that the options name.
+fn settings_of(files: &Files, options: &LoadOptions) -> Result<Option<(String, PathBuf)>, ModelError> {
+    let limit = options.limits.text_bytes;
     let beside = Path::new("hand.toml");
     let settings = match &options.settings {
         Some(file) => Some((file.clone(), read_limited(file, "settings", limit)?)),
@@ -86,10 +95,7 @@ fn examine_files(mut files: Files, urdf: Option<&Path>, options: &LoadOptions) -
         }
         None => None,
     };
-    let settings =
-        settings.map(|(file, bytes)| read_text(bytes, &file).map(|text| (text, file))).transpose()?;
-    let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
-    examine_text((&urdf_file, &text), settings, Some(&files), options)
+    settings.map(|(file, bytes)| read_text(bytes, &file).map(|text| (text, file))).transpose()
 }
 
 /// Reads a hand from texts in memory, each with its name for messages. Without files, a mesh is an error.
@@ -161,20 +167,27 @@ fn build(
     let Some(reduced) = reduced else { return Ok(None) };
     let coordinates = coordinates(&tree, &reduced, &settings, report);
     let coordinates = report.keep(coordinates);
-    let driven = actuation(&tree, &reduced, &settings, report);
+    let driven = actuation(&tree, &reduced, &settings, report, at);
     let driven = report.keep(driven);
+    at.limit("tendons", "tendons", driven.as_ref().map_or(0, |(_, t)| t.len()), options.limits.tendons)?;
+    at.limit("springs", "springs", settings.springs.len(), options.limits.tendons)?;
+    at.limit("linkages", "linkages", settings.linkages.len(), options.limits.tendons)?;
+    let springs = at.keep(springs::springs(&tree, &reduced, &settings, at));
+    let linkages = at.keep(springs::linkages(&tree, &reduced, &settings, at));
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
     let tactile = at.keep(tactile::patches(&settings.tactile, &tree, &reduced, at));
     let sensors = at.keep(sensors::mounted(&settings.sensors, &tree, &reduced, at));
-    let (Some(coordinates), Some((mut motors, mut tendons)), Some(tactile), Some(sensors)) =
-        (coordinates, driven, tactile, sensors)
-    else {
+    let (Some(coordinates), Some((mut motors, mut tendons))) = (coordinates, driven) else {
         return Ok(None);
     };
     servo::add((&tree, &reduced, &settings), &coordinates, &mut motors, &mut tendons, (report, at));
     let start = start::start(&settings, &coordinates, &motors, &tendons, at);
+    let (Some(springs), Some(linkages), Some(tactile), Some(sensors)) = (springs, linkages, tactile, sensors)
+    else {
+        return Ok(None);
+    };
     if report.kept() + at.kept() > 0 {
         return Ok(None);
     }
@@ -184,6 +197,8 @@ fn build(
         links: reduced.links,
         coordinates,
         tendons,
+        springs,
+        linkages,
         motors,
         gravity_compensation: settings.gravity_compensation.unwrap_or(true),
         no_collision: Vec::new(),
@@ -199,8 +214,14 @@ fn build(
         }
         error => error,
     })?;
-    let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    let mut rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    hand.close_chains(&mut rest);
     hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
+    let pinned =
+        hand.linkages.iter().map(|pin| [pin.links[0].min(pin.links[1]), pin.links[0].max(pin.links[1])]);
+    hand.no_collision.extend(pinned);
+    hand.no_collision.sort_unstable();
+    hand.no_collision.dedup();
     let mut warnings = std::mem::take(&mut report.warnings);
     warnings.extend(oddities(&hand, &report.file));
     let sources = Sources { urdf: report.file.clone(), settings: at.file.clone(), stated: settings.stated() };
@@ -217,12 +238,10 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let text = read_text(files.read(&urdf, "URDF", options.limits.text_bytes)?, &urdf_file)?;
     let mut report = Report::new(&urdf_file);
     let tree = tree::parse(&text, &options.limits, &mut report)?.ok_or_else(|| report.refusal())?;
-    // Of the settings only the base frame counts; a fault in them was reported when the hand was read.
-    let beside = files.read(Path::new("hand.toml"), "settings", options.limits.text_bytes);
-    let beside = beside.ok().and_then(|bytes| String::from_utf8(bytes).ok());
-    let base = beside.and_then(|text| toml::from_str::<Settings>(&text).ok()).unwrap_or_default().base;
-    let root_from_base = base.root_from_base(&tree, &report).unwrap_or(Pose::IDENTITY);
-    let settings = Settings::default();
+    // Settings name joints that would otherwise be dropped; links must have the numbers of the hand.
+    let settings: Settings =
+        settings_of(&files, options)?.and_then(|(text, _)| toml::from_str(&text).ok()).unwrap_or_default();
+    let root_from_base = settings.base.root_from_base(&tree, &report).unwrap_or(Pose::IDENTITY);
     let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
     let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, &mut report)?
         .ok_or_else(|| report.refusal())?;
@@ -276,8 +295,13 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let listed = settings.servo_joints.as_ref().map_or(&[][..], ServoJoints::names);
     check("servo_joints", &listed.iter().map(|name| (name.clone(), ())).collect(), free(), at);
     check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at);
-    check("tendons", &settings.tendons, tree.transmissions.iter().map(|t| t.name.as_str()), at);
-    check("motors", &settings.motors, tree.transmissions.iter().map(|t| t.actuator.as_str()), at);
+    let transmissions = tree.transmissions.iter().map(|t| t.name.as_str());
+    // A tendon with moment arms of its own needs no transmission.
+    let own = settings.tendons.iter().filter(|(_, tendon)| tendon.has_arms()).map(|(name, _)| name.as_str());
+    check("tendons", &settings.tendons, transmissions.chain(own), at);
+    let weighted = settings.tendons.values().flat_map(|tendon| tendon.motors.iter().flatten());
+    let motors = tree.transmissions.iter().map(|t| t.actuator.as_str());
+    check("motors", &settings.motors, motors.chain(weighted.map(|(name, _)| name.as_str())), at);
 }
 
 fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {

@@ -29,6 +29,7 @@ pub(crate) mod report;
 mod sensors;
 mod servo;
 mod settings;
+mod springs;
 mod start;
 pub(crate) mod stl;
 mod tactile;

@@ -129,13 +129,16 @@ pub(crate) fn add(
         });
         tendons.push(Tendon {
             name: in_urdf.map_or(name, |servo| &servo.name).clone(),
-            motor: motors.len() - 1,
+            motors: vec![(motors.len() - 1, 1.0)],
+            rest: 0.0,
             moment_arms: vec![(c, 1.0)],
             elements: Vec::new(),
             both_ways: true,
             stiffness,
             damping,
             force_limit: effort,
+            hold_limit: None,
+            breakaway: false,
         });
     }
 }

@@ -128,9 +128,11 @@ pub(crate) fn start(
 
 /// The coordinate whose position a motor holds, if it is a servo.
 fn servo_of(motor: usize, tendons: &[Tendon]) -> Option<usize> {
-    let mut own = tendons.iter().filter(|tendon| tendon.motor == motor);
+    let mut own = tendons.iter().filter(|tendon| tendon.motors.iter().any(|(m, _)| *m == motor));
     match (own.next(), own.next()) {
-        (Some(tendon), None) if tendon.both_ways && tendon.elements.is_empty() => {
+        (Some(tendon), None)
+            if tendon.both_ways && tendon.elements.is_empty() && tendon.motors == [(motor, 1.0)] =>
+        {
             match tendon.moment_arms.as_slice() {
                 &[(coordinate, 1.0)] => Some(coordinate),
                 _ => None,

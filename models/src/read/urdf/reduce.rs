@@ -37,7 +37,7 @@ pub(crate) fn reduce(
     reader: &mut LinkReader<'_>,
     report: &mut Report,
 ) -> Result<Option<Reduced>, ModelError> {
-    let motions = motions(urdf, report)?;
+    let motions = motions(urdf, reader.settings(), report)?;
     let bodies = urdf
         .robot
         .links
