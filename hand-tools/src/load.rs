@@ -37,7 +37,7 @@ pub(crate) fn examine_hand(name: &str) -> Result<Found, Refused> {
 
 /// As [`examine_hand`], with one error.
 pub(crate) fn load_hand(name: &str) -> Result<Found, ModelError> {
-    Ok(examine_hand(name)?)
+    examine_hand(name).map_err(Refused::into_error)
 }
 
 /// A hint with the built-in hands, if there is no file of this name.

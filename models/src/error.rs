@@ -83,8 +83,10 @@ impl From<ModelError> for Refused {
     }
 }
 
-impl From<Refused> for ModelError {
-    fn from(Refused { mut errors, .. }: Refused) -> ModelError {
+impl Refused {
+    /// The problems as one error.
+    pub fn into_error(self) -> ModelError {
+        let mut errors = self.errors;
         match errors.len() {
             1 => errors.remove(0),
             _ => ModelError::Several(errors),

@@ -47,7 +47,7 @@ pub struct Loaded {
 /// # Errors
 /// The problems, each with file, element and valid values.
 pub fn hand(path: &Path, options: &LoadOptions) -> Result<Loaded, ModelError> {
-    Ok(examine(path, options)?)
+    examine(path, options).map_err(Refused::into_error)
 }
 
 /// As [`hand`]; a hand that is refused has its warnings, too.
@@ -70,7 +70,7 @@ pub fn examine(path: &Path, options: &LoadOptions) -> Result<Loaded, Refused> {
 /// # Errors
 /// As [`hand`].
 pub fn from_files(files: Files, urdf: Option<&Path>, options: &LoadOptions) -> Result<Loaded, ModelError> {
-    Ok(examine_files(files, urdf, options)?)
+    examine_files(files, urdf, options).map_err(Refused::into_error)
 }
 
 fn examine_files(mut files: Files, urdf: Option<&Path>, options: &LoadOptions) -> Result<Loaded, Refused> {
@@ -108,7 +108,7 @@ pub fn from_text(
     files: Option<&Files>,
     options: &LoadOptions,
 ) -> Result<Loaded, ModelError> {
-    Ok(examine_text(urdf, settings, files, options)?)
+    examine_text(urdf, settings, files, options).map_err(Refused::into_error)
 }
 
 /// As [`from_text`], with every problem that can be found, and the warnings beside them.

@@ -43,7 +43,7 @@ impl Report {
 
     /// The kept errors as one.
     pub(crate) fn refusal(&self) -> ModelError {
-        Refused { errors: self.take_errors(), warnings: Vec::new() }.into()
+        Refused { errors: self.take_errors(), warnings: Vec::new() }.into_error()
     }
 
     /// The kept errors, which it gives away.

@@ -201,7 +201,10 @@ impl Settings {
         self.tendons.values().any(|tendon| tendon.names_joint(joint))
             || self.springs.values().any(|spring| spring.joints.contains_key(joint))
             || self.servos.contains_key(joint)
-            || self.servo_joints.as_ref().is_some_and(|listed| listed.names().iter().any(|name| name == joint))
+            || self
+                .servo_joints
+                .as_ref()
+                .is_some_and(|listed| listed.names().iter().any(|name| name == joint))
     }
 
     /// Whether a pin is on the link of this name.

@@ -250,7 +250,7 @@ fn every_problem_is_reported_in_one_run() {
     ]);
     assert!(refused.warnings.iter().any(|w| w.element == "link 'lb', visual 1"), "{:?}", refused.warnings);
     // As one error it has a line for each.
-    let error = ModelError::from(refused);
+    let error = refused.into_error();
     assert_eq!(error.to_string().lines().count(), 6);
     assert!(error.file().is_some_and(|file| file.ends_with("hand.urdf")));
 }
