@@ -20,3 +20,4 @@ mod reflex;
 mod servo;
 mod softhand;
 mod visual;
+mod zoo;
