@@ -4,6 +4,7 @@
 mod check;
 mod closure;
 mod command;
+mod copy;
 pub mod decompose;
 mod describe;
 mod draw;

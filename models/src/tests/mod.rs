@@ -2,6 +2,7 @@
 
 mod blame;
 mod catalogue;
+mod coupled;
 mod errors;
 mod figures;
 mod hollow;

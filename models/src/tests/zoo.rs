@@ -201,3 +201,11 @@ fn a_barrett_finger_has_the_published_gears_and_a_clutch() {
         assert_eq!((inner.moment_arms.len(), outer.moment_arms.len()), (1, 2));
     }
 }
+
+#[test]
+fn the_guide_shows_a_whole_hand_toml_of_at_most_30_lines() {
+    let guide = include_str!("../../../docs/hands.md");
+    let settings = include_str!("../../hands/yale_t42/hand.toml");
+    assert!(settings.lines().count() <= 30);
+    assert!(guide.contains(settings));
+}

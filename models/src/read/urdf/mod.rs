@@ -3,6 +3,7 @@
 
 mod elements;
 pub(crate) mod link;
+mod massless;
 mod mimic;
 mod numbers;
 pub(crate) mod reduce;
