@@ -114,7 +114,9 @@ def test_design_reaches_a_trajectory() -> None:
         Variable([arm("close", "left_base"), arm("close", "right_base")], 0.001, 0.01),
         Variable([rest("left_tip")], -0.5, 0.5),
     ]
-    wanted = Postures(sigma=[[0.2, 0.2], [0.4, 0.1]], q=[[0.3, np.nan, 0.3, np.nan], [0.5, np.nan, 0.5, np.nan]])
+    wanted = Postures(
+        sigma=[[0.2, 0.2], [0.4, 0.1]], q=[[0.3, np.nan, 0.3, np.nan], [0.5, np.nan, 0.5, np.nan]]
+    )
     best = hand.optimise(variables, [wanted])
     assert best.cost < best.history[0]
     values, slopes = hand.differences(variables, [wanted])

@@ -3,11 +3,12 @@
 >>> from palmares.analysis import Contact, Hand                      # doctest: +SKIP
 ... hand = Hand("pinch")
 ... rest = hand.rest([0.3, 0.35])
-... tips = [Contact("left_distal", (0, 0, 0.02), (0, -1, 0)), Contact("right_distal", (0, 0, 0.02), (0, 1, 0))]
-... grasp = hand.grasp(rest, tips)
+... tip = Contact("left_distal", (0, 0, 0.02), (0, -1, 0))
+... grasp = hand.grasp(rest, [tip])
 ... print(grasp.G.shape, grasp.linear().object_stiffness)
 
-Arrays are numpy's, units SI, poses a position and a quaternion x y z w. docs/analysis.md has the shapes, frames and the source of
+Arrays are numpy's, units SI, poses a position and a quaternion x y z w. docs/analysis.md has the shapes,
+frames and the source of
 each equation. The functions need the compiled part of the package, which the wheels contain.
 """
 

@@ -54,14 +54,17 @@ def pose_of(name: str, pose: Numbers | None) -> list[float]:
     if len(numbers) == 3:
         numbers += ORIGIN[3:]
     if len(numbers) != 7:
-        raise ValueError(f"{name}: found {len(numbers)} numbers; wanted 3 (a position) or 7 (with a quaternion)")
+        raise ValueError(
+            f"{name}: found {len(numbers)} numbers; wanted 3 (a position) or 7 (with a quaternion)"
+        )
     return numbers
 
 
 def grasp_matrix(contacts: Sequence[Contact], object: Numbers | None = None) -> Array:  # noqa: A002
     """Return G, 6 × components, of contacts in the world.
 
-    ``G @ λ`` is the wrench of the contact forces λ on the object: force, then moment about the origin of the frame `object`, in its
+    ``G @ λ`` is the wrench of the contact forces λ on the object: force, then moment about the origin of the
+    frame `object`, in its
     axes.
     """
     return _native.grasp_matrix(list(contacts), pose_of("object", object))

@@ -22,7 +22,8 @@ class Closure:
     rank: int
     """Rank of G"""
     margin: float
-    """Largest distance of balanced contact forces from the bounds of their cones, with a mean normal force of 1 N"""
+    """Largest distance of balanced contact forces from the bounds of their cones, with a mean normal force of
+    1 N"""
     forces: Array
     """The contact forces λ with this margin"""
     uncontrolled: Array | None = None
@@ -74,11 +75,12 @@ def force_ellipsoid(map: Array) -> Ellipsoid:  # noqa: A002
 class Grasp:
     """Contacts of a hand with an object. `palmares.analysis.Hand.grasp` makes it.
 
-    The contact forces λ have for each contact, in its frame, f_n, then f_t and f_o unless it is frictionless, then m_n if it is soft.
+    The contact forces λ have for each contact, in its frame, f_n, then f_t and f_o unless it is frictionless,
+    then m_n if it is soft.
     """
 
     G: Array
-    """Grasp matrix, 6 × c: ``G @ λ`` is the wrench on the object, in the axes of its frame, about its origin"""
+    """Grasp matrix, 6 × c: ``G @ λ`` is the wrench on the object, in its axes, about its origin"""
     J: Array
     """Hand Jacobian, c × n: ``J.T @ λ`` are the joint torques that balance λ"""
     contacts: tuple[Contact, ...]
@@ -106,7 +108,7 @@ class Grasp:
         self.links = tuple(contact.link for contact in contacts)
 
     def hand(self, tendons: Literal["compliant", "fixed"] = "compliant") -> LinearHand:
-        """Return the hand's linear behaviour in this posture, with tendons of their stiffness or of fixed length."""
+        """Return the linear behaviour of the hand in this posture; `tendons` as in `linear`."""
         if tendons not in ("compliant", "fixed"):
             raise ValueError(f'tendons: found {tendons!r}; wanted "compliant" or "fixed"')
         found = self._hand.compliant(
@@ -123,7 +125,8 @@ class Grasp:
         """Return stiffness and maps of the grasp.
 
         Args:
-            contact_stiffness: K_c: one number for all directions, N/m; three for (normal, tangential, spin in N·m/rad); or a
+            contact_stiffness: K_c: one number for all directions, N/m; three for (normal, tangential, spin in
+                N·m/rad); or a
                 c × c matrix.
             tendons: Their compliance.
             hand: Another linear hand, such as one of `soft_synergies`.
@@ -138,11 +141,14 @@ class Grasp:
         return linear_grasp(hand or self.hand(tendons), self.G, self.J, given, self._object_geometric)
 
     def form_closure(self, *, planar: bool = False) -> Closure:
-        """Return whether the contacts hold the object without friction; `planar` for motions along x and y, and about z."""
+        """Return whether the contacts hold the object without friction.
+
+        With `planar` it moves along x and y of its frame, and turns about z.
+        """
         return Closure(**_native.form_closure(list(self.contacts), list(self.object), planar))
 
     def force_closure(self, *, planar: bool = False) -> Closure:
-        """Return whether the contacts hold the object with friction, and the hand controls all inner forces."""
+        """Return whether the contacts hold the object with friction, and the hand all inner forces."""
         return Closure(**_native.force_closure(list(self.contacts), list(self.object), self.J, planar))
 
     def quality(
@@ -164,14 +170,13 @@ class Grasp:
         """
         if length is None:
             length = max(float(np.linalg.norm(np.asarray(c.point) - self.object[:3])) for c in self.contacts)
-        return Quality(
-            **_native.quality(list(self.contacts), list(self.object), norm, edges, length, planar)
-        )
+        return Quality(**_native.quality(list(self.contacts), list(self.object), norm, edges, length, planar))
 
     def spaces(self) -> dict[str, Array]:
         """Return bases of the spaces that classify a grasp (Prattichizzo and Trinkle).
 
-        ``graspable`` N(G), ``indeterminate`` N(Gᵀ), ``redundant`` N(J), ``defective`` N(Jᵀ), ``hyperstatic`` N(G) ∩ N(Jᵀ). The grasp
+        ``graspable`` N(G), ``indeterminate`` N(Gᵀ), ``redundant`` N(J), ``defective`` N(Jᵀ), ``hyperstatic``
+        N(G) ∩ N(Jᵀ). The grasp
         is so if its space is not empty.
         """
         return _native.spaces(self.G, self.J)

@@ -62,7 +62,8 @@ class Ejection:
     """What a closing hand does with objects, sizes × places."""
 
     fate: NDArray[np.str_]
-    """``held``; ``ejected`` while it closes; ``dropped`` under the load; ``missed``; ``overlaps`` at the start; ``fault``"""
+    """``held``; ``ejected`` while it closes; ``dropped`` under the load; ``missed``; ``overlaps`` at the
+    start; ``fault``"""
     moved: Array
     """Distance of the object from its place at the end, m"""
     links: NDArray[np.int64]
@@ -118,7 +119,8 @@ class Hand:
             sigma: Motor positions, 0 to 1.
             base: Pose of the base in the world.
             forces: Forces on links: name, point in the link's frame, force in the world's, N.
-            held: Points of links that are held at a place: name, point in the link's frame, place in the world.
+            held: Points of links that are held at a place: name, point in the link's frame, place in the
+                world.
 
         Raises:
             ValueError: There is no equilibrium, or none was found.
@@ -130,13 +132,9 @@ class Hand:
         found["gaps"] = np.array(found["gaps"])
         return Rest(base=np.array(pose), **found)
 
-    def linear(
-        self, rest: Rest, tendons: Literal["compliant", "fixed"] = "compliant"
-    ) -> LinearHand:
-        """Return the linear behaviour of the free hand at an equilibrium: synergies, compliance, stiffness."""
-        return linear_hand(
-            self._native.compliant(list(rest.q), list(rest.tension), tendons == "fixed", None)
-        )
+    def linear(self, rest: Rest, tendons: Literal["compliant", "fixed"] = "compliant") -> LinearHand:
+        """Return the linear behaviour of the free hand at an equilibrium: synergies and stiffness."""
+        return linear_hand(self._native.compliant(list(rest.q), list(rest.tension), tendons == "fixed", None))
 
     def grasp(
         self,
@@ -151,7 +149,8 @@ class Hand:
         Args:
             rest: The posture: an equilibrium, or σ.
             contacts: Contacts on links, in the links' frames.
-            object: The object's frame in the world; by default the middle of the contacts, with the world's axes.
+            object: The object's frame in the world; by default the middle of the contacts, with the world's
+                axes.
             forces: Contact forces λ of the posture. They add the geometric stiffness of hand and object.
 
         """
@@ -200,7 +199,8 @@ class Hand:
     ) -> Ejection:
         """Simulate the closing on objects of several sizes at several places, on all cores.
 
-        The object floats while the hand closes; then each load pulls on it. The base is at the world's origin.
+        The object floats while the hand closes; then each load pulls on it. The base is at the world's
+        origin.
 
         Args:
             shape: Kind of the object.
@@ -214,9 +214,7 @@ class Hand:
             loads: Forces, N.
 
         """
-        played = [
-            (shape, _three(size), pose_of("places", place)) for size in sizes for place in places
-        ]
+        played = [(shape, _three(size), pose_of("places", place)) for size in sizes for place in places]
         found = self._native.eject(
             played, mass, friction, close_s, hold_s, self._sigma(sigma), [_three(load) for load in loads]
         )
@@ -230,9 +228,12 @@ class Hand:
     def optimise(
         self, variables: Sequence[Variable], goals: Sequence[Postures | Forces], *, steps: int = 200
     ) -> Optimum:
-        """Change R, E and q₀ within bounds until the goals are met as well as possible; the hand itself stays.
+        """Change R, E and q₀ within bounds until the goals are met as well as possible.
 
-        The method is Levenberg and Marquardt's, projected on the bounds, with the gradients of the closed form.
+        The hand itself stays as it is.
+
+        The method is Levenberg and Marquardt's, projected on the bounds, with the gradients of the closed
+        form.
 
         Raises:
             ValueError: A tendon's moment arms vary, or a variable or goal does not fit the hand.

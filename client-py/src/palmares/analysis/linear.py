@@ -28,7 +28,8 @@ class LinearHand:
     R: Array | None = None
     """R(q) of these tendons, m × n"""
     E: Array | None = None
-    """Joint stiffness without tendons: springs, limits that joints are beyond, the curvature of tendons under tension, n × n"""
+    """Joint stiffness without tendons: springs, limits that joints are beyond, the curvature of tendons under
+    tension, n × n"""
     stiffness: Array | None = None
     """Joint stiffness ∂τ/∂q, n × n; None where fixed tendons make it infinite"""
     tendon_stiffness: Array | None = None
@@ -74,7 +75,7 @@ class LinearGrasp:
 
 
 def soft_synergies(synergies: Array, joint_stiffness: Array, synergy_stiffness: Array) -> LinearHand:
-    """Return a hand with ``q_ref = S z`` through joint springs K_q, and springs K_z between z and its command: SynGrasp's model.
+    """Return SynGrasp's hand: springs K_q to ``q_ref = S z``, and K_z between z and its command.
 
     Its inputs are the commands of z.
     """
