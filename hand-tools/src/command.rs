@@ -1,9 +1,10 @@
-//! `palmares hand`: check, try, show, analyse and decompose a hand.
+//! `palmares hand`: check, try, show, analyse, decompose and import a hand.
 
 use crate::analyse::{self, AnalyseArgs};
 use crate::check::{self, CheckArgs};
 use crate::decompose::{self, DecomposeArgs, MeshOwner};
 use crate::figures::trials as trial_table;
+use crate::import::{self, ImportArgs};
 use crate::load::{LimitsOf, hint, load_hand};
 use crate::show::{self, ShowArgs};
 use crate::trial::trials;
@@ -51,6 +52,15 @@ Examples:
   palmares hand decompose my-hand/meshes/palm.stl           writes my-hand/meshes/palm_pieces/palm_01.stl and so on
   palmares hand decompose my-hand/meshes/palm.stl --pieces 12 --resolution 128 --force";
 
+const IMPORT_HELP: &str = "\
+Exit code: 0 if the hand is written without problems, 2 if it is written with problems, 1 if nothing is written.
+
+Examples:
+  palmares hand import robotiq.urdf --out my-hand/                  a file; its ROS package has the meshes
+  palmares hand import some_description/ --robot left --out my-hand/
+  palmares hand import hand.zip --visual-as-collision --out my-hand/
+  palmares hand check my-hand/";
+
 /// Commands for a hand.
 #[derive(Debug, Subcommand)]
 pub enum HandCommand {
@@ -85,6 +95,12 @@ pub enum HandCommand {
     /// simulated and hashed as files; nothing is cut when a hand is loaded.
     #[command(after_help = DECOMPOSE_HELP)]
     Decompose(DecomposeArgs),
+    /// Import a published hand: write hand.urdf, hand.toml and meshes
+    ///
+    /// Reads URDF with the files of its ROS package. The format is recognised by content. All that was taken in other words,
+    /// guessed or dropped, and all problems, are comments in the written files. The guide: docs/hands.md.
+    #[command(after_help = IMPORT_HELP)]
+    Import(ImportArgs),
 }
 
 impl HandCommand {
@@ -99,6 +115,7 @@ impl HandCommand {
             HandCommand::Show(args) => show::show(args),
             HandCommand::Analyse(args) => analyse::analyse(args),
             HandCommand::Decompose(args) => decompose::run(args, MeshOwner::Hand),
+            HandCommand::Import(args) => import::run(args),
         }
     }
 }

@@ -11,6 +11,7 @@ mod draw;
 mod figure;
 mod figures;
 mod fingers;
+mod import;
 mod load;
 mod outline;
 mod progress;

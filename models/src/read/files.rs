@@ -47,6 +47,19 @@ impl Files {
     /// # Errors
     /// As [`Files::open_archive`].
     pub fn archive(file: &Path, bytes: &[u8], limits: &Limits) -> Result<Files, ModelError> {
+        Files::archive_with(file, bytes, limits, wanted)
+    }
+
+    /// As [`Files::archive`], with those files whose paths are wanted.
+    ///
+    /// # Errors
+    /// As [`Files::open_archive`].
+    pub fn archive_with(
+        file: &Path,
+        bytes: &[u8],
+        limits: &Limits,
+        wanted: impl Fn(&Path) -> bool,
+    ) -> Result<Files, ModelError> {
         let at = Report::new(file);
         let valid = "plain files in folders inside the archive, each name once";
         at.limit("archive", "bytes", bytes.len(), limits.archive_bytes)?;
@@ -218,7 +231,7 @@ pub(crate) fn has_extension(path: &Path, kind: &str) -> bool {
 ///
 /// # Errors
 /// It cannot be read, is no plain file, or is larger; `element` is the element that names it.
-pub(crate) fn read_limited(file: &Path, element: &str, limit: u64) -> Result<Vec<u8>, ModelError> {
+pub fn read_limited(file: &Path, element: &str, limit: u64) -> Result<Vec<u8>, ModelError> {
     let failed = |source| ModelError::Read { file: file.to_owned(), source };
     // Opening a pipe would wait for ever.
     if !std::fs::metadata(file).map_err(failed)?.is_file() {

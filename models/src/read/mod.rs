@@ -32,7 +32,7 @@ mod tactile;
 pub(crate) mod urdf;
 mod visual;
 
-pub use self::files::Files;
+pub use self::files::{Files, read_limited};
 pub use self::hand::{Loaded, from_files, from_text, hand, visuals};
 pub use self::hollow::{cubic_cm, tells_of_filled_hollows};
 pub use self::limits::Limits;
@@ -40,4 +40,5 @@ pub use self::mesh::{played_points, triangle_mesh};
 pub use self::named::{MeshUse, UseKind, mesh_uses};
 pub use self::options::{InertiaPolicy, LoadOptions};
 pub use self::own_object::OwnObject;
+pub use self::urdf::xml::xml;
 pub use self::visual::{Look, Visual};

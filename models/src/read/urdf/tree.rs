@@ -27,6 +27,9 @@ pub(crate) struct Urdf {
 /// Reads and checks the text of a URDF file.
 pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Urdf, ModelError> {
     let document = document(text, limits, report)?;
+    if document.root_element().tag_name().name() != "robot" {
+        return Err(report.syntax("XML", "the root element is not <robot>"));
+    }
     let transmissions = transmission::read(document.root_element(), limits, report)?;
     let robot = urdf_rs::read_from_string(text).map_err(|e| report.syntax("URDF", e))?;
     report.limit("robot", "links", robot.links.len(), limits.links)?;

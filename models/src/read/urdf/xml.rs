@@ -1,4 +1,6 @@
-//! The XML of a URDF, bounded before it is parsed: parsers recurse, and compare attributes with each other.
+//! XML of bounded size, checked before it is parsed: parsers recurse, and compare attributes with each other.
+
+use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -27,10 +29,15 @@ pub(crate) fn document<'a>(
         report.limit(element, "nested XML elements", depth, limits.xml_depth)?;
         open.extend(node.children().filter(Node::is_element).map(|child| (child, depth + 1)));
     }
-    if document.root_element().tag_name().name() != "robot" {
-        return Err(report.syntax("XML", "the root element is not <robot>"));
-    }
     Ok(document)
+}
+
+/// Well-formed XML of bounded size and nesting; `file` is its name in messages.
+///
+/// # Errors
+/// It is not well-formed, or larger than the limits allow.
+pub fn xml<'a>(file: &Path, text: &'a str, limits: &Limits) -> Result<Document<'a>, ModelError> {
+    document(text, limits, &Report::new(file))
 }
 
 /// Rejects a tag that is longer than the limit. Comments may have any length.

@@ -1,0 +1,277 @@
+//! Joints as a hand has them: hinges and slides, linear couplings, limits that leave room.
+
+use std::collections::BTreeMap;
+
+use crate::decision::{At, Log};
+use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, Origin};
+
+/// A range smaller than this is none, rad or m.
+const SMALLEST_RANGE: f64 = 1e-6;
+/// Part of the leader's range below which a follower's limits contradict it.
+const SMALLEST_PART: f64 = 0.05;
+/// Limits of a revolute joint that states none, rad.
+const WIDE: f64 = std::f64::consts::PI;
+/// Mass of a link between the hinges of a ball joint, kg, and its inertia, kg·m²: a ball of 5 mm radius.
+const COUPLER: (f64, f64) = (1e-3, 1e-8);
+
+/// Completes all joints.
+pub(crate) fn complete(draft: &mut Draft, log: &mut Log) {
+    split_balls(draft, log);
+    couplings(draft, log);
+    limits(draft, log);
+    follower_limits(draft, log);
+}
+
+/// A ball joint becomes three hinges about x, y and z, with light links between them.
+fn split_balls(draft: &mut Draft, log: &mut Log) {
+    let mut joints = Vec::new();
+    for joint in std::mem::take(&mut draft.joints) {
+        if joint.kind != JointKind::Ball {
+            joints.push(joint);
+            continue;
+        }
+        let text = "is a ball joint; taken are three hinges about x, y and z, with links of 1 g between them";
+        log.guessed(At::Joint(format!("{}_x", joint.name)), format!("joint '{}'", joint.name), text);
+        let axes = [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])];
+        let mut parent = joint.parent.clone();
+        for (k, (suffix, axis)) in axes.into_iter().enumerate() {
+            let child = if k == 2 { joint.child.clone() } else { format!("{}_{suffix}_part", joint.name) };
+            if k < 2 {
+                let (mass, i) = COUPLER;
+                let inertial = Inertial { mass, inertia: [i, 0.0, 0.0, i, 0.0, i], ..Inertial::default() };
+                draft.links.push(Link { name: child.clone(), inertial: Some(inertial), ..Link::default() });
+            }
+            joints.push(Joint {
+                name: format!("{}_{suffix}", joint.name),
+                kind: JointKind::Revolute,
+                parent: std::mem::replace(&mut parent, child.clone()),
+                child,
+                origin: if k == 0 { joint.origin } else { Origin::default() },
+                axis,
+                // A ball joint's limit is that of the angle from its zero.
+                limits: joint.limits.map(|[_, most]| [-most, most]),
+                rest: joint.rest.map(|_| 0.0),
+                ..joint.clone()
+            });
+        }
+    }
+    draft.joints = joints;
+}
+
+fn couplings(draft: &mut Draft, log: &mut Log) {
+    let mut kept: Vec<Coupling> = Vec::new();
+    for coupling in std::mem::take(&mut draft.couplings) {
+        let (at, element) = (At::Joint(coupling.joint.clone()), format!("joint '{}'", coupling.joint));
+        let kind = |name: &str| draft.joints.iter().find(|joint| joint.name == name).map(|joint| joint.kind);
+        let leader = &coupling.leader;
+        if kept.iter().any(|other| other.joint == coupling.joint) {
+            log.problem(
+                at,
+                element,
+                format!("follows a second joint, '{leader}'; only the first one counts"),
+            );
+            continue;
+        }
+        if kind(&coupling.joint).is_none() || *leader == coupling.joint {
+            log.problem(at, element, format!("follows '{leader}', but is no joint that can; left out"));
+            continue;
+        }
+        let Some(of_leader) = kind(leader) else {
+            log.problem(at, element, format!("follows '{leader}', which is not there; it moves by itself"));
+            continue;
+        };
+        if kind(&coupling.joint) == Some(JointKind::Fixed) {
+            log.dropped(at, element, format!("is fixed; that it follows '{leader}' has no effect"));
+            continue;
+        }
+        let coefficients = &coupling.coefficients;
+        let constant = coefficients.first().copied().unwrap_or_default();
+        let slope = coefficients.get(1).copied().unwrap_or_default();
+        let curved = coefficients.iter().skip(2).any(|c| *c != 0.0);
+        if of_leader == JointKind::Fixed || (slope == 0.0 && !curved) {
+            let text = format!("follows '{leader}' by the factor 0; taken is a fixed joint at {constant}");
+            log.taken(at, element, text);
+            fix(draft, &coupling.joint, constant);
+            continue;
+        }
+        if curved {
+            let linear = linear_fit(coefficients, range_of(draft, leader));
+            let text = format!(
+                "follows '{leader}' by the polynomial {coefficients:?}; taken is the line {:?}, which fits best over the leader's range",
+                linear
+            );
+            log.guessed(at, element, text);
+            kept.push(Coupling { coefficients: linear.to_vec(), ..coupling });
+            continue;
+        }
+        kept.push(Coupling { coefficients: vec![constant, slope], ..coupling });
+    }
+    // A follower of a follower is linear in the first leader; circles have none.
+    let by_joint: BTreeMap<&str, &str> = kept.iter().map(|c| (c.joint.as_str(), c.leader.as_str())).collect();
+    let circular = |joint: &str| {
+        let mut at = joint;
+        for _ in 0..=by_joint.len() {
+            match by_joint.get(at) {
+                Some(next) => at = next,
+                None => return false,
+            }
+        }
+        true
+    };
+    let circles: Vec<String> = kept.iter().map(|c| c.joint.clone()).filter(|joint| circular(joint)).collect();
+    for joint in circles {
+        let text = "follows itself through other joints; it moves by itself";
+        log.problem(At::Joint(joint.clone()), format!("joint '{joint}'"), text);
+        kept.retain(|coupling| coupling.joint != joint);
+    }
+    draft.couplings = kept;
+}
+
+/// The line with the least squared error over a range.
+fn linear_fit(coefficients: &[f64], [low, high]: [f64; 2]) -> [f64; 2] {
+    const POINTS: usize = 101;
+    let value = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
+    let x = |k: usize| low + (high - low) * k as f64 / (POINTS - 1) as f64;
+    let n = POINTS as f64;
+    let mean_x = (0..POINTS).map(x).sum::<f64>() / n;
+    let mean_y = (0..POINTS).map(|k| value(x(k))).sum::<f64>() / n;
+    let along: f64 = (0..POINTS).map(|k| (x(k) - mean_x) * (value(x(k)) - mean_y)).sum();
+    let square: f64 = (0..POINTS).map(|k| (x(k) - mean_x).powi(2)).sum();
+    let slope = if square > 0.0 { along / square } else { coefficients.get(1).copied().unwrap_or_default() };
+    [mean_y - slope * mean_x, slope]
+}
+
+fn range_of(draft: &Draft, joint: &str) -> [f64; 2] {
+    let found = draft.joints.iter().find(|other| other.name == joint);
+    found.and_then(|joint| joint.limits).unwrap_or([-WIDE, WIDE])
+}
+
+/// Replaces a joint by a fixed one at a coordinate.
+fn fix(draft: &mut Draft, name: &str, coordinate: f64) {
+    use palmares_models::{Pose, Rotation, Vec3};
+    let Some(joint) = draft.joints.iter_mut().find(|joint| joint.name == name) else { return };
+    let axis = Vec3::from_array(joint.axis).normalize_or_zero();
+    if coordinate != 0.0 {
+        let moved = if joint.kind == JointKind::Prismatic {
+            Pose::from_parts(axis * coordinate, Rotation::IDENTITY)
+        } else {
+            Pose::from_parts(Vec3::ZERO, Rotation::from_axis_angle(axis, coordinate))
+        };
+        joint.origin = Origin::from_pose(&(joint.origin.pose() * moved));
+    }
+    *joint = Joint { origin: joint.origin, ..Joint::fixed(name, joint.parent.clone(), joint.child.clone()) };
+}
+
+fn limits(draft: &mut Draft, log: &mut Log) {
+    let mut fixed = Vec::new();
+    for joint in &mut draft.joints {
+        let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
+        if joint.axis.iter().all(|x| x.abs() < 1e-9) && joint.kind != JointKind::Fixed {
+            log.problem(at.clone(), &element, "has the axis 0 0 0; taken is 1 0 0");
+            joint.axis = [1.0, 0.0, 0.0];
+        }
+        let wide = match joint.kind {
+            JointKind::Fixed | JointKind::Continuous | JointKind::Ball => continue,
+            JointKind::Revolute => WIDE,
+            JointKind::Prismatic => 0.1,
+        };
+        match joint.limits {
+            None => {
+                let unit = if joint.kind == JointKind::Prismatic { "m" } else { "rad" };
+                joint.limits = Some([-wide, wide]);
+                log.guessed(at, element, format!("has no limits; taken are ±{wide:.4} {unit}"));
+            }
+            Some([low, high]) if (high - low).abs() < SMALLEST_RANGE => {
+                if draft.couplings.iter().any(|c| c.joint == joint.name) {
+                    joint.limits = None;
+                    log.guessed(
+                        at,
+                        element,
+                        format!("has limits {low} to {high}; those of its leader are taken"),
+                    );
+                } else {
+                    log.taken(
+                        at,
+                        element,
+                        format!("has limits {low} to {high}; taken is a fixed joint there"),
+                    );
+                    fixed.push((joint.name.clone(), low));
+                }
+            }
+            Some([low, high]) if low > high => {
+                joint.limits = Some([high, low]);
+                log.problem(
+                    at,
+                    element,
+                    format!("has limits {low} to {high}, lower above upper; they are exchanged"),
+                );
+            }
+            Some(_) => {}
+        }
+    }
+    for (name, coordinate) in fixed {
+        fix(draft, &name, coordinate);
+        draft.couplings.retain(|coupling| coupling.joint != name);
+        for coupling in &mut draft.couplings {
+            if coupling.leader == name {
+                let text = format!("follows '{name}', which does not move");
+                log.problem(At::Joint(coupling.joint.clone()), format!("joint '{}'", coupling.joint), text);
+            }
+        }
+    }
+    let still: Vec<String> =
+        draft.joints.iter().filter(|j| j.kind == JointKind::Fixed).map(|j| j.name.clone()).collect();
+    let stuck: Vec<Coupling> =
+        draft.couplings.iter().filter(|coupling| still.contains(&coupling.leader)).cloned().collect();
+    for coupling in stuck {
+        let constant = coupling.coefficients[0];
+        fix(draft, &coupling.joint, constant);
+        draft.couplings.retain(|other| other.joint != coupling.joint);
+    }
+}
+
+/// The limits of a follower count for its leader too. Where they leave the leader no room, they contradict each other.
+fn follower_limits(draft: &mut Draft, log: &mut Log) {
+    // Leaders before their followers, however they are listed.
+    for _ in 0..draft.couplings.len().max(1) {
+        let mut changed = false;
+        for coupling in &draft.couplings {
+            let (constant, slope) = (coupling.coefficients[0], coupling.coefficients[1]);
+            let leader = draft.joints.iter().find(|joint| joint.name == coupling.leader);
+            let Some([low, high]) = leader.and_then(|joint| joint.limits) else { continue };
+            let image = [constant + slope * low, constant + slope * high];
+            let image = [image[0].min(image[1]), image[0].max(image[1])];
+            let Some(joint) = draft.joints.iter_mut().find(|joint| joint.name == coupling.joint) else {
+                continue;
+            };
+            if joint.kind == JointKind::Continuous {
+                continue;
+            }
+            let text = match joint.limits {
+                Some([a, b]) => {
+                    let common = b.min(image[1]) - a.max(image[0]);
+                    if common >= SMALLEST_PART * (image[1] - image[0]) {
+                        continue;
+                    }
+                    format!(
+                        "has limits {a} to {b}, but follows '{}' to {:.6} to {:.6}; its own limits are replaced by these",
+                        coupling.leader, image[0], image[1]
+                    )
+                }
+                None => format!("takes the limits that '{}' gives it", coupling.leader),
+            };
+            let kind = joint.limits.is_some();
+            joint.limits = Some(image);
+            changed = true;
+            let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
+            if kind {
+                log.problem(at, element, text);
+            } else {
+                log.taken(at, element, text);
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+}

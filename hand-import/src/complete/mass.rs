@@ -1,0 +1,133 @@
+//! Masses: links that move need one.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use palmares_models::hand::Inertia;
+use palmares_models::{Mat3, Vec3};
+
+use crate::decision::{At, Log};
+use crate::draft::{Draft, Geometry, Inertial, JointKind, Link};
+use crate::meshes::Meshes;
+
+/// Density of a link without a mass: that of plastics, kg/m³.
+const DENSITY: f64 = 1000.0;
+/// Mass of a link without mass and shape, kg, and its inertia, kg·m²: a ball of 1 cm radius.
+const LIGHT: (f64, f64) = (1e-3, 4e-8);
+
+/// Gives a mass to each moving body without one.
+pub(crate) fn complete(draft: &mut Draft, meshes: &Meshes, log: &mut Log) {
+    if draft.settings.is_some() {
+        return;
+    }
+    for link in &mut draft.links {
+        if link.inertial.is_some_and(|inertial| inertial.mass < 0.0) {
+            let element = format!("link '{}'", link.name);
+            log.problem(At::Link(link.name.clone()), element, "has a negative mass; it is left out");
+            link.inertial = None;
+        }
+    }
+    for body in bodies(draft) {
+        let links = || draft.links.iter().filter(|link| body.contains(&link.name));
+        let mass: f64 = links().filter_map(|link| link.inertial).map(|inertial| inertial.mass).sum();
+        if mass > 0.0 || is_coupler(draft, &body) {
+            continue;
+        }
+        let volumes: BTreeMap<String, f64> =
+            links().map(|link| (link.name.clone(), volume(link, meshes))).filter(|(_, v)| *v > 0.0).collect();
+        if volumes.is_empty() {
+            let Some(name) = body.iter().next().cloned() else { continue };
+            let (mass, i) = LIGHT;
+            let inertial = Inertial { mass, inertia: [i, 0.0, 0.0, i, 0.0, i], ..Inertial::default() };
+            if let Some(link) = draft.links.iter_mut().find(|link| link.name == name) {
+                link.inertial = Some(inertial);
+            }
+            log.guessed(
+                At::Link(name.clone()),
+                format!("link '{name}'"),
+                "moves without mass and shape; taken is 1 g",
+            );
+            continue;
+        }
+        for (name, volume) in volumes {
+            let mass = DENSITY * volume;
+            let text = format!("has no mass; taken are {mass:.4} kg, its shapes at {DENSITY} kg/m³");
+            log.guessed(At::Link(name.clone()), format!("link '{name}'"), text);
+            if let Some(link) = draft.links.iter_mut().find(|link| link.name == name) {
+                let inertial = link.inertial.unwrap_or_default();
+                link.inertial = Some(Inertial { mass, inertia: [0.0; 6], ..inertial });
+            }
+        }
+    }
+}
+
+/// Why the hand's inertias are better taken from its shapes; `None` if all are plausible.
+pub(crate) fn implausible(draft: &Draft) -> Option<String> {
+    let wrong = |link: &&Link| {
+        let Some(Inertial { mass, inertia: [xx, xy, xz, yy, yz, zz], .. }) = link.inertial else {
+            return false;
+        };
+        let about_com = Mat3::from_cols(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz));
+        let inertia = Inertia { mass, com: Vec3::ZERO, about_com };
+        let shaped = !link.collisions.is_empty();
+        mass > 0.0 && shaped && (inertia.implausible().is_some() || [xx, yy, zz].iter().all(|x| *x == 0.0))
+    };
+    let names: Vec<&str> = draft.links.iter().filter(wrong).map(|link| link.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        let shown = names.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+        format!(
+            "no rigid body has the inertia of {} links ({shown}…); taken are those of the shapes",
+            names.len()
+        )
+    })
+}
+
+/// Links that fixed joints connect, by the moving link that they follow.
+fn bodies(draft: &Draft) -> Vec<BTreeSet<String>> {
+    let follows: BTreeMap<&str, &str> = draft
+        .joints
+        .iter()
+        .filter(|joint| joint.kind == JointKind::Fixed)
+        .map(|joint| (joint.child.as_str(), joint.parent.as_str()))
+        .collect();
+    let mut bodies: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    for link in &draft.links {
+        let mut top = link.name.as_str();
+        while let Some(parent) = follows.get(top) {
+            top = parent;
+        }
+        bodies.entry(top).or_default().insert(link.name.clone());
+    }
+    bodies.into_values().collect()
+}
+
+/// The link between the two hinges of a rolling joint: it touches nothing, and both hinges have one coordinate.
+fn is_coupler(draft: &Draft, body: &BTreeSet<String>) -> bool {
+    if body.len() != 1 || draft.links.iter().any(|l| body.contains(&l.name) && !l.collisions.is_empty()) {
+        return false;
+    }
+    let to = draft.joints.iter().find(|joint| body.contains(&joint.child));
+    let mut from = draft.joints.iter().filter(|joint| body.contains(&joint.parent));
+    let (Some(to), Some(second), None) = (to, from.next(), from.next()) else { return false };
+    let leader = |name: &str| {
+        let mut name = name.to_owned();
+        while let Some(coupling) = draft.couplings.iter().find(|coupling| coupling.joint == name) {
+            name.clone_from(&coupling.leader);
+        }
+        name
+    };
+    leader(&to.name) == leader(&second.name)
+}
+
+/// Volume of a link's shapes, m³; overlaps count twice.
+fn volume(link: &Link, meshes: &Meshes) -> f64 {
+    use std::f64::consts::PI;
+    let of = |geometry: &Geometry| match geometry {
+        Geometry::Box([a, b, c]) => a * b * c,
+        Geometry::Sphere { radius } => 4.0 / 3.0 * PI * radius.powi(3),
+        Geometry::Cylinder { radius, length } => PI * radius.powi(2) * length,
+        Geometry::Capsule { radius, length } => PI * radius.powi(2) * (length + 4.0 / 3.0 * radius),
+        Geometry::Ellipsoid([a, b, c]) => 4.0 / 3.0 * PI * a * b * c,
+        Geometry::Mesh(mesh) => meshes.volume(mesh),
+    };
+    link.collisions.iter().map(|part| of(&part.geometry)).sum()
+}

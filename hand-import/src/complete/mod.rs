@@ -1,0 +1,41 @@
+//! Makes of a draft a hand that Palmares can load: fills what is missing, replaces what a hand does not have.
+//!
+//! 1. `tree.rs`: one tree with unique names.
+//! 2. `joints.rs`: ball joints become hinges, couplings linear, limits consistent.
+//! 3. `shapes.rs`: shapes that touch. `mass.rs`: masses of moving links.
+//! 4. `motors.rs`: a motor for each actuator, and tendons between motors and joints.
+
+mod joints;
+mod mass;
+mod motors;
+mod shapes;
+mod tree;
+
+use crate::Options;
+use crate::decision::Log;
+use crate::draft::Draft;
+use crate::meshes::{self, Meshes};
+use crate::source::Source;
+
+pub(crate) use mass::implausible as implausible_inertia;
+pub(crate) use motors::{Motor, Wound};
+
+/// A draft without gaps.
+pub(crate) struct Complete {
+    pub(crate) draft: Draft,
+    pub(crate) meshes: Meshes,
+    /// In the order of the source.
+    pub(crate) motors: Vec<Motor>,
+    pub(crate) tendons: Vec<Wound>,
+}
+
+/// Completes a draft.
+pub(crate) fn complete(mut draft: Draft, source: &Source, options: &Options, log: &mut Log) -> Complete {
+    tree::check(&mut draft, log);
+    joints::complete(&mut draft, log);
+    shapes::complete(&mut draft, options, log);
+    let meshes = meshes::convert(&mut draft, source, log);
+    mass::complete(&mut draft, &meshes, log);
+    let (motors, tendons) = motors::complete(&mut draft, log);
+    Complete { draft, meshes, motors, tendons }
+}

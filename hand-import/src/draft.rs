@@ -1,0 +1,371 @@
+//! A hand between its source and Palmares: what a description states, in SI units, before anything that is missing is
+//! guessed. A reader fills it; `complete/` and `write/` make a hand of it.
+
+use std::path::PathBuf;
+
+use palmares_models::{Mat3, Pose, Rotation, Vec3, rotation};
+
+/// What a description states about one hand.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Draft {
+    /// Name of the robot.
+    pub name: String,
+    /// One sentence, if the source has one.
+    pub description: String,
+    /// In the order of the source. Exactly one is no joint's child.
+    pub links: Vec<Link>,
+    /// In the order of the source.
+    pub joints: Vec<Joint>,
+    /// Joints that follow other joints.
+    pub couplings: Vec<Coupling>,
+    /// Cables, with their motors or without.
+    pub tendons: Vec<Tendon>,
+    /// Motors.
+    pub actuators: Vec<Actuator>,
+    /// Springs across several joints; a spring of one joint belongs to the [`Joint`].
+    pub springs: Vec<Spring>,
+    /// Points at which two links meet, in addition to the tree.
+    pub loops: Vec<Loop>,
+    /// Pairs of links that do not touch each other.
+    pub exclusions: Vec<[String; 2]>,
+    /// Coulomb coefficient between two surfaces of the hand's kind, if the source states it.
+    pub friction: Option<f64>,
+    /// The text of a `hand.toml` in the source. It is kept as it is, and nothing that it states is written again.
+    pub settings: Option<String>,
+}
+
+/// A pose as URDF writes it; it maps the child's or the shape's coordinates to the link's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Origin {
+    /// m
+    pub xyz: [f64; 3],
+    /// About the fixed axes x, y, z, rad.
+    pub rpy: [f64; 3],
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Link {
+    /// Unique.
+    pub name: String,
+    /// `None` if the source states none.
+    pub inertial: Option<Inertial>,
+    /// Shapes that touch.
+    pub collisions: Vec<Part>,
+    /// Shapes for pictures.
+    pub visuals: Vec<Part>,
+    /// Coulomb coefficient between two surfaces of this kind.
+    pub friction: Option<f64>,
+}
+
+/// Mass properties of a link.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Inertial {
+    /// Centre of mass and axes of the inertia.
+    pub origin: Origin,
+    /// kg
+    pub mass: f64,
+    /// ixx, ixy, ixz, iyy, iyz, izz about the centre of mass, kg·m².
+    pub inertia: [f64; 6],
+}
+
+/// A shape at its place on a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// In the link's frame.
+    pub origin: Origin,
+    /// The shape.
+    pub geometry: Geometry,
+}
+
+/// A shape, centred on its origin; lengths run along z.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Geometry {
+    /// Full edge lengths, m.
+    Box([f64; 3]),
+    /// m
+    Sphere {
+        /// m
+        radius: f64,
+    },
+    /// m
+    Cylinder {
+        /// m
+        radius: f64,
+        /// m
+        length: f64,
+    },
+    /// A cylinder with half a ball at each end.
+    Capsule {
+        /// m
+        radius: f64,
+        /// Of the cylinder between the balls, m.
+        length: f64,
+    },
+    /// Half axes, m. It is written as a mesh.
+    Ellipsoid([f64; 3]),
+    /// Triangles.
+    Mesh(Mesh),
+}
+
+/// Triangles and their size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Origin of the triangles.
+    pub triangles: Triangles,
+    /// Metres per unit along each axis, before the file's own unit.
+    pub scale: [f64; 3],
+}
+
+/// Origin of a mesh's triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Triangles {
+    /// A file of the source, by its path in it.
+    File(PathBuf),
+    /// Corners in the description itself, under a name for the file that is written.
+    Inline {
+        /// Stem of the file.
+        name: String,
+        /// Three corners each.
+        corners: Vec<[Vec3; 3]>,
+    },
+}
+
+/// Degrees of freedom of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// None.
+    Fixed,
+    /// Turns between limits.
+    Revolute,
+    /// Turns without limits.
+    Continuous,
+    /// Slides.
+    Prismatic,
+    /// Turns about a point. It becomes three revolute joints about x, y and z.
+    Ball,
+}
+
+/// A joint between two links.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Unique.
+    pub name: String,
+    /// Degrees of freedom.
+    pub kind: JointKind,
+    /// Name of the link nearer to the base.
+    pub parent: String,
+    /// Name of the other link. Its frame is the joint's frame.
+    pub child: String,
+    /// The child's frame in the parent's, at coordinate 0.
+    pub origin: Origin,
+    /// In the joint's frame; of any length above 0.
+    pub axis: [f64; 3],
+    /// Lowest and highest coordinate, rad or m.
+    pub limits: Option<[f64; 2]>,
+    /// Largest force of its motor, N·m or N.
+    pub effort: Option<f64>,
+    /// Largest speed, rad/s or m/s.
+    pub velocity: Option<f64>,
+    /// N·m·s/rad or N·s/m.
+    pub damping: Option<f64>,
+    /// Dry friction, N·m or N.
+    pub friction: Option<f64>,
+    /// Inertia of the rotor at the joint, kg·m² or kg.
+    pub armature: Option<f64>,
+    /// Stiffness of its own spring, N·m/rad or N/m.
+    pub stiffness: Option<f64>,
+    /// Coordinate at which its own spring is slack.
+    pub rest: Option<f64>,
+}
+
+impl Joint {
+    /// A fixed joint at the parent's frame.
+    pub fn fixed(name: impl Into<String>, parent: impl Into<String>, child: impl Into<String>) -> Joint {
+        Joint {
+            name: name.into(),
+            kind: JointKind::Fixed,
+            parent: parent.into(),
+            child: child.into(),
+            origin: Origin::default(),
+            axis: [0.0, 0.0, 1.0],
+            limits: None,
+            effort: None,
+            velocity: None,
+            damping: None,
+            friction: None,
+            armature: None,
+            stiffness: None,
+            rest: None,
+        }
+    }
+}
+
+/// A joint that follows another: its coordinate is a polynomial of the leader's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coupling {
+    /// Name of the joint that follows.
+    pub joint: String,
+    /// Name of the joint that it follows.
+    pub leader: String,
+    /// From the constant upwards: `[offset, multiplier]` for a `<mimic>`.
+    pub coefficients: Vec<f64>,
+}
+
+/// A cable, or a drive that also pushes. Its length s(q) is the sum of its paths over joints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tendon {
+    /// Unique.
+    pub name: String,
+    /// Its paths by name of the joint.
+    pub joints: Vec<(String, TendonPath)>,
+    /// The motors that wind it, with their weights; none: a passive tendon.
+    pub motors: Vec<(String, f64)>,
+    /// Tension per length.
+    pub stiffness: Option<f64>,
+    /// Tension per speed.
+    pub damping: Option<f64>,
+    /// Largest tension.
+    pub force_limit: Option<f64>,
+    /// Length at which a passive tendon is slack.
+    pub rest: Option<f64>,
+    /// Whether it pushes as well as pulls.
+    pub both_ways: bool,
+}
+
+/// Length that a joint takes up of a tendon, as a function of its coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TendonPath {
+    /// A constant moment arm: the entry of R.
+    Arm(f64),
+    /// Coefficients from the constant upwards.
+    Polynomial(Vec<f64>),
+    /// Pairs of coordinate and length, ascending by coordinate.
+    Table(Vec<[f64; 2]>),
+}
+
+/// What an actuator drives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drive {
+    /// A joint, by its name.
+    Joint(String),
+    /// A tendon, by its name.
+    Tendon(String),
+}
+
+/// What an actuator's command sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// A position.
+    Position,
+    /// A speed.
+    Velocity,
+    /// A force.
+    Force,
+}
+
+/// A motor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuator {
+    /// Unique.
+    pub name: String,
+    /// What it drives.
+    pub drive: Drive,
+    /// Motor turns per unit of the joint or tendon: the reduction.
+    pub gear: f64,
+    /// What its command sets; `None` if the source does not say it.
+    pub control: Option<Control>,
+    /// Force per error of position.
+    pub gain: Option<f64>,
+    /// Force per error of speed.
+    pub damping: Option<f64>,
+    /// Largest force, at the joint or the tendon.
+    pub force_limit: Option<f64>,
+    /// Largest speed, at the joint or the tendon.
+    pub speed_limit: Option<f64>,
+    /// Lowest and highest command.
+    pub range: Option<[f64; 2]>,
+}
+
+/// A spring on a sum of coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spring {
+    /// Unique.
+    pub name: String,
+    /// Weights by name of the joint.
+    pub joints: Vec<(String, f64)>,
+    /// N·m/rad
+    pub stiffness: f64,
+    /// N·m·s/rad
+    pub damping: f64,
+    /// The sum at which it is slack.
+    pub rest: f64,
+}
+
+/// A point that two links have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loop {
+    /// Unique.
+    pub name: String,
+    /// The links.
+    pub links: [String; 2],
+    /// The point in the frame of each, m.
+    pub points: [[f64; 3]; 2],
+    /// Whether the source also joins the links' orientations.
+    pub welded: bool,
+}
+
+impl Origin {
+    /// An origin without rotation.
+    pub fn at(xyz: [f64; 3]) -> Origin {
+        Origin { xyz, rpy: [0.0; 3] }
+    }
+
+    /// The pose as URDF writes it.
+    pub fn from_pose(pose: &Pose) -> Origin {
+        Origin { xyz: pose.translation.to_array(), rpy: rpy(&pose.rotation) }
+    }
+
+    /// As a pose.
+    pub fn pose(&self) -> Pose {
+        Pose::from_parts(Vec3::from_array(self.xyz), rotation::from_rpy(self.rpy))
+    }
+}
+
+/// Roll, pitch and yaw about the fixed axes x, y, z.
+pub fn rpy(rotation: &Rotation) -> [f64; 3] {
+    let m = Mat3::from_quat(*rotation);
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let cos_pitch = (y.z * y.z + z.z * z.z).sqrt();
+    let roll = f64::atan2(y.z, z.z);
+    let (sin, cos) = roll.sin_cos();
+    // From the rotation without its roll, so that roll and yaw also fit together at a pitch of ±π/2.
+    let yaw = f64::atan2(sin * z.x - cos * y.x, cos * y.y - sin * z.y);
+    [roll, f64::atan2(-x.z, cos_pitch), yaw]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rotation_survives_the_way_through_roll_pitch_and_yaw() {
+        let half = std::f64::consts::FRAC_PI_2;
+        for rpy in [
+            [0.3, -0.4, 2.0],
+            [-3.0, 1.5, -1.0],
+            [0.7, half, -0.2],
+            [0.7, -half, 0.9],
+            [1.0, half - 1e-9, 0.5],
+            [half, 0.0, -half],
+            [0.0; 3],
+        ] {
+            let origin = Origin { xyz: [0.0; 3], rpy };
+            let again = Origin::from_pose(&origin.pose()).pose();
+            for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+                let off = (origin.pose().rotation * axis - again.rotation * axis).length();
+                assert!(off < 1e-14, "{rpy:?}: {off}");
+            }
+        }
+    }
+}

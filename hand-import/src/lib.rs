@@ -1,0 +1,137 @@
+//! Imports published descriptions of hands: a folder, archive or file in another program's format becomes `hand.urdf`,
+//! `hand.toml` and meshes.
+//!
+//! 1. [`source`] opens the files, [`format`](mod@format) recognises the description by its content.
+//! 2. `read/` has a reader for each format. It fills a [`draft::Draft`], what the source states, and [`decision`]
+//!    collects what was taken, guessed and dropped, and what is wrong.
+//! 3. `complete/` fills the gaps of a draft, `meshes.rs` converts meshes.
+//! 4. `write/` writes the files; each decision is a comment in one of them.
+
+mod complete;
+pub mod decision;
+pub mod draft;
+pub mod error;
+pub mod format;
+mod meshes;
+mod read;
+pub mod source;
+mod write;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use palmares_models::error::LoadWarning;
+use palmares_models::read::{Files, LoadOptions, from_files};
+
+use crate::decision::{At, Decision, Kind, Log};
+use crate::error::ImportError;
+use crate::format::Format;
+use crate::source::Source;
+
+/// The caller's choices.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The robot of a source with several: the path of its file, an end of it, or its name without extension.
+    pub robot: Option<String>,
+    /// Links without a collision shape touch with what pictures show.
+    pub visual_as_collision: bool,
+    /// Replaces the robot's name.
+    pub name: Option<String>,
+}
+
+/// An imported hand, not yet on disk.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// Its name.
+    pub name: String,
+    /// Format of the description.
+    pub format: Format,
+    /// The description, as in messages.
+    pub description: PathBuf,
+    /// Files by their path in the hand's folder.
+    pub files: BTreeMap<PathBuf, Vec<u8>>,
+    /// Every decision.
+    pub decisions: Vec<Decision>,
+    /// Warnings of the loader about the written files.
+    pub warnings: Vec<LoadWarning>,
+}
+
+/// Imports the hand in a folder, an archive or a file.
+///
+/// # Errors
+/// The source gives no hand at all. Smaller faults are decisions of kind [`Kind::Problem`].
+pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
+    let source = Source::open(path)?;
+    let (file, format) = source.description(options.robot.as_deref())?;
+    let (mut draft, mut log) = read::read(&source, &file, format)?;
+    if let Some(name) = &options.name {
+        draft.name.clone_from(name);
+    }
+    if draft.links.is_empty() {
+        return Err(ImportError::unreadable(source.display(&file), "has no links"));
+    }
+    let hand = complete::complete(draft, &source, options, &mut log);
+    let mut warnings = Vec::new();
+    let files = write(&hand, &log, format);
+    // The loader is the judge of what was written. A remaining fault goes into the comments as well.
+    let loaded = load(&files);
+    let files = match loaded {
+        Ok(found) => {
+            warnings = found;
+            files
+        }
+        Err(error) => {
+            log.problem(At::Hand, "hand", format!("does not load yet: {error}"));
+            write(&hand, &log, format)
+        }
+    };
+    let name = hand.draft.name.clone();
+    let description = source.display(&file);
+    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings })
+}
+
+fn write(hand: &complete::Complete, log: &Log, format: Format) -> BTreeMap<PathBuf, Vec<u8>> {
+    let file = log.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let head = format!("Imported from {file} ({}) by palmares {}.", format.name(), env!("CARGO_PKG_VERSION"));
+    let (mut in_urdf, mut in_settings) = write::Comments::split(log, hand);
+    let urdf = write::urdf::urdf(hand, &head, &mut in_urdf);
+    let settings = write::settings::settings(hand, &head, &mut in_settings);
+    let mut files = hand.meshes.files.clone();
+    files.insert(PathBuf::from("hand.urdf"), urdf.into_bytes());
+    files.insert(PathBuf::from("hand.toml"), settings.into_bytes());
+    files
+}
+
+fn load(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<Vec<LoadWarning>, palmares_models::error::ModelError> {
+    let files = Files::Archive { file: PathBuf::new(), folder: PathBuf::new(), entries: files.clone() };
+    Ok(from_files(files, None, &LoadOptions::default())?.warnings)
+}
+
+impl Imported {
+    /// The problems among the decisions.
+    pub fn problems(&self) -> impl Iterator<Item = &Decision> {
+        self.decisions.iter().filter(|decision| decision.kind == Kind::Problem)
+    }
+
+    /// Writes the files into a folder, which must not exist unless `force` is set.
+    ///
+    /// # Errors
+    /// The folder exists, or a file cannot be written.
+    pub fn write(&self, folder: &Path, force: bool) -> Result<(), ImportError> {
+        let failed = |file: &Path| {
+            let file = file.to_owned();
+            move |source| ImportError::Write { file, source }
+        };
+        if folder.exists() && !force {
+            let exists = std::io::Error::other("exists; nothing was written (--force replaces its files)");
+            return Err(failed(folder)(exists));
+        }
+        for (path, bytes) in &self.files {
+            let path = folder.join(path);
+            let parent = path.parent().unwrap_or(folder);
+            std::fs::create_dir_all(parent).map_err(failed(parent))?;
+            std::fs::write(&path, bytes).map_err(failed(&path))?;
+        }
+        Ok(())
+    }
+}

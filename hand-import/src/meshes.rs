@@ -1,0 +1,336 @@
+//! Meshes: STL, OBJ and COLLADA become binary STL files within the limits of a hand.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use palmares_models::Vec3;
+use palmares_models::pieces::TriangleMesh;
+use palmares_models::read::Limits;
+
+use crate::decision::{At, Log};
+use crate::draft::{Draft, Geometry, Mesh, Part, Triangles};
+use crate::format::{is_lfs_pointer, lfs_problem};
+use crate::source::{Source, limits};
+
+/// A part of a hand larger than this is a mesh in millimetres, m.
+const LARGEST_PART: f64 = 1.5;
+
+/// The meshes of a hand that is written.
+#[derive(Debug, Default)]
+pub(crate) struct Meshes {
+    /// Bytes of the files, by their path in the hand's folder.
+    pub(crate) files: BTreeMap<PathBuf, Vec<u8>>,
+    /// Volume of each file's convex hull, in its cubed unit.
+    volumes: BTreeMap<PathBuf, f64>,
+}
+
+impl Meshes {
+    /// Volume of a mesh's convex hull, m³.
+    pub(crate) fn volume(&self, mesh: &Mesh) -> f64 {
+        let Triangles::File(path) = &mesh.triangles else { return 0.0 };
+        let volume = self.volumes.get(path).copied().unwrap_or_default();
+        volume * mesh.scale.iter().product::<f64>().abs()
+    }
+}
+
+/// Converts all meshes of a draft; its shapes then name the written files. Meshes that cannot be read are left out.
+pub(crate) fn convert(draft: &mut Draft, source: &Source, log: &mut Log) -> Meshes {
+    let mut converter =
+        Converter { source, log, meshes: Meshes::default(), done: BTreeMap::new(), bytes: 0, vertices: 0 };
+    // Shapes that touch come first: if all meshes together are too large, pictures are left out.
+    for link in &mut draft.links {
+        let name = link.name.clone();
+        link.collisions = converter.parts(std::mem::take(&mut link.collisions), &name, true);
+    }
+    for link in &mut draft.links {
+        let name = link.name.clone();
+        link.visuals = converter.parts(std::mem::take(&mut link.visuals), &name, false);
+    }
+    converter.meshes
+}
+
+struct Converter<'a> {
+    source: &'a Source,
+    log: &'a mut Log,
+    meshes: Meshes,
+    /// Written file and factor to metres of each file of the source; `None` if it cannot be read.
+    done: BTreeMap<PathBuf, Option<(PathBuf, f64)>>,
+    /// Of all written files.
+    bytes: u64,
+    /// Of all written files that touch.
+    vertices: usize,
+}
+
+impl Converter<'_> {
+    fn parts(&mut self, parts: Vec<Part>, link: &str, touches: bool) -> Vec<Part> {
+        parts.into_iter().filter_map(|part| self.part(part, link, touches)).collect()
+    }
+
+    fn part(&mut self, part: Part, link: &str, touches: bool) -> Option<Part> {
+        let geometry = match part.geometry {
+            Geometry::Mesh(mesh) => Geometry::Mesh(self.mesh(mesh, link, touches)?),
+            Geometry::Ellipsoid(radii) => {
+                let corners = ellipsoid(radii);
+                let element = format!("link '{link}'");
+                let text = format!("an ellipsoid with the half axes {radii:?} m is written as a mesh");
+                self.log.taken(At::Link(link.to_owned()), element, text);
+                let triangles = Triangles::Inline { name: format!("{link}_ellipsoid"), corners };
+                Geometry::Mesh(self.mesh(Mesh { triangles, scale: [1.0; 3] }, link, touches)?)
+            }
+            geometry => geometry,
+        };
+        Some(Part { geometry, ..part })
+    }
+
+    fn mesh(&mut self, mesh: Mesh, link: &str, touches: bool) -> Option<Mesh> {
+        let (at, element) = (At::Link(link.to_owned()), format!("link '{link}'"));
+        let (path, unit) = match mesh.triangles {
+            Triangles::Inline { name, corners } => {
+                (self.write(&name, &corners, mesh.scale, &at, &element, touches)?, 1.0)
+            }
+            Triangles::File(path) => {
+                if !self.done.contains_key(&path) {
+                    let written = self.file(&path, mesh.scale, &at, &element, touches);
+                    self.done.insert(path.clone(), written);
+                }
+                self.done.get(&path).cloned().flatten()?
+            }
+        };
+        Some(Mesh { triangles: Triangles::File(path), scale: mesh.scale.map(|s| s * unit) })
+    }
+
+    /// Converts a file of the source. The result has the factor by which its unit was corrected.
+    fn file(
+        &mut self,
+        path: &Path,
+        scale: [f64; 3],
+        at: &At,
+        element: &str,
+        touches: bool,
+    ) -> Option<(PathBuf, f64)> {
+        let shown = path.display();
+        let bytes = match self.source.bytes(path, element, limits().mesh_bytes) {
+            Ok(bytes) => bytes,
+            Err(error) => {
+                self.log.problem(at.clone(), element, format!("mesh {error}; the shape is left out"));
+                return None;
+            }
+        };
+        let corners = match triangles(&bytes, path) {
+            Ok(read) => {
+                read.notes.into_iter().for_each(|note| {
+                    self.log.taken(at.clone(), element, format!("mesh {shown}: {note}"));
+                });
+                read.corners
+            }
+            Err(problem) => {
+                self.log.problem(
+                    at.clone(),
+                    element,
+                    format!("mesh {shown} {problem}; the shape is left out"),
+                );
+                return None;
+            }
+        };
+        let longest = longest_edge(&corners, scale);
+        let unit = if longest > LARGEST_PART {
+            let text = format!("mesh {shown} is {longest:.3} m long, so that its unit is taken to be mm");
+            self.log.guessed(at.clone(), element, text);
+            1e-3
+        } else {
+            1.0
+        };
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let scale = scale.map(|s| s * unit);
+        Some((self.write(&stem, &corners, scale, at, element, touches)?, unit))
+    }
+
+    /// Adds a file, reduced to its hull where it is larger than a hand's mesh may be.
+    fn write(
+        &mut self,
+        stem: &str,
+        corners: &[[Vec3; 3]],
+        scale: [f64; 3],
+        at: &At,
+        element: &str,
+        touches: bool,
+    ) -> Option<PathBuf> {
+        let of_hand = Limits::default();
+        if corners.iter().flatten().any(|p| !p.is_finite()) {
+            self.log.problem(
+                at.clone(),
+                element,
+                format!("mesh '{stem}' has corners that are not finite; it is left out"),
+            );
+            return None;
+        }
+        let mut mesh = TriangleMesh::new(corners);
+        let hull = TriangleMesh::hull(&mesh.vertices);
+        let count = 3 * mesh.triangles.len();
+        let room = of_hand.mesh_total_bytes.saturating_sub(self.bytes);
+        let fits = |mesh: &TriangleMesh| {
+            let size = 84 + 50 * mesh.triangles.len() as u64;
+            3 * mesh.triangles.len() <= of_hand.mesh_vertices && size <= of_hand.mesh_bytes && size <= room
+        };
+        let few = self.vertices + mesh.vertices.len() <= of_hand.mesh_total_vertices;
+        let Some(hull) = hull else {
+            let text = format!("mesh '{stem}' spans no volume; it is left out");
+            if touches {
+                self.log.problem(at.clone(), element, text);
+            } else {
+                self.log.dropped(at.clone(), element, text);
+            }
+            return None;
+        };
+        if !fits(&mesh) || !few {
+            let limit = of_hand.mesh_vertices;
+            let text = format!(
+                "mesh '{stem}' has {count} vertices; the limit is {limit}: its convex hull is written"
+            );
+            self.log.guessed(at.clone(), element, text);
+            mesh = hull.clone();
+        }
+        if !fits(&mesh) {
+            self.log.dropped(
+                at.clone(),
+                element,
+                format!("mesh '{stem}': all meshes together are too large"),
+            );
+            return None;
+        }
+        let bytes = mesh.to_stl(&format!("{stem}, imported"));
+        self.bytes += bytes.len() as u64;
+        self.vertices += if touches { mesh.vertices.len() } else { 0 };
+        let path = self.free_name(stem, &bytes);
+        let (low, _) = hull.bounds();
+        let volume: f64 = hull
+            .triangles
+            .iter()
+            .map(|&t| {
+                let [a, b, c] = hull.corners(t).map(|p| p - low);
+                a.cross(b).dot(c) / 6.0
+            })
+            .sum();
+        debug_assert!(scale.iter().all(|s| s.is_finite()) || volume.is_finite());
+        self.meshes.volumes.insert(path.clone(), volume.abs());
+        self.meshes.files.insert(path.clone(), bytes);
+        Some(path)
+    }
+
+    /// `meshes/stem.stl`, or with a number if another file has this name.
+    fn free_name(&self, stem: &str, bytes: &[u8]) -> PathBuf {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.') { c } else { '_' };
+        let stem: String = stem.chars().map(plain).collect();
+        let name = |k: usize| {
+            Path::new("meshes").join(if k == 1 { format!("{stem}.stl") } else { format!("{stem}_{k}.stl") })
+        };
+        let free = |path: &PathBuf| self.meshes.files.get(path).is_none_or(|other| other == bytes);
+        (1..).map(name).find(free).unwrap_or_else(|| name(1))
+    }
+}
+
+/// Triangles of a mesh file, in metres if the file states its unit.
+struct Read {
+    corners: Vec<[Vec3; 3]>,
+    notes: Vec<String>,
+}
+
+fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
+    if is_lfs_pointer(bytes) {
+        return Err(lfs_problem());
+    }
+    let kind = path.extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let mut notes = Vec::new();
+    let scene = match kind.as_str() {
+        "stl" => mesh_loader::stl::from_slice(&plain_stl(bytes)),
+        "obj" => {
+            let none = |_: &Path| -> std::io::Result<Vec<u8>> { Err(std::io::ErrorKind::NotFound.into()) };
+            mesh_loader::obj::from_slice(bytes, None, none)
+        }
+        "dae" => {
+            notes.extend(collada_notes(&String::from_utf8_lossy(bytes)));
+            mesh_loader::collada::from_slice(bytes)
+        }
+        _ => return Err(format!("is of type '{kind}'; known are STL, OBJ and COLLADA (.dae)")),
+    };
+    let scene = scene.map_err(|error| format!("cannot be read: {error}"))?;
+    let count: usize = scene.meshes.iter().map(|mesh| mesh.faces.len()).sum();
+    if 3 * count > limits().mesh_vertices {
+        return Err(format!("has {} vertices; the limit is {}", 3 * count, limits().mesh_vertices));
+    }
+    let mut corners = Vec::with_capacity(count);
+    for mesh in &scene.meshes {
+        let corner =
+            |index: u32| mesh.vertices.get(index as usize).map(|v| Vec3::from_array(v.map(f64::from)));
+        for &[a, b, c] in &mesh.faces {
+            let all = corner(a).zip(corner(b)).zip(corner(c));
+            let ((a, b), c) = all.ok_or("names vertices that are not there")?;
+            corners.push([a, b, c]);
+        }
+    }
+    if corners.is_empty() {
+        return Err("has no triangles".to_owned());
+    }
+    Ok(Read { corners, notes })
+}
+
+/// An STL whose binary header begins with `solid`, as CAD programs write it, without that word: parsers take it for text.
+fn plain_stl(bytes: &[u8]) -> std::borrow::Cow<'_, [u8]> {
+    let count = bytes.get(80..84).and_then(|b| <[u8; 4]>::try_from(b).ok()).map(u32::from_le_bytes);
+    let binary = count.is_some_and(|count| u64::from(count) * 50 + 84 == bytes.len() as u64);
+    if binary && bytes.starts_with(b"solid") {
+        let mut plain = bytes.to_vec();
+        plain[..5].fill(b' ');
+        return plain.into();
+    }
+    bytes.into()
+}
+
+/// Unit and up axis that a COLLADA file states.
+fn collada_notes(text: &str) -> Vec<String> {
+    let mut notes = Vec::new();
+    let after = |tag: &str| text.split_once(tag).map(|(_, rest)| rest);
+    if let Some(unit) = after("<unit").and_then(|rest| rest.split_once('>')).map(|(tag, _)| tag)
+        && let Some(meter) = unit.split_once("meter=\"").and_then(|(_, rest)| rest.split_once('"'))
+        && meter.0.trim().parse() != Ok(1.0)
+    {
+        notes.push(format!("its unit of {} m is applied", meter.0));
+    }
+    notes
+}
+
+/// Longest edge of the bounding box, m.
+fn longest_edge(corners: &[[Vec3; 3]], scale: [f64; 3]) -> f64 {
+    let scale = Vec3::from_array(scale);
+    let (mut low, mut high) = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
+    for p in corners.iter().flatten() {
+        low = low.min(*p * scale);
+        high = high.max(*p * scale);
+    }
+    (high - low).max_element()
+}
+
+/// Triangles of an ellipsoid: 12 rings of 24 points.
+fn ellipsoid([a, b, c]: [f64; 3]) -> Vec<[Vec3; 3]> {
+    const RINGS: usize = 12;
+    const POINTS: usize = 24;
+    let point = |ring: usize, k: usize| {
+        let polar = std::f64::consts::PI * ring as f64 / RINGS as f64;
+        let turn = std::f64::consts::TAU * (k % POINTS) as f64 / POINTS as f64;
+        Vec3::new(a * polar.sin() * turn.cos(), b * polar.sin() * turn.sin(), c * polar.cos())
+    };
+    let mut corners = Vec::new();
+    for ring in 0..RINGS {
+        for k in 0..POINTS {
+            let [p, q, r, s] =
+                [point(ring, k), point(ring + 1, k), point(ring + 1, k + 1), point(ring, k + 1)];
+            if ring + 1 < RINGS {
+                corners.push([p, q, r]);
+            }
+            if ring > 0 {
+                corners.push([p, r, s]);
+            }
+        }
+    }
+    corners
+}

@@ -1,0 +1,87 @@
+//! Links: mass, shapes, pictures.
+
+use roxmltree::Node;
+
+use super::super::Reading;
+use super::super::xml::{Element, child, children};
+use crate::decision::At;
+use crate::draft::{Geometry, Inertial, Link, Origin, Part};
+
+/// Reads a `<link>`.
+pub(super) fn link(node: Node<'_, '_>, reading: &mut Reading<'_>) -> Link {
+    let name = node.attribute("name").unwrap_or_default().to_owned();
+    let shown = format!("link '{name}'");
+    let at = At::Link(name.clone());
+    let mut e = Element { name: &shown, at, log: &mut reading.log };
+    let inertial = child(node, "inertial").map(|node| inertial(node, &mut e));
+    let collisions = parts(node, "collision", &shown, &name, reading);
+    let visuals = parts(node, "visual", &shown, &name, reading);
+    Link { name, inertial, collisions, visuals, friction: None }
+}
+
+/// Reads an `<origin>`.
+pub(super) fn origin(node: Node<'_, '_>, e: &mut Element<'_>) -> Origin {
+    let xyz = e.numbers(node, "xyz").unwrap_or_default();
+    Origin { xyz, rpy: e.numbers(node, "rpy").unwrap_or_default() }
+}
+
+fn inertial(node: Node<'_, '_>, e: &mut Element<'_>) -> Inertial {
+    let mass = child(node, "mass").and_then(|mass| e.attribute(mass, "value"));
+    let inertia = child(node, "inertia").map(|inertia| {
+        ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| e.attribute(inertia, name).unwrap_or_default())
+    });
+    Inertial {
+        origin: child(node, "origin").map(|node| origin(node, e)).unwrap_or_default(),
+        mass: mass.unwrap_or_default(),
+        inertia: inertia.unwrap_or_default(),
+    }
+}
+
+fn parts(node: Node<'_, '_>, tag: &str, shown: &str, link: &str, reading: &mut Reading<'_>) -> Vec<Part> {
+    let mut parts = Vec::new();
+    for part in children(node, tag) {
+        let mut e = Element { name: shown, at: At::Link(link.to_owned()), log: &mut reading.log };
+        let origin = child(part, "origin").map(|node| origin(node, &mut e)).unwrap_or_default();
+        let shape = child(part, "geometry").and_then(|node| node.children().find(Node::is_element));
+        let Some(shape) = shape else {
+            e.log.dropped(e.at.clone(), shown, format!("a <{tag}> has no geometry"));
+            continue;
+        };
+        if let Some(geometry) = geometry(shape, shown, link, reading) {
+            parts.push(Part { origin, geometry });
+        }
+    }
+    parts
+}
+
+fn geometry(node: Node<'_, '_>, shown: &str, link: &str, reading: &mut Reading<'_>) -> Option<Geometry> {
+    let at = At::Link(link.to_owned());
+    let mut e = Element { name: shown, at: at.clone(), log: &mut reading.log };
+    match node.tag_name().name() {
+        "box" => Some(Geometry::Box(e.numbers(node, "size")?)),
+        "sphere" => Some(Geometry::Sphere { radius: e.attribute(node, "radius")? }),
+        "cylinder" => Some(Geometry::Cylinder {
+            radius: e.attribute(node, "radius")?,
+            length: e.attribute(node, "length")?,
+        }),
+        "capsule" => Some(Geometry::Capsule {
+            radius: e.attribute(node, "radius")?,
+            length: e.attribute(node, "length")?,
+        }),
+        "ellipsoid" => Some(Geometry::Ellipsoid(e.numbers(node, "radii")?)),
+        "mesh" => {
+            let scale = match node.attribute("scale") {
+                // Some exporters write one number for all axes.
+                Some(one) if one.split_whitespace().count() == 1 => [e.attribute(node, "scale")?; 3],
+                Some(_) => e.numbers(node, "scale")?,
+                None => [1.0; 3],
+            };
+            let file = node.attribute("filename").unwrap_or_default().to_owned();
+            reading.mesh(&file, scale, at, shown).map(Geometry::Mesh)
+        }
+        other => {
+            reading.log.problem(at, shown, format!("has a <{other}>, no shape of URDF; it is left out"));
+            None
+        }
+    }
+}

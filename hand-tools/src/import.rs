@@ -1,0 +1,123 @@
+//! `palmares hand import`: a published hand becomes a folder with hand.urdf, hand.toml and meshes.
+
+use clap::Args;
+use palmares_hand_import::decision::{Decision, Kind};
+use palmares_hand_import::{Imported, Options, import};
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Exit code of a hand that was written with problems.
+const WITH_PROBLEMS: u8 = 2;
+
+/// Decisions of a kind in the text, unless --all is given; problems are all shown.
+const SHOWN: usize = 8;
+
+/// Arguments of `hand import`.
+#[derive(Debug, Args)]
+pub struct ImportArgs {
+    /// A description of a hand, a folder or .zip with one, such as a ROS package
+    source: PathBuf,
+    /// Folder for hand.urdf, hand.toml and meshes
+    #[arg(long, short, alias = "output", value_name = "FOLDER")]
+    out: PathBuf,
+    /// The robot of a source with several: its file, or the file's name without extension
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<String>,
+    /// Name of the hand, instead of the robot's
+    #[arg(long)]
+    name: Option<String>,
+    /// Links without a collision shape touch with the shapes of their pictures
+    #[arg(long)]
+    visual_as_collision: bool,
+    /// Write into an existing folder; files of the same name are replaced
+    #[arg(long)]
+    force: bool,
+    /// Print all decisions, not only the first of each kind
+    #[arg(long)]
+    all: bool,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Output of `--json`.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    name: &'a str,
+    format: &'static str,
+    description: String,
+    folder: String,
+    files: Vec<String>,
+    decisions: &'a [Decision],
+    warnings: Vec<String>,
+}
+
+/// Imports the hand, writes it and prints the decisions.
+///
+/// # Errors
+/// The source gives no hand, or nothing can be written.
+pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<ExitCode> {
+    let options = Options {
+        robot: args.robot.clone(),
+        visual_as_collision: args.visual_as_collision,
+        name: args.name.clone(),
+    };
+    let hand = import(&args.source, &options)?;
+    hand.write(&args.out, args.force)?;
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let report = Report {
+            name: &hand.name,
+            format: hand.format.name(),
+            description: hand.description.display().to_string(),
+            folder: args.out.display().to_string(),
+            files: hand.files.keys().map(|path| path.display().to_string()).collect(),
+            decisions: &hand.decisions,
+            warnings: hand.warnings.iter().map(ToString::to_string).collect(),
+        };
+        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+    } else {
+        write!(out, "{}", text(&hand, args))?;
+    }
+    let problems = hand.problems().count();
+    Ok(if problems == 0 { ExitCode::SUCCESS } else { ExitCode::from(WITH_PROBLEMS) })
+}
+
+fn text(hand: &Imported, args: &ImportArgs) -> String {
+    let mut out = String::new();
+    let folder = args.out.display();
+    let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), hand.description.display());
+    for (kind, title) in [
+        (Kind::Taken, "Taken in other words"),
+        (Kind::Guessed, "Guessed"),
+        (Kind::Dropped, "Dropped"),
+        (Kind::Problem, "Problems"),
+    ] {
+        let found: Vec<&Decision> = hand.decisions.iter().filter(|decision| decision.kind == kind).collect();
+        if found.is_empty() {
+            continue;
+        }
+        let _ = writeln!(out, "\n{title}: {}", found.len());
+        let most = if args.all || kind == Kind::Problem { found.len() } else { SHOWN };
+        for decision in found.iter().take(most) {
+            let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+            let _ = writeln!(out, "  {file}: {}: {}", decision.element, decision.text);
+        }
+        if found.len() > most {
+            let _ = writeln!(
+                out,
+                "  … {} more; --all prints them, and they are comments in {folder}",
+                found.len() - most
+            );
+        }
+    }
+    let meshes = hand.files.keys().filter(|path| path.starts_with("meshes")).count();
+    let _ = writeln!(out, "\nWritten to {folder}: hand.urdf, hand.toml, {meshes} meshes");
+    let problems = hand.problems().count();
+    let next = if problems == 0 { "Next" } else { "With problems. Next" };
+    let _ = writeln!(out, "{next}: palmares hand check {folder}");
+    out
+}
