@@ -48,8 +48,8 @@ pub enum Goal {
         /// Weight of a difference of 1 rad or 1 m.
         weight: f64,
     },
-    /// Normal forces of contacts at one σ, in given proportions: the difference is that of the force over the mean force from its
-    /// share. Equal shares ask for equal forces.
+    /// Normal forces of contacts at one σ, in given proportions. The difference is that of forces and shares, each over
+    /// their root mean square: smooth where a force changes its sign. Equal shares ask for equal forces.
     Forces {
         /// σ of every motor.
         sigma: Vec<f64>,
@@ -59,9 +59,9 @@ pub enum Goal {
         posture: Vec<f64>,
         /// Compliance of each contact, m/N.
         compliance: f64,
-        /// Share of each contact; their mean is scaled to 1.
+        /// Share of each contact.
         shares: Vec<f64>,
-        /// Weight of a difference of 1 mean force.
+        /// Weight of a difference of 1.
         weight: f64,
     },
 }
@@ -277,14 +277,16 @@ impl Design {
                     length("shares", shares.len(), jacobian.nrows())?;
                     let contacts = Some((jacobian, posture.as_slice(), *compliance));
                     let (found, slope) = self.equilibrium(sigma, contacts, variables)?;
-                    let count = shares.len() as f64;
-                    let mean = found.rows(n + m, shares.len()).sum() / count;
-                    let mean_slope = slope.rows(n + m, shares.len()).row_sum() / count;
-                    let share = count / shares.iter().sum::<f64>();
+                    let count = shares.len();
+                    let forces = found.rows(n + m, count);
+                    let root_mean_square = |squares: f64| (squares / count as f64).sqrt();
+                    let size = root_mean_square(forces.norm_squared()).max(f64::MIN_POSITIVE);
+                    let size_slope = forces.transpose() * slope.rows(n + m, count) / (count as f64 * size);
+                    let share = 1.0 / root_mean_square(shares.iter().map(|x| x * x).sum());
                     for (i, wanted) in shares.iter().enumerate() {
                         let force = found[n + m + i];
-                        values.push(weight * (force / mean - share * wanted));
-                        let slope = slope.row(n + m + i) / mean - &mean_slope * (force / (mean * mean));
+                        values.push(weight * (force / size - share * wanted));
+                        let slope = slope.row(n + m + i) / size - &size_slope * (force / (size * size));
                         slopes.push(slope * *weight);
                     }
                 }

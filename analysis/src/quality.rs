@@ -5,8 +5,8 @@
 //! ([`Norm::Total`], the convex hull of all cones) or each of them at most 1 N ([`Norm::Each`], their Minkowski sum). Its norm is
 //! `‖w‖² = ‖force‖² + (‖moment‖/length)²`.
 
-use crate::contact::{Contact, ContactModel};
-use crate::hull::{Hull, NoHull};
+use crate::contact::Contact;
+use crate::hull::{Facet, Hull, NoHull};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -19,8 +19,8 @@ pub enum Norm {
     Each,
 }
 
-/// ε is found when its bounds are this near to each other, N.
-const GAP: f64 = 1e-9;
+/// ε is found when its bounds are this near to each other, N: a hundred times the hull's precision.
+const GAP: f64 = 1e-8;
 /// Largest number of wrenches that refine ε.
 const REFINEMENTS: usize = 2000;
 
@@ -29,7 +29,7 @@ const REFINEMENTS: usize = 2000;
 pub struct QualitySettings {
     /// Bound on the normal forces.
     pub norm: Norm,
-    /// Edges of the pyramid that replaces each friction cone, inside it; 0 keeps the round cone.
+    /// Edges of the pyramid that replaces each friction cone, inside it; at least 3.
     pub edges: usize,
     /// Length that turns a moment into a force, m.
     pub length: f64,
@@ -40,11 +40,11 @@ pub struct QualitySettings {
 pub struct Quality {
     /// ε, N: the radius of the largest ball about the origin inside the set. 0 if the grasp does not resist all wrenches.
     pub epsilon: f64,
-    /// An upper bound of ε, N; it is larger than ε by more than 1e-9 only if the cones are round and the search was ended.
+    /// An upper bound, N, of the ε of round cones; ε itself is a lower one.
     pub epsilon_bound: f64,
     /// The weakest wrench: its unit direction, of the size ε at most. Force, N, then moment over length, N.
     pub weakest: DVector<f64>,
-    /// Volume of the set, N⁶; in the plane N³. `None` for [`Norm::Each`] and for round cones, whose ε needs only a part of the set.
+    /// Volume of the set, N⁶; in the plane N³. `None` for [`Norm::Each`], whose ε needs only a part of the set.
     pub volume: Option<f64>,
 }
 
@@ -57,39 +57,35 @@ struct Cones<'a> {
 }
 
 impl Cones<'_> {
-    /// The extreme wrench of a contact with normal force 1 N along `direction`, and its reach.
+    /// The extreme wrench of a contact's pyramid with the normal force 1 N along `direction`, and its reach.
     fn extreme(&self, index: usize, direction: &DVector<f64>) -> (DVector<f64>, f64) {
-        let (contact, columns) = (&self.contacts[index], &self.columns[index]);
-        let along = columns.transpose() * direction;
-        let mut forces = DVector::zeros(columns.ncols());
-        forces[0] = 1.0;
-        let friction = |forces: &mut DVector<f64>| {
-            let mut part = along.clone();
-            part[0] = 0.0;
-            if part.len() > 3 {
-                part[3] *= contact.arm;
-            }
-            let size = part.norm();
-            if size > 0.0 {
-                for k in 1..part.len() {
-                    let arm = if k == 3 { contact.arm } else { 1.0 };
-                    forces[k] = contact.friction * arm * part[k] / size;
-                }
-            }
-        };
-        if contact.model != ContactModel::Frictionless {
-            if self.settings.edges == 0 {
-                friction(&mut forces);
-            } else {
-                let best = self
-                    .edge_forces(contact)
-                    .into_iter()
-                    .max_by(|a, b| a.dot(&along).total_cmp(&b.dot(&along)));
-                forces = best.unwrap_or(forces);
-            }
+        let along = self.columns[index].transpose() * direction;
+        let edges = self.edge_forces(&self.contacts[index]).into_iter().map(|forces| {
+            let reach = forces.dot(&along);
+            (forces, reach)
+        });
+        let best = edges.max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or_else(|| (direction * 0.0, 0.0), |(forces, reach)| (&self.columns[index] * forces, reach))
+    }
+
+    /// The reach of a contact's round cone with the normal force 1 N along `direction`.
+    fn round_reach(&self, index: usize, direction: &DVector<f64>) -> f64 {
+        let contact = &self.contacts[index];
+        let mut along = self.columns[index].transpose() * direction;
+        let normal = std::mem::take(&mut along[0]);
+        if along.len() > 3 {
+            along[3] *= contact.arm;
         }
-        let reach = forces.dot(&along);
-        (columns * forces, reach)
+        normal + contact.friction * along.norm()
+    }
+
+    /// The reach of the set with round cones along a direction.
+    fn farthest_round(&self, direction: &DVector<f64>) -> f64 {
+        let reaches = (0..self.contacts.len()).map(|index| self.round_reach(index, direction).max(0.0));
+        match self.settings.norm {
+            Norm::Total => reaches.fold(0.0, f64::max),
+            Norm::Each => reaches.sum(),
+        }
     }
 
     /// Contact forces on the edges of a contact's pyramid.
@@ -144,7 +140,8 @@ impl Cones<'_> {
 
 /// The measures of a grasp. `rows` are those of G that count: all six, or [`crate::closure::PLANAR`].
 ///
-/// ε is exact for its set: the polytope of wrenches found so far grows at its nearest facet until the set reaches no farther there.
+/// ε is exact for the pyramids: it is the least reach of the set along the normals of its facets. For [`Norm::Each`] the polytope of
+/// wrenches found so far grows at its nearest facet until the set reaches no farther there.
 ///
 /// # Errors
 /// A hull with too many facets.
@@ -167,62 +164,52 @@ pub fn quality(
         columns.push(scaled.columns(first, n).into_owned());
         first += n;
     }
-    let cones = Cones { contacts, columns, settings };
-    let dimension = rows.len();
-    let nothing = |volume| {
-        let weakest = DVector::zeros(dimension);
-        Ok(Quality { epsilon: 0.0, epsilon_bound: 0.0, weakest, volume })
-    };
-    let polytope = settings.edges > 0 && settings.norm == Norm::Total;
+    let total = settings.norm == Norm::Total;
+    let weakest = DVector::zeros(rows.len());
+    let nothing = Quality { epsilon: 0.0, epsilon_bound: 0.0, weakest, volume: total.then_some(0.0) };
     if contacts.is_empty() {
-        return nothing(polytope.then_some(0.0));
+        return Ok(nothing);
     }
-    let start = if polytope {
-        cones.corners()
-    } else {
-        // Along the axes, and along the directions that are left, until the wrenches span the space.
-        let mut found = vec![DVector::zeros(dimension)];
-        for axis in 0..dimension {
+    let cones = Cones { contacts, columns, settings };
+    let mut start = cones.corners();
+    if !total {
+        for axis in 0..rows.len() {
             for side in [1.0, -1.0] {
-                let mut direction = DVector::zeros(dimension);
+                let mut direction = DVector::zeros(rows.len());
                 direction[axis] = side;
-                found.push(cones.farthest(&direction).0);
+                start.push(cones.farthest(&direction).0);
             }
         }
-        // Some corners of the cones themselves, for sets that are flat along the axes.
-        let settings = QualitySettings { edges: 4, ..settings };
-        found.extend(Cones { contacts, columns: cones.columns.clone(), settings }.corners());
-        found
-    };
+    }
     let mut hull = match Hull::new(&start) {
-        Ok(hull) => hull,
-        Err(NoHull::Flat) => return nothing(polytope.then_some(0.0)),
-        Err(error) => return Err(error),
+        Err(NoHull::Flat) => return Ok(nothing),
+        hull => hull?,
     };
-    let volume = polytope.then(|| hull.volume());
-    let mut bound = f64::INFINITY;
-    for _ in 0..REFINEMENTS {
+    let volume = total.then(|| hull.volume());
+    let mut steps = 0;
+    while !total && steps < REFINEMENTS {
+        steps += 1;
         let nearest = hull.facets().min_by(|a, b| a.offset.total_cmp(&b.offset));
-        let Some(nearest) = nearest else { break };
-        let (normal, offset) = (nearest.normal.clone(), nearest.offset);
+        let Some((normal, offset)) = nearest.map(|facet| (facet.normal.clone(), facet.offset)) else { break };
         let (wrench, reach) = cones.farthest(&normal);
         if reach <= GAP {
-            return nothing(volume);
+            return Ok(nothing);
         }
-        bound = bound.min(reach);
-        if polytope || reach - offset <= GAP || !hull.add(wrench)? {
+        if reach - offset <= GAP || !hull.add(wrench)? {
             break;
         }
     }
-    let nearest = hull.facets().min_by(|a, b| a.offset.total_cmp(&b.offset));
-    let Some(nearest) = nearest else { return nothing(volume) };
-    if nearest.offset <= GAP {
-        return nothing(volume);
-    }
-    Ok(Quality {
-        epsilon: nearest.offset,
-        epsilon_bound: bound.max(nearest.offset),
-        weakest: -nearest.normal.clone(),
-        volume,
-    })
+    let reach = |facet: &Facet| cones.farthest(&facet.normal).1;
+    let nearest = if total {
+        hull.facets().map(|facet| (reach(facet), facet)).min_by(|a, b| a.0.total_cmp(&b.0))
+    } else {
+        hull.facets().min_by(|a, b| a.offset.total_cmp(&b.offset)).map(|facet| (reach(facet), facet))
+    };
+    let Some((epsilon, facet)) = nearest.filter(|(epsilon, _)| *epsilon > GAP) else {
+        return Ok(Quality { volume, ..nothing });
+    };
+    // A search that was ended has found a set inside.
+    let epsilon = if steps == REFINEMENTS { facet.offset } else { epsilon };
+    let round = hull.facets().map(|facet| cones.farthest_round(&facet.normal)).fold(f64::INFINITY, f64::min);
+    Ok(Quality { epsilon, epsilon_bound: round.max(epsilon), weakest: -facet.normal.clone(), volume })
 }

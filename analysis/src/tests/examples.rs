@@ -99,14 +99,14 @@ fn two_fingers_on_a_sphere() {
 #[test]
 fn a_square_has_form_closure_with_two_couples_and_none_without() {
     let a = 0.4;
-    let square = |side: f64| {
+    let square = |side: f64, friction: f64| {
         let contact = |point: [f64; 2], normal: [f64; 2]| {
             contact(
                 [point[0], point[1], 0.0],
                 [normal[0], normal[1], 0.0],
                 [-normal[1], normal[0], 0.0],
                 ContactModel::HardFinger,
-                0.3,
+                friction,
             )
         };
         [
@@ -116,16 +116,18 @@ fn a_square_has_form_closure_with_two_couples_and_none_without() {
             contact([-side * a, 1.0], [0.0, -1.0]),
         ]
     };
-    let held = square(1.0);
+    let held = square(1.0, 0.3);
     let found = form_closure(&held, &grasp_matrix(&held, Pose::IDENTITY), &PLANAR);
     assert!(found.closed && (found.margin - 1.0).abs() < 1e-7, "{found:?}");
     assert!(found.forces.iter().all(|force| (force - 1.0).abs() < 1e-7));
-    let turning = square(-1.0);
+    let turning = square(-1.0, 0.3);
     let g = grasp_matrix(&turning, Pose::IDENTITY);
     let found = form_closure(&turning, &g, &PLANAR);
     assert!(!found.closed && found.rank == 3 && found.margin < 1e-7, "{found:?}");
-    // With friction both are held; three contacts without friction never are.
-    assert!(frictional_closure(&turning, &g, &PLANAR).closed);
+    // All normals turn it the same way, at the arm a; friction has the arm 1 and holds it if μ is above a.
+    assert!(!frictional_closure(&turning, &g, &PLANAR).closed);
+    let rough = square(-1.0, 0.5);
+    assert!(frictional_closure(&rough, &g, &PLANAR).closed);
     assert!(!form_closure(&held[..3], &grasp_matrix(&held[..3], Pose::IDENTITY), &PLANAR).closed);
 }
 
@@ -196,7 +198,7 @@ fn epsilon_by_sampling(contacts: &[Contact], norm: Norm) -> f64 {
 /// sum of the normal forces 1, and nμ with each of them 1.
 #[test]
 fn epsilon_of_fingers_around_a_disc() {
-    let settings = |norm| QualitySettings { norm, edges: 0, length: 1.0 };
+    let settings = |norm| QualitySettings { norm, edges: 4, length: 1.0 };
     for (count, friction) in [(3, 0.2), (4, 0.3), (4, 0.9), (5, 0.1), (3, 1.5)] {
         let contacts = disc(count, friction);
         let g = grasp_matrix(&contacts, Pose::IDENTITY);
@@ -205,7 +207,8 @@ fn epsilon_of_fingers_around_a_disc() {
             let sampled = epsilon_by_sampling(&contacts, norm);
             assert!(found.epsilon <= sampled + 1e-9, "{count} {friction} {norm:?}: {found:?} {sampled}");
             assert!(sampled - found.epsilon < 2e-3, "{count} {friction} {norm:?}: {found:?} {sampled}");
-            assert!(found.epsilon_bound - found.epsilon < 1e-8);
+            // In the plane a pyramid of four edges is the cone.
+            assert!((found.epsilon_bound - found.epsilon).abs() < 1e-8, "{found:?}");
         }
         if friction < 0.4 {
             let total = quality(&contacts, &g, &PLANAR, settings(Norm::Total)).expect("a hull");
@@ -219,8 +222,7 @@ fn epsilon_of_fingers_around_a_disc() {
     assert_eq!(quality(&smooth, &g, &PLANAR, settings(Norm::Total)).expect("a hull").epsilon, 0.0);
 }
 
-/// Two soft fingers at the poles of a ball of radius 1: the spin about their line is the weakest wrench, `ε = μ · arm` in every
-/// direction of the set, and pyramids of more edges come nearer to round cones from inside.
+/// Two soft fingers at the poles of a ball of radius 1: pyramids of more edges come nearer to round cones from inside.
 #[test]
 fn epsilon_of_two_soft_fingers_on_a_ball() {
     let on = |side: f64| {
@@ -232,11 +234,55 @@ fn epsilon_of_two_soft_fingers_on_a_ball() {
         let settings = QualitySettings { norm: Norm::Total, edges, length: 1.0 };
         quality(&contacts, &g, &[0, 1, 2, 3, 4, 5], settings).expect("a hull")
     };
-    let (four, eight) = (at(4), at(8));
-    assert!(four.epsilon > 0.0 && four.epsilon < eight.epsilon, "{four:?} {eight:?}");
-    assert!(four.volume < eight.volume);
-    let round = at(0);
-    assert!(eight.epsilon <= round.epsilon_bound + 1e-9, "{eight:?} {round:?}");
+    let [four, eight, sixteen] = [4, 8, 16].map(at);
+    for (coarse, fine) in [(&four, &eight), (&eight, &sixteen)] {
+        assert!(coarse.epsilon > 0.1 && coarse.epsilon <= fine.epsilon + 1e-9, "{coarse:?} {fine:?}");
+        assert!(coarse.volume < fine.volume);
+        // The round cones are between.
+        assert!(fine.epsilon <= coarse.epsilon_bound + 1e-9, "{coarse:?} {fine:?}");
+        assert!(fine.epsilon_bound >= fine.epsilon - 1e-9);
+    }
+}
+
+/// The definition again, in space: no direction of many has a smaller reach than ε.
+#[test]
+fn epsilon_in_space_is_a_lower_bound_that_is_reached() {
+    let on = |k: usize| {
+        let (s, c) = (1.3 * k as f64 + 0.2).sin_cos();
+        let z = 0.5 * (k as f64 - 1.5);
+        let point = Vec3::new(c, s, z).normalize();
+        contact(point.to_array(), (-point).to_array(), [-s, c, 0.0], ContactModel::HardFinger, 0.7)
+    };
+    let contacts = [0, 1, 2, 3, 4].map(on);
+    let g = grasp_matrix(&contacts, Pose::IDENTITY);
+    for norm in [Norm::Total, Norm::Each] {
+        let settings = QualitySettings { norm, edges: 6, length: 1.0 };
+        let found = quality(&contacts, &g, &[0, 1, 2, 3, 4, 5], settings).expect("a hull");
+        let reach = |direction: &DVector<f64>| {
+            let mut total = 0.0f64;
+            for (k, contact) in contacts.iter().enumerate() {
+                let along = g.columns(3 * k, 3).transpose() * direction;
+                let edge = |i: usize| {
+                    let (s, c) = (TAU * i as f64 / 6.0).sin_cos();
+                    along[0] + contact.friction * (c * along[1] + s * along[2])
+                };
+                let own = (0..6).map(edge).fold(0.0, f64::max);
+                match norm {
+                    Norm::Total => total = total.max(own),
+                    Norm::Each => total += own,
+                }
+            }
+            total
+        };
+        let mut least = f64::INFINITY;
+        for i in 0..20_000 {
+            let direction = DVector::from_fn(6, |k, _| (i as f64 * (1.7 + 0.61 * k as f64) + k as f64).sin());
+            least = least.min(reach(&direction.normalize()));
+        }
+        assert!(found.epsilon <= least + 1e-9, "{norm:?}: {found:?} {least}");
+        let weakest = reach(&-found.weakest.clone());
+        assert!((weakest - found.epsilon).abs() < 1e-8, "{norm:?}: {found:?} {weakest}");
+    }
 }
 
 /// Birglen, Laliberté and Gosselin, *Underactuated Robotic Hands* (2008), section 3.2: forces of a finger of two phalanges with a tendon, without springs:

@@ -180,10 +180,9 @@ pub(crate) fn quality<'py>(
         "each" => Norm::Each,
         _ => return Err(value_error(format!("norm: found {norm:?}; wanted \"total\" or \"each\""))),
     };
-    if !(length > 0.0 && length.is_finite()) || (1..3).contains(&edges) {
-        let message = format!(
-            "found length {length}, edges {edges}; wanted a positive length, and 0 or at least 3 edges"
-        );
+    if !(length > 0.0 && length.is_finite()) || edges < 3 {
+        let message =
+            format!("found length {length}, edges {edges}; wanted a positive length and at least 3 edges");
         return Err(value_error(message));
     }
     let settings = QualitySettings { norm, edges, length };

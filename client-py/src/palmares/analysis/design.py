@@ -68,7 +68,7 @@ class Forces:
     compliance: float = 1e-4
     """Compliance of each contact, m/N"""
     weight: float = 1.0
-    """Weight of a difference of one mean force"""
+    """Weight of a difference of forces and shares, each over their root mean square"""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "jacobian", np.atleast_2d(np.asarray(self.jacobian, float)))

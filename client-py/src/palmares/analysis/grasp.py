@@ -39,11 +39,11 @@ class Quality:
     epsilon: float
     """ε: radius of the largest ball about the origin inside the set of wrenches, N"""
     epsilon_bound: float
-    """Upper bound of ε; it is above ε only for round cones whose search was ended"""
+    """Upper bound of the ε of round cones; `epsilon` is a lower one"""
     weakest: Array
     """Unit wrench that the grasp resists least: force, then moment over length"""
     volume: float | None
-    """Volume of the set; None for ``norm="each"`` and for round cones"""
+    """Volume of the set; None for ``norm="each"``"""
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class Grasp:
 
         Args:
             norm: ``total``: the sum of the normal forces is at most 1 N (L1); ``each``: each of them is (L∞).
-            edges: Edges of the pyramids inside the friction cones; 0 for round cones.
+            edges: Edges of the pyramids inside the friction cones, at least 3.
             length: Divides moments, m; by default the largest distance of a contact from the object's origin.
             planar: The object moves along x and y of its frame, and turns about z.
 
