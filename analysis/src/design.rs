@@ -72,6 +72,9 @@ pub enum NoDesign {
     /// Tendons with arms that vary.
     #[error("tendon `{0}` has no constant moment arms, which the closed form needs")]
     VaryingArms(String),
+    /// A closed chain of links.
+    #[error("linkage `{0}` closes a chain of links, for which there is no closed form")]
+    ClosedChain(String),
     /// A parameter that the hand does not have.
     #[error("variable {variable}: the hand has no such tendon or coordinate")]
     Parameter {
@@ -118,6 +121,8 @@ pub struct Design {
     pub rest: DVector<f64>,
     /// K⁻¹
     give: Vec<f64>,
+    /// The part of E that springs across joints have, and their torques at q = 0.
+    coupling: (DMatrix<f64>, DVector<f64>),
     hand: Hand,
 }
 
@@ -138,8 +143,11 @@ impl Design {
     /// The numbers of a hand.
     ///
     /// # Errors
-    /// A tendon without constant moment arms.
+    /// A tendon without constant moment arms, or a closed chain.
     pub fn of(hand: &Hand) -> Result<Self, NoDesign> {
+        if let Some(pin) = hand.linkages.first() {
+            return Err(NoDesign::ClosedChain(pin.name.clone()));
+        }
         if let Some(tendon) = hand.tendons.iter().find(|tendon| !tendon.elements.is_empty()) {
             return Err(NoDesign::VaryingArms(tendon.name.clone()));
         }
@@ -148,6 +156,7 @@ impl Design {
             e: spring_stiffness(hand),
             rest: DVector::from_iterator(hand.coordinates.len(), hand.coordinates.iter().map(|c| c.rest)),
             give: hand.tendons.iter().map(|tendon| 1.0 / tendon.stiffness).collect(),
+            coupling: coupling(hand),
             hand: hand.clone(),
         })
     }
@@ -156,9 +165,14 @@ impl Design {
     pub fn get(&self, parameter: Parameter) -> f64 {
         match parameter {
             Parameter::Arm { tendon, coordinate } => self.r[(tendon, coordinate)],
-            Parameter::Stiffness(c) => self.e[(c, c)],
+            Parameter::Stiffness(c) => self.own_stiffness(c),
             Parameter::Rest(c) => self.rest[c],
         }
+    }
+
+    /// E of a coordinate's own spring.
+    fn own_stiffness(&self, c: usize) -> f64 {
+        self.e[(c, c)] - self.coupling.0[(c, c)]
     }
 
     /// Sets the parameters of variables to their values.
@@ -168,7 +182,7 @@ impl Design {
                 let value = factor * value;
                 match *parameter {
                     Parameter::Arm { tendon, coordinate } => self.r[(tendon, coordinate)] = value,
-                    Parameter::Stiffness(c) => self.e[(c, c)] = value,
+                    Parameter::Stiffness(c) => self.e[(c, c)] = value + self.coupling.0[(c, c)],
                     Parameter::Rest(c) => self.rest[c] = value,
                 }
             }
@@ -200,7 +214,9 @@ impl Design {
             all[(n + t, n + t)] = -give;
         }
         let mut right = DVector::zeros(n + m + c);
-        right.rows_mut(0, n).copy_from(&(&self.e * &self.rest));
+        for i in 0..n {
+            right[i] = self.own_stiffness(i) * self.rest[i] + self.coupling.1[i];
+        }
         right.rows_mut(n, m).copy_from_slice(&wound_lengths(&self.hand, sigma));
         if let Some((jacobian, touching, compliance)) = contacts {
             all.view_mut((0, n + m), (n, c)).copy_from(&jacobian.transpose());
@@ -223,11 +239,7 @@ impl Design {
                         slopes[(n + tendon, k)] -= factor * found[coordinate];
                     }
                     Parameter::Stiffness(i) => slopes[(i, k)] -= factor * (found[i] - self.rest[i]),
-                    Parameter::Rest(i) => {
-                        for row in 0..n {
-                            slopes[(row, k)] += factor * self.e[(row, i)];
-                        }
-                    }
+                    Parameter::Rest(i) => slopes[(i, k)] += factor * self.own_stiffness(i),
                 }
             }
         }
@@ -337,6 +349,22 @@ impl Design {
         }
         Ok(())
     }
+}
+
+/// Stiffness and torques at q = 0 of the springs across joints.
+fn coupling(hand: &Hand) -> (DMatrix<f64>, DVector<f64>) {
+    let n = hand.coordinates.len();
+    let mut stiffness = spring_stiffness(hand);
+    let mut torque = DVector::zeros(n);
+    for (i, c) in hand.coordinates.iter().enumerate() {
+        stiffness[(i, i)] -= c.stiffness;
+    }
+    for spring in &hand.springs {
+        for &(i, arm) in &spring.arms {
+            torque[i] += spring.stiffness * arm * spring.rest;
+        }
+    }
+    (stiffness, torque)
 }
 
 /// Steps end when the cost falls by less than this part.

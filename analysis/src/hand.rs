@@ -77,10 +77,18 @@ pub enum NotCompliant {
     },
 }
 
-/// E: stiffness of the springs alone, n × n.
+/// E: stiffness of the springs alone, n × n: `diag(E_i) + Σ k r rᵀ` with springs across joints.
 pub fn spring_stiffness(hand: &Hand) -> DMatrix<f64> {
     let n = hand.coordinates.len();
-    DMatrix::from_fn(n, n, |i, k| if i == k { hand.coordinates[i].stiffness } else { 0.0 })
+    let mut e = DMatrix::from_fn(n, n, |i, k| if i == k { hand.coordinates[i].stiffness } else { 0.0 });
+    for spring in &hand.springs {
+        for &(i, a) in &spring.arms {
+            for &(k, b) in &spring.arms {
+                e[(i, k)] += spring.stiffness * a * b;
+            }
+        }
+    }
+    e
 }
 
 /// R(q) of all tendons, m × n.
@@ -107,7 +115,8 @@ pub fn winding(hand: &Hand) -> DMatrix<f64> {
     winding
 }
 
-/// Stiffness of E, of limits that joints are beyond, and of the curvature of tendons under tension: −f ∂²s/∂q².
+/// Stiffness of E, of limits that joints are beyond, of the curvature of tendons under tension, −f ∂²s/∂q², and of the pins that close
+/// chains.
 fn stiffness_without_tendons(hand: &Hand, posture: Posture<'_>, limit_stiffness: f64) -> DMatrix<f64> {
     let mut e = spring_stiffness(hand);
     for (i, (c, q)) in hand.coordinates.iter().zip(posture.q).enumerate() {
@@ -120,6 +129,15 @@ fn stiffness_without_tendons(hand: &Hand, posture: Posture<'_>, limit_stiffness:
             let c = element.coordinate;
             e[(c, c)] -= f * element.path.length(posture.q[c]).curvature;
         }
+    }
+    for pin in &hand.linkages {
+        let at = pin.at(hand, posture.q);
+        for (i, a) in &at.gradient {
+            for (k, b) in &at.gradient {
+                e[(*i, *k)] += pin.stiffness * a.dot(*b);
+            }
+        }
+        at.curvature(at.gap * pin.stiffness, |i, k, second| e[(i, k)] += second);
     }
     e
 }
@@ -143,7 +161,7 @@ impl CompliantHand {
         }
         let acts = |t: &usize| {
             let (tendon, f) = (&hand.tendons[*t], posture.tension[*t]);
-            f.abs() < tendon.force_limit && (f > 0.0 || tendon.both_ways)
+            f > tendon.least_force() && f < tendon.most_at_rest()
         };
         let acting: Vec<usize> = (0..hand.tendons.len()).filter(acts).collect();
         let give = |t: &usize| match tendons {

@@ -5,7 +5,6 @@
 
 use palmares_models::Vec3;
 use palmares_sim::actuation::base::shortest_turn;
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::crba::Inertias;
 use palmares_sim::dynamics::jacobian::{add_link_torque, add_point_force};
 use palmares_sim::dynamics::tree::Kinematics;
@@ -74,7 +73,7 @@ impl Stored {
 fn lengths(model: &Model, state: &State) -> Vec<(f64, f64)> {
     let Some(hand) = model.hand() else { return Vec::new() };
     let of = |tendon: &palmares_models::hand::Tendon| {
-        let wound = wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position);
+        let wound = tendon.wound(&hand.motors, |motor| state.motors[motor].position);
         (wound, tendon.length(&state.q))
     };
     hand.tendons.iter().map(of).collect()

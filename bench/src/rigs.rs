@@ -112,7 +112,7 @@ pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Resul
         });
         hand.tendons.push(Tendon {
             name: format!("tendon_{i}"),
-            motor: i,
+            motors: vec![(i, 1.0)],
             moment_arms: vec![(i, 1.0)],
             force_limit: finger.tension,
             ..stock.tendons[0].clone()

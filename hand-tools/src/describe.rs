@@ -2,7 +2,7 @@
 
 use crate::table::table;
 use palmares_models::camera::Camera;
-use palmares_models::hand::describe::HandDescription;
+use palmares_models::hand::describe::{HandDescription, TendonDescription};
 use palmares_models::hand::sensors::Sensors;
 use palmares_models::hand::{Hand, HingeKind, TactilePatch};
 use palmares_models::shape::Shape;
@@ -130,15 +130,24 @@ fn actuation(about: &HandDescription) -> String {
     for t in &about.tendons {
         let _ = writeln!(
             out,
-            "  tendon {} of motor {}: stiffness K {}, damping {}, tension at most {}",
+            "  tendon {} of {}: stiffness K {}, damping {}, tension at most {}",
             t.name,
-            t.motor,
+            wound_by(t),
             short(t.stiffness),
             short(t.damping),
             short(t.force_limit)
         );
         if t.both_ways {
             let _ = writeln!(out, "    pushes as well as it pulls");
+        }
+        if let Some(hold) = t.hold_limit {
+            let ends = if t.breakaway { "its clutch lets go" } else { "its motors stop" };
+            let _ = writeln!(
+                out,
+                "    {ends} at {}; no load below {} turns it back",
+                short(t.force_limit),
+                short(hold)
+            );
         }
         for e in &t.elements {
             let _ = writeln!(
@@ -148,8 +157,54 @@ fn actuation(about: &HandDescription) -> String {
             );
         }
     }
+    for spring in &about.springs {
+        let _ = writeln!(
+            out,
+            "  spring {} on {}: stiffness {}, damping {}, rest {}",
+            spring.name,
+            sum_of(spring.moment_arms.iter().zip(&about.coordinates).map(|(arm, c)| (*arm, c.name.as_str()))),
+            short(spring.stiffness),
+            short(spring.damping),
+            short(spring.rest)
+        );
+    }
+    for pin in &about.linkages {
+        let [a, b] = &pin.links;
+        let _ =
+            writeln!(out, "  linkage {}: pins {a} to {b}, stiffness {} N/m", pin.name, short(pin.stiffness));
+    }
     if out.is_empty() {
         out.push_str("  none\n");
+    }
+    out
+}
+
+/// The motors of a tendon, in words.
+fn wound_by(tendon: &TendonDescription) -> String {
+    match (tendon.motor.is_empty(), tendon.motors.is_empty()) {
+        (true, _) => format!("no motor, wound by {}", short(tendon.rest)),
+        (false, true) => format!("motor {}", tendon.motor),
+        (false, false) => {
+            let motors = tendon.motors.iter().map(|entry| (entry.weight, entry.motor.as_str()));
+            format!("motors {}", sum_of(motors))
+        }
+    }
+}
+
+/// A weighted sum of names: `0.5 a - 0.5 b`.
+fn sum_of<'a>(terms: impl Iterator<Item = (f64, &'a str)>) -> String {
+    let mut out = String::new();
+    for (weight, name) in terms.filter(|(weight, _)| *weight != 0.0) {
+        let sign = match (out.is_empty(), weight < 0.0) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        let _ = match weight.abs() {
+            1.0 => write!(out, "{sign}{name}"),
+            size => write!(out, "{sign}{} {name}", short(size)),
+        };
     }
     out
 }

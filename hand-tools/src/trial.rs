@@ -192,8 +192,10 @@ impl Statistics {
             }
         }
         for (tendon, f) in hand.tendons.iter().zip(&state.tension) {
-            let moved = state.motors[tendon.motor].position - before[tendon.motor];
-            self.motor_work_j += (f * hand.motors[tendon.motor].scaling * moved).abs();
+            for &(motor, weight) in &tendon.motors {
+                let moved = state.motors[motor].position - before[motor];
+                self.motor_work_j += (f * weight * hand.motors[motor].scaling * moved).abs();
+            }
         }
         run.over().is_none()
     }

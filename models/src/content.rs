@@ -3,11 +3,12 @@
 //! Every number is hashed with all its bits and every list with its length; the order is fixed.
 
 use crate::camera::{Camera, Stereo};
+use crate::hand::path::TendonPath;
 use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
-use crate::hand::tendon::{TendonElement, TendonPath};
+use crate::hand::tendon::TendonElement;
 use crate::hand::{
-    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Pad, PadOn, Sensors, TactilePatch,
-    Tendon,
+    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Pad, PadOn, Sensors,
+    Spring, TactilePatch, Tendon,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -123,6 +124,8 @@ impl Hand {
             links,
             coordinates,
             tendons,
+            springs,
+            linkages,
             motors,
             gravity_compensation,
             no_collision,
@@ -159,6 +162,23 @@ impl Hand {
                 h.count(*geom);
                 h.flag(thickness.is_some());
                 h.floats(&[thickness.unwrap_or(0.0), *modulus]);
+            });
+        }
+        // The same for springs across joints and linkages.
+        if !springs.is_empty() || !linkages.is_empty() {
+            hash.list(springs, |h, Spring { name, arms, stiffness, damping, rest }| {
+                h.text(name);
+                h.list(arms, |h, (coordinate, arm)| {
+                    h.count(*coordinate);
+                    h.float(*arm);
+                });
+                h.floats(&[*stiffness, *damping, *rest]);
+            });
+            hash.list(linkages, |h, Linkage { name, links, points, stiffness, damping }| {
+                h.text(name);
+                links.iter().for_each(|link| h.count(*link));
+                points.iter().for_each(|point| h.vector(*point));
+                h.floats(&[*stiffness, *damping]);
             });
         }
         hash.to_hex()
@@ -267,9 +287,32 @@ fn coordinate(hash: &mut ContentHash, coordinate: &Coordinate) {
 }
 
 fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
-    let Tendon { name, motor, moment_arms, elements, both_ways, stiffness, damping, force_limit } = tendon;
+    let Tendon {
+        name,
+        motors,
+        rest,
+        moment_arms,
+        elements,
+        both_ways,
+        stiffness,
+        damping,
+        force_limit,
+        hold_limit,
+        breakaway,
+    } = tendon;
     hash.text(name);
-    hash.count(*motor);
+    // One motor of weight 1 has the same hash as before weights existed.
+    match motors[..] {
+        [(motor, 1.0)] if *rest == 0.0 => hash.count(motor),
+        _ => {
+            hash.text("motors");
+            hash.list(motors, |h, (motor, weight)| {
+                h.count(*motor);
+                h.float(*weight);
+            });
+            hash.float(*rest);
+        }
+    }
     hash.list(moment_arms, |h, (coordinate, arm)| {
         h.count(*coordinate);
         h.float(*arm);
@@ -282,10 +325,29 @@ fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
                 h.text("da_vinci");
                 h.floats(&[g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2]);
             }
+            TendonPath::Polynomial(polynomial) => {
+                h.text("polynomial");
+                h.list(&polynomial.coefficients, |h, c| h.float(*c));
+            }
+            TendonPath::Table(table) => {
+                h.text("table");
+                h.list(&table.points().at, |h, x| h.float(*x));
+                h.list(&table.points().length, |h, x| h.float(*x));
+            }
+            TendonPath::Eyelets(eyelets) => {
+                h.text("eyelets");
+                h.floats(&eyelets.positions().before);
+                h.floats(&eyelets.positions().after);
+            }
         }
     });
     hash.flag(*both_ways);
     hash.floats(&[*stiffness, *damping, *force_limit]);
+    if let Some(hold) = hold_limit {
+        hash.text("hold");
+        hash.float(*hold);
+        hash.flag(*breakaway);
+    }
 }
 
 #[cfg(test)]

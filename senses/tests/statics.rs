@@ -6,7 +6,6 @@ use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_senses::Sensors;
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::state::BaseReference;
 use palmares_sim::{BaseCommand, Command, Config, Model, State, World};
 use std::sync::Arc;
@@ -150,9 +149,10 @@ fn tension_is_the_pull_of_the_motor() {
     }
     let state = world.state();
     for (tendon, k) in hand.tendons.iter().zip(0..) {
-        let motor = tendon.motor;
+        let motor = tendon.motors[0].0;
         let taken: f64 = tendon.length(&state.q);
-        let pull = tendon.stiffness * (wound(&hand.motors[motor], state.motors[motor].position) - taken);
+        let pull =
+            tendon.stiffness * (tendon.wound(&hand.motors, |motor| state.motors[motor].position) - taken);
         let tension = sensors.read(&world).column("motors", "tension")[motor];
         let clamped =
             pull.clamp(if tendon.both_ways { -tendon.force_limit } else { 0.0 }, tendon.force_limit);

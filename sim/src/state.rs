@@ -1,5 +1,6 @@
 //! Variable part of a world. A clone is a snapshot; a world given a clone continues bit for bit.
 
+use crate::actuation::clutch;
 use crate::anchor::Pair;
 use crate::bounds::{Fault, MAX_DISTANCE, MAX_SPEED, MAX_SUBSTEPS};
 use crate::digest::Digest;
@@ -29,6 +30,8 @@ pub struct State {
     pub motors: Vec<MotorState>,
     /// Tension of every tendon in the last step.
     pub tension: Vec<f64>,
+    /// Of every tendon with a clutch: the wound length at which it let go; None while it is engaged.
+    pub locked: Vec<Option<f64>>,
     /// Sleep bookkeeping of every object.
     pub sleep: Vec<Sleep>,
     /// The hand one step earlier.
@@ -90,9 +93,7 @@ impl State {
     /// Everything at rest: the open hand at `base`, the objects at `objects` (object frames).
     pub fn at_rest(model: &Model, base: Pose, objects: &[Pose]) -> Self {
         let hand = model.hand();
-        let q = hand.map_or(Vec::new(), |hand| {
-            hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect()
-        });
+        let q = hand.map_or(Vec::new(), |hand| hand.open());
         State {
             step: 0,
             base,
@@ -108,6 +109,7 @@ impl State {
             reference: BaseReference { pose: base, linear: Vec3::ZERO, angular: Vec3::ZERO },
             motors: hand.map_or(Vec::new(), |hand| vec![MotorState::default(); hand.motors.len()]),
             tension: hand.map_or(Vec::new(), |hand| vec![0.0; hand.tendons.len()]),
+            locked: hand.map_or(Vec::new(), |hand| vec![None; clutch::count(hand)]),
             sleep: vec![Sleep::default(); model.objects().len()],
             earlier: Earlier::default(),
             substeps: 0,
@@ -139,14 +141,28 @@ impl State {
 
     /// Copies another state into its own memory: a restored world allocates next to nothing.
     pub(crate) fn take_over(&mut self, from: &State) {
-        let State { step, base, q, v, objects, reference, motors, tension, sleep, earlier, substeps, pairs } =
-            from;
+        let State {
+            step,
+            base,
+            q,
+            v,
+            objects,
+            reference,
+            motors,
+            tension,
+            locked,
+            sleep,
+            earlier,
+            substeps,
+            pairs,
+        } = from;
         (self.step, self.base, self.reference, self.substeps) = (*step, *base, *reference, *substeps);
         self.q.clone_from(q);
         self.v.clone_from(v);
         self.objects.clone_from(objects);
         self.motors.clone_from(motors);
         self.tension.clone_from(tension);
+        self.locked.clone_from(locked);
         self.sleep.clone_from(sleep);
         (self.earlier.smooth, self.earlier.base) = (earlier.smooth, earlier.base);
         self.earlier.q.clone_from(&earlier.q);
@@ -170,6 +186,7 @@ impl State {
             && (self.objects.len(), self.sleep.len()) == (objects, objects)
             && self.motors.len() == hand.map_or(0, |hand| hand.motors.len())
             && self.tension.len() == hand.map_or(0, |hand| hand.tendons.len())
+            && self.locked.len() == hand.map_or(0, |hand| clutch::count(hand))
             && self.pairs.iter().all(|pair| pair.key.0 < pair.key.1 && pair.key.1 < shapes)
             && self.pairs.windows(2).all(|two| two[0].key < two[1].key)
     }
@@ -186,6 +203,7 @@ impl State {
             && is_pose(pose)
             && linear.to_array().iter().chain(&angular.to_array()).all(near)
             && self.motors.iter().all(is_motor)
+            && self.locked.iter().flatten().all(near)
             && is_pose(&self.earlier.base)
             && self.earlier.q.iter().chain(&self.earlier.v).all(near)
     }
@@ -240,6 +258,7 @@ impl State {
             reference: BaseReference { pose, linear, angular },
             motors,
             tension,
+            locked,
             sleep,
             earlier,
             substeps,
@@ -260,6 +279,10 @@ impl State {
             h.floats(&[*command, *position, *velocity]);
         }
         h.floats(tension);
+        for locked in locked {
+            h.word(u64::from(locked.is_some()));
+            h.floats(&[locked.unwrap_or(0.0)]);
+        }
         for Sleep { still_steps, since, asleep } in sleep {
             h.word(u64::from(*still_steps) << 1 | u64::from(*asleep));
             h.floats(since);

@@ -1,5 +1,6 @@
 //! A world: an immutable model, a state, and the scratch memory of a step.
 
+use crate::actuation::elastic;
 use crate::bounds::Fault;
 use crate::command::Command;
 use crate::dynamics::jacobian::{add_link_torque, add_point_force};
@@ -148,6 +149,7 @@ impl World {
         for (i, c) in hand.coordinates.iter().enumerate() {
             tau[i] -= c.stiffness * (self.state.q[i] - c.rest);
         }
+        elastic::subtract_torques(hand, &self.state.q, &mut tau);
         tau
     }
 }

@@ -3,7 +3,6 @@
 use palmares_models::hand::Hand;
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::Push;
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::crba::Inertias;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
@@ -29,7 +28,7 @@ fn world_with(hand: &Arc<Hand>, config: Config) -> (World, Command) {
 }
 
 fn wound_by(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
-    hand.tendons.iter().map(|tendon| wound(&hand.motors[tendon.motor], sigma[tendon.motor])).collect()
+    hand.tendons.iter().map(|tendon| tendon.wound(&hand.motors, |motor| sigma[motor])).collect()
 }
 
 fn open(hand: &Hand) -> Vec<f64> {

@@ -1,7 +1,9 @@
 //! Impossible hands, played with random actions: every tick ends, within the work a step may take,
 //! without a panic, and a world that is not sound says so.
 
-use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
+use palmares_models::hand::{
+    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Spring, Tendon,
+};
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 use palmares_sim::bounds::{MAX_DISTANCE, MAX_SPEED, STEP_WORK};
@@ -152,13 +154,34 @@ impl Numbers {
         let tendons = (0..1 + self.below(2))
             .map(|k| Tendon {
                 name: format!("tendon_{k}"),
-                motor: 0,
+                motors: vec![(0, if k == 0 { 1.0 } else { self.either(1e3) })],
+                rest: if k == 0 { 0.0 } else { self.either(1e9) },
                 moment_arms: (0..n).map(|c| (c, self.either(1e9))).collect(),
                 elements: Vec::new(),
                 both_ways: self.below(2) == 0,
                 stiffness: self.size(1e9),
                 damping: self.size(1e9),
                 force_limit: self.size(1e9),
+                hold_limit: None,
+                breakaway: false,
+            })
+            .collect();
+        let springs = (0..self.below(2))
+            .map(|k| Spring {
+                name: format!("spring_{k}"),
+                arms: (0..n).map(|c| (c, self.either(1e3))).collect(),
+                stiffness: self.size(1e9),
+                damping: self.size(1e9),
+                rest: self.either(1e3),
+            })
+            .collect();
+        let linkages = (0..self.below(2))
+            .map(|k| Linkage {
+                name: format!("linkage_{k}"),
+                links: [0, n],
+                points: [0; 2].map(|_| Vec3::new(self.either(1.0), self.either(1.0), self.either(1.0))),
+                stiffness: self.size(1e9),
+                damping: self.size(1e9),
             })
             .collect();
         Hand {
@@ -167,6 +190,8 @@ impl Numbers {
             links: (0..=n).map(|k| self.link(k, k > 0)).collect(),
             coordinates,
             tendons,
+            springs,
+            linkages,
             motors: vec![Motor {
                 name: "motor".to_owned(),
                 scaling: self.either(1e9),

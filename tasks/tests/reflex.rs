@@ -2,7 +2,6 @@
 
 use palmares_models::hand::Hand;
 use palmares_models::{Rotation, Vec3};
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::statics::equilibrium::solve_free;
 use palmares_tasks::Sensing;
 use palmares_tasks::action::{Action, BaseTarget};
@@ -59,8 +58,7 @@ const CLOSED: [f64; 4] = [0.9, 0.9, 0.9, 0.4];
 
 /// Parts of the hand on its way down that could strike something, in its frame.
 fn probes(hand: &Hand) -> Vec<Vec3> {
-    let s: Vec<f64> =
-        hand.tendons.iter().map(|t| wound(&hand.motors[t.motor], ON_THE_WAY[t.motor])).collect();
+    let s: Vec<f64> = hand.tendons.iter().map(|t| t.wound(&hand.motors, |motor| ON_THE_WAY[motor])).collect();
     let open: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     let q = solve_free(hand, &s, &vec![0.0; open.len()], &open).expect("it has an equilibrium").q;
     let poses = hand.base_from_links(&q);

@@ -147,7 +147,8 @@ fn readings_scatter_as_declared() {
     let sensors = &still.hand().sensors;
     let encoder = sensors.joints.as_ref().expect("encoders");
     expect(deviation(&joints), encoder.noise.hypot(encoder.resolution / 12f64.sqrt()), 0.0);
-    let limit: f64 = still.hand().tendons.iter().find(|tendon| tendon.motor == 0).expect("one").force_limit;
+    let limit: f64 =
+        still.hand().tendons.iter().find(|tendon| tendon.weight(0) != 0.0).expect("one").force_limit;
     expect(deviation(&tension), sensors.motors.tension_noise * limit, 0.0);
 }
 

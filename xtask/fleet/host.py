@@ -75,7 +75,9 @@ internal_url = "http://{self.address}"
         """Start the server; it may not be ready yet."""
         variables = [f"{name}={value}" for name, value in self.environment.items()]
         words = [*self.network.inside(self.name), "env", *variables, str(self.program), "serve"]
-        self.process = start([*words, "--config", "competition.toml"], self.log, self.folder)
+        # The small disk is a cache of the replays in the bucket.
+        words += ["--config", "competition.toml", "--practice-replays-mb", str(DISK_MB // 3)]
+        self.process = start(words, self.log, self.folder)
 
     def is_ready(self) -> bool:
         """Return whether it takes clients."""

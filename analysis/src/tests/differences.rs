@@ -235,6 +235,7 @@ impl Springs<'_> {
             tendon.gradient(q, |c, r| all[c] += r * f);
         }
         let stretch = DVector::from_fn(n, |i, _| q[i] - self.hand.coordinates[i].rest);
+        // No built-in hand of this test has springs across joints.
         all -= spring_stiffness(self.hand) * stretch;
         let back = object().rotation.inverse();
         let wrench: Vec<f64> =

@@ -13,7 +13,6 @@ use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::BaseCommand;
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::{Command, Config, Model, State, World};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -279,7 +278,7 @@ pub fn tension_balance(world: &World) -> f64 {
     let state = world.state();
     let mut worst: f64 = 0.0;
     for (tendon, f) in hand.tendons.iter().zip(&state.tension) {
-        let motor = wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position);
+        let motor = tendon.wound(&hand.motors, |motor| state.motors[motor].position);
         let mut rate = 0.0;
         tendon.gradient(&state.q, |c, r| rate += r * state.v[6 + c]);
         let law = tendon.stiffness * (motor - tendon.length(&state.q)) - tendon.damping * rate;

@@ -48,6 +48,8 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
         links: std::iter::once(base).chain(links).collect(),
         coordinates,
         tendons: Vec::new(),
+        springs: Vec::new(),
+        linkages: Vec::new(),
         motors: Vec::new(),
         gravity_compensation: false,
         no_collision: Vec::new(),

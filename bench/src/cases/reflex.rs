@@ -13,7 +13,6 @@ use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 #[cfg(test)]
 use palmares_sim::World;
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::statics::equilibrium::solve_free;
 use palmares_sim::{Command, Config, Model, State};
 use std::f64::consts::PI;
@@ -44,7 +43,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             recorder.step(&mut *world, &command)?;
         }
         let s: Vec<f64> =
-            hand.tendons.iter().map(|t| wound(&hand.motors[t.motor], command.sigma[t.motor])).collect();
+            hand.tendons.iter().map(|t| t.wound(&hand.motors, |motor| command.sigma[motor])).collect();
         let open: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
         let expected = solve_free(&hand, &s, &vec![0.0; open.len()], &open)?;
         for (q, expected) in world.state().q.iter().zip(&expected.q) {

@@ -11,7 +11,6 @@ use anyhow::{Context, Result};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::Push;
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::statics::equilibrium::ClosedForm;
@@ -50,7 +49,7 @@ pub(super) fn world_of(hand: Arc<Hand>, setup: &Setup) -> Result<(Box<dyn Engine
 fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
     let mut sigma: f64 = 1.0;
     while sigma > 0.01 {
-        let s = wound(&hand.motors[0], sigma);
+        let s = hand.motors[0].wound(sigma);
         let (q, f) = form.solve(&[s], &vec![0.0; hand.coordinates.len()]);
         let inside = q.iter().zip(&hand.coordinates).all(|(q, c)| *q > c.lower + 0.02 && *q < c.upper - 0.02);
         let unsaturated = f.iter().zip(&hand.tendons).all(|(f, t)| *f < 0.95 * t.force_limit);
@@ -97,7 +96,7 @@ pub fn free_close(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let hand = softhand()?;
     let form = ClosedForm::new(&hand)?;
     let sigma = free_sigma(&hand, &form);
-    let wound = wound(&hand.motors[0], sigma);
+    let wound = hand.motors[0].wound(sigma);
     let (mut world, mut command) = world_of(hand, setup)?;
     for t in ends_of_steps(4.0, setup.dt_s) {
         command.sigma[0] = sigma * ramp(t).0;
@@ -114,7 +113,7 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
     let hand = softhand()?;
     let form = ClosedForm::new(&hand)?;
     let sigma = 0.7 * free_sigma(&hand, &form);
-    let wound = wound(&hand.motors[0], sigma);
+    let wound = hand.motors[0].wound(sigma);
     let link = hand
         .links
         .iter()

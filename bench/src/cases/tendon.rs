@@ -12,7 +12,6 @@ use anyhow::{Context, Result};
 use palmares_models::hand::{Hand, HingeKind};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
 
@@ -53,7 +52,7 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     let tendon = &hand.tendons[0];
     let state = world.state();
     // The clamp yields a little under the tendon: the joint's place is read, the rest is predicted.
-    let mut stretch = wound(&hand.motors[0], sigma);
+    let mut stretch = hand.motors[0].wound(sigma);
     let mut compliance = 1.0 / tendon.stiffness;
     for &(c, r) in &tendon.moment_arms {
         let joint = &hand.coordinates[c];

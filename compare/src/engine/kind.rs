@@ -120,5 +120,10 @@ impl EngineFactory for mujoco::Settings {
 fn has_constant_moment_arms(engine: &str, model: &Model) -> Result<()> {
     let bent = |hand: &Arc<Hand>| hand.tendons.iter().any(|tendon| !tendon.elements.is_empty());
     ensure!(!model.hand().is_some_and(bent), "{engine} has no tendons whose R depends on q");
+    let coupled = |hand: &Arc<Hand>| !(hand.springs.is_empty() && hand.linkages.is_empty());
+    ensure!(
+        !model.hand().is_some_and(coupled),
+        "{engine} gets no springs across joints and no closed chains"
+    );
     Ok(())
 }

@@ -10,7 +10,6 @@ use palmares_models::hand::{Hand, Motor, Tendon};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::statics::equilibrium::ClosedForm;
 use palmares_sim::{Command, Config, Model, State};
 use serde::{Deserialize, Serialize};
@@ -64,7 +63,7 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     let motor = hand.motors.first().context("the hand has a motor")?;
     let tendon = hand.tendons.first().context("the hand has a tendon")?;
     let form = ClosedForm::new(hand)?;
-    let (q, _) = form.solve(&[wound(motor, 1.0)], &vec![0.0; hand.coordinates.len()]);
+    let (q, _) = form.solve(&[motor.wound(1.0)], &vec![0.0; hand.coordinates.len()]);
     let mut plain = hand.clone();
     (plain.motors, plain.tendons) = (Vec::new(), Vec::new());
     for (i, c) in hand.coordinates.iter().enumerate() {
@@ -78,7 +77,7 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
         });
         plain.tendons.push(Tendon {
             name: c.name.clone(),
-            motor: i,
+            motors: vec![(i, 1.0)],
             moment_arms: vec![(i, 1.0)],
             elements: Vec::new(),
             ..tendon.clone()
@@ -134,9 +133,9 @@ mod tests {
         let tendon = softhand().expect("built in");
         let joints = servo_on_every_joint(&tendon).expect("a hand");
         let n = tendon.coordinates.len();
-        let s: Vec<f64> = joints.motors.iter().map(|motor| wound(motor, 1.0)).collect();
+        let s: Vec<f64> = joints.motors.iter().map(|motor| motor.wound(1.0)).collect();
         let (q, _) = ClosedForm::new(&joints).expect("solvable").solve(&s, &vec![0.0; n]);
-        let one = wound(&tendon.motors[0], 1.0);
+        let one = tendon.motors[0].wound(1.0);
         let (expected, _) = ClosedForm::new(&tendon).expect("solvable").solve(&[one], &vec![0.0; n]);
         for (a, b) in q.iter().zip(&expected) {
             assert!((a - b).abs() < 1e-9, "{q:?} {expected:?}");

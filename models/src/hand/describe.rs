@@ -3,8 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::tendon::{DaVinciGeometry, Tendon, TendonElement, TendonPath};
-use super::{Hand, HingeKind, Sensors, TactilePatch};
+use super::da_vinci::DaVinciGeometry;
+use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
+use super::tendon::{Tendon, TendonElement};
+use super::{Hand, HingeKind, Linkage, Sensors, Spring, TactilePatch};
 use crate::Pose;
 use crate::shape::Shape;
 
@@ -25,6 +27,12 @@ pub struct HandDescription {
     pub motors: Vec<MotorDescription>,
     /// Tendons.
     pub tendons: Vec<TendonDescription>,
+    /// Springs across several joints.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<SpringDescription>,
+    /// Pins that close chains of links.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub linkages: Vec<LinkageDescription>,
     /// The fingers, by the names of their first links: the order of `telemetry.fingers`.
     pub fingers: Vec<String>,
     /// Tactile patches.
@@ -129,8 +137,14 @@ pub struct MotorDescription {
 pub struct TendonDescription {
     /// Name.
     pub name: String,
-    /// Name of the motor that winds it.
+    /// Name of the motor that winds it; of several, the first; empty if there is none.
     pub motor: String,
+    /// Weight of every motor that winds it, if these are not one motor of weight 1.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub motors: Vec<WeightDescription>,
+    /// Wound length without the motors' part.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub rest: f64,
     /// Its row of R at rest, one entry per coordinate.
     pub moment_arms: Vec<f64>,
     /// Elements whose moment arm depends on the configuration.
@@ -143,6 +157,12 @@ pub struct TendonDescription {
     pub damping: f64,
     /// f_max
     pub force_limit: f64,
+    /// Largest tension that it holds, if no load turns it back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold_limit: Option<f64>,
+    /// Whether a clutch lets go at f_max.
+    #[serde(skip_serializing_if = "is_false")]
+    pub breakaway: bool,
 }
 
 /// A part of a tendon whose moment arm depends on a coordinate.
@@ -156,11 +176,64 @@ pub struct ElementDescription {
 }
 
 /// Path of a tendon over a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum PathDescription {
     /// Over two pulleys, one on either side of the joint.
     DaVinci(DaVinciGeometry),
+    /// A polynomial of the coordinate.
+    Polynomial(Polynomial),
+    /// Measured lengths, and the natural cubic spline through them.
+    Table(TablePoints),
+    /// Straight from one eyelet to another.
+    Eyelets(EyeletPositions),
+}
+
+/// Weight of a motor in a tendon's wound length.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct WeightDescription {
+    /// Name of the motor.
+    pub motor: String,
+    /// Weight.
+    pub weight: f64,
+}
+
+/// A spring across several joints.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct SpringDescription {
+    /// Name.
+    pub name: String,
+    /// Its row, one entry per coordinate.
+    pub moment_arms: Vec<f64>,
+    /// Stiffness.
+    pub stiffness: f64,
+    /// Damping.
+    pub damping: f64,
+    /// Length of the relaxed spring.
+    pub rest: f64,
+}
+
+/// A pin that closes a chain of links.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LinkageDescription {
+    /// Name.
+    pub name: String,
+    /// Names of the two links.
+    pub links: [String; 2],
+    /// The pin in the frame of each link, m.
+    pub points: [[f64; 3]; 2],
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+    /// Damping, N·s/m.
+    pub damping: f64,
+}
+
+fn is_false(x: &bool) -> bool {
+    !*x
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards.
@@ -205,7 +278,8 @@ fn bound(x: f64) -> Option<f64> {
 impl Hand {
     /// Description of the hand for users.
     pub fn describe(&self) -> HandDescription {
-        let rest: Vec<f64> = self.coordinates.iter().map(|c| c.rest).collect();
+        let mut rest: Vec<f64> = self.coordinates.iter().map(|c| c.rest).collect();
+        self.close_chains(&mut rest);
         let base_from_links = self.base_from_links(&rest);
         HandDescription {
             name: self.name.clone(),
@@ -235,6 +309,8 @@ impl Hand {
                 })
                 .collect(),
             tendons: self.describe_tendons(&rest),
+            springs: self.describe_springs(),
+            linkages: self.describe_linkages(),
             fingers: self.fingers().into_iter().map(|finger| finger.name).collect(),
             tactile: self.describe_tactile(),
             sensors: self.sensors.clone(),
@@ -288,19 +364,60 @@ impl Hand {
             coordinate: self.coordinates[e.coordinate].name.clone(),
             path: match &e.path {
                 TendonPath::DaVinci(mechanism) => PathDescription::DaVinci(*mechanism.geometry()),
+                TendonPath::Polynomial(polynomial) => PathDescription::Polynomial(polynomial.clone()),
+                TendonPath::Table(table) => PathDescription::Table(table.points().clone()),
+                TendonPath::Eyelets(eyelets) => PathDescription::Eyelets(*eyelets.positions()),
             },
+        };
+        let weight = |&(motor, weight): &(usize, f64)| WeightDescription {
+            motor: self.motors[motor].name.clone(),
+            weight,
         };
         let describe = |(t, row): (&Tendon, Vec<f64>)| TendonDescription {
             name: t.name.clone(),
-            motor: self.motors[t.motor].name.clone(),
+            motor: t.motors.first().map_or(String::new(), |(motor, _)| self.motors[*motor].name.clone()),
+            motors: match t.motors[..] {
+                [(_, 1.0)] => Vec::new(),
+                _ => t.motors.iter().map(weight).collect(),
+            },
+            rest: t.rest,
             moment_arms: row,
             elements: t.elements.iter().map(element).collect(),
             both_ways: t.both_ways,
             stiffness: t.stiffness,
             damping: t.damping,
             force_limit: t.force_limit,
+            hold_limit: t.hold_limit,
+            breakaway: t.breakaway,
         };
         self.tendons.iter().zip(self.moment_arms(rest)).map(describe).collect()
+    }
+
+    fn describe_springs(&self) -> Vec<SpringDescription> {
+        let row = |arms: &[(usize, f64)]| {
+            let mut row = vec![0.0; self.coordinates.len()];
+            arms.iter().for_each(|&(c, r)| row[c] += r);
+            row
+        };
+        let describe = |spring: &Spring| SpringDescription {
+            name: spring.name.clone(),
+            moment_arms: row(&spring.arms),
+            stiffness: spring.stiffness,
+            damping: spring.damping,
+            rest: spring.rest,
+        };
+        self.springs.iter().map(describe).collect()
+    }
+
+    fn describe_linkages(&self) -> Vec<LinkageDescription> {
+        let describe = |pin: &Linkage| LinkageDescription {
+            name: pin.name.clone(),
+            links: pin.links.map(|link| self.links[link].name.clone()),
+            points: pin.points.map(|point| point.to_array()),
+            stiffness: pin.stiffness,
+            damping: pin.damping,
+        };
+        self.linkages.iter().map(describe).collect()
     }
 
     fn specs(&self) -> Vec<SpecDescription> {

@@ -1,13 +1,19 @@
 //! The immutable description of a hand: a tree of links moved by few coordinates and fewer tendons.
 
+pub mod da_vinci;
 pub mod describe;
 pub mod fingers;
 mod kinematics;
+pub mod linkage;
+pub mod path;
 pub mod sensors;
+pub mod spring;
 pub mod tendon;
 mod validate;
 
+pub use self::linkage::Linkage;
 pub use self::sensors::{Sensors, TactilePatch};
+pub use self::spring::Spring;
 pub use self::tendon::Tendon;
 use crate::shape::Shape;
 pub use crate::shape::inertia::Inertia;
@@ -27,6 +33,10 @@ pub struct Hand {
     pub coordinates: Vec<Coordinate>,
     /// The tendons; each pulls on several coordinates.
     pub tendons: Vec<Tendon>,
+    /// Springs across several joints: the part of E off its diagonal.
+    pub springs: Vec<Spring>,
+    /// Pins that close chains of links.
+    pub linkages: Vec<Linkage>,
     /// The motors, in the order of the action's `hand` field.
     pub motors: Vec<Motor>,
     /// Whether the exact gravity torque of the hand's own links is added (Rocchi & Hauser 2016, eq. 6), so
@@ -136,6 +146,13 @@ pub struct Motor {
     pub offset: f64,
     /// Largest |dσ/dt|, 1/s.
     pub speed_limit: f64,
+}
+
+impl Motor {
+    /// s_ref at σ.
+    pub fn wound(&self, sigma: f64) -> f64 {
+        self.scaling * (sigma - self.offset)
+    }
 }
 
 /// A soft surface: pressed against something round, or round itself, it flattens, and resists spin about the

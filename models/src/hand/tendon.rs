@@ -1,11 +1,14 @@
-//! Tendons: the length s(q) that joints at coordinates q let a motor wind in, and its gradient, the moment arms R(q).
+//! Tendons: the length s(q) that joints at coordinates q let motors wind in, and its gradient, the moment arms R(q).
 //!
 //! Because every arm is the derivative of one length, the tendon does no net work on a closed path of q.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use super::path::TendonPath;
+use super::{Hand, Motor};
 
 /// A cable: tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
+///
+/// Motors wind `s_ref = rest + Σ wᵢ s_refᵢ`: one motor alone, or several through a differential (sum and difference of two motors at
+/// the ends of one cable: weights ½ and ½, ½ and −½). Without a motor the cable has a fixed length.
 ///
 /// Its length is `s(q) = Σ r_i q_i` plus the elements' part, and its row of R is the gradient ds/dq.
 /// s and f are in units of the coordinate the moment arms refer to: with r dimensionless (URDF
@@ -14,8 +17,10 @@ use serde::{Deserialize, Serialize};
 pub struct Tendon {
     /// Name, for messages.
     pub name: String,
-    /// Index into [`Hand::motors`](super::Hand::motors) of the motor that winds it.
-    pub motor: usize,
+    /// Motors that wind it: (index into [`Hand::motors`](super::Hand::motors), weight w), ascending by index.
+    pub motors: Vec<(usize, f64)>,
+    /// s_ref without the motors' part.
+    pub rest: f64,
     /// Constant part of its row of R: (coordinate index, moment arm), ascending by coordinate.
     pub moment_arms: Vec<(usize, f64)>,
     /// Parts of s that are not linear in q; each on a coordinate of its own.
@@ -26,8 +31,27 @@ pub struct Tendon {
     pub stiffness: f64,
     /// Damping b of the cable.
     pub damping: f64,
-    /// Largest tension f_max.
+    /// Largest tension f_max that the motors pull with.
     pub force_limit: f64,
+    /// Largest tension that it holds, for a drive that no load turns back, such as a worm gear: more than f_max. Its motors stop
+    /// where they pull with f_max, and the drive holds the place.
+    pub hold_limit: Option<f64>,
+    /// Whether a clutch lets go at f_max instead, for a drive with a hold limit: the motors go on, and this tendon stays locked until
+    /// they come back.
+    pub breakaway: bool,
+}
+
+impl Hand {
+    /// Force that a motor carries at these tensions, one a tendon: the sum over its tendons, each by its weight.
+    pub fn motor_load(&self, motor: usize, tension: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for (tendon, f) in self.tendons.iter().zip(tension) {
+            if let Some((_, weight)) = tendon.motors.iter().find(|entry| entry.0 == motor) {
+                sum += weight * f;
+            }
+        }
+        sum
+    }
 }
 
 /// A part of a tendon's length that is not linear in its coordinate.
@@ -39,35 +63,40 @@ pub struct TendonElement {
     pub path: TendonPath,
 }
 
-/// Path of a tendon over a joint.
-#[derive(Clone, Debug)]
-pub enum TendonPath {
-    /// Over two pulleys, one on either side of the joint.
-    DaVinci(DaVinci),
-}
-
-/// A length as a function of one coordinate, with its first two derivatives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Length {
-    /// s, in the tendon's unit; 0 at coordinate 0.
-    pub value: f64,
-    /// ds/dq: the moment arm.
-    pub slope: f64,
-    /// d²s/dq²
-    pub curvature: f64,
-}
-
-impl TendonPath {
-    /// The length at coordinate q.
-    #[inline]
-    pub fn length(&self, q: f64) -> Length {
-        match self {
-            TendonPath::DaVinci(mechanism) => mechanism.length(q),
-        }
-    }
-}
-
 impl Tendon {
+    /// s_ref at motor positions σ.
+    pub fn wound(&self, motors: &[Motor], sigma: impl Fn(usize) -> f64) -> f64 {
+        // The usual tendon keeps its bits: no sum, no sign of a zero.
+        if let [(motor, weight)] = self.motors[..]
+            && weight == 1.0
+            && self.rest == 0.0
+        {
+            return motors[motor].wound(sigma(motor));
+        }
+        let of = |&(motor, weight): &(usize, f64)| weight * motors[motor].wound(sigma(motor));
+        self.motors.iter().fold(self.rest, |sum, entry| sum + of(entry))
+    }
+
+    /// Part of this tendon's force that a motor carries: its weight; 0 for other motors.
+    pub fn weight(&self, motor: usize) -> f64 {
+        self.motors.iter().find(|entry| entry.0 == motor).map_or(0.0, |entry| entry.1)
+    }
+
+    /// Smallest force: 0 for a cable; the negative limit for a drive.
+    pub fn least_force(&self) -> f64 {
+        if self.both_ways { -self.most_held() } else { 0.0 }
+    }
+
+    /// Largest force that it can have: the hold limit, or f_max.
+    pub fn most_held(&self) -> f64 {
+        self.hold_limit.unwrap_or(self.force_limit)
+    }
+
+    /// Largest force at rest: f_max where a clutch lets go, else what it holds.
+    pub fn most_at_rest(&self) -> f64 {
+        if self.breakaway { self.force_limit } else { self.most_held() }
+    }
+
     /// s(q), in the tendon's unit.
     pub fn length(&self, q: &[f64]) -> f64 {
         let mut s: f64 = self.moment_arms.iter().map(|&(c, r)| r * q[c]).sum();
@@ -95,115 +124,5 @@ impl Tendon {
         all.sort_unstable();
         all.dedup();
         all
-    }
-}
-
-/// Positions and radii of the pulleys of a [`DaVinci`] mechanism, m. Frame: that of the finger's first
-/// phalanx with its joint at the origin, x along the phalanx, y to the side it bends to; the second joint is
-/// at `(l1, 0)`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct DaVinciGeometry {
-    /// Radius of the pulley on the first joint, the unit of the tendon's length: s is in rad there.
-    pub r0: f64,
-    /// Radius of the pulley on the first phalanx.
-    pub r1: f64,
-    /// Radius of the pulley on the second phalanx.
-    pub r2: f64,
-    /// Centre of the pulley on the first phalanx, x.
-    pub a1: f64,
-    /// Centre of the pulley on the first phalanx, y.
-    pub b1: f64,
-    /// Length of the first phalanx, joint to joint.
-    pub l1: f64,
-    /// Centre of the pulley on the second phalanx from the second joint, x at θ = 0.
-    pub a2: f64,
-    /// Centre of the pulley on the second phalanx from the second joint, y at θ = 0.
-    pub b2: f64,
-}
-
-/// The tendon of a two-phalanx finger between its two pulleys (the 2016 challenge's `DaVinci` transmission).
-///
-/// With `r = r2 − r1`, the vector `d(θ)` from the first pulley's centre to the second's, the free length
-/// `l = √(d² − r²)` of the tangent and its direction `φ = ∠d + atan2(r, l)`, the cable's length is
-/// `L = l + r φ + (2 r1 − r2) θ`, and `s = (L(0) − L(θ)) / r0`: bending winds the cable in.
-#[derive(Clone, Copy, Debug)]
-pub struct DaVinci {
-    geometry: DaVinciGeometry,
-    /// L(0), m.
-    at_zero: f64,
-}
-
-impl DaVinci {
-    /// Checks that the pulleys never overlap, so that the length is smooth for every angle.
-    ///
-    /// # Errors
-    /// The problem of the geometry.
-    pub fn new(geometry: DaVinciGeometry) -> Result<Self, String> {
-        let g = &geometry;
-        let numbers = [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2];
-        if !numbers.iter().all(|x| x.is_finite()) || g.r0 <= 0.0 || g.r1 < 0.0 || g.r2 < 0.0 {
-            return Err("places must be finite, r0 positive, r1 and r2 not negative".to_owned());
-        }
-        let long = |x: f64, y: f64| (x * x + y * y).sqrt();
-        let (fixed, moving) = (long(g.l1 - g.a1, g.b1), long(g.a2, g.b2));
-        if (fixed - moving).abs() <= (g.r2 - g.r1).abs() {
-            return Err(format!(
-                "the pulleys, {fixed} and {moving} m from the joint, come closer than their radii allow"
-            ));
-        }
-        let mut mechanism = DaVinci { geometry, at_zero: 0.0 };
-        mechanism.at_zero = mechanism.cable(0.0).value;
-        Ok(mechanism)
-    }
-
-    /// Its pulleys.
-    pub fn geometry(&self) -> &DaVinciGeometry {
-        &self.geometry
-    }
-
-    /// s(θ) in rad of the first joint, and its derivatives; θ is the angle of the second joint.
-    pub fn length(&self, theta: f64) -> Length {
-        let cable = self.cable(theta);
-        let scale = -1.0 / self.geometry.r0;
-        Length {
-            value: scale * (cable.value - self.at_zero),
-            slope: scale * cable.slope,
-            curvature: scale * cable.curvature,
-        }
-    }
-
-    /// L(θ), m, and its derivatives.
-    fn cable(&self, theta: f64) -> Length {
-        let g = &self.geometry;
-        let (sin, cos) = libm::sincos(theta);
-        let r = g.r2 - g.r1;
-        // From the first pulley's centre to the second joint, and on to the second pulley's centre.
-        let (cx, cy) = (g.l1 - g.a1, -g.b1);
-        let (px, py) = (g.a2 * cos - g.b2 * sin, g.a2 * sin + g.b2 * cos);
-        let (a, b) = (cx + px, cy + py);
-        let squared = a * a + b * b;
-        let l = (squared - r * r).sqrt();
-        // ½ d(d²)/dθ and its derivative; p' = (−py, px).
-        let half = cy * px - cx * py;
-        let half_slope = -(cx * px + cy * py);
-        let (l1, l2) = (half / l, (half_slope - half * half / (l * l)) / l);
-        // ∠d relative to the longer of the two levers, where it never passes ±π/2: ψ' = d × d' / d².
-        let angle = if cx * cx + cy * cy > px * px + py * py {
-            libm::atan2(cx * b - cy * a, cx * a + cy * b)
-        } else {
-            theta + libm::atan2(px * b - py * a, px * a + py * b)
-        };
-        let turn = (a * px + b * py) / squared;
-        let turn_slope = half * (1.0 - 2.0 * turn) / squared;
-        // β = atan2(r, l): β' = −r l' / d².
-        let beta_slope = -r * l1 / squared;
-        let beta_curvature = -r * (l2 - 2.0 * half * l1 / squared) / squared;
-        let straight = 2.0 * g.r1 - g.r2;
-        Length {
-            value: l + r * (angle + libm::atan2(r, l)) + straight * theta,
-            slope: l1 + r * (turn + beta_slope) + straight,
-            curvature: l2 + r * (turn_slope + beta_curvature),
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Hand, Link, Motor, Pad, PadOn};
+use super::{Hand, Link, Motor, Pad, PadOn, Spring};
 use crate::error::ModelError;
 use crate::shape::validate::{not_negative, positive};
 
@@ -67,11 +67,12 @@ impl Hand {
         }
         for tendon in &self.tendons {
             let element = format!("tendon '{}'", tendon.name);
-            if tendon.motor >= self.motors.len() {
-                return bad(
-                    element,
-                    format!("names motor {}, there are {}", tendon.motor, self.motors.len()),
-                );
+            if let Some((motor, _)) = tendon.motors.iter().find(|entry| entry.0 >= self.motors.len()) {
+                return bad(element, format!("names motor {motor}, there are {}", self.motors.len()));
+            }
+            let weights = tendon.motors.iter().all(|&(_, w)| w.is_finite() && w != 0.0);
+            if !weights || !tendon.motors.windows(2).all(|w| w[0].0 < w[1].0) || !tendon.rest.is_finite() {
+                return bad(element, "its motors must ascend, with finite weights other than 0".to_owned());
             }
             let ascending = tendon.moment_arms.windows(2).all(|w| w[0].0 < w[1].0);
             let inside = tendon.moment_arms.iter().all(|&(i, r)| i < self.coordinates.len() && r.is_finite());
@@ -92,9 +93,56 @@ impl Hand {
                     return bad(element, format!("{what} {value}; valid: finite, more than 0"));
                 }
             }
+            if let Some(hold) = tendon.hold_limit
+                && !(hold.is_finite() && hold >= tendon.force_limit)
+            {
+                return bad(element, format!("hold limit {hold}; valid: finite, at least the force limit"));
+            }
+            if tendon.breakaway && tendon.hold_limit.is_none() {
+                return bad(element, "has a clutch, but no hold limit with which it stays locked".to_owned());
+            }
             if !not_negative(tendon.damping) {
                 return bad(element, format!("damping {}; valid: finite, at least 0", tendon.damping));
             }
+        }
+        for (i, spring) in self.springs.iter().enumerate() {
+            let ascending = spring.arms.windows(2).all(|w| w[0].0 < w[1].0);
+            let inside =
+                spring.arms.iter().all(|&(c, r)| c < self.coordinates.len() && r.is_finite() && r != 0.0);
+            let problem = if self.springs[..i].iter().any(|other| other.name == spring.name) {
+                "appears twice".to_owned()
+            } else if spring.arms.is_empty() || !ascending || !inside {
+                "its entries must be finite, other than 0, ascending by coordinate, at least one".to_owned()
+            } else if !not_negative(spring.stiffness)
+                || !not_negative(spring.damping)
+                || !spring.rest.is_finite()
+            {
+                let Spring { stiffness, damping, rest, .. } = spring;
+                format!(
+                    "stiffness {stiffness}, damping {damping}, rest {rest}; valid: finite, the first two at least 0"
+                )
+            } else {
+                continue;
+            };
+            return bad(format!("spring '{}'", spring.name), problem);
+        }
+        for (i, pin) in self.linkages.iter().enumerate() {
+            let [a, b] = pin.links;
+            let problem = if self.linkages[..i].iter().any(|other| other.name == pin.name) {
+                "appears twice".to_owned()
+            } else if a.max(b) >= self.links.len() || a == b {
+                "does not join two links".to_owned()
+            } else if !pin.points.iter().all(|p| p.is_finite()) {
+                "a point is not finite".to_owned()
+            } else if !positive(pin.stiffness) || !not_negative(pin.damping) {
+                format!(
+                    "stiffness {}, damping {}; valid: finite, more than 0 and at least 0",
+                    pin.stiffness, pin.damping
+                )
+            } else {
+                continue;
+            };
+            return bad(format!("linkage '{}'", pin.name), problem);
         }
         for &[a, b] in &self.no_collision {
             if a >= b || b >= self.links.len() {

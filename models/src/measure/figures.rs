@@ -126,9 +126,11 @@ impl Hand {
         self.links.iter().filter(of).flat_map(|l| &l.geoms).any(|g| matches!(g.shape, Shape::Hull { .. }))
     }
 
-    /// The open hand: springs at rest, or at the limit that stops them.
+    /// The open hand: springs at rest, or at the limit that stops them, and chains closed.
     pub fn open(&self) -> Vec<f64> {
-        self.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect()
+        let mut open: Vec<f64> = self.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect();
+        self.close_chains(&mut open);
+        open
     }
 
     /// The closed hand: every joint where its tendons pull it, within its limits; half a turn where there is
@@ -265,7 +267,7 @@ impl Hand {
         }
         for (m, motor) in self.motors.iter().enumerate() {
             let part = || Part::Motor(motor.name.clone());
-            let pull: f64 = self.tendons.iter().filter(|t| t.motor == m).map(|t| t.force_limit).sum();
+            let pull: f64 = self.tendons.iter().map(|t| t.weight(m).abs() * t.force_limit).sum();
             worst.see("motor_scaling", motor.scaling.abs(), part, "scaling");
             worst.see("motor_offset", motor.offset.abs(), part, "scaling");
             worst.see("motor_speed_per_s", motor.speed_limit, part, "scaling");

@@ -36,8 +36,14 @@ pub fn oddities(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
             "has no AdaptiveSynergyTransmission, so no tendon and no motor: nothing moves it".into(),
         );
     }
-    let pulled = |i: usize| hand.tendons.iter().any(|t| t.coordinates().contains(&i));
-    let driven = |i: usize| hand.tendons.iter().any(|t| t.both_ways && t.coordinates().contains(&i));
+    let closed: Vec<usize> = hand.linked_coordinates();
+    let pulled = |i: usize| hand.tendons.iter().any(|t| t.coordinates().contains(&i)) || closed.contains(&i);
+    let sprung = |i: usize| hand.springs.iter().any(|spring| spring.arms.iter().any(|arm| arm.0 == i));
+    let driven = |i: usize| {
+        hand.tendons.iter().any(|t| t.both_ways && t.coordinates().contains(&i))
+            || sprung(i)
+            || closed.contains(&i)
+    };
     let (mut slow, mut springless) = (Vec::new(), Vec::new());
     for (i, c) in hand.coordinates.iter().enumerate() {
         if c.stiffness < LOOSE && !driven(i) {
@@ -138,7 +144,8 @@ fn windings(hand: &Hand) -> Vec<(Part, String)> {
         ends.map(|each| each.iter().sum())
     };
     let odd = |(m, motor): (usize, &Motor)| {
-        let most = hand.tendons.iter().filter(|t| t.motor == m).map(taken_up);
+        let own = |t: &&Tendon| t.weight(m) != 0.0;
+        let most = hand.tendons.iter().filter(own).map(|t| Some(taken_up(t)? / t.weight(m).abs()));
         let most = most.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
         let (wound, part) = (motor.scaling.abs(), Part::Motor(motor.name.clone()));
         if most > 0.0 && !(most / WINDING..=most * WINDING).contains(&wound) {

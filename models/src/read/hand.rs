@@ -1,7 +1,7 @@
 //! Reads a hand from a URDF and a `hand.toml` next to it, for everything that a URDF cannot express.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use urdf_rs::JointType;
 
@@ -13,6 +13,7 @@ use super::options::LoadOptions;
 use super::report::Report;
 use super::sensors;
 use super::settings::Settings;
+use super::springs;
 use super::tactile;
 use super::urdf::link::LinkReader;
 use super::urdf::reduce;
@@ -65,6 +66,14 @@ pub fn from_files(
     let urdf = urdf.map_or_else(|| files.find_urdf(), |name| Ok(name.to_owned()))?;
     let urdf_file = files.display(&urdf);
     let text = read_text(files.read(&urdf, "URDF", limit)?, &urdf_file)?;
+    let settings = settings_of(&files, options)?;
+    let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
+    from_text((&urdf_file, &text), settings, Some(&files), options)
+}
+
+/// Text and name of the settings beside a URDF, or of those that the options name.
+fn settings_of(files: &Files, options: &LoadOptions) -> Result<Option<(String, PathBuf)>, ModelError> {
+    let limit = options.limits.text_bytes;
     let beside = Path::new("hand.toml");
     let settings = match &options.settings {
         Some(file) => Some((file.clone(), read_limited(file, "settings", limit)?)),
@@ -73,10 +82,7 @@ pub fn from_files(
         }
         None => None,
     };
-    let settings =
-        settings.map(|(file, bytes)| read_text(bytes, &file).map(|text| (text, file))).transpose()?;
-    let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
-    from_text((&urdf_file, &text), settings, Some(&files), options)
+    settings.map(|(file, bytes)| read_text(bytes, &file).map(|text| (text, file))).transpose()
 }
 
 /// Reads a hand from texts in memory, each with its name for messages. Without files, a mesh is an error.
@@ -106,7 +112,12 @@ pub fn from_text(
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
     let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
     let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
-    let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
+    let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report, &at)?;
+    at.limit("tendons", "tendons", tendons.len(), options.limits.tendons)?;
+    at.limit("springs", "springs", settings.springs.len(), options.limits.tendons)?;
+    at.limit("linkages", "linkages", settings.linkages.len(), options.limits.tendons)?;
+    let springs = springs::springs(&tree, &reduced, &settings, &at)?;
+    let linkages = springs::linkages(&tree, &reduced, &settings, &at)?;
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
@@ -118,6 +129,8 @@ pub fn from_text(
         links: reduced.links,
         coordinates,
         tendons,
+        springs,
+        linkages,
         motors,
         gravity_compensation: settings.gravity_compensation.unwrap_or(true),
         no_collision: Vec::new(),
@@ -132,8 +145,14 @@ pub fn from_text(
         }
         error => error,
     })?;
-    let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    let mut rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    hand.close_chains(&mut rest);
     hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
+    let pinned =
+        hand.linkages.iter().map(|pin| [pin.links[0].min(pin.links[1]), pin.links[0].max(pin.links[1])]);
+    hand.no_collision.extend(pinned);
+    hand.no_collision.sort_unstable();
+    hand.no_collision.dedup();
     let mut warnings = report.warnings;
     warnings.extend(oddities(&hand, &report.file));
     let sources = Sources { urdf: report.file, settings: at.file, stated: settings.stated() };
@@ -150,7 +169,9 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let text = read_text(files.read(&urdf, "URDF", options.limits.text_bytes)?, &urdf_file)?;
     let mut report = Report::new(&urdf_file);
     let tree = tree::parse(&text, &options.limits, &mut report)?;
-    let settings = Settings::default();
+    // Settings name joints that would otherwise be dropped; links must have the numbers of the hand.
+    let settings =
+        settings_of(&files, options)?.and_then(|(text, _)| toml::from_str(&text).ok()).unwrap_or_default();
     let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
     let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
     Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
@@ -193,8 +214,13 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) -> Result<(), Mode
     let independent = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
     check("coordinates", &settings.coordinates, independent.map(|j| j.name.as_str()), at)?;
     check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at)?;
-    check("tendons", &settings.tendons, tree.transmissions.iter().map(|t| t.name.as_str()), at)?;
-    check("motors", &settings.motors, tree.transmissions.iter().map(|t| t.actuator.as_str()), at)
+    let transmissions = tree.transmissions.iter().map(|t| t.name.as_str());
+    // A tendon with moment arms of its own needs no transmission.
+    let own = settings.tendons.iter().filter(|(_, tendon)| tendon.has_arms()).map(|(name, _)| name.as_str());
+    check("tendons", &settings.tendons, transmissions.chain(own), at)?;
+    let weighted = settings.tendons.values().flat_map(|tendon| tendon.motors.iter().flatten());
+    let motors = tree.transmissions.iter().map(|t| t.actuator.as_str());
+    check("motors", &settings.motors, motors.chain(weighted.map(|(name, _)| name.as_str())), at)
 }
 
 fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {

@@ -27,6 +27,7 @@ mod parts;
 pub(crate) mod report;
 mod sensors;
 mod settings;
+mod springs;
 pub(crate) mod stl;
 mod tactile;
 pub(crate) mod urdf;

@@ -8,7 +8,8 @@ use super::limits::Limits;
 use super::options::InertiaPolicy;
 use super::report::Report;
 use crate::error::ModelError;
-use crate::hand::tendon::DaVinciGeometry;
+use crate::hand::da_vinci::DaVinciGeometry;
+use crate::hand::path::{EyeletPositions, Polynomial, TablePoints};
 use crate::hand::{Pad, Sensors};
 
 /// The file next to a URDF. Every field is optional.
@@ -28,6 +29,12 @@ pub(crate) struct Settings {
     /// By name of the URDF's transmission.
     #[serde(default)]
     pub(crate) tendons: BTreeMap<String, TendonSettings>,
+    /// Springs across several joints.
+    #[serde(default)]
+    pub(crate) springs: BTreeMap<String, SpringSettings>,
+    /// Pins that close chains of links.
+    #[serde(default)]
+    pub(crate) linkages: BTreeMap<String, LinkageSettings>,
     /// Values for every coordinate that `[coordinates]` does not name.
     #[serde(default)]
     pub(crate) every_coordinate: CoordinateSettings,
@@ -73,6 +80,51 @@ impl Settings {
                     check("tendons", name, &what, Some(x), limits.length_m, Sign::Any)?;
                 }
             }
+            check("tendons", name, "rest", Some(t.rest), most, Sign::Any)?;
+            check("tendons", name, "hold_limit", t.hold_limit, most, Sign::Positive)?;
+            for (motor, weight) in t.motors.iter().flatten() {
+                check("tendons", name, &format!("motors.{motor}"), Some(*weight), most, Sign::NotZero)?;
+            }
+            for (joint, arm) in &t.joints {
+                check("tendons", name, &format!("joints.{joint}"), Some(*arm), most, Sign::NotZero)?;
+            }
+            for (joint, path) in &t.polynomial {
+                for c in &path.coefficients {
+                    check("tendons", name, &format!("polynomial.{joint}"), Some(*c), most, Sign::Any)?;
+                }
+            }
+            for (joint, path) in &t.table {
+                for x in path.at.iter().chain(&path.length) {
+                    check("tendons", name, &format!("table.{joint}"), Some(*x), most, Sign::Any)?;
+                }
+            }
+            for (joint, path) in &t.eyelets {
+                for x in path.before.iter().chain(&path.after) {
+                    check(
+                        "tendons",
+                        name,
+                        &format!("eyelets.{joint}"),
+                        Some(*x),
+                        limits.length_m,
+                        Sign::Any,
+                    )?;
+                }
+            }
+        }
+        for (name, s) in &self.springs {
+            check("springs", name, "stiffness", Some(s.stiffness), most, Sign::Positive)?;
+            check("springs", name, "damping", Some(s.damping), most, Sign::NotNegative)?;
+            check("springs", name, "rest", Some(s.rest), most, Sign::Any)?;
+            for (joint, arm) in &s.joints {
+                check("springs", name, &format!("joints.{joint}"), Some(*arm), most, Sign::NotZero)?;
+            }
+        }
+        for (name, pin) in &self.linkages {
+            check("linkages", name, "stiffness", Some(pin.stiffness), most, Sign::Positive)?;
+            check("linkages", name, "damping", Some(pin.damping), most, Sign::NotNegative)?;
+            for x in pin.points.iter().flatten() {
+                check("linkages", name, "points", Some(*x), limits.length_m, Sign::Any)?;
+            }
         }
         let every = [("every", &self.every_coordinate)];
         let coordinates = self.coordinates.iter().map(|(name, c)| (name.as_str(), c));
@@ -98,6 +150,17 @@ impl Settings {
         }
         self.sensors.check().map_err(|problem| at.bad("[sensors]", problem, "numbers in their ranges"))?;
         Ok(())
+    }
+
+    /// Whether a tendon or a spring acts on the joint of this name.
+    pub(crate) fn names_joint(&self, joint: &str) -> bool {
+        self.tendons.values().any(|tendon| tendon.names_joint(joint))
+            || self.springs.values().any(|spring| spring.joints.contains_key(joint))
+    }
+
+    /// Whether a pin is on the link of this name.
+    pub(crate) fn names_pin_at(&self, link: &str) -> bool {
+        self.linkages.values().any(|pin| pin.links.iter().any(|name| name == link))
     }
 
     /// Its numbers by table and field: `[links.palm]`, `friction`.
@@ -180,9 +243,81 @@ pub(crate) struct TendonSettings {
     /// Whether it pushes as well as pulls.
     #[serde(default)]
     pub(crate) both_ways: bool,
+    /// Largest tension that it holds where no load turns it back.
+    pub(crate) hold_limit: Option<f64>,
+    /// Whether a clutch lets go at the force limit.
+    #[serde(default)]
+    pub(crate) breakaway: bool,
+    /// Motors that wind it, each with its weight, instead of the transmission's actuator.
+    pub(crate) motors: Option<BTreeMap<String, f64>>,
+    /// Wound length without the motors' part.
+    #[serde(default)]
+    pub(crate) rest: f64,
+    /// Its row of R by name of the URDF's joint, for a tendon without a transmission.
+    #[serde(default)]
+    pub(crate) joints: BTreeMap<String, f64>,
     /// Joints it passes by a Da Vinci mechanism, by name of the URDF's joint.
     #[serde(default)]
     pub(crate) da_vinci: BTreeMap<String, DaVinciGeometry>,
+    /// Joints at which its length is a polynomial.
+    #[serde(default)]
+    pub(crate) polynomial: BTreeMap<String, Polynomial>,
+    /// Joints at which its length was measured.
+    #[serde(default)]
+    pub(crate) table: BTreeMap<String, TablePoints>,
+    /// Joints that it crosses straight, from eyelet to eyelet.
+    #[serde(default)]
+    pub(crate) eyelets: BTreeMap<String, EyeletPositions>,
+}
+
+impl TendonSettings {
+    /// Whether it states moment arms of its own.
+    pub(crate) fn has_arms(&self) -> bool {
+        let paths = self.da_vinci.len() + self.polynomial.len() + self.table.len() + self.eyelets.len();
+        paths + self.joints.len() > 0
+    }
+
+    fn names_joint(&self, joint: &str) -> bool {
+        self.joints.contains_key(joint)
+            || self.da_vinci.contains_key(joint)
+            || self.polynomial.contains_key(joint)
+            || self.table.contains_key(joint)
+            || self.eyelets.contains_key(joint)
+    }
+}
+
+/// A spring across several joints.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SpringSettings {
+    /// Its row by name of the URDF's joint.
+    pub(crate) joints: BTreeMap<String, f64>,
+    pub(crate) stiffness: f64,
+    #[serde(default)]
+    pub(crate) damping: f64,
+    #[serde(default)]
+    pub(crate) rest: f64,
+}
+
+/// A pin between two links.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LinkageSettings {
+    /// Names of URDF links.
+    pub(crate) links: [String; 2],
+    /// Position of the pin in each link's frame, m.
+    pub(crate) points: [[f64; 3]; 2],
+    /// N/m
+    #[serde(default = "pin_stiffness")]
+    pub(crate) stiffness: f64,
+    /// N·s/m
+    #[serde(default)]
+    pub(crate) damping: f64,
+}
+
+/// A pin of 1e6 N/m gives way by 0.1 mm at 100 N.
+fn pin_stiffness() -> f64 {
+    1e6
 }
 
 /// Overrides of what the URDF says.

@@ -24,7 +24,7 @@ fn both_tendons_are_just_taut_when_the_motors_are_at_rest() {
     let hand = Hand::builtin("pinch").unwrap();
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     for tendon in &hand.tendons {
-        let motor = &hand.motors[tendon.motor];
+        let motor = &hand.motors[tendon.motors[0].0];
         let wound = -motor.scaling * motor.offset;
         assert!((wound - tendon.length(&rest)).abs() < 1e-15, "{}", tendon.name);
     }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::hand::tendon::{DaVinciGeometry, TendonPath};
+use crate::hand::da_vinci::DaVinciGeometry;
+use crate::hand::path::TendonPath;
 use crate::hand::{Geom, Hand};
 use crate::{Mat3, Pose, Rotation, Vec3};
 
@@ -102,7 +103,7 @@ fn limits_masses_and_pulleys_are_the_published_ones() {
         assert!((hand.links[i].inertia.mass - expected).abs() < 1e-12, "{name}");
     }
     for tendon in &hand.tendons[..3] {
-        let TendonPath::DaVinci(mechanism) = &tendon.elements[0].path;
+        let TendonPath::DaVinci(mechanism) = &tendon.elements[0].path else { panic!("no mechanism") };
         let DaVinciGeometry { r0, r1, r2, a1, b1, l1, a2, b2 } = *mechanism.geometry();
         let ours = [r0, r1, r2, a1, b1, l1, a2, b2];
         let names = ["r0", "r1", "r2", "a1", "b1", "l1", "a2", "b2"];

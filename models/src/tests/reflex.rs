@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::hand::Hand;
-use crate::hand::tendon::{DaVinci, DaVinciGeometry, TendonPath};
+use crate::hand::da_vinci::{DaVinci, DaVinciGeometry};
+use crate::hand::path::TendonPath;
 use crate::read::{self, LoadOptions, Loaded};
 use crate::{Pose, Vec3};
 
@@ -154,7 +155,7 @@ fn seven_coordinates_nine_links_three_tendons_and_a_drive() {
     for finger in &hand.tendons[..3] {
         assert!(!finger.both_ways);
         let [element] = finger.elements.as_slice() else { panic!("{} has one element", finger.name) };
-        let TendonPath::DaVinci(mechanism) = &element.path;
+        let TendonPath::DaVinci(mechanism) = &element.path else { panic!("no mechanism") };
         assert_eq!(*mechanism.geometry(), GEOMETRY);
         assert_eq!(finger.coordinates(), vec![element.coordinate - 1, element.coordinate]);
     }
@@ -171,7 +172,7 @@ fn motors_at_rest_neither_pull_nor_sag() {
     let hand = reflex();
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     for tendon in &hand.tendons {
-        let motor = &hand.motors[tendon.motor];
+        let motor = &hand.motors[tendon.motors[0].0];
         assert!((motor.scaling * -motor.offset - tendon.length(&rest)).abs() < 1e-15, "{}", tendon.name);
     }
 }

@@ -68,8 +68,8 @@ impl Sensor for MotorSensors {
         let errors = hand.motors.iter().enumerate().map(|(k, motor)| {
             let noise = noise.sensor(&format!("motor {}", motor.name));
             let mut drawn = noise.sample(0);
-            let strongest = hand.tendons.iter().filter(|tendon| tendon.motor == k);
-            let strongest = strongest.map(|tendon| tendon.force_limit).fold(0.0, f64::max);
+            let loads = hand.tendons.iter().map(|tendon| tendon.weight(k).abs() * tendon.force_limit);
+            let strongest = loads.fold(0.0, f64::max);
             MotorErrors {
                 bias: sensor.bias * drawn.normal(),
                 gain: 1.0 + sensor.tension_gain * drawn.normal(),
@@ -97,8 +97,7 @@ impl Sensor for MotorSensors {
     }
 }
 
-/// Tension of a motor's tendons together.
+/// Tension of a motor's tendons together, each by its weight.
 fn tension(now: &Moment<'_>, motor: usize) -> f64 {
-    let own = now.hand.tendons.iter().zip(now.tension).filter(|(tendon, _)| tendon.motor == motor);
-    own.fold(0.0, |sum, (_, tension)| sum + tension)
+    now.hand.motor_load(motor, now.tension)
 }

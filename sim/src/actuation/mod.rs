@@ -1,5 +1,7 @@
-//! Actuation of the hand: base servo, motors and tendons.
+//! Actuation of the hand: base servo, motors, tendons, and springs and pins between its joints.
 
 pub mod base;
+pub(crate) mod clutch;
+pub mod elastic;
 pub mod motor;
 pub mod tendon;

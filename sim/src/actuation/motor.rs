@@ -11,8 +11,3 @@ pub fn advance(motor: &Motor, state: &mut MotorState, command: f64, h: f64) {
     state.position += change;
     state.velocity = change / h;
 }
-
-/// Length of tendon a motor has wound up: `s_ref = scaling · (σ − offset)`.
-pub fn wound(motor: &Motor, sigma: f64) -> f64 {
-    motor.scaling * (sigma - motor.offset)
-}

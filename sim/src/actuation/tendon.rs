@@ -2,26 +2,27 @@
 //!
 //! R is taken at the start of the step, so a hand at rest is in the exact equilibrium of R(q).
 
-use super::motor::wound;
+use super::clutch;
+use super::elastic::row;
 use crate::solver::terms::{RowTerm, ScalarLaw};
-use crate::state::MotorState;
-use palmares_models::hand::Hand;
+use crate::state::State;
+use palmares_models::hand::{Hand, Tendon};
 
-/// Writes one term per tendon; `terms` keeps its rows from step to step, and with them their sparsity.
-pub fn terms(hand: &Hand, q: &[f64], motors: &[MotorState], h: f64, terms: &mut Vec<RowTerm>) {
-    if terms.len() != hand.tendons.len() {
-        terms.clear();
-        terms.extend(hand.tendons.iter().map(|tendon| {
-            let mut row: Vec<(usize, f64)> = tendon.coordinates().iter().map(|&c| (6 + c, 0.0)).collect();
-            for &(c, r) in &tendon.moment_arms {
-                if let Some(entry) = row.iter_mut().find(|entry| entry.0 == 6 + c) {
-                    entry.1 = r;
-                }
-            }
-            RowTerm { row, law: ScalarLaw::Limit { inverse_regularisation: 0.0, target: 0.0 } }
-        }));
+/// The row of a tendon with its constant moment arms.
+pub(super) fn empty_row(tendon: &Tendon) -> RowTerm {
+    let mut arms: Vec<(usize, f64)> = tendon.coordinates().iter().map(|&c| (c, 0.0)).collect();
+    for &(c, r) in &tendon.moment_arms {
+        if let Some(entry) = arms.iter_mut().find(|entry| entry.0 == c) {
+            entry.1 = r;
+        }
     }
-    for (term, tendon) in terms.iter_mut().zip(&hand.tendons) {
+    row(&arms)
+}
+
+/// Writes law and varying moment arms of every tendon's row.
+pub(super) fn terms(hand: &Hand, state: &State, h: f64, terms: &mut [RowTerm]) {
+    let q = &state.q;
+    for (k, (term, tendon)) in terms.iter_mut().zip(&hand.tendons).enumerate() {
         let mut s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * q[c]).sum();
         for element in &tendon.elements {
             let c = element.coordinate;
@@ -32,8 +33,8 @@ pub fn terms(hand: &Hand, q: &[f64], motors: &[MotorState], h: f64, terms: &mut 
                 entry.1 = constant + length.slope;
             }
         }
-        let error = wound(&hand.motors[tendon.motor], motors[tendon.motor].position) - s;
-        let (stiffness, damping, limit) = (tendon.stiffness, tendon.damping, tendon.force_limit);
+        let error = clutch::wound(hand, k, &state.motors, &state.locked) - s;
+        let (stiffness, damping, limit) = (tendon.stiffness, tendon.damping, tendon.most_held());
         term.law = if tendon.both_ways {
             ScalarLaw::Servo { h, stiffness, damping, error, target: 0.0, limit }
         } else {
@@ -46,7 +47,7 @@ pub fn terms(hand: &Hand, q: &[f64], motors: &[MotorState], h: f64, terms: &mut 
 /// v) ≈ τ + h f R' v`. `add` receives (coordinate, stiffness) of the positive part only, so that the problem
 /// stays convex. Taken implicitly, it damps the motion of one step and leaves forces at rest unchanged.
 /// `tension` f is that of the last step, N.
-pub fn geometric_stiffness(hand: &Hand, q: &[f64], tension: &[f64], mut add: impl FnMut(usize, f64)) {
+pub(super) fn geometric_stiffness(hand: &Hand, q: &[f64], tension: &[f64], add: &mut impl FnMut(usize, f64)) {
     for (tendon, f) in hand.tendons.iter().zip(tension) {
         for element in &tendon.elements {
             let stiffness = -f * element.path.length(q[element.coordinate]).curvature;

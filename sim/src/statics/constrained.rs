@@ -5,6 +5,7 @@
 //! bounded. Newton's method finds its minimum. An unreachable target does no harm: the point comes as near as
 //! the bound on the force allows.
 
+use crate::actuation::elastic;
 use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::tree::Kinematics;
@@ -144,8 +145,7 @@ impl Scene<'_> {
 
     fn tension(&self, q: &[f64]) -> Vec<f64> {
         let of = |(t, s): (&palmares_models::hand::Tendon, &f64)| {
-            let least = if t.both_ways { -t.force_limit } else { 0.0 };
-            (t.stiffness * (s - t.length(q))).clamp(least, t.force_limit)
+            (t.stiffness * (s - t.length(q))).clamp(t.least_force(), t.most_at_rest())
         };
         self.hand.tendons.iter().zip(&self.s_ref).map(of).collect()
     }
@@ -188,6 +188,9 @@ impl Scene<'_> {
         for (tendon, f) in self.hand.tendons.iter().zip(self.tension(q)) {
             tendon.gradient(q, |c, r| add(&mut gradient, c, f * r));
         }
+        let mut coupled = vec![0.0; n];
+        elastic::subtract_torques(self.hand, q, &mut coupled);
+        coupled.iter().enumerate().for_each(|(i, torque)| add(&mut gradient, i, *torque));
         (gradient, size)
     }
 
@@ -211,7 +214,7 @@ impl Scene<'_> {
 
     /// The minimum of the energy downhill from the rest position of the springs.
     fn minimum(&self) -> Result<Vec<f64>, NoPrediction> {
-        let mut q: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect();
+        let mut q = self.hand.open();
         let (mut gradient, mut size) = self.gradient(&q);
         let mut energy = self.energy(&q);
         let n = q.len() as u64;

@@ -3,10 +3,10 @@
 //!
 //! With constant moment arms and tendons taut, `f = A_s (s − R q₀) + B_s τ_c` and `q = q₀ + C_s (s − R q₀) + D_s τ_c` where
 //! `P = (R E⁻¹ Rᵀ + K⁻¹)⁻¹`, `A_s = P`, `B_s = −P R E⁻¹`, `C_s = E⁻¹ Rᵀ P`, `D_s = E⁻¹ − E⁻¹ Rᵀ P R E⁻¹`
-//! (Rocchi & Hauser 2016, eqs 4 and 5; K is the tendons' stiffness).
+//! (Rocchi & Hauser 2016, eqs 4 and 5; K is the tendons' stiffness). E is a matrix: springs across joints add `k r rᵀ` to its diagonal.
 
 use nalgebra::{DMatrix, DVector};
-use palmares_models::hand::{Hand, Tendon};
+use palmares_models::hand::Hand;
 
 /// The matrices of the closed form for n coordinates and m tendons. Coordinates without springs are refused.
 #[derive(Clone, Debug)]
@@ -19,10 +19,10 @@ pub struct ClosedForm {
     pub d: DMatrix<f64>,
     /// R, m x n.
     pub r: DMatrix<f64>,
-    /// q₀
+    /// q₀: the joints without tendons and torques.
     pub rest: DVector<f64>,
-    /// E⁻¹, the diagonal.
-    pub compliance: DVector<f64>,
+    /// E⁻¹, n x n.
+    pub compliance: DMatrix<f64>,
 }
 
 /// Reason why a hand has no closed form.
@@ -42,47 +42,49 @@ pub enum NoClosedForm {
         /// Name of the tendon.
         tendon: String,
     },
+    /// A pin closes a chain of links; [`solve_free`] finds the equilibrium.
+    #[error("linkage `{linkage}` closes a chain of links, for which there is no closed form")]
+    ClosedChain {
+        /// Name of the linkage.
+        linkage: String,
+    },
 }
 
 impl ClosedForm {
     /// Largest computing of [`ClosedForm::new`], in the unit of [`crate::bounds`].
     pub(super) fn work(hand: &Hand) -> u64 {
         let (n, m) = (hand.coordinates.len() as u64, hand.tendons.len() as u64);
-        n * n * (2 * m + 2) + n * m * m + m * m * m
+        let springs = if hand.springs.is_empty() { 0 } else { n * n * n };
+        n * n * (2 * m + 2) + n * m * m + m * m * m + springs
     }
 
     /// Builds the matrices of a hand.
     ///
     /// # Errors
-    /// A coordinate without a spring, or a tendon whose moment arms are not constant.
+    /// A coordinate without a spring, a tendon whose moment arms are not constant, or a closed chain.
     pub fn new(hand: &Hand) -> Result<Self, NoClosedForm> {
         let (n, m) = (hand.coordinates.len(), hand.tendons.len());
         if let Some(tendon) = hand.tendons.iter().find(|tendon| !tendon.elements.is_empty()) {
             return Err(NoClosedForm::VaryingArms { tendon: tendon.name.clone() });
         }
-        let mut compliance = DVector::zeros(n);
-        for (i, c) in hand.coordinates.iter().enumerate() {
-            if c.stiffness.is_nan() || c.stiffness <= 0.0 {
-                return Err(NoClosedForm::NoSpring { coordinate: c.name.clone(), stiffness: c.stiffness });
-            }
-            compliance[i] = 1.0 / c.stiffness;
+        if let Some(pin) = hand.linkages.first() {
+            return Err(NoClosedForm::ClosedChain { linkage: pin.name.clone() });
         }
+        let (compliance, rest) = if hand.springs.is_empty() { diagonal(hand)? } else { coupled(hand)? };
         let mut r = DMatrix::zeros(m, n);
         for (t, tendon) in hand.tendons.iter().enumerate() {
             for &(c, arm) in &tendon.moment_arms {
                 r[(t, c)] += arm;
             }
         }
-        let e_inverse = DMatrix::from_diagonal(&compliance);
-        let mut s = &r * &e_inverse * r.transpose();
+        let mut s = &r * &compliance * r.transpose();
         for (t, tendon) in hand.tendons.iter().enumerate() {
             s[(t, t)] += 1.0 / tendon.stiffness;
         }
         // Positive definite: E⁻¹ is, and every tendon adds its own compliance.
         let p = s.clone().cholesky().map_or_else(|| DMatrix::zeros(m, m), |l| l.inverse());
-        let c = &e_inverse * r.transpose() * &p;
-        let d = &e_inverse - &c * &r * &e_inverse;
-        let rest = DVector::from_iterator(n, hand.coordinates.iter().map(|c| c.rest));
+        let c = &compliance * r.transpose() * &p;
+        let d = &compliance - &c * &r * &compliance;
         Ok(ClosedForm { p, c, d, r, rest, compliance })
     }
 
@@ -93,9 +95,54 @@ impl ClosedForm {
         let tau = DVector::from_column_slice(tau);
         let stretch = DVector::from_column_slice(s) - &self.r * &self.rest;
         let q = &self.rest + &self.c * &stretch + &self.d * &tau;
-        let f = &self.p * (&stretch - &self.r * tau.component_mul(&self.compliance));
+        let f = &self.p * (&stretch - &self.r * (&self.compliance * &tau));
         (q.as_slice().to_vec(), f.as_slice().to_vec())
     }
+}
+
+/// E⁻¹ and q₀ of joints with springs of their own.
+fn diagonal(hand: &Hand) -> Result<(DMatrix<f64>, DVector<f64>), NoClosedForm> {
+    let mut compliance = DVector::zeros(hand.coordinates.len());
+    for (i, c) in hand.coordinates.iter().enumerate() {
+        if c.stiffness.is_nan() || c.stiffness <= 0.0 {
+            return Err(NoClosedForm::NoSpring { coordinate: c.name.clone(), stiffness: c.stiffness });
+        }
+        compliance[i] = 1.0 / c.stiffness;
+    }
+    let rest = DVector::from_iterator(compliance.len(), hand.coordinates.iter().map(|c| c.rest));
+    Ok((DMatrix::from_diagonal(&compliance), rest))
+}
+
+/// E⁻¹ and q₀ of joints that springs couple: `E = diag(E_i) + Σ k r rᵀ`, `E q₀ = E_i q₀_i + Σ k s₀ r`.
+fn coupled(hand: &Hand) -> Result<(DMatrix<f64>, DVector<f64>), NoClosedForm> {
+    let e = stiffness(hand);
+    let n = hand.coordinates.len();
+    let mut torque = DVector::from_iterator(n, hand.coordinates.iter().map(|c| c.stiffness * c.rest));
+    for spring in &hand.springs {
+        spring.arms.iter().for_each(|&(c, r)| torque[c] += r * spring.stiffness * spring.rest);
+    }
+    let Some(factor) = e.cholesky() else {
+        let loose = hand.coordinates.iter().min_by(|a, b| a.stiffness.total_cmp(&b.stiffness));
+        let (coordinate, stiffness) = loose.map_or((String::new(), 0.0), |c| (c.name.clone(), c.stiffness));
+        return Err(NoClosedForm::NoSpring { coordinate, stiffness });
+    };
+    let rest = factor.solve(&torque);
+    Ok((factor.inverse(), rest))
+}
+
+/// E: stiffness of joints, and of springs across them, n x n.
+pub fn stiffness(hand: &Hand) -> DMatrix<f64> {
+    let n = hand.coordinates.len();
+    let mut e =
+        DMatrix::from_diagonal(&DVector::from_iterator(n, hand.coordinates.iter().map(|c| c.stiffness)));
+    for spring in &hand.springs {
+        for &(i, a) in &spring.arms {
+            for &(j, b) in &spring.arms {
+                e[(i, j)] += a * spring.stiffness * b;
+            }
+        }
+    }
+    e
 }
 
 /// An equilibrium of a free hand.
@@ -185,7 +232,7 @@ fn search(
         let mut right = true;
         for (t, tendon) in hand.tendons.iter().enumerate() {
             let f = tendon.stiffness * (s[t] - tendon.length(&q));
-            let clamped = f.clamp(least(tendon), tendon.force_limit);
+            let clamped = f.clamp(tendon.least_force(), tendon.most_at_rest());
             let now = if f == clamped { Pull::Taut } else { Pull::Held(clamped) };
             right &= now == pulls[t];
             pulls[t] = now;
@@ -217,18 +264,19 @@ pub fn elastic_energy(hand: &Hand, s: &[f64], q: &[f64]) -> f64 {
     for (c, q) in hand.coordinates.iter().zip(q) {
         energy += 0.5 * c.stiffness * (q - c.rest) * (q - c.rest);
     }
+    for spring in &hand.springs {
+        energy += 0.5 * spring.stiffness * spring.stretch(q).powi(2);
+    }
+    for pin in &hand.linkages {
+        energy += 0.5 * pin.stiffness * pin.at(hand, q).gap.length_squared();
+    }
     for (tendon, s) in hand.tendons.iter().zip(s) {
         let stretch = s - tendon.length(q);
-        let f = (tendon.stiffness * stretch).clamp(least(tendon), tendon.force_limit);
+        let f = (tendon.stiffness * stretch).clamp(tendon.least_force(), tendon.most_at_rest());
         // ∫f: a parabola, continued linearly where f is clamped.
         energy += f * stretch - 0.5 * f * f / tendon.stiffness;
     }
     energy
-}
-
-/// Smallest force of a tendon: zero for a cable; for a drive, the negative limit.
-fn least(tendon: &Tendon) -> f64 {
-    if tendon.both_ways { -tendon.force_limit } else { 0.0 }
 }
 
 /// Moves q to the nearest minimum of the energy and returns the balance there, as good as the remaining
@@ -301,6 +349,30 @@ impl Balance {
             size = size.max((c.stiffness * bend).abs()).max(tau[i].abs());
             hessian[(i, i)] += c.stiffness;
         }
+        for spring in &hand.springs {
+            let (stretch, k) = (spring.stretch(q), spring.stiffness);
+            energy += 0.5 * k * stretch * stretch;
+            for &(i, a) in &spring.arms {
+                gradient[i] += k * stretch * a;
+                size = size.max((k * stretch * a).abs());
+                for &(j, b) in &spring.arms {
+                    hessian[(i, j)] += k * a * b;
+                }
+            }
+        }
+        for pin in &hand.linkages {
+            let (at, k) = (pin.at(hand, q), pin.stiffness);
+            energy += 0.5 * k * at.gap.length_squared();
+            for &(i, a) in &at.gradient {
+                let torque = k * a.dot(at.gap);
+                gradient[i] += torque;
+                size = size.max(torque.abs());
+                for &(j, b) in &at.gradient {
+                    hessian[(i, j)] += k * a.dot(b);
+                }
+            }
+            at.curvature(at.gap * k, |i, j, stiffness| hessian[(i, j)] += stiffness);
+        }
         let mut tension = Vec::with_capacity(pulls.len());
         for (t, tendon) in hand.tendons.iter().enumerate() {
             let stretch = s[t] - tendon.length(q);
@@ -363,7 +435,7 @@ mod tests {
         let p = DMatrix::from_element(1, 1, 1.0 / compliance.sum());
         let c = &e_inverse * r.transpose() * &p;
         let d = &e_inverse - &c * &r * &e_inverse;
-        let form = ClosedForm { p, c, d, r, rest: DVector::zeros(3), compliance };
+        let form = ClosedForm { p, c, d, r, rest: DVector::zeros(3), compliance: e_inverse };
         let (q, f) = form.solve(&[0.7], &[0.1, -0.05, 0.02]);
         for (q, expected) in q.iter().zip([0.34255319, 0.05319149, 0.30425532]) {
             assert!((q - expected).abs() < 5e-9);

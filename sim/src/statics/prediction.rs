@@ -1,12 +1,12 @@
 //! Predicted equilibrium of a hand at limits and under pushes, without simulation.
 
-use crate::actuation::motor::wound;
 use crate::bounds::LINK_WORK;
 use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoEquilibrium, solve_free_within};
+use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoEquilibrium, solve_free_within, stiffness};
+use nalgebra::DVector;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_models::measure::LOOSE;
@@ -89,10 +89,8 @@ fn solve_limited_within(
     if let Ok(form) = &form {
         let (q, tension) = form.solve(s_ref, tau);
         let inside = hand.coordinates.iter().zip(&q).all(|(c, q)| (c.lower..=c.upper).contains(q));
-        let taut = hand.tendons.iter().zip(&tension).all(|(t, f)| {
-            let least = if t.both_ways { -t.force_limit } else { 0.0 };
-            (least..=t.force_limit).contains(f)
-        });
+        let taut =
+            hand.tendons.iter().zip(&tension).all(|(t, f)| (t.least_force()..=t.most_at_rest()).contains(f));
         if inside && taut {
             return Ok(Equilibrium {
                 q,
@@ -105,9 +103,15 @@ fn solve_limited_within(
     let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau, left)?;
     let why = &mut found.beyond_closed_form;
     why.extend(beyond_tendons(hand, &found.tension));
-    if let Err(NoClosedForm::VaryingArms { .. }) = form {
-        why.retain(|reason| !reason.ends_with("is slack"));
-        why.push("moment arms vary with the configuration".to_owned());
+    match form {
+        Err(NoClosedForm::VaryingArms { .. }) => {
+            why.retain(|reason| !reason.ends_with("is slack"));
+            why.push("moment arms vary with the configuration".to_owned());
+        }
+        Err(NoClosedForm::ClosedChain { linkage }) => {
+            why.push(format!("linkage '{linkage}' closes a chain of links"))
+        }
+        Err(NoClosedForm::NoSpring { .. }) | Ok(_) => {}
     }
     Ok(found)
 }
@@ -121,8 +125,8 @@ pub(super) fn spend(left: &mut u64, work: u64) -> Result<(), NoPrediction> {
 /// The tendons that are slack or at their limits.
 pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item = String> {
     hand.tendons.iter().zip(tension).filter_map(|(t, &f)| {
-        if f.abs() >= t.force_limit {
-            Some(format!("tendon '{}' is at its limit of {}", t.name, t.force_limit))
+        if f.abs() >= t.most_at_rest() {
+            Some(format!("tendon '{}' is at its limit of {}", t.name, t.most_at_rest()))
         } else if f <= 0.0 && !t.both_ways {
             Some(format!("tendon '{}' is slack", t.name))
         } else {
@@ -133,6 +137,9 @@ pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item
 
 /// The first joint that neither a spring nor a drive of its own holds; a drive pushes and pulls.
 pub(super) fn loose(hand: &Hand) -> Option<&str> {
+    if !(hand.springs.is_empty() && hand.linkages.is_empty()) {
+        return loose_among_coupled(hand);
+    }
     let springless = |i: usize| hand.coordinates[i].stiffness < LOOSE;
     let driven = |i: usize| {
         hand.tendons.iter().any(|t| {
@@ -143,6 +150,45 @@ pub(super) fn loose(hand: &Hand) -> Option<&str> {
     (0..hand.coordinates.len())
         .find(|&i| springless(i) && !driven(i))
         .map(|i| hand.coordinates[i].name.as_str())
+}
+
+/// The same where springs or pins couple joints: the first pivot of the stiffness matrix at rest that vanishes.
+fn loose_among_coupled(hand: &Hand) -> Option<&str> {
+    let rest = hand.open();
+    let mut e = stiffness(hand);
+    for tendon in hand.tendons.iter().filter(|tendon| tendon.both_ways) {
+        let mut row = vec![0.0; rest.len()];
+        tendon.gradient(&rest, |c, r| row[c] += r);
+        let row = DVector::from_vec(row);
+        e.ger(tendon.stiffness, &row, &row, 1.0);
+    }
+    for pin in &hand.linkages {
+        let gap = pin.at(hand, &rest);
+        for &(i, a) in &gap.gradient {
+            for &(j, b) in &gap.gradient {
+                e[(i, j)] += pin.stiffness * a.dot(b);
+            }
+        }
+    }
+    // Elimination, largest pivot first.
+    let mut left: Vec<usize> = (0..rest.len()).collect();
+    while let Some((at, &pivot)) =
+        left.iter().enumerate().max_by(|a, b| e[(*a.1, *a.1)].total_cmp(&e[(*b.1, *b.1)]))
+    {
+        let size = e[(pivot, pivot)];
+        if size < LOOSE {
+            left.sort_unstable();
+            return Some(hand.coordinates[left[0]].name.as_str());
+        }
+        left.swap_remove(at);
+        for &i in &left {
+            let factor = e[(i, pivot)] / size;
+            for &j in &left {
+                e[(i, j)] -= factor * e[(pivot, j)];
+            }
+        }
+    }
+    None
 }
 
 /// The equilibrium with joints held at limits that they would exceed, by the spring of a limit in a
@@ -156,6 +202,7 @@ fn held_at_limits(
 ) -> Result<Equilibrium, NoPrediction> {
     let mut held: Vec<Option<f64>> = vec![None; hand.coordinates.len()];
     let mut start: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    hand.close_chains(&mut start);
     // At worst joints reach limits one after the other, and may leave them again.
     for _ in 0..4 * (1 + held.len()) {
         spend(left, LINK_WORK * hand.links.len() as u64)?;
@@ -200,7 +247,7 @@ fn held_at_limits(
 
 /// Wound length of every tendon at motor positions σ.
 pub fn wound_lengths(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
-    hand.tendons.iter().map(|t| wound(&hand.motors[t.motor], sigma[t.motor])).collect()
+    hand.tendons.iter().map(|tendon| tendon.wound(&hand.motors, |motor| sigma[motor])).collect()
 }
 
 /// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Their torques

@@ -4,7 +4,7 @@
 use super::drive::Drive;
 use super::slip_correction::{de_saxce, nearness, rest_target};
 use super::torque_free::free_turn;
-use crate::actuation::{base, tendon};
+use crate::actuation::{base, elastic};
 use crate::config::Config;
 use crate::contact::narrow_phase::{ContactPair, Contacts};
 use crate::dynamics::hand::HandDynamics;
@@ -85,11 +85,9 @@ fn assemble_hand(input: &Input<'_>, h: f64, problem: &mut Problem, v: &mut Vec<f
         push_limit(&mut problem.axis_terms, config, h, (k, 1.0), lower, v[k]);
         push_limit(&mut problem.axis_terms, config, h, (k, -1.0), upper, -v[k]);
     }
-    tendon::terms(hand, &state.q, &state.motors, h, &mut problem.row_terms);
-    tendon::geometric_stiffness(hand, &state.q, &state.tension, |c, k| {
-        problem.hand_matrix[(6 + c) * (n + 1)] += h * h * k;
-    });
-    problem.rows = hand.tendons.len();
+    let Problem { row_terms, hand_matrix, .. } = problem;
+    elastic::terms(hand, state, h, row_terms, |c, k| hand_matrix[(6 + c) * (n + 1)] += h * h * k);
+    problem.rows = elastic::rows(hand);
 }
 
 fn assemble_object(input: &Input<'_>, k: usize, h: f64, problem: &mut Problem, v: &mut Vec<f64>) {

@@ -8,7 +8,6 @@ use super::momentum;
 use super::torque_free::{rate, turned};
 use super::work::Work;
 use crate::actuation::base;
-use crate::actuation::motor::wound;
 use crate::bounds::{MAX_SUBSTEPS, STEP_WORK, hand_work};
 use crate::dynamics::forward::accelerations;
 use crate::dynamics::hand::HandDynamics;
@@ -212,13 +211,15 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
     true
 }
 
-/// Whether a tendon or a limit acts.
+/// Whether a tendon, a limit, a spring across joints or a pin acts.
 fn acts(hand: &Hand, state: &State) -> bool {
     let stopped = hand.coordinates.iter().zip(&state.q).any(|(c, q)| *q < c.lower || *q > c.upper);
+    let coupled = !(hand.springs.is_empty() && hand.linkages.is_empty());
     stopped
+        || coupled
         || hand.tendons.iter().any(|tendon| {
-            let motor = tendon.motor;
-            let stretch = wound(&hand.motors[motor], state.motors[motor].position) - tendon.length(&state.q);
+            let wound = tendon.wound(&hand.motors, |motor| state.motors[motor].position);
+            let stretch = wound - tendon.length(&state.q);
             let mut speed = 0.0;
             tendon.gradient(&state.q, |c, r| speed += r * state.v[6 + c]);
             tendon.both_ways || tendon.stiffness * stretch > tendon.damping * speed

@@ -49,7 +49,8 @@ impl StepForces {
         h: f64,
         tension: &mut [f64],
     ) {
-        for (k, tension) in tension[..problem.rows].iter_mut().enumerate() {
+        // The tendons are the first rows.
+        for (k, tension) in tension.iter_mut().enumerate().take(problem.rows) {
             *tension = newton.row_impulse(problem, k) / h;
         }
         self.base = if problem.bolted { newton.mount_impulse().map(|impulse| impulse / h) } else { [0.0; 6] };

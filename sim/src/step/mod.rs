@@ -36,13 +36,13 @@ pub(crate) use scratch::Scratch;
 pub use workspace::SharedScratch;
 
 use crate::actuation::base;
-use crate::actuation::motor;
+use crate::actuation::{clutch, motor};
 use crate::bounds::{Fault, hand_work, step_work};
 use crate::command::{BaseCommand, Command};
 use crate::contact::collide::collide;
 use crate::model::Model;
 use crate::outcome::{PhaseTimer, StepOutcome, StepPhase};
-use crate::state::{BaseReference, State};
+use crate::state::{BaseReference, MotorState, State};
 use drive::Drive;
 use palmares_models::Vec3;
 use work::Work;
@@ -108,9 +108,14 @@ fn actuate(model: &Model, state: &mut State, drive: &mut Drive, command: &Comman
         state.reference = BaseReference { pose: state.base, linear, angular };
     }
     base::advance(model.config(), state.base, &mut state.reference, &command.base);
+    clutch::advance(hand, state);
     for (i, motor) in hand.motors.iter().enumerate() {
         let motor_state = &mut state.motors[i];
         let sigma = command.sigma.get(i).copied().unwrap_or(motor_state.command);
+        if clutch::stalls(hand, i, sigma - motor_state.position, &state.tension) {
+            *motor_state = MotorState { command: sigma.clamp(0.0, 1.0), velocity: 0.0, ..*motor_state };
+            continue;
+        }
         motor::advance(motor, motor_state, sigma, model.config().step_s);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Run;
 use super::evidence::Evidence;
-use super::telemetry::{Contact, RunSample, Telemetry, TelemetryModel, motor_tension};
+use super::telemetry::{Contact, RunSample, Telemetry, TelemetryModel};
 use crate::referee::ObjectStatus;
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ impl Run {
     pub(super) fn motor_states(&self) -> Vec<(f64, f64)> {
         let state = self.world.state();
         let motors = state.motors.iter().enumerate();
-        motors.map(|(k, motor)| (motor.position, motor_tension(&self.hand, k, &state.tension))).collect()
+        motors.map(|(k, motor)| (motor.position, self.hand.motor_load(k, &state.tension))).collect()
     }
 
     /// Adds the work of the motors on their tendons in a tick; `before` is their state when it began.

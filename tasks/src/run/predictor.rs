@@ -1,7 +1,6 @@
 //! Equilibrium of the free hand: a function of the motors' positions alone, which another thread than the world's can compute.
 
 use palmares_models::hand::Hand;
-use palmares_sim::actuation::motor::wound;
 use palmares_sim::statics::equilibrium::{ClosedForm, solve_free};
 use std::sync::Arc;
 
@@ -20,12 +19,8 @@ impl Predictor {
     /// Equilibrium of the free hand at these positions of the motors, σ, kept within the joint limits: the closed form
     /// where there is one. Empty if it is not defined.
     pub(crate) fn predict(&self, positions: impl Fn(usize) -> f64) -> Vec<f64> {
-        let s: Vec<f64> = self
-            .hand
-            .tendons
-            .iter()
-            .map(|tendon| wound(&self.hand.motors[tendon.motor], positions(tendon.motor)))
-            .collect();
+        let s: Vec<f64> =
+            self.hand.tendons.iter().map(|tendon| tendon.wound(&self.hand.motors, &positions)).collect();
         let free = vec![0.0; self.hand.coordinates.len()];
         let q = match &self.closed_form {
             Some(form) => form.solve(&s, &free).0,

@@ -140,7 +140,7 @@ impl TelemetryModel {
         let motors = seen.motors.iter().enumerate().map(|(k, reached)| Motor {
             command: reached.command,
             position: reached.position,
-            tension: motor_tension(&self.hand, k, &seen.tension),
+            tension: self.hand.motor_load(k, &seen.tension),
             motor_work_j: seen.motor_work_j[k],
         });
         Telemetry {
@@ -203,11 +203,6 @@ fn wrench(finger: &Finger, seen: &RunSample) -> FingerWrench {
         }
     }
     FingerWrench { name: finger.name.clone(), force: force.to_array(), torque: torque.to_array() }
-}
-
-/// Tension of a motor's tendons together.
-pub(super) fn motor_tension(hand: &Hand, motor: usize, tension: &[f64]) -> f64 {
-    hand.tendons.iter().zip(tension).filter(|(tendon, _)| tendon.motor == motor).map(|(_, f)| f).sum()
 }
 
 /// Largest friction use.

@@ -426,27 +426,11 @@ export interface CylinderPrimitive {
 }
 
 /** A part of a tendon whose moment arm depends on a coordinate. */
-export interface ElementDescription {
-  /** Name of the coordinate. */
-  coordinate: string;
-  kind: 'da_vinci';
-  /** Radius of the pulley on the first joint, the unit of the tendon's length: s is in rad there. */
-  r0: number;
-  /** Radius of the pulley on the first phalanx. */
-  r1: number;
-  /** Radius of the pulley on the second phalanx. */
-  r2: number;
-  /** Centre of the pulley on the first phalanx, x. */
-  a1: number;
-  /** Centre of the pulley on the first phalanx, y. */
-  b1: number;
-  /** Length of the first phalanx, joint to joint. */
-  l1: number;
-  /** Centre of the pulley on the second phalanx from the second joint, x at θ = 0. */
-  a2: number;
-  /** Centre of the pulley on the second phalanx from the second joint, y at θ = 0. */
-  b2: number;
-}
+export type ElementDescription =
+  | { coordinate: string; kind: 'da_vinci'; r0: number; r1: number; r2: number; a1: number; b1: number; l1: number; a2: number; b2: number }
+  | { coordinate: string; kind: 'polynomial'; coefficients: number[] }
+  | { coordinate: string; kind: 'table'; at: number[]; length: number[] }
+  | { coordinate: string; kind: 'eyelets'; before: [number, number]; after: [number, number] };
 
 /** `ended`: the run is over. The next one of the session is shown when it opens. */
 export interface Ended {
@@ -682,6 +666,10 @@ export interface HandDescription {
   gravity_compensation: boolean;
   /** Shape, unit and range of the hand's part of an action and of an observation. */
   specs: SpecDescription[];
+  /** Pins that close chains of links. */
+  linkages?: LinkageDescription[];
+  /** Springs across several joints. */
+  springs?: SpringDescription[];
 }
 
 /** Names of a hand's parts; `GET /v1/hands/{name}` returns its geometry. */
@@ -925,6 +913,20 @@ export interface LinkPose {
   position: [number, number, number];
   /** Unit quaternion. */
   quat_xyzw: [number, number, number, number];
+}
+
+/** A pin that closes a chain of links. */
+export interface LinkageDescription {
+  /** Name. */
+  name: string;
+  /** Names of the two links. */
+  links: [string, string];
+  /** The pin in the frame of each link, m. */
+  points: [[number, number, number], [number, number, number]];
+  /** Stiffness, N/m. */
+  stiffness: number;
+  /** Damping, N·s/m. */
+  damping: number;
 }
 
 /** `list`: lists the open runs. */
@@ -1717,6 +1719,20 @@ export interface Specs {
   observation: Field[];
 }
 
+/** A spring across several joints. */
+export interface SpringDescription {
+  /** Name. */
+  name: string;
+  /** Its row, one entry per coordinate. */
+  moment_arms: number[];
+  /** Stiffness. */
+  stiffness: number;
+  /** Damping. */
+  damping: number;
+  /** Length of the relaxed spring. */
+  rest: number;
+}
+
 /** `step`: advances the world by `repeat` ticks under one action. */
 export interface Step {
   /** The current tick: that of the last observation. */
@@ -1891,7 +1907,7 @@ export interface Telemetry {
 export interface TendonDescription {
   /** Name. */
   name: string;
-  /** Name of the motor that winds it. */
+  /** Name of the motor that winds it; of several, the first; empty if there is none. */
   motor: string;
   /** Its row of R at rest, one entry per coordinate. */
   moment_arms: number[];
@@ -1905,6 +1921,14 @@ export interface TendonDescription {
   damping: number;
   /** f_max */
   force_limit: number;
+  /** Whether a clutch lets go at f_max. */
+  breakaway?: boolean;
+  /** Largest tension that it holds, if no load turns it back. */
+  hold_limit?: number;
+  /** Weight of every motor that winds it, if these are not one motor of weight 1. */
+  motors?: WeightDescription[];
+  /** Wound length without the motors' part. */
+  rest?: number;
 }
 
 /** `time`: requests the session's clock. */
@@ -2145,6 +2169,14 @@ export interface WatchScene {
   hand?: HandDescription;
   /** The channels of `telemetry.readings`, one after the other; with `hand` only. */
   readings?: ChannelInfo[];
+}
+
+/** Weight of a motor in a tendon's wound length. */
+export interface WeightDescription {
+  /** Name of the motor. */
+  motor: string;
+  /** Weight. */
+  weight: number;
 }
 
 /** `welcome`: everything that holds for the whole session. */

@@ -166,7 +166,7 @@ impl MuJoCo {
             motor::advance(motor, &mut self.state.motors[i], sigma, config.step_s);
         }
         for tendon in &hand.tendons {
-            let wound = motor::wound(&hand.motors[tendon.motor], self.state.motors[tendon.motor].position);
+            let wound = tendon.wound(&hand.motors, |motor| self.state.motors[motor].position);
             // MuJoCo clamps an actuator's force before the implicit step, at the end of which alone it is
             // meaningful. So the set point is clamped to where the tendon will be, plus what f_max stretches it.
             let mut rate = 0.0;

@@ -5,7 +5,6 @@
 use super::joints::{Joints, dof};
 use palmares_models::hand::{Hand, Tendon};
 use palmares_sim::State;
-use palmares_sim::actuation::motor::wound;
 use rapier3d_f64::dynamics::{Multibody, MultibodyJointHandle};
 use rapier3d_f64::na::{DMatrix, DVector, Vector6};
 use rapier3d_f64::pipeline::PhysicsWorld;
@@ -146,7 +145,7 @@ fn foresee(
     let mut right = DVector::zeros(nt);
     for (i, tendon) in hand.tendons.iter().enumerate() {
         let s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * joints.coordinate(multibody, c)).sum();
-        let error = wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position) - s;
+        let error = tendon.wound(&hand.motors, |motor| state.motors[motor].position) - s;
         let implicit = h * tendon.stiffness + tendon.damping;
         for j in 0..nt {
             matrix[(i, j)] += implicit * h * response[(nc + i, nc + j)];

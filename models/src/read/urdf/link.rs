@@ -43,6 +43,11 @@ impl<'a> LinkReader<'a> {
         LinkReader { settings, options, meshes: MeshReader::new(options, files, of) }
     }
 
+    /// The settings of the hand.
+    pub(crate) fn settings(&self) -> &'a Settings {
+        self.settings
+    }
+
     /// A link's shapes and inertia; reports oddities.
     pub(crate) fn read(&mut self, link: &urdf_rs::Link, report: &mut Report) -> Result<LinkBody, ModelError> {
         let default = LinkSettings::default();

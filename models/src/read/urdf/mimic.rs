@@ -5,6 +5,7 @@ use urdf_rs::{Joint, JointType};
 use super::tree::Urdf;
 use crate::error::ModelError;
 use crate::read::report::Report;
+use crate::read::settings::Settings;
 
 /// Motion of a joint with the independent coordinate q: its own angle or length is x = ratio · q + offset.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +16,13 @@ pub(crate) struct Motion {
     pub(crate) offset: f64,
 }
 
-/// Motion of each joint; `None` for a fixed one. Joints that move nothing are dropped and reported.
-pub(crate) fn motions(urdf: &Urdf, report: &mut Report) -> Result<Vec<Option<Motion>>, ModelError> {
+/// Motion of each joint; `None` for a fixed one. Joints that move nothing, and that no transmission and no setting names, are
+/// dropped and reported.
+pub(crate) fn motions(
+    urdf: &Urdf,
+    settings: &Settings,
+    report: &mut Report,
+) -> Result<Vec<Option<Motion>>, ModelError> {
     let joints = &urdf.robot.joints;
     let index = |name: &str| joints.iter().position(|j| j.name == name);
     let in_transmission =
@@ -53,8 +59,10 @@ pub(crate) fn motions(urdf: &Urdf, report: &mut Report) -> Result<Vec<Option<Mot
         }
         let child = urdf.child_link[j];
         let carries_nothing = urdf.children[child].is_empty() && urdf.robot.links[child].collision.is_empty();
-        if carries_nothing && !in_transmission(&joint.name) {
-            let name = &urdf.robot.links[child].name;
+        let name = &urdf.robot.links[child].name;
+        let used =
+            in_transmission(&joint.name) || settings.names_joint(&joint.name) || settings.names_pin_at(name);
+        if carries_nothing && !used {
             report
                 .warn(element, format!("moves only link '{name}', which touches nothing; both are dropped"));
             step.push(None);

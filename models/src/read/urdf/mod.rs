@@ -5,6 +5,6 @@ pub(crate) mod link;
 mod mimic;
 mod numbers;
 pub(crate) mod reduce;
-mod transmission;
+pub(crate) mod transmission;
 pub(crate) mod tree;
 pub(crate) mod xml;

@@ -35,7 +35,7 @@ pub(crate) fn reduce(
     reader: &mut LinkReader<'_>,
     report: &mut Report,
 ) -> Result<Reduced, ModelError> {
-    let motions = motions(urdf, report)?;
+    let motions = motions(urdf, reader.settings(), report)?;
     let coordinates: Vec<usize> =
         (0..motions.len()).filter(|&j| motions[j].is_some_and(|m| m.leader == j)).collect();
     let bodies = urdf

@@ -1,0 +1,68 @@
+//! Springs across joints, and pins that close chains of links, from `hand.toml`.
+
+use super::actuation::arms;
+use super::report::Report;
+use super::settings::Settings;
+use super::urdf::reduce::Reduced;
+use super::urdf::tree::Urdf;
+use crate::Vec3;
+use crate::error::ModelError;
+use crate::hand::{Linkage, Spring};
+
+/// Springs across several joints, by name.
+pub(crate) fn springs(
+    tree: &Urdf,
+    reduced: &Reduced,
+    settings: &Settings,
+    at: &Report,
+) -> Result<Vec<Spring>, ModelError> {
+    let mut out = Vec::new();
+    for (name, own) in &settings.springs {
+        let element = format!("[springs.{name}]");
+        let arms = arms(tree, reduced, &own.joints, &element, at)?;
+        if arms.is_empty() {
+            return Err(at.bad(element, "acts on no joint", "joints = { joint = entry, … }"));
+        }
+        out.push(Spring {
+            name: name.clone(),
+            arms,
+            stiffness: own.stiffness,
+            damping: own.damping,
+            rest: own.rest,
+        });
+    }
+    Ok(out)
+}
+
+/// Pins, by name.
+pub(crate) fn linkages(
+    tree: &Urdf,
+    reduced: &Reduced,
+    settings: &Settings,
+    at: &Report,
+) -> Result<Vec<Linkage>, ModelError> {
+    let mut out = Vec::new();
+    for (name, own) in &settings.linkages {
+        let element = || format!("[linkages.{name}]");
+        let end = |side: usize| {
+            let link = tree.robot.links.iter().position(|link| link.name == own.links[side]);
+            let (link, pose) = link.and_then(|link| reduced.merged_into[link]).ok_or_else(|| {
+                at.bad(element(), format!("names link '{}'", own.links[side]), "a <link> of the URDF")
+            })?;
+            Ok((link, pose.transform_point(Vec3::from_array(own.points[side]))))
+        };
+        let ((a, near), (b, far)) = (end(0)?, end(1)?);
+        if a == b {
+            let problem = format!("links '{}' and '{}' are one body", own.links[0], own.links[1]);
+            return Err(at.bad(element(), problem, "two links that move against each other"));
+        }
+        out.push(Linkage {
+            name: name.clone(),
+            links: [a, b],
+            points: [near, far],
+            stiffness: own.stiffness,
+            damping: own.damping,
+        });
+    }
+    Ok(out)
+}
