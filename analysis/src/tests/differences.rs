@@ -2,11 +2,12 @@
 
 use crate::contact::{Contact, ContactModel, LinkContact};
 use crate::grasp::{Grasp, directions};
-use crate::hand::{CompliantHand, Posture, Tendons, moment_arms, spring_stiffness};
+use crate::hand::{CompliantHand, Posture, Tendons, moment_arms};
 use crate::quasistatic::{QuasiStatic, contact_stiffness};
 use nalgebra::{DMatrix, DVector};
-use palmares_models::hand::Hand;
+use palmares_models::hand::{Hand, Spring};
 use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::actuation::elastic;
 use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::statics::prediction::{solve_loaded, wound_lengths};
 use palmares_sim::{Config, Push};
@@ -41,13 +42,24 @@ fn posture(hand: &Hand) -> Vec<f64> {
     hand.coordinates.iter().enumerate().map(|(i, c)| c.rest + 0.2 + 0.02 * i as f64).collect()
 }
 
-fn hands() -> impl Iterator<Item = &'static Arc<Hand>> {
-    palmares_models::builtin::builtin_hands().iter()
+/// The three hands of the paper's kind, and one with a spring across two joints.
+fn hands() -> Vec<Arc<Hand>> {
+    let built_in = |name| Hand::builtin(name).expect("it is built in");
+    let mut coupled = Hand::clone(&built_in("pinch"));
+    "coupled".clone_into(&mut coupled.name);
+    coupled.springs.push(Spring {
+        name: "across".to_owned(),
+        arms: vec![(0, 1.0), (3, -0.5)],
+        stiffness: 0.06,
+        damping: 0.0,
+        rest: 0.1,
+    });
+    vec![built_in("pinch"), built_in("reflex"), built_in("softhand"), Arc::new(coupled)]
 }
 
 #[test]
 fn the_hand_jacobian_is_the_derivative_of_the_contacts_positions() {
-    for hand in hands() {
+    for hand in &hands() {
         let (q, contacts) = (posture(hand), contacts(hand));
         let grasp = Grasp::new(hand, base(), &q, &contacts, object()).expect("contacts of the hand");
         for c in 0..q.len() {
@@ -131,7 +143,7 @@ fn the_grasp_matrix_is_the_derivative_of_points_on_the_object_and_does_the_work_
 #[test]
 fn joint_compliance_and_synergies_are_the_derivatives_of_the_equilibrium() {
     let config = Config::default();
-    for hand in hands() {
+    for hand in &hands() {
         let sigma = vec![0.3; hand.motors.len()];
         let at = |sigma: &[f64], pushes: &[Push]| {
             solve_loaded(&config, hand, base(), sigma, pushes).expect("an equilibrium")
@@ -234,9 +246,10 @@ impl Springs<'_> {
             let f = tendon.stiffness * (s - tendon.length(q));
             tendon.gradient(q, |c, r| all[c] += r * f);
         }
-        let stretch = DVector::from_fn(n, |i, _| q[i] - self.hand.coordinates[i].rest);
-        // No built-in hand of this test has springs across joints.
-        all -= spring_stiffness(self.hand) * stretch;
+        for (i, c) in self.hand.coordinates.iter().enumerate() {
+            all[i] -= c.stiffness * (q[i] - c.rest);
+        }
+        elastic::subtract_torques(self.hand, q, all.as_mut_slice());
         let back = object().rotation.inverse();
         let wrench: Vec<f64> =
             (back * force).to_array().into_iter().chain((back * moment).to_array()).collect();
@@ -270,7 +283,7 @@ impl Springs<'_> {
 /// of contact forces and tendons.
 #[test]
 fn stiffness_of_a_loaded_grasp_is_the_derivative_of_its_equilibrium() {
-    for hand in hands() {
+    for hand in &hands() {
         let n = hand.coordinates.len();
         let mut links = contacts(hand);
         links.iter_mut().for_each(|contact| contact.in_link.model = ContactModel::HardFinger);
@@ -410,7 +423,7 @@ fn stiffness_of_a_loaded_grasp_is_the_derivative_of_its_equilibrium() {
 
 #[test]
 fn fixed_tendons_keep_their_length_and_are_the_limit_of_stiff_ones() {
-    for hand in hands() {
+    for hand in &hands() {
         let q = posture(hand);
         let tension = vec![0.5; hand.tendons.len()];
         let posture = Posture { q: &q, tension: &tension };
