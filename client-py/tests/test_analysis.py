@@ -44,9 +44,8 @@ def test_rest_is_the_closed_form_and_has_the_links_poses() -> None:
     found = hand.rest([0.3, 0.2])
     compliance, r = np.linalg.inv(hand.E), hand.R()
     p = np.linalg.inv(r @ compliance @ r.T + np.diag(1 / hand.K))
-    # Both motors wind from σ = 0.
-    s = hand.W @ [0.3, 0.2]
-    q = hand.q0 + compliance @ r.T @ p @ (s - r @ hand.q0)
+    # At σ = 0 the tendons are as long as at q₀.
+    q = hand.q0 + compliance @ r.T @ p @ hand.W @ [0.3, 0.2]
     assert found.method == "closed_form"
     np.testing.assert_allclose(found.q, q, atol=1e-12)
     np.testing.assert_allclose(found.links, hand.poses(found.q), atol=0)

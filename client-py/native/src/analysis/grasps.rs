@@ -64,7 +64,7 @@ pub(crate) fn soft_synergies<'py>(
 
 /// Stiffness and maps of a grasp, from the five matrices of its hand, G, J, K_c and K_g.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "each is a matrix of its own")]
+#[allow(clippy::too_many_arguments)]
 pub(crate) fn quasistatic<'py>(
     py: Python<'py>,
     compliance: Matrix<'py>,

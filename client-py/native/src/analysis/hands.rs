@@ -230,7 +230,7 @@ impl HandModel {
     }
 
     /// Plays an object at each place: its fate, its way, the links that touch it.
-    #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
+    #[allow(clippy::too_many_arguments)]
     fn eject(
         &self,
         py: Python<'_>,

@@ -47,6 +47,12 @@ class Contact:
     tangent: Numbers | None = None
     """Direction of t; by default the axis that is farthest from the normal, made orthogonal to it"""
 
+    def __post_init__(self) -> None:
+        for name in ("point", "normal", "tangent"):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, tuple(float(x) for x in given))
+
 
 def pose_of(name: str, pose: Numbers | None) -> list[float]:
     """Return a pose as seven numbers; three are a position."""

@@ -52,6 +52,11 @@ class Postures:
     weight: float = 1.0
     """Weight of a difference of 1 rad or 1 m"""
 
+    def __post_init__(self) -> None:
+        for name in ("sigma", "q"):
+            rows = [[float(x) for x in row] for row in getattr(self, name)]
+            object.__setattr__(self, name, rows)
+
 
 @dataclass(frozen=True)
 class Forces:
@@ -72,6 +77,7 @@ class Forces:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "jacobian", np.atleast_2d(np.asarray(self.jacobian, float)))
+        object.__setattr__(self, "sigma", [float(x) for x in self.sigma])
         object.__setattr__(self, "posture", [float(x) for x in self.posture])
         shares: Numbers = self.shares if len(self.shares) else np.ones(len(self.jacobian))
         object.__setattr__(self, "shares", [float(x) for x in shares])
