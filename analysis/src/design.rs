@@ -561,12 +561,13 @@ mod tests {
             shares: vec![1.0, 1.0],
             weight: 1.0,
         };
-        let arm = |coordinate| Variable {
-            parameters: vec![(Parameter::Arm { tendon: 0, coordinate }, 1.0)],
+        let arm = |tendon, coordinate| Variable {
+            parameters: vec![(Parameter::Arm { tendon, coordinate }, 1.0)],
             lower: 1e-4,
             upper: 0.02,
         };
-        let found = optimise(&mut design, &[arm(0), arm(1)], &[goal], 100).expect("an optimum");
+        let found =
+            optimise(&mut design, &[arm(0, 0), arm(0, 1), arm(1, 1)], &[goal], 100).expect("an optimum");
         let after = forces(&design);
         assert!((after[0] / after[1] - 1.0).abs() < 1e-8, "{after} {:?}", found.history);
     }

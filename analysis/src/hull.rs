@@ -6,13 +6,9 @@ use std::collections::HashMap;
 
 /// Largest number of facets: a hull of 100 points in six dimensions has fewer.
 pub const MAX_FACETS: usize = 300_000;
-/// Each point is moved by up to this, in units of the largest coordinate: many points lie in one hyperplane, and
-/// facets through them have no normal otherwise ("joggled input", as in Qhull).
-const JOGGLE: f64 = 1e-10;
-/// A point this far outside a facet, in the same units, sees it.
-const SIGHT: f64 = 1e-13;
-/// Points within this of a hyperplane span no volume, in the same units.
-const FLAT: f64 = 1e-7;
+/// A point this far outside a facet, in units of the points' largest coordinate, sees it. Points nearer to a facet
+/// count as on it, so that the many facets that lie in one hyperplane make no thin ones.
+const SIGHT: f64 = 1e-9;
 
 /// A simplicial facet: `normal · x ≤ offset` for all points.
 #[derive(Clone, Debug)]
@@ -35,8 +31,7 @@ pub struct Hull {
     inside: DVector<f64>,
     facets: Vec<Facet>,
     free: Vec<usize>,
-    /// The largest coordinate.
-    size: f64,
+    sight: f64,
 }
 
 /// A hull that was not computed.
@@ -45,6 +40,9 @@ pub enum NoHull {
     /// All points are in a hyperplane.
     #[error("the points span no volume")]
     Flat,
+    /// The set of wrenches with each normal force at most 1 N, in space.
+    #[error("each normal force at most 1 N is for objects in the plane")]
+    EachInSpace,
     /// It has too many facets.
     #[error(
         "the hull has more than {MAX_FACETS} facets: take fewer contacts or fewer edges of the friction cones"
@@ -60,10 +58,15 @@ impl Hull {
     pub fn new(points: &[DVector<f64>]) -> Result<Self, NoHull> {
         let size = points.iter().map(|point| point.amax()).fold(0.0, f64::max);
         let corners = simplex(points, size).ok_or(NoHull::Flat)?;
-        let points: Vec<DVector<f64>> = points.iter().enumerate().map(|(i, p)| joggled(p, i, size)).collect();
         let dimension = corners.len() - 1;
         let inside = corners.iter().map(|&i| &points[i]).sum::<DVector<f64>>() / corners.len() as f64;
-        let mut hull = Hull { points, inside, facets: Vec::new(), free: Vec::new(), size };
+        let mut hull = Hull {
+            points: points.to_vec(),
+            inside,
+            facets: Vec::new(),
+            free: Vec::new(),
+            sight: SIGHT * size,
+        };
         for across in 0..=dimension {
             let own: Vec<usize> = (0..=dimension).filter(|&k| k != across).map(|k| corners[k]).collect();
             // The facet across from corner k is facet k.
@@ -71,9 +74,9 @@ impl Hull {
             hull.insert(own, neighbours).ok_or(NoHull::Flat)?;
         }
         // The farthest points first: they cover the others.
-        let mut order: Vec<usize> = (0..hull.points.len()).filter(|i| !corners.contains(i)).collect();
-        let far = |i: usize| (&hull.points[i] - &hull.inside).norm_squared();
-        let far: Vec<f64> = (0..hull.points.len()).map(far).collect();
+        let mut order: Vec<usize> = (0..points.len()).filter(|i| !corners.contains(i)).collect();
+        let far = |i: usize| (&points[i] - &hull.inside).norm_squared();
+        let far: Vec<f64> = (0..points.len()).map(far).collect();
         order.sort_by(|&a, &b| far[b].total_cmp(&far[a]).then(a.cmp(&b)));
         for point in order {
             hull.cover(point)?;
@@ -86,7 +89,7 @@ impl Hull {
     /// # Errors
     /// Too many facets.
     pub fn add(&mut self, point: DVector<f64>) -> Result<bool, NoHull> {
-        self.points.push(joggled(&point, self.points.len(), self.size));
+        self.points.push(point);
         self.cover(self.points.len() - 1)
     }
 
@@ -108,7 +111,7 @@ impl Hull {
     }
 
     fn sees(&self, point: usize, facet: &Facet) -> bool {
-        !facet.gone && facet.normal.dot(&self.points[point]) > facet.offset + SIGHT * self.size
+        !facet.gone && facet.normal.dot(&self.points[point]) > facet.offset + self.sight
     }
 
     /// Replaces the facets that a point sees.
@@ -229,15 +232,11 @@ impl Hull {
                 }
             }
             let left = edge.norm();
-            if left == 0.0 {
-                return None;
+            // A sliver: any direction that completes it is as good.
+            if left > 1e-14 {
+                edge /= left;
+                directions.push(edge);
             }
-            edge /= left;
-            // Once more: of a thin facet, most of the edge was taken off.
-            for direction in &directions {
-                edge.axpy(-direction.dot(&edge), direction, 1.0);
-            }
-            directions.push(edge.normalize());
         }
         let mut best = DVector::zeros(n);
         for axis in 0..n {
@@ -258,18 +257,6 @@ impl Hull {
     }
 }
 
-/// A point moved by a number that follows from its index.
-fn joggled(point: &DVector<f64>, index: usize, size: f64) -> DVector<f64> {
-    let mut random = (index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x2545_f491_4f6c_dd1d;
-    point.map(|x| {
-        // xorshift64
-        random ^= random << 13;
-        random ^= random >> 7;
-        random ^= random << 17;
-        x + JOGGLE * size * ((random >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-    })
-}
-
 /// Indices of points that span the space, each the farthest from those before.
 fn simplex(points: &[DVector<f64>], size: f64) -> Option<Vec<usize>> {
     let first = points.first()?;
@@ -280,7 +267,7 @@ fn simplex(points: &[DVector<f64>], size: f64) -> Option<Vec<usize>> {
         let farthest =
             (0..points.len()).max_by(|&a, &b| left[a].norm_squared().total_cmp(&left[b].norm_squared()))?;
         let length = left[farthest].norm();
-        if length <= FLAT * size {
+        if length <= 1e3 * SIGHT * size || length == 0.0 {
             return None;
         }
         let direction = &left[farthest] / length;
@@ -311,12 +298,9 @@ mod tests {
         let mut points = all(6, |i, k| f64::from(u8::from(i >> k & 1 == 1)) * 2.0 - 1.0);
         points.push(DVector::zeros(6));
         let hull = Hull::new(&points).expect("a hull");
-        assert!((hull.volume() - 64.0).abs() < 1e-7, "{}", hull.volume());
+        assert!((hull.volume() - 64.0).abs() < 1e-9, "{}", hull.volume());
         for facet in hull.facets() {
-            assert!(
-                (facet.offset - 1.0).abs() < 1e-5 && (facet.normal.amax() - 1.0).abs() < 1e-5,
-                "{facet:?}"
-            );
+            assert!((facet.offset - 1.0).abs() < 1e-9 && (facet.normal.amax() - 1.0).abs() < 1e-9);
         }
         let mut points = Vec::new();
         for k in 0..6 {
@@ -328,9 +312,9 @@ mod tests {
         }
         let hull = Hull::new(&points).expect("a hull");
         assert_eq!(hull.facets().count(), 64);
-        assert!((hull.volume() - 64.0 / 720.0).abs() < 1e-9);
+        assert!((hull.volume() - 64.0 / 720.0).abs() < 1e-12);
         for facet in hull.facets() {
-            assert!((facet.offset - 1.0 / 6f64.sqrt()).abs() < 1e-9);
+            assert!((facet.offset - 1.0 / 6f64.sqrt()).abs() < 1e-12);
         }
     }
 
@@ -349,7 +333,7 @@ mod tests {
         for point in &points[20..] {
             grown.add(point.clone()).expect("a hull");
         }
-        assert!((whole.volume() - grown.volume()).abs() < 1e-8 * whole.volume());
+        assert!((whole.volume() - grown.volume()).abs() < 1e-12 * whole.volume());
         for facet in whole.facets() {
             assert!(points.iter().all(|p| facet.normal.dot(p) < facet.offset + 1e-9));
         }

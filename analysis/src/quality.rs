@@ -19,8 +19,8 @@ pub enum Norm {
     Each,
 }
 
-/// ε is found when its bounds are this near to each other, N: a hundred times the hull's precision.
-const GAP: f64 = 1e-8;
+/// ε is found when its bounds are this near to each other, N.
+const GAP: f64 = 1e-9;
 /// Largest number of wrenches that refine ε.
 const REFINEMENTS: usize = 2000;
 
@@ -44,7 +44,8 @@ pub struct Quality {
     pub epsilon_bound: f64,
     /// The weakest wrench: its unit direction, of the size ε at most. Force, N, then moment over length, N.
     pub weakest: DVector<f64>,
-    /// Volume of the set, N⁶; in the plane N³. `None` for [`Norm::Each`], whose ε needs only a part of the set.
+    /// Volume of the set, N⁶; in the plane N³. `None` for [`Norm::Each`], whose ε needs
+    /// only a part of the set.
     pub volume: Option<f64>,
 }
 
@@ -140,11 +141,11 @@ impl Cones<'_> {
 
 /// The measures of a grasp. `rows` are those of G that count: all six, or [`crate::closure::PLANAR`].
 ///
-/// ε is exact for the pyramids: it is the least reach of the set along the normals of its facets. For [`Norm::Each`] the polytope of
-/// wrenches found so far grows at its nearest facet until the set reaches no farther there.
+/// ε is exact for the pyramids: the least reach of the set along the normals of its facets. For [`Norm::Each`], which is for objects in
+/// the plane, the polytope of wrenches found so far grows at its nearest facet until the set reaches no farther there.
 ///
 /// # Errors
-/// A hull with too many facets.
+/// A hull with too many facets, or [`Norm::Each`] in space.
 pub fn quality(
     contacts: &[Contact],
     g: &DMatrix<f64>,
@@ -164,52 +165,52 @@ pub fn quality(
         columns.push(scaled.columns(first, n).into_owned());
         first += n;
     }
-    let total = settings.norm == Norm::Total;
-    let weakest = DVector::zeros(rows.len());
-    let nothing = Quality { epsilon: 0.0, epsilon_bound: 0.0, weakest, volume: total.then_some(0.0) };
-    if contacts.is_empty() {
-        return Ok(nothing);
-    }
     let cones = Cones { contacts, columns, settings };
+    let dimension = rows.len();
+    let nothing = |volume| {
+        let weakest = DVector::zeros(dimension);
+        Ok(Quality { epsilon: 0.0, epsilon_bound: 0.0, weakest, volume })
+    };
+    let total = settings.norm == Norm::Total;
+    if contacts.is_empty() {
+        return nothing(total.then_some(0.0));
+    }
+    if !total && dimension > 3 {
+        return Err(NoHull::EachInSpace);
+    }
     let mut start = cones.corners();
     if !total {
-        for axis in 0..rows.len() {
+        for axis in 0..dimension {
             for side in [1.0, -1.0] {
-                let mut direction = DVector::zeros(rows.len());
+                let mut direction = DVector::zeros(dimension);
                 direction[axis] = side;
                 start.push(cones.farthest(&direction).0);
             }
         }
     }
     let mut hull = match Hull::new(&start) {
-        Err(NoHull::Flat) => return Ok(nothing),
-        hull => hull?,
+        Ok(hull) => hull,
+        Err(NoHull::Flat) => return nothing(total.then_some(0.0)),
+        Err(error) => return Err(error),
     };
     let volume = total.then(|| hull.volume());
-    let mut steps = 0;
-    while !total && steps < REFINEMENTS {
-        steps += 1;
+    for _ in 0..if total { 0 } else { REFINEMENTS } {
         let nearest = hull.facets().min_by(|a, b| a.offset.total_cmp(&b.offset));
         let Some((normal, offset)) = nearest.map(|facet| (facet.normal.clone(), facet.offset)) else { break };
         let (wrench, reach) = cones.farthest(&normal);
         if reach <= GAP {
-            return Ok(nothing);
+            return nothing(volume);
         }
         if reach - offset <= GAP || !hull.add(wrench)? {
             break;
         }
     }
+    // The reach of the set, not the offset of the facet: a thin facet may have any normal, but no reach is below ε.
     let reach = |facet: &Facet| cones.farthest(&facet.normal).1;
-    let nearest = if total {
-        hull.facets().map(|facet| (reach(facet), facet)).min_by(|a, b| a.0.total_cmp(&b.0))
-    } else {
-        hull.facets().min_by(|a, b| a.offset.total_cmp(&b.offset)).map(|facet| (reach(facet), facet))
-    };
+    let nearest = hull.facets().map(|facet| (reach(facet), facet)).min_by(|a, b| a.0.total_cmp(&b.0));
     let Some((epsilon, facet)) = nearest.filter(|(epsilon, _)| *epsilon > GAP) else {
-        return Ok(Quality { volume, ..nothing });
+        return nothing(volume);
     };
-    // A search that was ended has found a set inside.
-    let epsilon = if steps == REFINEMENTS { facet.offset } else { epsilon };
     let round = hull.facets().map(|facet| cones.farthest_round(&facet.normal)).fold(f64::INFINITY, f64::min);
     Ok(Quality { epsilon, epsilon_bound: round.max(epsilon), weakest: -facet.normal.clone(), volume })
 }

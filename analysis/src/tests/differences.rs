@@ -7,7 +7,6 @@ use crate::quasistatic::{QuasiStatic, contact_stiffness};
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::{Hand, Spring};
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::elastic;
 use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::statics::prediction::{solve_loaded, wound_lengths};
 use palmares_sim::{Config, Push};
@@ -249,7 +248,10 @@ impl Springs<'_> {
         for (i, c) in self.hand.coordinates.iter().enumerate() {
             all[i] -= c.stiffness * (q[i] - c.rest);
         }
-        elastic::subtract_torques(self.hand, q, all.as_mut_slice());
+        for spring in &self.hand.springs {
+            let torque = spring.stiffness * spring.stretch(q);
+            spring.arms.iter().for_each(|&(c, arm)| all[c] -= arm * torque);
+        }
         let back = object().rotation.inverse();
         let wrench: Vec<f64> =
             (back * force).to_array().into_iter().chain((back * moment).to_array()).collect();
