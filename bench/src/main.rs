@@ -7,7 +7,12 @@ use palmares_bench::cases::grasp::Placement;
 use palmares_bench::command::CaseOptions;
 use palmares_bench::engine::OwnFactory;
 use palmares_bench::robust::{self, heaps, placements};
+use palmares_models::builtin::builtin_hands;
+use palmares_models::hand::Hand;
+use palmares_models::read::{self, LoadOptions};
 use palmares_tasks::identity;
+use std::path::Path;
+use std::sync::Arc;
 
 /// Cases of the physics with known answers. `palmares-compare` plays them on other engines.
 #[derive(Parser)]
@@ -44,7 +49,16 @@ struct RobustOptions {
     /// Drop and kick this many random heaps of objects, and print the worst one.
     #[arg(long)]
     piles: Option<u32>,
-    /// Seed of the random grasps and heaps; the default is that of the tests.
+    /// Give each built-in hand random commands, over this many seeds, on all cores.
+    #[arg(long)]
+    hands: Option<u64>,
+    /// With `--hands`: only these hands, by name or by the path of a folder; can be repeated.
+    #[arg(long)]
+    hand: Vec<String>,
+    /// With `--hands`: duration of each run, s.
+    #[arg(long, default_value_t = 30.0)]
+    seconds: f64,
+    /// Seed of the random grasps, heaps and commands; the default is that of the tests.
     #[arg(long, default_value_t = robust::SEED)]
     seed: u64,
     /// With `--piles`: step, s.
@@ -75,9 +89,13 @@ fn main() -> Result<()> {
 }
 
 fn robust(options: &RobustOptions) -> Result<()> {
-    let RobustOptions { placements, every_step, grasps, piles, seed, dt, time } = *options;
+    let RobustOptions { placements, every_step, grasps, piles, hands, ref hand, seconds, seed, dt, time } =
+        *options;
     if placements {
         robust_placements(every_step)?;
+    }
+    if let Some(count) = hands {
+        robust_hands(hand, seed, count, seconds)?;
     }
     if let Some(count) = grasps {
         let worst = robust::grasps::check(seed, count)?;
@@ -88,6 +106,29 @@ fn robust(options: &RobustOptions) -> Result<()> {
         println!("{count} heaps of 3 to 12 objects, {time} s at {ms} ms, seed {seed}: all hold. {worst:#?}");
     }
     Ok(())
+}
+
+fn robust_hands(names: &[String], seed: u64, count: u64, seconds: f64) -> Result<()> {
+    let hands = match names {
+        [] => builtin_hands().to_vec(),
+        names => names.iter().map(|name| hand(name)).collect::<Result<_>>()?,
+    };
+    for hand in hands {
+        let worst = robust::commands::check(&hand, seed, count, seconds)?;
+        println!(
+            "{}: {count} seeds, {seconds} s of random commands, seed {seed}: no fault. {worst:?}",
+            hand.name
+        );
+    }
+    Ok(())
+}
+
+/// A built-in hand, or one from a folder.
+fn hand(name: &str) -> Result<Arc<Hand>> {
+    match Hand::builtin(name) {
+        Some(hand) => Ok(hand),
+        None => Ok(Arc::new(read::hand(Path::new(name), &LoadOptions::default())?.hand)),
+    }
 }
 
 fn robust_placements(every_step: bool) -> Result<()> {

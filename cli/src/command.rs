@@ -76,7 +76,11 @@ enum Command {
     #[command(after_help = ADMIN_HELP)]
     Admin(admin::AdminOptions),
     /// List the built-in hands
-    Hands,
+    Hands {
+        /// Print one JSON list: name, joints, motors, sources, result in the task grasp
+        #[arg(long)]
+        json: bool,
+    },
     /// List the built-in tasks
     Tasks,
     /// List the catalogue of objects
@@ -121,7 +125,7 @@ impl Cli {
         match self.command {
             Command::Serve(options) => return server::serve(&options),
             Command::Admin(options) => admin::admin(&options)?,
-            Command::Hands => list::hands()?,
+            Command::Hands { json } => list::hands(json)?,
             Command::Tasks => list::tasks()?,
             Command::Objects => list::objects()?,
             Command::Hand(command) => return command.run(&server::hand_limits),

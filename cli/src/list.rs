@@ -1,17 +1,54 @@
 //! `palmares hands`, `palmares tasks`, `palmares objects`.
 
-use palmares_models::builtin::builtin_hands;
+use palmares_models::builtin::{Grasped, builtin_hands, grasped, sources};
 use palmares_models::catalogue::Catalogue;
 use palmares_tasks::Task;
+use serde::Serialize;
 use std::io::Write;
 
-/// Prints the hands.
-pub(crate) fn hands() -> anyhow::Result<()> {
+/// A line of `palmares hands --json`.
+#[derive(Serialize)]
+struct Listed {
+    name: String,
+    description: String,
+    joints: usize,
+    motors: usize,
+    /// Where its numbers come from; empty if this project chose them all.
+    sources: Vec<String>,
+    /// Its result in the task `grasp`.
+    grasp: Option<Grasped>,
+}
+
+/// Prints the hands, as text or as one JSON list.
+pub(crate) fn hands(json: bool) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
-    for hand in builtin_hands() {
-        let (motors, joints) = (hand.motors.len(), hand.coordinates.len());
-        let motors = if motors == 1 { "1 motor".into() } else { format!("{motors} motors") };
-        writeln!(out, "{:<12} {motors}, {joints} joint coordinates. {}", hand.name, hand.description)?;
+    let listed = builtin_hands().iter().map(|hand| Listed {
+        name: hand.name.clone(),
+        description: hand.description.clone(),
+        joints: hand.coordinates.len(),
+        motors: hand.motors.len(),
+        sources: sources(&hand.name),
+        grasp: grasped(&hand.name),
+    });
+    if json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&listed.collect::<Vec<_>>())?)?;
+        return Ok(());
+    }
+    for hand in listed {
+        let motors = if hand.motors == 1 { "1 motor".into() } else { format!("{} motors", hand.motors) };
+        let grasp = hand.grasp.map_or(String::new(), |grasp| {
+            format!(
+                " Grasps {} of {} objects, {:.2} points.",
+                grasp.held.len(),
+                grasp.held.len() + grasp.not_held.len(),
+                grasp.mean
+            )
+        });
+        writeln!(
+            out,
+            "{:<14} {motors}, {} joint coordinates. {}{grasp}",
+            hand.name, hand.joints, hand.description
+        )?;
     }
     Ok(())
 }

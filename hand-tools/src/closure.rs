@@ -412,6 +412,15 @@ mod tests {
     }
 
     #[test]
+    fn every_built_in_hand_closes_freely_as_predicted() {
+        for hand in palmares_models::builtin::builtin_hands() {
+            let mut left = CLOSING_BUDGET;
+            let closure = close(hand, &vec![0.1; hand.motors.len()], &mut left).expect("a hand");
+            assert!(closure.error.is_some_and(|error| error < 1e-9), "{}: {closure:?}", hand.name);
+        }
+    }
+
+    #[test]
     fn a_world_that_fails_at_its_first_step_ends_the_closure() {
         // Its rest position is out of bounds.
         let hand = pinch(|hand| hand.coordinates[0].rest = 1e7);

@@ -1,10 +1,11 @@
-//! `palmares hand`: check, try, show, analyse, decompose and import a hand.
+//! `palmares hand`: check, try, show, analyse, decompose, import, draft and copy a hand.
 
 use crate::analyse::{self, AnalyseArgs};
 use crate::check::{self, CheckArgs};
+use crate::copy::{self, CopyArgs};
 use crate::decompose::{self, DecomposeArgs, MeshOwner};
 use crate::figures::trials as trial_table;
-use crate::import::{self, ImportArgs};
+use crate::import::{self, ImportArgs, NewArgs};
 use crate::load::{LimitsOf, hint, load_hand};
 use crate::show::{self, ShowArgs};
 use crate::trial::trials;
@@ -61,6 +62,18 @@ Examples:
   palmares hand import hand.zip --visual-as-collision --out my-hand/
   palmares hand check my-hand/";
 
+const NEW_HELP: &str = "\
+Exit code: as of `palmares hand import`.
+
+Examples:
+  palmares hand new claw --from claw.urdf        writes claw/hand.urdf and claw/hand.toml; edit it, then
+  palmares hand check claw/";
+const COPY_HELP: &str = "\
+Examples:
+  palmares hand copy pinch                       writes my-pinch/hand.urdf and my-pinch/hand.toml; edit them, then
+  palmares hand check my-pinch/
+  palmares hand copy softhand --out soft3/ --name soft3";
+
 /// Commands for a hand.
 #[derive(Debug, Subcommand)]
 pub enum HandCommand {
@@ -97,10 +110,20 @@ pub enum HandCommand {
     Decompose(DecomposeArgs),
     /// Import a published hand: write hand.urdf, hand.toml and meshes
     ///
-    /// Reads URDF with the files of its ROS package. The format is recognised by content. All that was taken in other words,
+    /// Reads URDF and xacro with the files of their ROS package, Klamp't's .rob and GraspIt! XML; meshes in STL, OBJ and
+    /// COLLADA. The format is recognised by content. All that was taken in other words,
     /// guessed or dropped, and all problems, are comments in the written files. The guide: docs/hands.md.
     #[command(after_help = IMPORT_HELP)]
     Import(ImportArgs),
+    /// Draft the hand.toml of a URDF: its motors, tendons, coordinates and links, with comments
+    ///
+    /// As `import`, but a hand.toml beside the URDF is not taken, and every coordinate and link has a commented table to
+    /// fill in.
+    #[command(after_help = NEW_HELP)]
+    New(NewArgs),
+    /// Start a hand of your own from a built-in one
+    #[command(after_help = COPY_HELP)]
+    Copy(CopyArgs),
 }
 
 impl HandCommand {
@@ -116,6 +139,8 @@ impl HandCommand {
             HandCommand::Analyse(args) => analyse::analyse(args),
             HandCommand::Decompose(args) => decompose::run(args, MeshOwner::Hand),
             HandCommand::Import(args) => import::run(args),
+            HandCommand::New(args) => import::draft(args),
+            HandCommand::Copy(args) => copy::run(args),
         }
     }
 }

@@ -5,6 +5,7 @@ mod analyse;
 mod check;
 mod closure;
 mod command;
+mod copy;
 pub mod decompose;
 mod describe;
 mod draw;

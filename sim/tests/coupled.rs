@@ -382,3 +382,30 @@ fn a_clutch_is_part_of_the_state() {
     other.locked = vec![Some(0.2)];
     assert_ne!(state.hash(), other.hash());
 }
+
+/// A flexure that bends about two axes: two joints, a link without mass between them, and a matrix of stiffness.
+#[test]
+fn a_flexure_of_two_axes_has_a_matrix_of_stiffness() {
+    let limits = "<limit lower='-1' upper='1' effort='1' velocity='1'/><dynamics damping='0.02'/>";
+    let body = "<inertial><origin xyz='0 0.03 0'/><mass value='0.05'/>\
+                <inertia ixx='2e-5' ixy='0' ixz='0' iyy='5e-6' iyz='0' izz='2e-5'/></inertial>";
+    let urdf = format!(
+        "<robot name='flexure'><link name='palm'><inertial><mass value='0.5'/>\
+         <inertia ixx='5e-4' ixy='0' ixz='0' iyy='5e-4' iyz='0' izz='5e-4'/></inertial></link><link name='between'/>\
+         <link name='tip'>{body}</link>\
+         <joint name='bend' type='revolute'><parent link='palm'/><child link='between'/><axis xyz='0 0 1'/>{limits}</joint>\
+         <joint name='tilt' type='revolute'><parent link='between'/><child link='tip'/><axis xyz='1 0 0'/>{limits}</joint></robot>"
+    );
+    // [[0.5, 0.1], [0.1, 0.3]] N m/rad.
+    let toml = "[coordinates]\nbend.stiffness = 0.4\ntilt.stiffness = 0.2\n\
+                [springs.coupling]\njoints = { bend = 1, tilt = 1 }\nstiffness = 0.1\n";
+    let hand = hand(&urdf, toml);
+    let mass: f64 = hand.links[1..].iter().map(|link| link.inertia.mass).sum();
+    assert!((mass - 0.05).abs() < 1e-15 && (hand.links[1].inertia.mass - 0.001).abs() < 1e-15);
+    let push = Push { link: 2, point: Vec3::new(0.0, 0.06, 0.0), force: Vec3::new(-0.5, 0.0, 0.4) };
+    let world = rest(&hand, &[], &[push]);
+    let [bend, tilt] = [world.state().q[0], world.state().q[1]];
+    let torques = push_torques(&world, push);
+    assert!((0.5 * bend + 0.1 * tilt - torques[0]).abs() < 1e-9, "{bend} {tilt} {torques:?}");
+    assert!((0.1 * bend + 0.3 * tilt - torques[1]).abs() < 1e-9, "{bend} {tilt} {torques:?}");
+}

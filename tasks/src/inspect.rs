@@ -86,10 +86,14 @@ impl FigureRow {
     /// One line about an unusual figure, with those of the built-in hands.
     pub fn in_words(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
-        let others: Vec<String> =
-            self.others.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
-        let others =
-            if others.is_empty() { "no hand of the program has one".to_owned() } else { others.join(", ") };
+        let named = |(name, value): (&String, &f64)| format!("{} ({name})", number(*value));
+        let least = self.others.iter().min_by(|a, b| a.1.total_cmp(b.1)).map(named);
+        let most = self.others.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(named);
+        let others = match least.zip(most) {
+            None => "no hand of the program has one".to_owned(),
+            Some((least, most)) if least == most => least,
+            Some((least, most)) => format!("{least} to {most}"),
+        };
         let value = self.value.map_or("none".to_owned(), number);
         let place = self.place.as_deref().unwrap_or_default();
         format!("{place}: {} is {value}{unit} ({}; {others})", self.what, self.figure)
@@ -156,6 +160,7 @@ mod tests {
         assert!(row.allowed);
         let text = row.in_words();
         assert!(text.contains("hand.urdf: link '") && text.contains("is 2.4 (friction; "), "{text}");
-        assert!(text.contains("reflex 1.5") && text.contains("softhand "), "{text}");
+        assert!(text.contains(" (softhand)") || text.contains(" (inspire_rh56)"), "{text}");
+        assert!(text.contains("to 1.5 (reflex))"), "{text}");
     }
 }

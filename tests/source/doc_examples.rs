@@ -16,6 +16,7 @@ fn no_documentation_has_an_example() {
         "protocol",
         "replay",
         "analysis",
+        "hand-import",
         "hand-tools",
         "s3",
         "server",

@@ -2,6 +2,7 @@
 //!
 //! proptest draws the random scenes, the same ones for a seed on every machine, and makes a failing one small.
 
+pub mod commands;
 pub mod grasps;
 pub mod heaps;
 pub mod placements;

@@ -2,6 +2,7 @@
 
 mod blame;
 mod catalogue;
+mod coupled;
 mod errors;
 mod figures;
 mod hollow;
@@ -18,3 +19,4 @@ mod reference_reflex;
 mod reflex;
 mod softhand;
 mod visual;
+mod zoo;

@@ -2,6 +2,7 @@
 
 mod assemble;
 mod beat;
+mod memory;
 mod serve;
 
 pub use serve::serve;

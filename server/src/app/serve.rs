@@ -2,6 +2,7 @@
 
 use super::assemble;
 use super::beat::beat;
+use super::memory;
 use crate::archive::{Upload, Verification, WriteAgain};
 use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
@@ -37,6 +38,7 @@ const UNFINISHED: u8 = 3;
 /// # Errors
 /// Reason why the server cannot start.
 pub fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
+    memory::limit_arenas();
     logging::start()?;
     let config = options.resolve()?;
     // Threads for the network, the database and signals. Worlds are stepped on other threads.

@@ -24,6 +24,7 @@ pub fn grasp_centre(hand: &Arc<Hand>) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use palmares_models::builtin::builtin_hands;
 
     /// Position of a ball of 10 cm in the grasp of the example controllers.
     #[test]
@@ -39,12 +40,15 @@ mod tests {
     #[test]
     fn the_guide_has_its_numbers() {
         let guide = include_str!("../../../docs/teams.md");
-        for name in ["softhand", "softhand_skin", "reflex", "pinch"] {
-            let at = grasp_centre(&Hand::builtin(name).expect("built in")) * 1e3;
+        for hand in builtin_hands() {
+            let (name, at) = (&hand.name, grasp_centre(hand) * 1e3);
             // So that no zero is negative.
             let [x, y, z] = at.to_array().map(|x| x.round() as i64);
-            let mut rows = guide.lines().filter(|line| line.starts_with("| `") && line.contains("pictures/"));
-            let row = rows.find(|line| line.contains(&format!("`{name}`"))).expect("a row of the table");
+            let mut rows =
+                guide.lines().filter(|line| line.starts_with("| `") && line.matches(" | (").count() == 2);
+            let row = rows
+                .find(|line| line.contains(&format!("`{name}`")))
+                .unwrap_or_else(|| panic!("no row of {name} with ({x}, {y}, {z})"));
             assert!(row.contains(&format!("| ({x}, {y}, {z}) |")), "{name}: {at} mm, the guide has {row}");
         }
     }

@@ -141,9 +141,14 @@ def run(
     seed: int | None,
     task: str = "grasp",
     only: tuple[TopGrasp, float] | None = None,
+    hand: str = "softhand",
 ) -> GraspSummary:
-    """Play one run; `task` may be another with one object, `only` a single grasp to try, and its turn."""
-    mover = Mover(client, client.reset(task, "softhand", sensing="truth", seed=seed))
+    """Play one run.
+
+    `task` may be another with one object, `only` a single grasp to try, and its turn; `hand` may be
+    `softhand_skin`.
+    """
+    mover = Mover(client, client.reset(task, hand, sensing="truth", seed=seed))
     first, _ = upright_box(client.scene, mover.obs, 0)
     tries = 0
     with contextlib.suppress(RunOverError):  # The shake is over.

@@ -3,7 +3,22 @@
 import gymnasium
 
 TASKS = {"Balls": "balls", "Shelf": "shelf", "Grasp": "grasp", "Pan": "pan", "Peg": "peg"}
-HANDS = {"SoftHand": "softhand", "ReFlex": "reflex", "Pinch": "pinch"}
+HANDS = {
+    "SoftHand": "softhand",
+    "ReFlex": "reflex",
+    "Pinch": "pinch",
+    "YaleT42": "yale_t42",
+    "YaleModelO": "yale_model_o",
+    "RBO2": "rbo2",
+    "Allegro": "allegro",
+    "LEAP": "leap",
+    "InspireRH56": "inspire_rh56",
+    "BarrettBH282": "barrett_bh282",
+    "Shadow": "shadow",
+    "SoftHand2": "softhand2",
+    "Robotiq3F": "robotiq_3f",
+    "Robotiq2F85": "robotiq_2f85",
+}
 
 
 def names() -> dict[str, dict[str, str]]:

@@ -6,7 +6,7 @@ import argparse
 import json
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, fields
 
 from palmares.client import Client
@@ -40,12 +40,13 @@ class Summary:
         )
 
 
-def play(run: Callable[[Client, int | None], Summary], doc: str | None) -> None:
+def play(run: Callable[..., Summary], doc: str | None, hands: Iterable[str] = ()) -> None:
     """Read the command line, play runs and print their summaries: the main program of a controller.
 
     Args:
-        run: Plays one run in the scene of a seed; with ``None`` the server draws the seed.
+        run: Plays one run: ``run(client, seed)``; with a seed of ``None`` the server draws it.
         doc: Docstring of the controller; ``--help`` shows its first line.
+        hands: Hands among which the option ``--hand`` chooses, for a ``run(client, seed, hand)``.
 
     """
     parser = argparse.ArgumentParser(description=(doc or "").partition("\n")[0])
@@ -55,13 +56,16 @@ def play(run: Callable[[Client, int | None], Summary], doc: str | None) -> None:
     parser.add_argument("--runs", type=int, default=1, help="number of runs")
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
     parser.add_argument("--json", action="store_true", help="one JSON object per run on standard output")
+    if hands:
+        parser.add_argument("--hand", choices=list(hands), required=True, help="name of the hand")
     args = parser.parse_args()
+    more = [args.hand] if hands else []
     logging.basicConfig(level=logging.WARNING if args.quiet else logging.INFO, format="%(message)s")
     scores = []
     try:
         with Client(args.url, team=args.team) as client:
             for k in range(args.runs):
-                summary = run(client, None if args.seed is None else args.seed + k)
+                summary = run(client, None if args.seed is None else args.seed + k, *more)
                 scores.append(summary.score)
                 print(json.dumps(asdict(summary)) if args.json else summary, flush=True)
     except PalmaresError as error:

@@ -2,6 +2,7 @@
 //! the links and coordinates of the hand (`mimic.rs`, `reduce.rs`).
 
 pub(crate) mod link;
+mod massless;
 mod mimic;
 mod numbers;
 pub(crate) mod reduce;

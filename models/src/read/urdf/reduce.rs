@@ -8,6 +8,7 @@
 use urdf_rs::JointType;
 
 use super::link::{LinkBody, LinkReader};
+use super::massless::share_mass;
 use super::mimic::{Motion, motions};
 use super::tree::{Urdf, pose};
 use crate::error::ModelError;
@@ -106,7 +107,8 @@ pub(crate) fn reduce(
         // Depth first in file order: a finger's links are contiguous.
         open.extend(below.into_iter().rev());
     }
-    let links = depth_first(links, &mut merged_into, &mut pads);
+    let mut links = depth_first(links, &mut merged_into, &mut pads);
+    share_mass(&mut links, report);
     Ok(Reduced { links, coordinates, motions, merged_into, pads })
 }
 

@@ -1,0 +1,115 @@
+//! `hand.toml`'s tendons without a transmission, of several motors, springs across joints, pins.
+
+use crate::hand::Hand;
+use crate::read::{LoadOptions, from_text};
+use std::path::Path;
+
+const URDF: &str = "<robot name='coupled'>\
+    <link name='palm'><inertial><mass value='0.3'/><inertia ixx='1e-4' ixy='0' ixz='0' iyy='1e-4' iyz='0' izz='1e-4'/></inertial></link>\
+    <link name='one'><inertial><mass value='0.03'/><inertia ixx='1e-5' ixy='0' ixz='0' iyy='1e-5' iyz='0' izz='1e-5'/></inertial></link>\
+    <link name='two'><inertial><mass value='0.03'/><inertia ixx='1e-5' ixy='0' ixz='0' iyy='1e-5' iyz='0' izz='1e-5'/></inertial></link>\
+    <link name='tip'/>\
+    <joint name='a' type='revolute'><parent link='palm'/><child link='one'/><axis xyz='0 0 1'/>\
+    <limit lower='-1' upper='1' effort='1' velocity='1'/></joint>\
+    <joint name='b' type='revolute'><parent link='palm'/><child link='two'/><origin xyz='0.04 0 0'/><axis xyz='0 0 1'/>\
+    <limit lower='-1' upper='1' effort='1' velocity='1'/></joint>\
+    <joint name='fixed' type='fixed'><parent link='two'/><child link='tip'/><origin xyz='0 0.03 0'/></joint></robot>";
+
+const TENDON: &str = "stiffness = 100\nforce_limit = 2\n";
+
+fn read(toml: &str) -> Result<Hand, String> {
+    let settings = Some((Path::new("hand.toml"), toml));
+    let loaded = from_text((Path::new("hand.urdf"), URDF), settings, None, &LoadOptions::default());
+    loaded.map(|loaded| loaded.hand).map_err(|error| error.to_string())
+}
+
+fn refused(toml: &str, words: &str) {
+    let error = read(toml).expect_err(toml);
+    assert!(error.contains(words), "{error}");
+}
+
+#[test]
+fn motors_that_only_the_settings_name_follow_in_the_order_of_their_tendons() {
+    let motors =
+        "[motors.left]\nscaling = 1\nspeed_limit = 1\n[motors.right]\nscaling = 2\nspeed_limit = 1\n";
+    let hand = read(&format!(
+        "{motors}[tendons.sum]\n{TENDON}motors = {{ right = 0.5, left = 0.5 }}\njoints = {{ b = 0.01, a = 0.02 }}\n\
+         [tendons.last]\n{TENDON}motors.right = -1\njoints.a = 1\nrest = 0.3\n\
+         [tendons.passive]\n{TENDON}polynomial.b.coefficients = [0.01, 0.002]\nrest = 0.001\n\
+         [springs.belt]\njoints = {{ a = 1, b = -1 }}\nstiffness = 0.4\nrest = 0.1\n\
+         [linkages.pin]\nlinks = ['one', 'tip']\npoints = [[0, 0.05, 0], [0, 0.01, 0]]\n"
+    ))
+    .expect("a sound hand");
+    let names: Vec<&str> = hand.motors.iter().map(|motor| motor.name.as_str()).collect();
+    assert_eq!(names, ["right", "left"], "`last` comes before `sum`");
+    let tendon = |name: &str| hand.tendons.iter().find(|tendon| tendon.name == name).expect("there");
+    assert_eq!(tendon("sum").motors, [(0, 0.5), (1, 0.5)]);
+    assert_eq!(tendon("sum").moment_arms, [(0, 0.02), (1, 0.01)]);
+    assert_eq!(tendon("passive").motors, []);
+    let at_end = |k: usize| f64::from(u8::from(k == 0));
+    assert!((tendon("last").wound(&hand.motors, at_end) - (0.3 - 2.0)).abs() < 1e-15);
+    assert_eq!(tendon("passive").wound(&hand.motors, at_end), 0.001);
+    assert_eq!(
+        (hand.springs[0].arms.as_slice(), hand.springs[0].rest),
+        ([(0, 1.0), (1, -1.0)].as_slice(), 0.1)
+    );
+    // The frame of a link that is merged into another.
+    assert_eq!(hand.linkages[0].links, [1, 2]);
+    assert!((hand.linkages[0].points[1].y - 0.04).abs() < 1e-15);
+    assert_eq!(hand.no_collision, [[1, 2]]);
+    // The open hand has its chain closed, where rigid bars allow it.
+    let gap = hand.linkages[0].at(&hand, &hand.open()).gap.length();
+    assert!(gap < hand.linkages[0].at(&hand, &[0.0, 0.0]).gap.length(), "{gap}");
+}
+
+#[test]
+fn wrong_couplings_are_named() {
+    let own = format!("[tendons.t]\n{TENDON}");
+    refused(
+        &format!("{own}motors.m = 1\njoints.a = 1\n"),
+        "[tendons.t]: names motor 'm', which has no entry",
+    );
+    refused(&format!("{own}joints.c = 1\n"), "[tendons.t]: names joint 'c'");
+    refused(&own, "[tendons.t]: names nothing in the URDF");
+    refused("[motors.m]\nscaling = 1\nspeed_limit = 1\n", "[motors.m]: names nothing in the URDF");
+    refused(&format!("{own}joints.a = 0\n"), "joints.a 0");
+    refused(&format!("{own}joints.a = 1\nhold_limit = 1\n"), "hold limit 1");
+    refused(&format!("{own}joints.a = 1\nbreakaway = true\n"), "no hold limit");
+    refused(
+        &format!("{own}table.a = {{ at = [0, 1], length = [0] }}\n"),
+        "table.a: has 2 coordinates and 1 lengths",
+    );
+    refused(&format!("{own}polynomial.a.coefficients = []\n"), "polynomial.a: a polynomial has 1 to 8");
+    refused(
+        &format!("{own}eyelets.a = {{ before = [0.01, 0], after = [0, 0.01] }}\n"),
+        "they meet at some angle",
+    );
+    refused("[springs.s]\njoints = {}\nstiffness = 1\n", "[springs.s]: acts on no joint");
+    refused("[springs.s]\njoints.a = 1\nstiffness = 0\n", "[springs.s]: has stiffness 0");
+    refused("[springs.s]\njoints.q = 1\nstiffness = 1\n", "[springs.s]: names joint 'q'");
+    let pin = |links: &str| format!("[linkages.p]\nlinks = {links}\npoints = [[0, 0, 0], [0, 0, 0]]\n");
+    refused(&pin("['one', 'three']"), "[linkages.p]: names link 'three'");
+    refused(&pin("['two', 'tip']"), "[linkages.p]: links 'two' and 'tip' are one body");
+}
+
+#[test]
+fn every_coupling_counts_in_the_content_hash() {
+    let plain = read("").expect("a sound hand").content_hash();
+    let mut hashes = vec![plain];
+    for toml in [
+        "[springs.s]\njoints.a = 1\nstiffness = 1\n".to_owned(),
+        "[linkages.p]\nlinks = ['one', 'two']\npoints = [[0, 0, 0], [0, 0, 0]]\n".to_owned(),
+        format!("[tendons.t]\n{TENDON}joints.a = 1\n"),
+        format!("[tendons.t]\n{TENDON}joints.a = 1\nrest = 1\n"),
+        format!("[tendons.t]\n{TENDON}joints.a = 1\nhold_limit = 3\n"),
+        format!("[tendons.t]\n{TENDON}joints.a = 1\nhold_limit = 3\nbreakaway = true\n"),
+        format!("[tendons.t]\n{TENDON}polynomial.a.coefficients = [1]\n"),
+        format!("[tendons.t]\n{TENDON}table.a = {{ at = [0, 1], length = [0, 1] }}\n"),
+        format!("[tendons.t]\n{TENDON}eyelets.a = {{ before = [0.01, 0], after = [0, 0.02] }}\n"),
+    ] {
+        hashes.push(read(&toml).expect("a sound hand").content_hash());
+    }
+    for (i, hash) in hashes.iter().enumerate() {
+        assert!(!hashes[..i].contains(hash), "{i}");
+    }
+}
