@@ -110,7 +110,7 @@ pub(crate) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn one_per_motor(hand: &Hand, sigma: &[f64]) -> anyhow::Result<Vec<f64>> {
+pub(crate) fn one_per_motor(hand: &Hand, sigma: &[f64]) -> anyhow::Result<Vec<f64>> {
     let motors = hand.motors.len();
     match sigma {
         [one] => Ok(vec![*one; motors]),
@@ -191,6 +191,7 @@ fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, stage
         title: format!("{}, σ = {sigmas}", hand.name),
         notes,
         time: trace.time.clone(),
+        across: "t (s)",
         marks: stages.iter().skip(1).map(|p| (p.from, p.name.to_owned())).collect(),
         panels,
     }
