@@ -52,6 +52,7 @@ const NUMBERS: &[(&str, usize, usize, f64, usize)] = &[
     ("softhand2", 19, 2, 0.740, 2),
     ("robotiq_3f", 10, 4, 2.250, 4),
     ("robotiq_2f85", 8, 1, 0.900, 1),
+    ("ihy", 7, 5, 1.250, 5),
 ];
 
 #[test]
