@@ -1,6 +1,7 @@
 //! A hand between its source and Palmares: what a description states, in SI units, before anything that is missing is
 //! guessed. A reader fills it; `complete/` and `write/` make a hand of it.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use palmares_models::{Mat3, Pose, Rotation, Vec3, rotation};
@@ -313,6 +314,24 @@ pub struct Loop {
     pub points: [[f64; 3]; 2],
     /// Whether the source also joins the links' orientations.
     pub welded: bool,
+}
+
+impl Draft {
+    /// Whether a joint only moves links without shapes.
+    pub fn moves_nothing(&self, joint: &Joint) -> bool {
+        let mut open = vec![joint.child.as_str()];
+        let mut seen = BTreeSet::new();
+        while let Some(link) = open.pop() {
+            if self.links.iter().any(|other| other.name == link && !other.collisions.is_empty()) {
+                return false;
+            }
+            if seen.insert(link) {
+                let below = self.joints.iter().filter(|other| other.parent == link);
+                open.extend(below.map(|other| other.child.as_str()));
+            }
+        }
+        true
+    }
 }
 
 impl Origin {

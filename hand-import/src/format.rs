@@ -43,7 +43,7 @@ pub enum Content {
     LfsPointer,
     /// XML with another root element.
     OtherXml(String),
-    /// Macros for other xacro files, without a robot of its own.
+    /// A part for other files, such as macros or materials, without a robot of its own.
     Macros,
     /// Anything else.
     Unknown,
@@ -60,7 +60,7 @@ impl Content {
                 format!("is XML with the root element <{root}>; known formats: {formats}")
             }
             Content::Macros => {
-                "only has xacro macros for other files; name the file that uses them".to_owned()
+                "only has parts for other files, such as macros; name the file that uses them".to_owned()
             }
             Content::Unknown => format!("has an unknown format; known formats: {formats}"),
         }
@@ -96,6 +96,7 @@ pub fn recognise(text: &str) -> Content {
             let named = tag.contains(" name=") || tag.contains("\tname=") || tag.contains("\nname=");
             if named { Content::Robot(Format::Xacro) } else { Content::Macros }
         }
+        "robot" if !text.contains("<link") => Content::Macros,
         "robot" => Content::Robot(Format::Urdf),
         _ => Content::OtherXml(name.chars().take(40).collect()),
     }
@@ -137,7 +138,10 @@ mod tests {
             Content::Robot(format) => format,
             content => panic!("{text}: {content:?}"),
         };
-        assert_eq!(robot("<?xml version='1.0'?>\n<!-- <mujoco> --><robot name='a'></robot>"), Format::Urdf);
+        assert_eq!(
+            robot("<?xml version='1.0'?>\n<!-- <mujoco> --><robot name='a'><link name='b'/></robot>"),
+            Format::Urdf
+        );
         assert_eq!(robot("<robot name='a' xmlns:xacro='x'><link name='b'/></robot>"), Format::Urdf);
         assert_eq!(
             robot("<robot name='a' xmlns:xacro='x'><xacro:include filename='b'/></robot>"),

@@ -37,6 +37,10 @@ pub struct Options {
     pub visual_as_collision: bool,
     /// Replaces the robot's name.
     pub name: Option<String>,
+    /// Ignores a `hand.toml` in the source, and adds commented tables for every coordinate and link to the written one.
+    pub template: bool,
+    /// Arguments of a xacro file: `side:=left`.
+    pub xacro_arguments: Vec<String>,
 }
 
 /// An imported hand, not yet on disk.
@@ -63,39 +67,60 @@ pub struct Imported {
 pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     let source = Source::open(path)?;
     let (file, format) = source.description(options.robot.as_deref())?;
-    let (mut draft, mut log) = read::read(&source, &file, format)?;
+    let (mut draft, mut log) = read::read(&source, &file, format, options)?;
     if let Some(name) = &options.name {
         draft.name.clone_from(name);
+    }
+    if options.template {
+        draft.settings = None;
     }
     if draft.links.is_empty() {
         return Err(ImportError::unreadable(source.display(&file), "has no links"));
     }
-    let hand = complete::complete(draft, &source, options, &mut log);
+    let mut hand = complete::complete(draft, &source, options, &mut log);
+    // The loader is the judge of what was written. What it finds goes into the comments as well.
     let mut warnings = Vec::new();
-    let files = write(&hand, &log, format);
-    // The loader is the judge of what was written. A remaining fault goes into the comments as well.
-    let loaded = load(&files);
-    let files = match loaded {
+    match load(&write(&hand, &log, format, options)) {
         Ok(found) => {
+            let stand_ins =
+                found.iter().filter(|warning| warning.message.contains("inertia = \"from_geometry\""));
+            let links: Vec<&str> = stand_ins.map(|warning| warning.element.as_str()).collect();
+            if !links.is_empty() && hand.draft.settings.is_none() {
+                let shown = links.iter().take(4).copied().collect::<Vec<_>>().join(", ");
+                let text = format!(
+                    "{} inertias are not those of their shapes ({shown}…); all inertias come from the shapes",
+                    links.len()
+                );
+                log.guessed(At::Hand, "robot", text);
+                hand.inertia_from_shapes = true;
+            }
             warnings = found;
-            files
         }
-        Err(error) => {
-            log.problem(At::Hand, "hand", format!("does not load yet: {error}"));
-            write(&hand, &log, format)
-        }
-    };
+        Err(error) => log.problem(At::Hand, "hand", format!("does not load yet: {error}")),
+    }
+    let files = write(&hand, &log, format, options);
+    if hand.inertia_from_shapes {
+        warnings = load(&files).unwrap_or(warnings);
+    }
     let name = hand.draft.name.clone();
     let description = source.display(&file);
     Ok(Imported { name, format, description, files, decisions: log.decisions, warnings })
 }
 
-fn write(hand: &complete::Complete, log: &Log, format: Format) -> BTreeMap<PathBuf, Vec<u8>> {
+fn write(
+    hand: &complete::Complete,
+    log: &Log,
+    format: Format,
+    options: &Options,
+) -> BTreeMap<PathBuf, Vec<u8>> {
     let file = log.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let head = format!("Imported from {file} ({}) by palmares {}.", format.name(), env!("CARGO_PKG_VERSION"));
     let (mut in_urdf, mut in_settings) = write::Comments::split(log, hand);
     let urdf = write::urdf::urdf(hand, &head, &mut in_urdf);
-    let settings = write::settings::settings(hand, &head, &mut in_settings);
+    let mut settings = write::settings::settings(hand, &head, &mut in_settings);
+    if options.template {
+        settings += &write::settings::template(hand);
+    }
     let mut files = hand.meshes.files.clone();
     files.insert(PathBuf::from("hand.urdf"), urdf.into_bytes());
     files.insert(PathBuf::from("hand.toml"), settings.into_bytes());

@@ -1,4 +1,6 @@
-//! Meshes: STL, OBJ and COLLADA become binary STL files within the limits of a hand.
+//! Meshes: STL, OBJ, COLLADA and small text formats become binary STL files within the limits of a hand.
+
+mod text;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -243,15 +245,28 @@ fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
     let mut notes = Vec::new();
     let scene = match kind.as_str() {
         "stl" => mesh_loader::stl::from_slice(&plain_stl(bytes)),
-        "obj" => {
-            let none = |_: &Path| -> std::io::Result<Vec<u8>> { Err(std::io::ErrorKind::NotFound.into()) };
-            mesh_loader::obj::from_slice(bytes, None, none)
-        }
         "dae" => {
             notes.extend(collada_notes(&String::from_utf8_lossy(bytes)));
             mesh_loader::collada::from_slice(bytes)
         }
-        _ => return Err(format!("is of type '{kind}'; known are STL, OBJ and COLLADA (.dae)")),
+        "obj" | "off" | "tri" | "iv" | "wrl" => {
+            let words = String::from_utf8_lossy(bytes);
+            let corners = match kind.as_str() {
+                "obj" => text::obj(&words),
+                "off" => text::off(&words),
+                "tri" => text::tri(&words),
+                _ => text::inventor(&words),
+            }?;
+            return if corners.is_empty() {
+                Err("has no triangles".to_owned())
+            } else {
+                Ok(Read { corners, notes })
+            };
+        }
+        _ => {
+            let known = "STL, OBJ, COLLADA (.dae), OFF, Open Inventor (.iv) as text";
+            return Err(format!("is of type '{kind}'; known are {known}; save it as one of them"));
+        }
     };
     let scene = scene.map_err(|error| format!("cannot be read: {error}"))?;
     let count: usize = scene.meshes.iter().map(|mesh| mesh.faces.len()).sum();
@@ -295,6 +310,14 @@ fn collada_notes(text: &str) -> Vec<String> {
         && meter.0.trim().parse() != Ok(1.0)
     {
         notes.push(format!("its unit of {} m is applied", meter.0));
+    }
+    // RViz and Gazebo ignore the up axis, so that published files are right without it.
+    for up in ["X_UP", "Y_UP"] {
+        if text.contains(&format!("<up_axis>{up}</up_axis>")) {
+            notes.push(format!(
+                "it states {up}; its coordinates are taken as they are, as RViz and Gazebo do"
+            ));
+        }
     }
     notes
 }

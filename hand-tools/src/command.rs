@@ -1,9 +1,11 @@
-//! `palmares hand`: check, try, show, decompose and import a hand.
+//! `palmares hand`: check, try, show, analyse, decompose, import, draft and copy a hand.
 
+use crate::analyse::{self, AnalyseArgs};
 use crate::check::{self, CheckArgs};
+use crate::copy::{self, CopyArgs};
 use crate::decompose::{self, DecomposeArgs, MeshOwner};
 use crate::figures::trials as trial_table;
-use crate::import::{self, ImportArgs};
+use crate::import::{self, ImportArgs, NewArgs};
 use crate::load::{LimitsOf, hint, load_hand};
 use crate::show::{self, ShowArgs};
 use crate::trial::trials;
@@ -40,6 +42,12 @@ Examples:
   palmares hand show softhand --output softhand.svg
   palmares hand show my-hand/ --sigma 0.4 --output my-hand.png
   palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --output pushed.png";
+const ANALYSE_HELP: &str = "\
+Examples:
+  palmares hand analyse softhand                  synergies, compliance, order of closing
+  palmares hand analyse pinch --sigma 0.3,0.35 --json
+  palmares hand analyse pinch --contact left_distal:0,-0.006,0.02:0,-1,0 --contact right_distal:0,0.006,0.02:0,1,0 \\
+      --model soft-finger --friction 0.8 --figure pinch.svg";
 const DECOMPOSE_HELP: &str = "\
 Examples:
   palmares hand decompose my-hand/meshes/palm.stl           writes my-hand/meshes/palm_pieces/palm_01.stl and so on
@@ -53,6 +61,18 @@ Examples:
   palmares hand import some_description/ --robot left --out my-hand/
   palmares hand import hand.zip --visual-as-collision --out my-hand/
   palmares hand check my-hand/";
+
+const NEW_HELP: &str = "\
+Exit code: as of `palmares hand import`.
+
+Examples:
+  palmares hand new claw --from claw.urdf        writes claw/hand.urdf and claw/hand.toml; edit it, then
+  palmares hand check claw/";
+const COPY_HELP: &str = "\
+Examples:
+  palmares hand copy pinch                       writes my-pinch/hand.urdf and my-pinch/hand.toml; edit them, then
+  palmares hand check my-pinch/
+  palmares hand copy softhand --out soft3/ --name soft3";
 
 /// Commands for a hand.
 #[derive(Debug, Subcommand)]
@@ -75,6 +95,12 @@ pub enum HandCommand {
     /// The image shows the hand's shapes, open and closed, and joints and tensions over time with their predicted end values.
     #[command(after_help = SHOW_HELP)]
     Show(ShowArgs),
+    /// Compute synergies, stiffness and the order of closing of a hand; with contacts, of a grasp
+    ///
+    /// The hand is at its equilibrium at σ, its base in the world's frame. With virtual contacts the command adds grasp matrix,
+    /// hand Jacobian, stiffness of the object, controlled motions and forces, closure and quality. docs/analysis.md has the equations.
+    #[command(after_help = ANALYSE_HELP)]
+    Analyse(AnalyseArgs),
     /// Cut a mesh of a hand into convex pieces, and print the URDF elements that replace it
     ///
     /// The simulation uses a mesh's convex hull, which fills holes and hollows. This command cuts it into convex pieces (V-HACD),
@@ -84,10 +110,20 @@ pub enum HandCommand {
     Decompose(DecomposeArgs),
     /// Import a published hand: write hand.urdf, hand.toml and meshes
     ///
-    /// Reads URDF with the files of its ROS package. The format is recognised by content. All that was taken in other words,
+    /// Reads URDF and xacro with the files of their ROS package, Klamp't's .rob and GraspIt! XML; meshes in STL, OBJ and
+    /// COLLADA. The format is recognised by content. All that was taken in other words,
     /// guessed or dropped, and all problems, are comments in the written files. The guide: docs/hands.md.
     #[command(after_help = IMPORT_HELP)]
     Import(ImportArgs),
+    /// Draft the hand.toml of a URDF: its motors, tendons, coordinates and links, with comments
+    ///
+    /// As `import`, but a hand.toml beside the URDF is not taken, and every coordinate and link has a commented table to
+    /// fill in.
+    #[command(after_help = NEW_HELP)]
+    New(NewArgs),
+    /// Start a hand of your own from a built-in one
+    #[command(after_help = COPY_HELP)]
+    Copy(CopyArgs),
 }
 
 impl HandCommand {
@@ -100,8 +136,11 @@ impl HandCommand {
             HandCommand::Check(args) => check::check(args, limits_of),
             HandCommand::Try(args) => attempt(args),
             HandCommand::Show(args) => show::show(args),
+            HandCommand::Analyse(args) => analyse::analyse(args),
             HandCommand::Decompose(args) => decompose::run(args, MeshOwner::Hand),
             HandCommand::Import(args) => import::run(args),
+            HandCommand::New(args) => import::draft(args),
+            HandCommand::Copy(args) => copy::run(args),
         }
     }
 }

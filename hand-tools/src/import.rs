@@ -1,4 +1,4 @@
-//! `palmares hand import`: a published hand becomes a folder with hand.urdf, hand.toml and meshes.
+//! `palmares hand import` and `hand new`: a published hand becomes a folder with hand.urdf, hand.toml and meshes.
 
 use clap::Args;
 use palmares_hand_import::decision::{Decision, Kind};
@@ -6,7 +6,7 @@ use palmares_hand_import::{Imported, Options, import};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Exit code of a hand that was written with problems.
@@ -29,6 +29,31 @@ pub struct ImportArgs {
     /// Name of the hand, instead of the robot's
     #[arg(long)]
     name: Option<String>,
+    /// Argument of a xacro file; can be given several times
+    #[arg(long, value_name = "NAME:=VALUE")]
+    arg: Vec<String>,
+    #[command(flatten)]
+    how: How,
+}
+
+/// Arguments of `hand new`.
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// The hand's name
+    name: String,
+    /// A URDF, or another description that `hand import` reads
+    #[arg(long, value_name = "FILE")]
+    from: PathBuf,
+    /// Folder for the files [default: the hand's name]
+    #[arg(long, short, alias = "output", value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    how: How,
+}
+
+/// Common arguments.
+#[derive(Debug, Args)]
+struct How {
     /// Links without a collision shape touch with the shapes of their pictures
     #[arg(long)]
     visual_as_collision: bool,
@@ -62,33 +87,48 @@ struct Report<'a> {
 pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<ExitCode> {
     let options = Options {
         robot: args.robot.clone(),
-        visual_as_collision: args.visual_as_collision,
         name: args.name.clone(),
+        xacro_arguments: args.arg.clone(),
+        ..Options::default()
     };
-    let hand = import(&args.source, &options)?;
-    hand.write(&args.out, args.force)?;
+    written(&args.source, &args.out, options, &args.how)
+}
+
+/// Drafts a hand from a URDF.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn draft(args: &NewArgs) -> anyhow::Result<ExitCode> {
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&args.name));
+    let options = Options { name: Some(args.name.clone()), template: true, ..Options::default() };
+    written(&args.from, &out, options, &args.how)
+}
+
+fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow::Result<ExitCode> {
+    let hand = import(source, &Options { visual_as_collision: how.visual_as_collision, ..options })?;
+    hand.write(folder, how.force)?;
     let mut out = std::io::stdout().lock();
-    if args.json {
+    if how.json {
         let report = Report {
             name: &hand.name,
             format: hand.format.name(),
             description: hand.description.display().to_string(),
-            folder: args.out.display().to_string(),
+            folder: folder.display().to_string(),
             files: hand.files.keys().map(|path| path.display().to_string()).collect(),
             decisions: &hand.decisions,
             warnings: hand.warnings.iter().map(ToString::to_string).collect(),
         };
         writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
     } else {
-        write!(out, "{}", text(&hand, args))?;
+        write!(out, "{}", text(&hand, folder, how.all))?;
     }
     let problems = hand.problems().count();
     Ok(if problems == 0 { ExitCode::SUCCESS } else { ExitCode::from(WITH_PROBLEMS) })
 }
 
-fn text(hand: &Imported, args: &ImportArgs) -> String {
+fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let mut out = String::new();
-    let folder = args.out.display();
+    let folder = folder.display();
     let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), hand.description.display());
     for (kind, title) in [
         (Kind::Taken, "Taken in other words"),
@@ -101,7 +141,7 @@ fn text(hand: &Imported, args: &ImportArgs) -> String {
             continue;
         }
         let _ = writeln!(out, "\n{title}: {}", found.len());
-        let most = if args.all || kind == Kind::Problem { found.len() } else { SHOWN };
+        let most = if all || kind == Kind::Problem { found.len() } else { SHOWN };
         for decision in found.iter().take(most) {
             let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
             let _ = writeln!(out, "  {file}: {}: {}", decision.element, decision.text);

@@ -1,9 +1,11 @@
 //! Tools for hands: description, closing in the air, trials in the tasks, images. With `bench`, the only crate that
 //! draws.
 
+mod analyse;
 mod check;
 mod closure;
 mod command;
+mod copy;
 pub mod decompose;
 mod describe;
 mod draw;

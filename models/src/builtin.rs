@@ -65,14 +65,25 @@ pub fn builtin_hands() -> &'static [Arc<Hand>] {
     })
 }
 
+/// The texts of a built-in hand: `hand.urdf`, and `hand.toml` with its changes.
+pub fn builtin_texts(name: &str) -> Option<(&'static str, String)> {
+    let index = builtin_hands().iter().position(|hand| hand.name == name)?;
+    let files = FILES.get(index)?;
+    Some((files.urdf, files.settings()))
+}
+
 impl Files {
+    fn settings(&self) -> String {
+        match self.changes {
+            None => self.settings.to_owned(),
+            Some(changes) => joined(self.settings, changes),
+        }
+    }
+
     fn load(&self) -> Result<Hand, ModelError> {
         let (urdf_file, settings_file) =
             (format!("hands/{}/hand.urdf", self.folder), format!("hands/{}/hand.toml", self.folder));
-        let settings = match self.changes {
-            None => self.settings.to_owned(),
-            Some(changes) => joined(self.settings, changes),
-        };
+        let settings = self.settings();
         let loaded = read::from_text(
             (Path::new(&urdf_file), self.urdf),
             Some((Path::new(&settings_file), &settings)),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::decision::{At, Log};
-use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, Origin};
+use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Origin};
 
 /// A range smaller than this is none, rad or m.
 const SMALLEST_RANGE: f64 = 1e-6;
@@ -18,6 +18,7 @@ const COUPLER: (f64, f64) = (1e-3, 1e-8);
 pub(crate) fn complete(draft: &mut Draft, log: &mut Log) {
     split_balls(draft, log);
     couplings(draft, log);
+    virtual_leaders(draft, log);
     limits(draft, log);
     follower_limits(draft, log);
 }
@@ -125,6 +126,59 @@ fn couplings(draft: &mut Draft, log: &mut Log) {
         kept.retain(|coupling| coupling.joint != joint);
     }
     draft.couplings = kept;
+}
+
+/// A joint that moves no shape itself, but that others follow, is a stand-in for a motor: its first follower leads instead.
+fn virtual_leaders(draft: &mut Draft, log: &mut Log) {
+    let leaders: Vec<String> = draft.couplings.iter().map(|coupling| coupling.leader.clone()).collect();
+    for name in leaders {
+        let Some(old) = draft.joints.iter().find(|joint| joint.name == name).cloned() else { continue };
+        let follows = draft.couplings.iter().any(|coupling| coupling.joint == name);
+        if old.kind == JointKind::Fixed || follows || !draft.moves_nothing(&old) {
+            continue;
+        }
+        let Some(first) = draft.couplings.iter().position(|coupling| coupling.leader == name) else {
+            continue;
+        };
+        let first = draft.couplings.remove(first);
+        let (constant, slope) = (first.coefficients[0], first.coefficients[1]);
+        let mut others = 0;
+        for coupling in draft.couplings.iter_mut().filter(|coupling| coupling.leader == name) {
+            // x_old = (x_first − constant) / slope.
+            let factor = coupling.coefficients[1] / slope;
+            coupling.coefficients = vec![coupling.coefficients[0] - factor * constant, factor];
+            coupling.leader.clone_from(&first.joint);
+            others += 1;
+        }
+        if let (Some([low, high]), Some(joint)) =
+            (old.limits, draft.joints.iter_mut().find(|joint| joint.name == first.joint))
+        {
+            let (a, b) = (constant + slope * low, constant + slope * high);
+            let image = [a.min(b), a.max(b)];
+            joint.limits = match joint.limits {
+                Some([low, high]) if low.max(image[0]) < high.min(image[1]) => {
+                    Some([low.max(image[0]), high.min(image[1])])
+                }
+                _ => Some(image),
+            };
+            joint.effort = joint.effort.or(old.effort.map(|effort| effort / slope.abs()));
+            joint.velocity = joint.velocity.or(old.velocity.map(|velocity| velocity * slope.abs()));
+        }
+        for actuator in &mut draft.actuators {
+            if actuator.drive == Drive::Joint(name.clone()) {
+                actuator.drive = Drive::Joint(first.joint.clone());
+                actuator.force_limit = actuator.force_limit.map(|force| force / slope.abs());
+                actuator.speed_limit = actuator.speed_limit.map(|speed| speed * slope.abs());
+            }
+        }
+        let text = format!(
+            "moves no shape, but {} joints follow it; '{}' leads the {others} others instead",
+            others + 1,
+            first.joint
+        );
+        log.taken(At::Joint(name.clone()), format!("joint '{name}'"), text);
+        fix(draft, &name, 0.0);
+    }
 }
 
 /// The line with the least squared error over a range.

@@ -60,8 +60,11 @@ pub(crate) fn complete(draft: &mut Draft, meshes: &Meshes, log: &mut Log) {
     }
 }
 
-/// Why the hand's inertias are better taken from its shapes; `None` if all are plausible.
-pub(crate) fn implausible(draft: &Draft) -> Option<String> {
+/// Whether some link has an inertia that no rigid body has, so that all are better taken from the shapes.
+pub(crate) fn implausible(draft: &Draft, log: &mut Log) -> bool {
+    if draft.settings.is_some() {
+        return false;
+    }
     let wrong = |link: &&Link| {
         let Some(Inertial { mass, inertia: [xx, xy, xz, yy, yz, zz], .. }) = link.inertial else {
             return false;
@@ -72,13 +75,15 @@ pub(crate) fn implausible(draft: &Draft) -> Option<String> {
         mass > 0.0 && shaped && (inertia.implausible().is_some() || [xx, yy, zz].iter().all(|x| *x == 0.0))
     };
     let names: Vec<&str> = draft.links.iter().filter(wrong).map(|link| link.name.as_str()).collect();
-    (!names.is_empty()).then(|| {
-        let shown = names.iter().take(6).copied().collect::<Vec<_>>().join(", ");
-        format!(
-            "no rigid body has the inertia of {} links ({shown}…); taken are those of the shapes",
-            names.len()
-        )
-    })
+    if names.is_empty() {
+        return false;
+    }
+    let (count, shown) = (names.len(), names.iter().take(6).copied().collect::<Vec<_>>().join(", "));
+    let text = format!(
+        "no rigid body has the inertia of {count} links ({shown}…); all inertias come from the shapes"
+    );
+    log.guessed(At::Hand, "robot", text);
+    true
 }
 
 /// Links that fixed joints connect, by the moving link that they follow.

@@ -17,13 +17,14 @@ use crate::draft::Draft;
 use crate::meshes::{self, Meshes};
 use crate::source::Source;
 
-pub(crate) use mass::implausible as implausible_inertia;
 pub(crate) use motors::{Motor, Wound};
 
 /// A draft without gaps.
 pub(crate) struct Complete {
     pub(crate) draft: Draft,
     pub(crate) meshes: Meshes,
+    /// Whether inertias come from the shapes instead of the source.
+    pub(crate) inertia_from_shapes: bool,
     /// In the order of the source.
     pub(crate) motors: Vec<Motor>,
     pub(crate) tendons: Vec<Wound>,
@@ -36,6 +37,7 @@ pub(crate) fn complete(mut draft: Draft, source: &Source, options: &Options, log
     shapes::complete(&mut draft, options, log);
     let meshes = meshes::convert(&mut draft, source, log);
     mass::complete(&mut draft, &meshes, log);
+    let inertia_from_shapes = mass::implausible(&draft, log);
     let (motors, tendons) = motors::complete(&mut draft, log);
-    Complete { draft, meshes, motors, tendons }
+    Complete { draft, meshes, inertia_from_shapes, motors, tendons }
 }

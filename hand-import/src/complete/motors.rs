@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use palmares_models::measure::HandLimits;
+
 use crate::decision::{At, Log};
 use crate::draft::{Actuator, Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 
@@ -21,13 +23,28 @@ pub(crate) struct Motor {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Wound {
     pub(crate) name: String,
-    pub(crate) motor: String,
-    /// Entries of R by joint.
+    /// With their weights; none: a passive tendon.
+    pub(crate) motors: Vec<(String, f64)>,
+    /// Constant entries of R by joint.
     pub(crate) arms: Vec<(String, f64)>,
+    /// Lengths that are not linear, by joint.
+    pub(crate) paths: Vec<(String, TendonPath)>,
+    /// Wound length without the motors' part.
+    pub(crate) rest: f64,
     pub(crate) stiffness: f64,
     pub(crate) damping: f64,
     pub(crate) force_limit: f64,
     pub(crate) both_ways: bool,
+}
+
+impl Wound {
+    /// The motor of a tendon that a transmission of the URDF can state: one motor, constant moment arms.
+    pub(crate) fn motor_in_urdf(&self) -> Option<&str> {
+        match self.motors.as_slice() {
+            [(motor, weight)] if *weight == 1.0 && self.paths.is_empty() && self.rest == 0.0 => Some(motor),
+            _ => None,
+        }
+    }
 }
 
 /// Speed of a servo that states none.
@@ -58,10 +75,13 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
     let (mut motors, mut wound) = (Vec::new(), Vec::new());
     let mut driven = BTreeSet::new();
     for tendon in draft.tendons.clone() {
-        if let Some((motor, cable)) = cable(&tendon, draft, log) {
+        if let Some((winding, cable)) = cable(&tendon, draft, log) {
             driven.extend(cable.arms.iter().map(|(joint, _)| joint.clone()));
-            if !motors.iter().any(|other: &Motor| other.name == motor.name) {
-                motors.push(motor);
+            driven.extend(cable.paths.iter().map(|(joint, _)| joint.clone()));
+            for motor in winding {
+                if !motors.iter().any(|other: &Motor| other.name == motor.name) {
+                    motors.push(motor);
+                }
             }
             wound.push(cable);
         }
@@ -89,13 +109,21 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
         if kept {
             continue;
         }
+        if draft.moves_nothing(joint) {
+            let text =
+                format!("drives joint '{name}', whose link has no shape and carries none; both are left out");
+            log.dropped(At::Hand, element, text);
+            continue;
+        }
         let (motor, servo) = servo(&actuator, joint, &at, &element, log);
         driven.insert(name.clone());
         motors.push(motor);
         wound.push(servo);
     }
+    driven.extend(draft.springs.iter().flat_map(|spring| &spring.joints).map(|(joint, _)| joint.clone()));
     if !kept {
         dampers(draft, &driven, log);
+        without_place(draft, log);
     }
     (motors, wound)
 }
@@ -138,10 +166,29 @@ fn servo(actuator: &Actuator, joint: &Joint, at: &At, element: &str, log: &mut L
             guess
         })
     };
+    let limits = HandLimits::default();
     let [low, high] = joint.limits.unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
     let range = high - low;
-    let force = or(actuator.force_limit.or(joint.effort), "largest force", of_kind(joint, FORCE));
-    let speed = or(actuator.speed_limit.or(joint.velocity), "largest speed", of_kind(joint, SPEED));
+    // Descriptions for pictures state 100 or 1000 as a stand-in.
+    let most = of_kind(joint, (limits.joint_torque_nm, limits.slide_force_n)).min(limits.tendon_force);
+    let stated = actuator.force_limit.or(joint.effort);
+    if let Some(force) = stated.filter(|force| *force > most && force.is_finite()) {
+        let text = format!(
+            "states the largest force {force}, more than the {most} that a hand may have: a stand-in"
+        );
+        log.guessed(at.clone(), element, text);
+    }
+    let stated = stated.filter(|force| *force <= most);
+    let force = or(stated, "largest force", of_kind(joint, FORCE));
+    let fastest = (limits.motor_speed_per_s * range).min(limits.motor_power_w / force);
+    let stated = actuator.speed_limit.or(joint.velocity);
+    if let Some(speed) = stated.filter(|speed| *speed > fastest && speed.is_finite()) {
+        let text =
+            format!("states the largest speed {speed}, more than the {fastest:.4} that a hand may have");
+        log.guessed(at.clone(), element, text);
+    }
+    let stated = stated.filter(|speed| *speed <= fastest);
+    let speed = or(stated, "largest speed", of_kind(joint, SPEED).min(fastest));
     let stiffness = or(actuator.gain, "stiffness", force / of_kind(joint, ERROR));
     let damping = match actuator.damping.filter(|b| *b > 0.0) {
         Some(damping) => damping,
@@ -163,8 +210,10 @@ fn servo(actuator: &Actuator, joint: &Joint, at: &At, element: &str, log: &mut L
     };
     let servo = Wound {
         name: joint.name.clone(),
-        motor: actuator.name.clone(),
+        motors: vec![(actuator.name.clone(), 1.0)],
         arms: vec![(joint.name.clone(), 1.0)],
+        paths: Vec::new(),
+        rest: 0.0,
         stiffness,
         damping,
         force_limit: force,
@@ -173,43 +222,29 @@ fn servo(actuator: &Actuator, joint: &Joint, at: &At, element: &str, log: &mut L
     (motor, servo)
 }
 
-/// A tendon with its motor.
-fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Motor, Wound)> {
+/// A tendon with its motors.
+fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, Wound)> {
     let (at, element) = (At::Tendon(tendon.name.clone()), format!("tendon '{}'", tendon.name));
-    let mut arms = Vec::new();
+    let mut passed: Vec<(&Joint, &TendonPath)> = Vec::new();
     for (name, path) in &tendon.joints {
         let joint = draft.joints.iter().find(|joint| joint.name == *name);
-        let Some(joint) = joint.filter(|joint| joint.kind != JointKind::Fixed) else {
-            log.problem(at.clone(), &element, format!("passes joint '{name}', which does not move"));
-            continue;
-        };
-        arms.push((joint, arm(path, joint, &at, &element, log)));
+        match joint.filter(|joint| joint.kind != JointKind::Fixed) {
+            Some(joint) if !is_flat(path) => passed.push((joint, path)),
+            Some(_) => {}
+            None => log.problem(at.clone(), &element, format!("passes joint '{name}', which does not move")),
+        }
     }
-    let [(motor, _), others @ ..] = tendon.motors.as_slice() else {
-        log.problem(at, element, "has no motor; it is left out");
-        return None;
-    };
-    if !others.is_empty() {
-        let names: Vec<&str> = others.iter().map(|(name, _)| name.as_str()).collect();
-        log.problem(
-            at.clone(),
-            &element,
-            format!("has further motors, {}; only '{motor}' winds it", names.join(", ")),
-        );
-    }
-    if arms.iter().all(|(_, r)| *r == 0.0) {
+    if passed.is_empty() {
         log.problem(at, element, "has no moment arm on any joint; it is left out");
         return None;
     }
-    let rest: f64 = arms.iter().map(|(joint, r)| r * joint.rest.unwrap_or_default()).sum();
-    let closed: f64 = arms
+    let limits_of = |joint: &Joint| joint.limits.unwrap_or([0.0, 1.0]);
+    let at_rest: f64 = passed.iter().map(|(joint, path)| length(path, joint.rest.unwrap_or_default())).sum();
+    let closed: f64 = passed
         .iter()
-        .map(|(joint, r)| {
-            let [low, high] = joint.limits.unwrap_or([0.0, 1.0]);
-            f64::max(r * low, r * high)
-        })
+        .map(|(joint, path)| limits_of(joint).map(|q| length(path, q)).into_iter().fold(f64::MIN, f64::max))
         .sum();
-    let travel = if closed > rest { closed - rest } else { 1.0 };
+    let travel = if closed > at_rest { closed - at_rest } else { 1.0 };
     let mut guesses = Vec::new();
     let mut or = |value: Option<f64>, name: &str, guess: f64| {
         value.filter(|x| x.is_finite() && *x > 0.0).unwrap_or_else(|| {
@@ -217,49 +252,90 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Motor, Wound)
             guess
         })
     };
-    // Twice the tension that the springs of the closed hand need, or what the joints' efforts allow.
-    let springs = arms.iter().filter(|(_, r)| *r != 0.0).map(|(joint, r)| {
-        let [low, high] = joint.limits.unwrap_or([0.0, 1.0]);
-        let most = if *r > 0.0 { high } else { low };
+    // Twice the tension at which the springs let half of the joints close, or what the joints' efforts allow.
+    let middle = |mut list: Vec<f64>| {
+        list.retain(|x| x.is_finite() && *x > 0.0);
+        list.sort_by(f64::total_cmp);
+        list.get(list.len() / 2).copied()
+    };
+    let arms = || {
+        passed.iter().map(|(joint, path)| {
+            let [low, high] = limits_of(joint);
+            (*joint, (length(path, high) - length(path, low)) / (high - low))
+        })
+    };
+    let springs = arms().map(|(joint, r)| {
+        let [low, high] = limits_of(joint);
+        let most = if r > 0.0 { high } else { low };
         2.0 * joint.stiffness.unwrap_or_default() * (most - joint.rest.unwrap_or_default()).abs() / r.abs()
     });
-    let springs = springs.fold(0.0, f64::max);
-    let efforts =
-        arms.iter().filter(|(_, r)| *r != 0.0).filter_map(|(joint, r)| Some(joint.effort? / r.abs()));
-    let efforts = efforts.fold(0.0, f64::max);
-    let tension = [springs, efforts, TENSION].into_iter().find(|x| *x > 0.0).unwrap_or(TENSION);
-    let actuator = draft.actuators.iter().find(|actuator| actuator.name == *motor);
-    let force =
-        or(tendon.force_limit.or_else(|| actuator.and_then(|a| a.force_limit)), "largest tension", tension);
+    let efforts = arms().filter_map(|(joint, r)| Some(joint.effort? / r.abs()));
+    let limits = HandLimits::default();
+    let largest = arms().map(|(_, r)| r.abs()).fold(0.0, f64::max);
+    let most = limits.tendon_force.min(limits.joint_torque_nm / largest);
+    let tension =
+        middle(springs.collect()).or_else(|| middle(efforts.collect())).unwrap_or(TENSION).min(most);
+    let actuator_of = |motor: &str| draft.actuators.iter().find(|actuator| actuator.name == motor);
+    let first = tendon.motors.first().and_then(|(motor, _)| actuator_of(motor));
+    let force = or(tendon.force_limit.or(first.and_then(|a| a.force_limit)), "largest tension", tension);
     let stiffness = or(tendon.stiffness, "stiffness", force / (STRETCH * travel));
-    let speed = actuator.and_then(|a| a.speed_limit).map(|speed| speed / travel);
-    let speed = or(speed, "speed limit", CLOSING);
-    if !guesses.is_empty() && draft.settings.is_none() {
-        let text = format!(
-            "{}; its motor winds from the springs' rest at σ = 0 to the joints' limits at σ = 1",
-            guesses.join(", ")
-        );
-        log.guessed(at, element, text);
+    let weights: f64 = tendon.motors.iter().map(|(_, weight)| weight.abs()).sum();
+    let scaling = travel / if weights > 0.0 { weights } else { 1.0 };
+    let fastest = limits.motor_speed_per_s.min(limits.motor_power_w / (force * travel));
+    let mut motors = Vec::new();
+    for (name, _) in &tendon.motors {
+        let speed = actuator_of(name).and_then(|a| a.speed_limit).map(|speed| speed / scaling);
+        let speed = or(speed.filter(|speed| *speed <= fastest), "speed limit", CLOSING.min(fastest));
+        motors.push(Motor { name: name.clone(), scaling, offset: -at_rest / travel, speed_limit: speed });
     }
-    let motor = Motor { name: motor.clone(), scaling: travel, offset: -rest / travel, speed_limit: speed };
+    if !guesses.is_empty() && draft.settings.is_none() {
+        let winds = match motors.len() {
+            0 => "it is passive",
+            1 => "its motor winds from the springs' rest at σ = 0 to the joints' limits at σ = 1",
+            _ => "its motors together wind from the springs' rest to the joints' limits",
+        };
+        log.guessed(at, element, format!("{}; {winds}", guesses.join(", ")));
+    }
+    let (mut arms, mut paths, mut constant) = (Vec::new(), Vec::new(), 0.0);
+    for (joint, path) in passed {
+        match path {
+            TendonPath::Arm(r) => arms.push((joint.name.clone(), *r)),
+            TendonPath::Polynomial(coefficients) => {
+                // A hand's polynomial has no constant: it belongs to the rest length.
+                constant += coefficients[0];
+                paths.push((joint.name.clone(), TendonPath::Polynomial(coefficients[1..].to_vec())));
+            }
+            TendonPath::Table(points) => paths.push((joint.name.clone(), TendonPath::Table(points.clone()))),
+        }
+    }
     let wound = Wound {
         name: tendon.name.clone(),
-        motor: motor.name.clone(),
-        arms: arms.into_iter().map(|(joint, r)| (joint.name.clone(), r)).collect(),
+        motors: tendon.motors.clone(),
+        arms,
+        paths,
+        rest: tendon.rest.unwrap_or_default() - constant,
         stiffness,
         damping: tendon.damping.unwrap_or_default(),
         force_limit: force,
         both_ways: tendon.both_ways,
     };
-    Some((motor, wound))
+    Some((motors, wound))
 }
 
-/// The moment arm of a path, its mean over the joint's range if it is not constant.
-fn arm(path: &TendonPath, joint: &Joint, at: &At, element: &str, log: &mut Log) -> f64 {
-    let [low, high] = joint.limits.unwrap_or([-1.0, 1.0]);
-    let length = |q: f64| match path {
+/// Whether a path never changes the tendon's length.
+fn is_flat(path: &TendonPath) -> bool {
+    match path {
+        TendonPath::Arm(r) => *r == 0.0,
+        TendonPath::Polynomial(coefficients) => coefficients.iter().skip(1).all(|c| *c == 0.0),
+        TendonPath::Table(points) => points.windows(2).all(|pair| pair[0][1] == pair[1][1]),
+    }
+}
+
+/// Length that a joint at q takes up.
+fn length(path: &TendonPath, q: f64) -> f64 {
+    match path {
         TendonPath::Arm(r) => r * q,
-        TendonPath::Polynomial(c) => c.iter().rev().fold(0.0, |sum, c| sum * q + c),
+        TendonPath::Polynomial(coefficients) => coefficients.iter().rev().fold(0.0, |sum, c| sum * q + c),
         TendonPath::Table(points) => {
             let after = points.partition_point(|[x, _]| *x <= q).clamp(1, points.len().max(2) - 1);
             match (points.get(after - 1), points.get(after)) {
@@ -267,23 +343,45 @@ fn arm(path: &TendonPath, joint: &Joint, at: &At, element: &str, log: &mut Log) 
                 _ => 0.0,
             }
         }
-    };
-    match path {
-        TendonPath::Arm(r) => *r,
-        TendonPath::Polynomial(_) | TendonPath::Table(_) => {
-            let mean = (length(high) - length(low)) / (high - low);
-            let text = format!(
-                "its moment arm on joint '{}' changes with the angle; taken is the mean, {mean:.6}",
-                joint.name
-            );
-            log.guessed(at.clone(), element, text);
-            mean
-        }
     }
+}
+
+/// Says what a hand has no place for.
+fn without_place(draft: &mut Draft, log: &mut Log) {
+    let armatures = draft.joints.iter().filter(|joint| joint.armature.is_some_and(|x| x > 0.0)).count();
+    if armatures > 0 {
+        let text = format!("the rotor inertia (armature) of {armatures} joints has no place in a hand");
+        log.dropped(At::Hand, "joints", text);
+    }
+    if !draft.exclusions.is_empty() {
+        let count = draft.exclusions.len();
+        let text =
+            format!("{count} pairs are stated that never touch; a hand leaves out those that touch at rest");
+        log.dropped(At::Hand, "links", text);
+    }
+    for pin in draft.loops.iter().filter(|pin| pin.welded) {
+        let text = "joins orientations as well; taken is the common point only";
+        log.guessed(At::Hand, format!("loop '{}'", pin.name), text);
+    }
+    let names: BTreeSet<&str> = draft.links.iter().map(|link| link.name.as_str()).collect();
+    draft.loops.retain(|pin| {
+        let there = pin.links.iter().all(|link| names.contains(link.as_str()));
+        if !there {
+            let text = format!("joins {} and {}, which are not both there", pin.links[0], pin.links[1]);
+            log.problem(At::Hand, format!("loop '{}'", pin.name), text);
+        }
+        there
+    });
 }
 
 /// Damping of joints that state none.
 fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
+    let idle: BTreeSet<String> = draft
+        .joints
+        .iter()
+        .filter(|joint| draft.moves_nothing(joint))
+        .map(|joint| joint.name.clone())
+        .collect();
     let leaders: BTreeSet<String> = draft.couplings.iter().map(|coupling| coupling.joint.clone()).collect();
     for joint in &mut draft.joints {
         let moves = joint.kind != JointKind::Fixed && !leaders.contains(&joint.name);
@@ -292,7 +390,11 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
         }
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
         let spring = joint.stiffness.filter(|k| *k > 0.0);
-        if !driven.contains(&joint.name) && spring.is_none() {
+        if draft.loops.is_empty()
+            && !driven.contains(&joint.name)
+            && spring.is_none()
+            && !idle.contains(&joint.name)
+        {
             log.problem(
                 at.clone(),
                 &element,

@@ -3,11 +3,15 @@
 //! A reader stops only at a file that is not well-formed. Every other fault is a decision in the log, so that one run
 //! lists all of them.
 
+mod graspit;
+mod klampt;
 mod urdf;
+mod xacro;
 pub(crate) mod xml;
 
 use std::path::{Path, PathBuf};
 
+use crate::Options;
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Mesh, Triangles};
 use crate::error::ImportError;
@@ -22,16 +26,26 @@ pub(crate) struct Reading<'a> {
     pub(crate) path: PathBuf,
     /// The decisions.
     pub(crate) log: Log,
+    /// Files that name this one as a part, from the description down.
+    pub(crate) mounted: usize,
 }
 
 /// Reads the description at `path`.
-pub(crate) fn read(source: &Source, path: &Path, format: Format) -> Result<(Draft, Log), ImportError> {
+pub(crate) fn read(
+    source: &Source,
+    path: &Path,
+    format: Format,
+    options: &Options,
+) -> Result<(Draft, Log), ImportError> {
     let shown = source.display(path);
-    let mut reading = Reading { source, path: path.to_owned(), log: Log::new(&shown) };
+    let mut reading = Reading { source, path: path.to_owned(), log: Log::new(&shown), mounted: 0 };
     let text = source.text(path, format.name())?;
     let draft = match format {
         Format::Urdf => urdf::read(&text, &mut reading)?,
-        Format::Xacro | Format::Mjcf | Format::Sdf | Format::Klampt | Format::Graspit => {
+        Format::Xacro => xacro::read(&mut reading, &options.xacro_arguments)?,
+        Format::Klampt => klampt::read(&text, &mut reading)?,
+        Format::Graspit => graspit::read(&text, &mut reading)?,
+        Format::Mjcf | Format::Sdf => {
             return Err(ImportError::unreadable(
                 shown,
                 format!("is {}, which has no reader yet", format.name()),
@@ -41,7 +55,13 @@ pub(crate) fn read(source: &Source, path: &Path, format: Format) -> Result<(Draf
     Ok((draft, reading.log))
 }
 
-impl Reading<'_> {
+impl<'a> Reading<'a> {
+    /// A reading of another file of the same source, which this one names; it has a log of its own.
+    pub(crate) fn of(&self, path: &Path) -> Reading<'a> {
+        let log = Log::new(&self.source.display(path));
+        Reading { source: self.source, path: path.to_owned(), log, mounted: self.mounted + 1 }
+    }
+
     /// The mesh that the description calls `name`, or `None` with a problem in the log.
     pub(crate) fn mesh(&mut self, name: &str, scale: [f64; 3], at: At, element: &str) -> Option<Mesh> {
         match self.source.resolve(&self.path, name) {
@@ -59,7 +79,7 @@ impl Reading<'_> {
     }
 
     /// Well-formed XML of this text, which is the description's.
-    pub(crate) fn xml<'a>(&self, text: &'a str) -> Result<roxmltree::Document<'a>, ImportError> {
+    pub(crate) fn xml<'t>(&self, text: &'t str) -> Result<roxmltree::Document<'t>, ImportError> {
         let limits = palmares_models::read::Limits { xml_nodes: 1_000_000, ..limits() };
         Ok(palmares_models::read::xml(&self.log.file, text, &limits)?)
     }

@@ -19,7 +19,12 @@ impl<'a> Comments<'a> {
     pub(crate) fn split(log: &'a Log, hand: &Complete) -> (Comments<'a>, Comments<'a>) {
         let links: BTreeSet<&str> = hand.draft.links.iter().map(|link| link.name.as_str()).collect();
         let joints: BTreeSet<&str> = hand.draft.joints.iter().map(|joint| joint.name.as_str()).collect();
-        let tendons: BTreeSet<&str> = hand.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
+        let tendons: BTreeSet<&str> = hand
+            .tendons
+            .iter()
+            .filter(|tendon| tendon.motor_in_urdf().is_some())
+            .map(|tendon| tendon.name.as_str())
+            .collect();
         let in_urdf = |at: &At| match at {
             At::Link(name) => links.contains(name.as_str()),
             At::Joint(name) => joints.contains(name.as_str()),

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::{Comments, number};
-use crate::complete::{Complete, implausible_inertia};
+use crate::complete::Complete;
 use crate::decision::At;
-use crate::draft::JointKind;
+use crate::draft::{JointKind, TendonPath};
 
 /// The text of `hand.toml`.
 pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> String {
@@ -13,7 +13,12 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     let mut out = format!("# {head}\n");
     let motors: Vec<&str> = hand.motors.iter().map(|motor| motor.name.as_str()).collect();
     let kept = draft.settings.is_some();
-    let here = |at: &At| kept || !matches!(at, At::Motor(name) if motors.contains(&name.as_str()));
+    let tables: Vec<&str> = hand.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
+    let here = |at: &At| match at {
+        At::Motor(name) => kept || !motors.contains(&name.as_str()),
+        At::Tendon(name) => kept || !tables.contains(&name.as_str()),
+        _ => true,
+    };
     comment(&mut out, comments.all(here));
     if let Some(text) = &draft.settings {
         return out + text;
@@ -25,8 +30,8 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     if let Some(friction) = draft.friction {
         let _ = writeln!(out, "friction = {}", number(friction));
     }
-    if let Some(reason) = implausible_inertia(draft) {
-        let _ = writeln!(out, "# guessed: {reason}.\ninertia = \"from_geometry\"");
+    if hand.inertia_from_shapes {
+        out.push_str("inertia = \"from_geometry\"\n");
     }
     for motor in &hand.motors {
         out.push('\n');
@@ -39,7 +44,20 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         let _ = writeln!(out, "speed_limit = {}", number(motor.speed_limit));
     }
     for tendon in &hand.tendons {
-        let _ = writeln!(out, "\n[tendons.{}]", key(&tendon.name));
+        out.push('\n');
+        comment(&mut out, comments.at(&At::Tendon(tendon.name.clone())));
+        let _ = writeln!(out, "[tendons.{}]", key(&tendon.name));
+        if tendon.motor_in_urdf().is_none() {
+            if !tendon.motors.is_empty() {
+                let _ = writeln!(out, "motors = {}", inline(&tendon.motors));
+            }
+            if !tendon.arms.is_empty() {
+                let _ = writeln!(out, "joints = {}", inline(&tendon.arms));
+            }
+            if tendon.rest != 0.0 {
+                let _ = writeln!(out, "rest = {}", number(tendon.rest));
+            }
+        }
         let _ = writeln!(out, "stiffness = {}", number(tendon.stiffness));
         if tendon.damping != 0.0 {
             let _ = writeln!(out, "damping = {}", number(tendon.damping));
@@ -48,9 +66,33 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         if tendon.both_ways {
             out.push_str("both_ways = true\n");
         }
+        for (joint, path) in &tendon.paths {
+            let table = |kind: &str| format!("[tendons.{}.{kind}.{}]", key(&tendon.name), key(joint));
+            let _ = match path {
+                TendonPath::Polynomial(list) => {
+                    writeln!(out, "{}\ncoefficients = {}", table("polynomial"), array(list))
+                }
+                TendonPath::Table(points) => {
+                    let column = |k: usize| array(&points.iter().map(|point| point[k]).collect::<Vec<_>>());
+                    writeln!(out, "{}\nat = {}\nlength = {}", table("table"), column(0), column(1))
+                }
+                TendonPath::Arm(_) => Ok(()),
+            };
+        }
+    }
+    for spring in &draft.springs {
+        let _ = writeln!(out, "\n[springs.{}]\njoints = {}", key(&spring.name), inline(&spring.joints));
+        let _ = writeln!(out, "stiffness = {}", number(spring.stiffness));
+        let _ = writeln!(out, "damping = {}\nrest = {}", number(spring.damping), number(spring.rest));
+    }
+    for pin in &draft.loops {
+        let [a, b] = pin.links.each_ref().map(|link| quoted(link));
+        let [p, q] = pin.points.map(|point| array(&point));
+        let _ = writeln!(out, "\n[linkages.{}]\nlinks = [{a}, {b}]\npoints = [{p}, {q}]", key(&pin.name));
     }
     // Springs of joints in a transmission are there.
-    let in_tendon = |name: &str| hand.tendons.iter().any(|t| t.arms.iter().any(|(joint, _)| joint == name));
+    let in_urdf = hand.tendons.iter().filter(|tendon| tendon.motor_in_urdf().is_some());
+    let in_tendon = |name: &str| in_urdf.clone().any(|t| t.arms.iter().any(|(joint, _)| joint == name));
     let sprung = |joint: &&crate::draft::Joint| joint.kind != JointKind::Fixed && !in_tendon(&joint.name);
     for joint in draft.joints.iter().filter(sprung) {
         let Some(stiffness) = joint.stiffness else { continue };
@@ -68,10 +110,50 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     out
 }
 
+/// Tables for every coordinate and link, as comments to fill in.
+pub(crate) fn template(hand: &Complete) -> String {
+    let mut out =
+        String::from("\n# Springs, dampers and surfaces, to fill in. docs/hands.md explains every field.\n");
+    let follows = |name: &str| hand.draft.couplings.iter().any(|coupling| coupling.joint == name);
+    for joint in hand.draft.joints.iter().filter(|j| j.kind != JointKind::Fixed && !follows(&j.name)) {
+        let (unit, force) = if joint.kind == JointKind::Prismatic { ("m", "N") } else { ("rad", "N·m") };
+        let range = joint.limits.map(|[low, high]| format!("{} to {} {unit}", number(low), number(high)));
+        let range = range.unwrap_or_else(|| "without limits".to_owned());
+        let value = |x: Option<f64>| number(x.unwrap_or_default());
+        let _ = writeln!(out, "\n# [coordinates.{}]  # {range}", key(&joint.name));
+        let _ = writeln!(out, "# stiffness = {}  # E, {force}/{unit}", value(joint.stiffness));
+        let _ = writeln!(out, "# damping = {}  # D, {force}·s/{unit}", value(joint.damping));
+        let _ = writeln!(out, "# rest = {}  # q0, {unit}", value(joint.rest));
+    }
+    for link in hand.draft.links.iter().filter(|link| !link.collisions.is_empty()) {
+        let mass = link.inertial.map(|inertial| inertial.mass).unwrap_or_default();
+        let _ = writeln!(
+            out,
+            "\n# [links.{}]  # {} kg, {} shapes",
+            key(&link.name),
+            number(mass),
+            link.collisions.len()
+        );
+        out.push_str("# friction = 1.0\n# rounding = 0.0  # edge radius of boxes, m\n");
+    }
+    out
+}
+
 fn comment(out: &mut String, lines: Vec<String>) {
     for line in lines {
         let _ = writeln!(out, "# {line}");
     }
+}
+
+/// `{ a = 1, b = -1 }`
+fn inline(list: &[(String, f64)]) -> String {
+    let entries: Vec<String> =
+        list.iter().map(|(name, x)| format!("{} = {}", key(name), number(*x))).collect();
+    format!("{{ {} }}", entries.join(", "))
+}
+
+fn array(list: &[f64]) -> String {
+    format!("[{}]", list.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "))
 }
 
 /// A TOML key: bare if it can be.

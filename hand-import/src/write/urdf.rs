@@ -27,12 +27,13 @@ pub(crate) fn urdf(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> 
     }
     let mut sprung = Vec::new();
     for tendon in &hand.tendons {
+        let Some(motor) = tendon.motor_in_urdf() else { continue };
         for text in comments.at(&At::Tendon(tendon.name.clone())) {
             comment(&mut out, "  ", &text);
         }
         let _ = writeln!(out, "  <transmission name=\"{}\">", escaped(&tendon.name));
         out.push_str("    <type>transmission_interface/AdaptiveSynergyTransmission</type>\n");
-        let _ = writeln!(out, "    <actuator name=\"{}\"/>", escaped(&tendon.motor));
+        let _ = writeln!(out, "    <actuator name=\"{}\"/>", escaped(motor));
         for (name, arm) in &tendon.arms {
             let _ = writeln!(out, "    <joint name=\"{}\">", escaped(name));
             let _ = writeln!(out, "      <mechanicalReduction>{}</mechanicalReduction>", number(*arm));

@@ -18,13 +18,10 @@ pub(super) fn transmission(node: Node<'_, '_>, draft: &mut Draft, reading: &mut 
         "AdaptiveSynergyTransmission" => adaptive_synergy(node, &name, &shown, draft, reading),
         "SimpleTransmission" => simple(node, &name, &shown, draft, reading),
         _ => {
-            let joints: Vec<&str> =
-                children(node, "joint").filter_map(|joint| joint.attribute("name")).collect();
-            let text = format!(
-                "of type '{kind}' is not known; its joints {} have no motor from it",
-                joints.join(", ")
-            );
-            reading.log.problem(At::Hand, shown, text);
+            // Once for all transmissions of the type.
+            let element = format!("transmissions of type '{kind}'");
+            let text = "are not known; their joints have no motor from them";
+            reading.log.problem(At::Hand, element, text);
         }
     }
 }

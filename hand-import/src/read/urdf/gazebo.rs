@@ -49,7 +49,8 @@ pub(super) fn gazebo(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Readin
     for other in node.children().filter(Node::is_element) {
         let tag = other.tag_name().name();
         if !READ.contains(&tag) && !SILENT.contains(&tag) {
-            reading.log.dropped(at.clone(), &shown, format!("<{tag}> is for Gazebo only"));
+            // Once for all links.
+            reading.log.dropped(At::Hand, "<gazebo>", format!("<{tag}> is for Gazebo only"));
         }
     }
 }

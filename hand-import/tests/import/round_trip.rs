@@ -1,10 +1,6 @@
 //! A hand that is built in, imported from its own folder, has the same closed form.
 
-use std::path::{Path, PathBuf};
-
-use palmares_hand_import::{Options, import};
-use palmares_models::hand::Hand;
-use palmares_models::read::{LoadOptions, hand};
+use super::*;
 
 fn folders() -> Vec<PathBuf> {
     let hands = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/hands");

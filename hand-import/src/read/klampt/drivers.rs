@@ -1,0 +1,89 @@
+//! Drivers of a `.rob`: motors of one joint, and affine ones of several.
+
+use super::super::Reading;
+use super::Robot;
+use super::lines::{self, Line};
+use crate::decision::At;
+use crate::draft::{Actuator, Control, Coupling, Draft, Drive, JointKind};
+
+/// Reads `driver`, and the gains and frictions of drivers.
+pub(super) fn drivers(robot: &Robot<'_>, all: &[Line], draft: &mut Draft, reading: &mut Reading<'_>) {
+    let drivers: Vec<&Line> = all.iter().filter(|line| line.keyword == "driver").collect();
+    let n = drivers.len();
+    let gain = robot.list("servop", 1, n, reading);
+    let rate = robot.list("servod", 1, n, reading);
+    let dry = robot.list("dryfriction", 1, n, reading);
+    let viscous = robot.list("viscousfriction", 1, n, reading);
+    if robot.list("servoi", 1, n, reading).is_some_and(|list| list.iter().any(|x| *x != 0.0)) {
+        reading.log.dropped(At::Hand, "`servoI`", "a motor has no integral part");
+    }
+    for (k, line) in drivers.into_iter().enumerate() {
+        let kind = line.words.first().map(|word| word.to_lowercase()).unwrap_or_default();
+        let element = format!("driver {k}");
+        let links = match kind.as_str() {
+            "normal" => line.words.get(1).and_then(|word| robot.index(word)).map(|i| vec![(i, 1.0, 0.0)]),
+            "affine" => affine(robot, line),
+            _ => None,
+        };
+        let Some(links) = links.filter(|links| !links.is_empty()) else {
+            reading.log.problem(At::Hand, element, format!("`driver {}` is not read", line.words.join(" ")));
+            continue;
+        };
+        let (leader, leading, _) = links[0];
+        let joint = robot.joint_name(leader);
+        let found = draft.joints.iter_mut().find(|other| other.name == joint);
+        let Some(found) = found.filter(|found| found.kind != JointKind::Fixed) else {
+            reading.log.dropped(
+                At::Hand,
+                element,
+                format!("drives link '{}', which is fixed", robot.names[leader]),
+            );
+            continue;
+        };
+        let value =
+            |list: &Option<Vec<f64>>| list.as_ref().map(|list| list[k]).filter(|x| x.is_finite() && *x > 0.0);
+        found.damping = value(&viscous);
+        found.friction = value(&dry);
+        let motor = robot.names[leader].clone();
+        if links.len() > 1 {
+            let others: Vec<&str> = links[1..].iter().map(|(i, ..)| robot.names[*i].as_str()).collect();
+            let text = format!("one motor moves '{motor}' and, in proportion, {}", others.join(", "));
+            reading.log.taken(At::Motor(motor.clone()), &element, text);
+        }
+        for &(i, scale, offset) in &links[1..] {
+            // With a driver value x, joint i is at scale · x + offset.
+            let multiplier = scale / leading;
+            let constant = offset - multiplier * links[0].2;
+            draft.couplings.push(Coupling {
+                joint: robot.joint_name(i),
+                leader: joint.clone(),
+                coefficients: vec![constant, multiplier],
+            });
+        }
+        draft.actuators.push(Actuator {
+            name: motor,
+            drive: Drive::Joint(joint),
+            gear: 1.0,
+            control: Some(Control::Position),
+            gain: value(&gain),
+            damping: value(&rate),
+            force_limit: None,
+            speed_limit: None,
+            range: None,
+        });
+    }
+}
+
+/// `affine N links… scales… offsets…`, then limits that the joints state as well.
+fn affine(robot: &Robot<'_>, line: &Line) -> Option<Vec<(usize, f64, f64)>> {
+    let count: usize = line.words.get(1)?.parse().ok().filter(|n| *n > 0 && *n <= robot.names.len())?;
+    let words = |part: usize| line.words.get(2 + part * count..2 + (part + 1) * count);
+    let links: Vec<usize> = words(0)?.iter().map_while(|word| robot.index(word)).collect();
+    let numbers = |part: usize| -> Option<Vec<f64>> {
+        Some(words(part)?.iter().map_while(|word| lines::number(word)).filter(|x| x.is_finite()).collect())
+    };
+    let (scales, offsets) = (numbers(1)?, numbers(2)?);
+    let complete =
+        links.len() == count && scales.len() == count && offsets.len() == count && scales[0] != 0.0;
+    complete.then(|| (0..count).map(|k| (links[k], scales[k], offsets[k])).collect())
+}

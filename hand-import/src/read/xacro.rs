@@ -1,0 +1,132 @@
+//! xacro: the `xacro` program, as ROS has it or as the Python package, turns macros into URDF.
+//!
+//! xacro evaluates Python expressions of the file; it is run only on a file that the user names.
+
+use std::io::Read as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use super::{Reading, urdf};
+use crate::decision::At;
+use crate::draft::Draft;
+use crate::error::ImportError;
+use crate::source::limits;
+
+/// Longest time that xacro may take.
+const TIME: Duration = Duration::from_secs(60);
+
+/// Runs the Python package with the packages of the source: `$(find NAME)` then needs no ROS.
+const DRIVER: &str = r#"
+import sys, types
+folders = dict(entry.split("=", 1) for entry in sys.argv.pop(1).split("\n") if entry)
+try:
+    from ament_index_python.packages import get_package_share_directory as installed
+except ImportError:
+    def installed(name):
+        raise KeyError(f"package '{name}' is neither in the source nor installed")
+def find(name):
+    return folders[name] if name in folders else installed(name)
+for name in ("ament_index_python", "ament_index_python.packages"):
+    module = sys.modules.setdefault(name, types.ModuleType(name))
+    module.get_package_share_directory = find
+    module.PackageNotFoundError = KeyError
+try:
+    import xacro
+except ImportError:
+    sys.exit(77)
+sys.argv[0] = "xacro"
+xacro.main()
+"#;
+/// Exit code of the driver if the package is not installed.
+const NOT_INSTALLED: i32 = 77;
+
+const INSTALL: &str = "is xacro, and no xacro is installed here: `python3 -m pip install xacro pyyaml`, or source a ROS \
+                       installation that has it; or run xacro elsewhere and import the URDF";
+
+/// Reads a xacro file.
+pub(crate) fn read(reading: &mut Reading<'_>, arguments: &[String]) -> Result<Draft, ImportError> {
+    let file = reading.log.file.clone();
+    if !file.is_file() {
+        return Err(ImportError::unreadable(file, "is xacro in an archive; unpack it and import the folder"));
+    }
+    let folders: Vec<String> = reading
+        .source
+        .packages()
+        .filter_map(|(name, folder)| Some(format!("{name}={}", folder.canonicalize().ok()?.display())))
+        .collect();
+    let mut python = Command::new("python3");
+    python.args(["-c", DRIVER, &folders.join("\n")]).arg(&file).args(arguments);
+    let mut program = Command::new("xacro");
+    program.arg(&file).args(arguments).env("ROS_PACKAGE_PATH", reading.source.root());
+    let mut output = None;
+    for command in [&mut python, &mut program] {
+        match run(command, &file)? {
+            Some(Output { code, .. }) if code == Some(NOT_INSTALLED) => {}
+            Some(found) => {
+                output = Some(found);
+                break;
+            }
+            None => {}
+        }
+    }
+    let Some(Output { code, text, errors }) = output else {
+        return Err(ImportError::unreadable(file, INSTALL));
+    };
+    if code != Some(0) {
+        let lines: Vec<&str> = errors.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        let last = lines[lines.len().saturating_sub(3)..].join("; ");
+        return Err(ImportError::unreadable(file, format!("xacro refuses it: {last}")));
+    }
+    reading.log.taken(At::Hand, "robot", "xacro's macros are expanded");
+    urdf::read(&text, reading)
+}
+
+struct Output {
+    code: Option<i32>,
+    text: String,
+    errors: String,
+}
+
+/// Runs a program; `None` if it is not there.
+fn run(command: &mut Command, file: &Path) -> Result<Option<Output>, ImportError> {
+    let failed = |problem: String| ImportError::unreadable(file, format!("xacro {problem}"));
+    let spawned = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let mut child = match spawned {
+        Ok(child) => child,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(failed(format!("cannot be started: {error}"))),
+    };
+    // Both pipes are read at once, or a full one would stop the program.
+    let limit = limits().text_bytes;
+    let reader = |pipe: Option<Box<dyn std::io::Read + Send>>| {
+        std::thread::spawn(move || {
+            let mut bytes = Vec::new();
+            if let Some(pipe) = pipe {
+                let _ = pipe.take(limit + 1).read_to_end(&mut bytes);
+            }
+            bytes
+        })
+    };
+    let out = reader(child.stdout.take().map(|pipe| Box::new(pipe) as _));
+    let errors = reader(child.stderr.take().map(|pipe| Box::new(pipe) as _));
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait().map_err(|error| failed(error.to_string()))? {
+            Some(status) => break status,
+            None if start.elapsed() > TIME => {
+                let _ = child.kill();
+                let _ = child.wait();
+                return Err(failed(format!("takes longer than {} s", TIME.as_secs())));
+            }
+            None => std::thread::sleep(Duration::from_millis(10)),
+        }
+    };
+    let text = out.join().unwrap_or_default();
+    if text.len() as u64 > limit {
+        return Err(failed(format!("writes more than {limit} bytes")));
+    }
+    let text = String::from_utf8(text).map_err(|error| failed(format!("writes no UTF-8: {error}")))?;
+    let errors = String::from_utf8_lossy(&errors.join().unwrap_or_default()).into_owned();
+    Ok(Some(Output { code: status.code(), text, errors }))
+}
