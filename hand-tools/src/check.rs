@@ -3,11 +3,11 @@
 use crate::closure::{AGREEMENT, CLOSING_BUDGET, Closure, Problem, close};
 use crate::describe::{describe, short};
 use crate::figures::figures;
-use crate::load::{Found, LimitsOf, hint, load_hand, parse_sigma};
-use crate::table::table;
+use crate::load::{Found, LimitsOf, examine_hand, hint, parse_sigma};
+use crate::table::{terminal_columns, wrapped};
 use crate::views::draw_hand;
 use clap::Args;
-use palmares_models::error::LoadWarning;
+use palmares_models::error::{LoadWarning, Refused};
 use palmares_models::hand::Hand;
 use palmares_models::hand::describe::HandDescription;
 use palmares_models::measure::HandLimits;
@@ -99,20 +99,25 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
     };
     let mut report = Report::new();
     let mut text = String::new();
-    match load_hand(&args.hand) {
-        Err(error) => {
-            report.errors.push(error.to_string().trim_end().to_owned());
+    let width = terminal_columns();
+    match examine_hand(&args.hand) {
+        Err(Refused { errors, warnings }) => {
+            report.errors.extend(errors.iter().map(|error| error.to_string().trim_end().to_owned()));
             report.errors.extend(hint(&args.hand));
+            report.warnings = warnings.iter().map(Warning::from).collect();
+            if !warnings.is_empty() {
+                text += warned(&warnings, args.all).trim_start();
+            }
         }
         Ok(Found { hand, sources, mut warnings }) => {
             report.hand = Some(hand.describe());
             report.figures = inspect::figures(&hand, &sources, &limits);
             report.errors = inspect::beyond_limits(&hand, &sources, &limits);
-            text += &describe(&hand);
+            text += &describe(&hand, width);
             let _ = write!(
                 text,
                 "\nFigures, compared with the built-in hands\n{}",
-                figures(&hand.name, &report.figures)
+                figures(&hand.name, &report.figures, width)
             );
             let mut closed =
                 "\nFree closure: not simulated, because the hand is beyond the limits\n".to_owned();
@@ -120,7 +125,7 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
             if report.errors.is_empty() {
                 report.errors.extend(inspect::in_the_way(&hand, &Task::builtin()));
                 warnings.extend(simulate(&hand, sources.urdf(), &args.sigma, &mut report));
-                closed = closures(&hand, &report.closures, args.all);
+                closed = closures(&hand, &report.closures, args.all, width);
             }
             report.warnings = warnings.iter().map(Warning::from).collect();
             text += &warned(&warnings, args.all);
@@ -262,7 +267,10 @@ fn kind_of(message: &str) -> String {
         .collect()
 }
 
-fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
+/// Columns of the table of closures before those of the tendons.
+const OF_A_CLOSURE: usize = 4;
+
+fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) -> String {
     if closures.is_empty() {
         return "\nFree closure: not simulated, the hand has no motor\n".to_owned();
     }
@@ -312,7 +320,8 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
         };
         explain(&format!("no prediction applies{balance}:"), &c.beyond);
     }
-    format!("\nFree closure, simulated and predicted (f: tensions)\n{}{notes}", table(&rows))
+    let rows = wrapped(&rows, OF_A_CLOSURE, 2, width);
+    format!("\nFree closure, simulated and predicted (f: tensions)\n{rows}{notes}")
 }
 
 /// A tension; a rounded −0 has no sign.
@@ -326,11 +335,13 @@ fn conclusion(name: &str, report: &Report) -> String {
     for error in &report.errors {
         let _ = writeln!(out, "error: {error}");
     }
+    let moved = report.hand.as_ref().is_none_or(|hand| !hand.motors.is_empty());
+    let usable = if moved { "usable" } else { "can be loaded, but no motor moves it" };
     let _ = match (report.verdict, report.warnings.len()) {
         (Usability::Unusable, _) => writeln!(out, "\n{name}: not usable"),
-        (Usability::Usable, 0) => writeln!(out, "\n{name}: usable"),
-        (Usability::Usable, 1) => writeln!(out, "\n{name}: usable, with 1 warning"),
-        (Usability::Usable, n) => writeln!(out, "\n{name}: usable, with {n} warnings"),
+        (Usability::Usable, 0) => writeln!(out, "\n{name}: {usable}"),
+        (Usability::Usable, 1) => writeln!(out, "\n{name}: {usable}, with 1 warning"),
+        (Usability::Usable, n) => writeln!(out, "\n{name}: {usable}, with {n} warnings"),
     };
     out
 }

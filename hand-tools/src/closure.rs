@@ -207,8 +207,9 @@ impl FreeHand {
     /// One step with the motors on their ramp to `sigma`; returns its computing, in the unit of the budget.
     fn step(&mut self, sigma: &[f64]) -> u64 {
         let share = smooth((self.time_s() + self.world.model().config().step_s) / RAMP_S);
-        for (command, target) in self.command.sigma.iter_mut().zip(sigma) {
-            *command = share * target;
+        for (motor, (command, target)) in self.command.sigma.iter_mut().zip(sigma).enumerate() {
+            let from = self.hand.start.sigma_of(motor);
+            *command = from + share * (target - from);
         }
         self.world.step(&self.command).work
     }

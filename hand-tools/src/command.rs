@@ -1,5 +1,6 @@
-//! `palmares hand`: check, try, show, decompose, import, draft and copy a hand.
+//! `palmares hand`: check, try, show, analyse, decompose, import, draft and copy a hand.
 
+use crate::analyse::{self, AnalyseArgs};
 use crate::check::{self, CheckArgs};
 use crate::copy::{self, CopyArgs};
 use crate::decompose::{self, DecomposeArgs, MeshOwner};
@@ -41,6 +42,12 @@ Examples:
   palmares hand show softhand --output softhand.svg
   palmares hand show my-hand/ --sigma 0.4 --output my-hand.png
   palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --output pushed.png";
+const ANALYSE_HELP: &str = "\
+Examples:
+  palmares hand analyse softhand                  synergies, compliance, order of closing
+  palmares hand analyse pinch --sigma 0.3,0.35 --json
+  palmares hand analyse pinch --contact left_distal:0,-0.006,0.02:0,-1,0 --contact right_distal:0,0.006,0.02:0,1,0 \\
+      --model soft-finger --friction 0.8 --figure pinch.svg";
 const DECOMPOSE_HELP: &str = "\
 Examples:
   palmares hand decompose my-hand/meshes/palm.stl           writes my-hand/meshes/palm_pieces/palm_01.stl and so on
@@ -88,6 +95,12 @@ pub enum HandCommand {
     /// The image shows the hand's shapes, open and closed, and joints and tensions over time with their predicted end values.
     #[command(after_help = SHOW_HELP)]
     Show(ShowArgs),
+    /// Compute synergies, stiffness and the order of closing of a hand; with contacts, of a grasp
+    ///
+    /// The hand is at its equilibrium at σ, its base in the world's frame. With virtual contacts the command adds grasp matrix,
+    /// hand Jacobian, stiffness of the object, controlled motions and forces, closure and quality. docs/analysis.md has the equations.
+    #[command(after_help = ANALYSE_HELP)]
+    Analyse(AnalyseArgs),
     /// Cut a mesh of a hand into convex pieces, and print the URDF elements that replace it
     ///
     /// The simulation uses a mesh's convex hull, which fills holes and hollows. This command cuts it into convex pieces (V-HACD),
@@ -123,6 +136,7 @@ impl HandCommand {
             HandCommand::Check(args) => check::check(args, limits_of),
             HandCommand::Try(args) => attempt(args),
             HandCommand::Show(args) => show::show(args),
+            HandCommand::Analyse(args) => analyse::analyse(args),
             HandCommand::Decompose(args) => decompose::run(args, MeshOwner::Hand),
             HandCommand::Import(args) => import::run(args),
             HandCommand::New(args) => import::draft(args),

@@ -1,6 +1,6 @@
 //! A hand as text: tree, coordinates with R and E, motors and tendons.
 
-use crate::table::table;
+use crate::table::wrapped;
 use palmares_models::camera::Camera;
 use palmares_models::hand::describe::{HandDescription, TendonDescription};
 use palmares_models::hand::sensors::Sensors;
@@ -8,15 +8,18 @@ use palmares_models::hand::{Hand, HingeKind, TactilePatch};
 use palmares_models::shape::Shape;
 use std::fmt::Write;
 
-/// Describes the model of a hand.
-pub(crate) fn describe(hand: &Hand) -> String {
+/// Describes the model of a hand; tables have at most `width` columns.
+pub(crate) fn describe(hand: &Hand, width: Option<usize>) -> String {
     let about = hand.describe();
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = write!(out, "{}", heading(hand, &about));
     let _ = write!(out, "\nTree (link: mass; joint; shapes)\n{}", tree(hand));
-    let _ =
-        write!(out, "\nCoordinates, E, D and R (one column of R per tendon)\n{}", coordinates(hand, &about));
+    let _ = write!(
+        out,
+        "\nCoordinates, E, D and R (one column of R per tendon)\n{}",
+        coordinates(hand, &about, width)
+    );
     let _ = write!(out, "\nMotors and tendons\n{}", actuation(&about));
     let _ = write!(out, "\nSensors, besides those of the motors\n{}", sensors(hand));
     out
@@ -59,7 +62,13 @@ fn branch(hand: &Hand, i: usize, first: &str, rest: &str, out: &mut String) {
         };
         let name = &hand.coordinates[joint.coordinate].name;
         let ratio = joint.hinges.first().map_or(1.0, |h| h.ratio);
-        let ratio = if ratio == 1.0 { String::new() } else { format!(" x {}", short(ratio)) };
+        let unit = match (kind, hand.slides(joint.coordinate)) {
+            ("slides", false) => " m/rad",
+            ("turns", true) => " rad/m",
+            _ => "",
+        };
+        let plain = ratio == 1.0 && unit.is_empty();
+        let ratio = if plain { String::new() } else { format!(" x {}{unit}", short(ratio)) };
         format!("; {kind} by {name}{ratio}")
     });
     let shapes: Vec<&str> = link.geoms.iter().map(|g| kind(&g.shape)).collect();
@@ -82,14 +91,10 @@ fn kind(shape: &Shape) -> &'static str {
     }
 }
 
-fn coordinates(hand: &Hand, about: &HandDescription) -> String {
-    let slides = |i: usize| {
-        hand.links.iter().any(|l| {
-            l.joint
-                .as_ref()
-                .is_some_and(|j| j.coordinate == i && j.hinges.iter().any(|h| h.kind == HingeKind::Prismatic))
-        })
-    };
+/// Columns of the table of coordinates before those of R.
+const OF_A_COORDINATE: usize = 7;
+
+fn coordinates(hand: &Hand, about: &HandDescription, width: Option<usize>) -> String {
     let mut rows = vec![vec!["name", "unit", "lower", "upper", "rest", "E", "D"]]
         .into_iter()
         .map(|row| row.into_iter().map(str::to_owned).collect::<Vec<String>>())
@@ -99,7 +104,7 @@ fn coordinates(hand: &Hand, about: &HandDescription) -> String {
         let bound = |x: Option<f64>| x.map_or("-".to_owned(), short);
         let mut row = vec![
             c.name.clone(),
-            (if slides(i) { "m" } else { "rad" }).to_owned(),
+            (if hand.slides(i) { "m" } else { "rad" }).to_owned(),
             bound(c.minimum),
             bound(c.maximum),
             short(c.rest),
@@ -112,7 +117,7 @@ fn coordinates(hand: &Hand, about: &HandDescription) -> String {
         }));
         rows.push(row);
     }
-    table(&rows)
+    wrapped(&rows, OF_A_COORDINATE, 1, width)
 }
 
 fn actuation(about: &HandDescription) -> String {
@@ -268,7 +273,7 @@ mod tests {
 
     #[test]
     fn the_softhand_is_drawn_with_all_its_fingers() {
-        let text = describe(&Hand::builtin("softhand").expect("it is built in"));
+        let text = describe(&Hand::builtin("softhand").expect("it is built in"), None);
         assert!(text.contains("20 links, 19 coordinates, 1 tendon, 1 motor, 24 shapes"), "{text}");
         assert!(text.contains("├─ index_knuckle: 0.009 kg; turns by index_abd; box"), "{text}");
         assert!(text.contains("   └─ little_distal") || text.contains("└─ little_distal"), "{text}");

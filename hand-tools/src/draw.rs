@@ -242,7 +242,7 @@ fn paint_panel<DB: DrawingBackend>(
         .label_style(text_style(12, INK, scale))
         .y_label_formatter(&|y| tick(*y, high - low))
         .x_label_formatter(&|x| tick(*x, end))
-        .x_desc("t (s)")
+        .x_desc(figure.across)
         .axis_desc_style(text_style(12, FAINT, scale))
         .draw()
         .map_err(drawing_error)?;
@@ -363,6 +363,7 @@ mod tests {
             title: "a hand".into(),
             notes: vec!["σ = 1".into()],
             time: vec![0.0, 1.0, 2.0],
+            across: "t (s)",
             marks: vec![(1.5, "push".into())],
             panels: vec![panel],
             views: vec![view],

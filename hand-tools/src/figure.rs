@@ -2,14 +2,16 @@
 
 use crate::view::View;
 
-/// A figure: panels over one time axis.
+/// A figure: panels over one horizontal axis, as a rule of time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Figure {
     pub(crate) title: String,
     /// Smaller lines below the title.
     pub(crate) notes: Vec<String>,
-    /// s
+    /// Samples, s, or of what the horizontal axis has.
     pub(crate) time: Vec<f64>,
+    /// Label of the horizontal axis, with its unit.
+    pub(crate) across: &'static str,
     /// Vertical lines: time and label.
     pub(crate) marks: Vec<(f64, String)>,
     pub(crate) panels: Vec<Panel>,

@@ -1,14 +1,17 @@
 //! Tables of a hand's figures, compared with the built-in hands and the limits, and of its trials.
 
-use crate::table::table;
+use crate::table::{table, wrapped};
 use crate::trial::Trial;
 use palmares_models::measure::number;
 use palmares_tasks::Fault;
 use palmares_tasks::inspect::FigureRow;
 use std::fmt::Write as _;
 
-/// The table of figures, with remarks.
-pub fn figures(name: &str, rows: &[FigureRow]) -> String {
+/// Number of other hands that have a column each; of more, the least and the largest value are shown.
+const MAX_OTHERS: usize = 4;
+
+/// The table of figures, with remarks; it has at most `width` columns.
+pub fn figures(name: &str, rows: &[FigureRow], width: Option<usize>) -> String {
     let others: Vec<String> = {
         let mut names: Vec<&String> = rows.iter().flat_map(|row| row.others.keys()).collect();
         names.sort();
@@ -16,13 +19,22 @@ pub fn figures(name: &str, rows: &[FigureRow]) -> String {
         names.into_iter().filter(|other| *other != name).cloned().collect()
     };
     let mut head = vec!["figure".to_owned(), "unit".to_owned(), name.to_owned()];
-    head.extend(others.iter().cloned());
+    let many = others.len() > MAX_OTHERS;
+    let range = ["least of others", "most of others"].map(str::to_owned);
+    head.extend(if many { range.to_vec() } else { others.clone() });
     head.extend(["limit".to_owned(), String::new()]);
     let mut cells = vec![head];
     let shown = |value: Option<f64>| value.map_or("-".to_owned(), number);
     for row in rows {
         let mut line = vec![row.figure.clone(), row.unit.clone(), shown(row.value)];
-        line.extend(others.iter().map(|other| shown(row.others.get(other).copied())));
+        let values = others.iter().map(|other| row.others.get(other).copied());
+        if many {
+            let known: Vec<f64> = values.flatten().collect();
+            line.push(shown(known.iter().copied().reduce(f64::min)));
+            line.push(shown(known.iter().copied().reduce(f64::max)));
+        } else {
+            line.extend(values.map(shown));
+        }
         let side = if row.bound == "least" { "≥" } else { "≤" };
         line.push(row.limit.map_or("none".to_owned(), |limit| format!("{side} {}", number(limit))));
         line.push(match (row.allowed, row.beyond_others) {
@@ -32,7 +44,7 @@ pub fn figures(name: &str, rows: &[FigureRow]) -> String {
         });
         cells.push(line);
     }
-    let mut out = table(&cells);
+    let mut out = wrapped(&cells, 3, 1, width);
     for row in rows.iter().filter(|row| !row.allowed || row.beyond_others) {
         let _ = writeln!(out, "  {}", row.in_words());
     }

@@ -1,6 +1,6 @@
 //! The coordinates of a hand by finger, with short names.
 
-use palmares_models::hand::{Hand, HingeKind};
+use palmares_models::hand::Hand;
 
 /// Maximum number of curves in a panel.
 const CURVES_PER_PANEL: usize = 6;
@@ -23,9 +23,7 @@ pub(crate) fn fingers(hand: &Hand) -> Vec<Group> {
         while let Some(parent) = hand.links[root].parent.filter(|&p| p != 0) {
             root = parent;
         }
-        let joint = moved.and_then(|link| hand.links[link].joint.as_ref());
-        let slides = joint.is_some_and(|j| j.hinges.iter().any(|h| h.kind == HingeKind::Prismatic));
-        let unit = if slides { "m" } else { "rad" };
+        let unit = if hand.slides(c) { "m" } else { "rad" };
         let fits =
             |g: &&mut (usize, &str, Vec<usize>)| g.0 == root && g.1 == unit && g.2.len() < CURVES_PER_PANEL;
         match groups.iter_mut().find(fits) {

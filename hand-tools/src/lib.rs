@@ -1,6 +1,7 @@
 //! Tools for hands: description, closing in the air, trials in the tasks, images. With `bench`, the only crate that
 //! draws.
 
+mod analyse;
 mod check;
 mod closure;
 mod command;

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail};
 use palmares_models::builtin::builtin_hands;
-use palmares_models::error::{LoadWarning, ModelError};
+use palmares_models::error::{LoadWarning, ModelError, Refused};
 use palmares_models::hand::Hand;
 use palmares_models::measure::{HandLimits, Sources};
 use palmares_models::read::{self, LoadOptions, Loaded};
@@ -21,15 +21,23 @@ pub(crate) struct Found {
 }
 
 /// Loads a hand from a file, a folder or an archive, or the built-in hand of that name.
-pub(crate) fn load_hand(name: &str) -> Result<Found, ModelError> {
+///
+/// # Errors
+/// Every problem, and the warnings beside them.
+pub(crate) fn examine_hand(name: &str) -> Result<Found, Refused> {
     let path = Path::new(name);
     if !path.exists()
         && let Some(hand) = Hand::builtin(name)
     {
         return Ok(Found { hand, sources: Sources::of_urdf(path), warnings: Vec::new() });
     }
-    let Loaded { hand, sources, warnings } = read::hand(path, &LoadOptions::default())?;
+    let Loaded { hand, sources, warnings } = read::examine(path, &LoadOptions::default())?;
     Ok(Found { hand: Arc::new(hand), sources, warnings })
+}
+
+/// As [`examine_hand`], with one error.
+pub(crate) fn load_hand(name: &str) -> Result<Found, ModelError> {
+    examine_hand(name).map_err(Refused::into_error)
 }
 
 /// A hint with the built-in hands, if there is no file of this name.

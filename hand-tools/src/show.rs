@@ -9,6 +9,7 @@ use crate::figure::{Curve, Figure, Panel};
 use crate::fingers::fingers;
 use crate::load::{hint, load_hand, parse_sigma};
 use crate::push::PushArg;
+use crate::table::terminal_columns;
 use crate::view::view_of;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -83,7 +84,7 @@ pub(crate) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
     let mut out = std::io::stdout().lock();
     let Some(file) = &args.output else {
-        write!(out, "{}", describe(&hand))?;
+        write!(out, "{}", describe(&hand, terminal_columns()))?;
         return Ok(ExitCode::SUCCESS);
     };
     let sigma = one_per_motor(&hand, &args.sigma)?;
@@ -109,7 +110,7 @@ pub(crate) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn one_per_motor(hand: &Hand, sigma: &[f64]) -> anyhow::Result<Vec<f64>> {
+pub(crate) fn one_per_motor(hand: &Hand, sigma: &[f64]) -> anyhow::Result<Vec<f64>> {
     let motors = hand.motors.len();
     match sigma {
         [one] => Ok(vec![*one; motors]),
@@ -190,6 +191,7 @@ fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, stage
         title: format!("{}, σ = {sigmas}", hand.name),
         notes,
         time: trace.time.clone(),
+        across: "t (s)",
         marks: stages.iter().skip(1).map(|p| (p.from, p.name.to_owned())).collect(),
         panels,
     }

@@ -3,6 +3,7 @@
 use palmares_protocol::text::printable;
 use serde_json::Value;
 use std::fmt::Write;
+use std::io::IsTerminal;
 use unicode_width::UnicodeWidthStr;
 
 /// A table: the first column is left-aligned, the others right-aligned.
@@ -28,6 +29,41 @@ pub fn aligned(rows: &[Vec<String>], right: impl Fn(usize) -> bool) -> String {
         let _ = writeln!(out, "{}", line.trim_end());
     }
     out
+}
+
+/// Columns of a terminal for which wide tables are wrapped.
+const TERMINAL_COLUMNS: usize = 80;
+
+/// Columns that a table on standard output may have; None if it is no terminal.
+pub fn terminal_columns() -> Option<usize> {
+    std::io::stdout().is_terminal().then_some(TERMINAL_COLUMNS)
+}
+
+/// A table whose columns from `first` on come in groups of `group`. Groups that do not fit into `width` columns go
+/// below the others, each time after the first column.
+pub fn wrapped(rows: &[Vec<String>], first: usize, group: usize, width: Option<usize>) -> String {
+    let whole = table(rows);
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let widest = |text: &str| text.lines().map(UnicodeWidthStr::width).max().unwrap_or(0);
+    let Some(width) = width.filter(|width| widest(&whole) > *width && columns > first) else { return whole };
+    let part = |columns: &[usize]| -> String {
+        let pick = |row: &Vec<String>| columns.iter().filter_map(|k| row.get(*k).cloned()).collect();
+        table(&rows.iter().map(pick).collect::<Vec<Vec<String>>>())
+    };
+    let mut out = String::new();
+    let mut now: Vec<usize> = (0..first).collect();
+    for start in (first..columns).step_by(group.max(1)) {
+        let more = start..columns.min(start + group.max(1));
+        let longer: Vec<usize> = now.iter().copied().chain(more.clone()).collect();
+        if widest(&part(&longer)) > width && now.len() > 1 {
+            out += &part(&now);
+            out.push('\n');
+            now = std::iter::once(0).chain(more).collect();
+        } else {
+            now = longer;
+        }
+    }
+    out + &part(&now)
 }
 
 /// Indented JSON. Invisible characters in its strings are escaped.
@@ -62,6 +98,25 @@ mod tests {
         let names = rows(&[&["蟹蟹", "1"], &["e\u{301}", "2"], &["a\u{1b}[2J", "3"]]);
         let lines = ["  蟹蟹          1", "  e\u{301}             2", "  a\\u{001B}[2J  3"];
         assert_eq!(table(&names).lines().collect::<Vec<_>>(), lines);
+    }
+
+    #[test]
+    fn a_wide_table_is_wrapped_by_groups_of_columns() {
+        let row = |name: &str, cell: &str| -> Vec<String> {
+            [name, "rad"].into_iter().map(str::to_owned).chain((0..6).map(|k| format!("{cell}{k}"))).collect()
+        };
+        let rows = [row("joint", "tendon_"), row("a", "0.00")];
+        assert_eq!(wrapped(&rows, 2, 2, None), table(&rows));
+        assert_eq!(wrapped(&rows, 2, 2, Some(200)), table(&rows));
+        let text = wrapped(&rows, 2, 2, Some(40));
+        assert_eq!(
+            text,
+            "  joint  rad  tendon_0  tendon_1\n  a      rad     0.000     0.001\n\n  \
+             joint  tendon_2  tendon_3\n  a         0.002     0.003\n\n  \
+             joint  tendon_4  tendon_5\n  a         0.004     0.005\n"
+        );
+        // A column that is too wide alone is not cut.
+        assert_eq!(wrapped(&rows, 2, 1, Some(5)).lines().count(), 3 * 7 - 1);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
 use crate::hand::tendon::TendonElement;
 use crate::hand::{
     Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Pad, PadOn, Sensors,
-    Spring, TactilePatch, Tendon,
+    Spring, Start, TactilePatch, Tendon,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -132,6 +132,7 @@ impl Hand {
             tactile,
             sensors,
             pads,
+            start,
         } = self;
         let mut hash = ContentHash::of("palmares hand 1");
         hash.text(name);
@@ -163,6 +164,11 @@ impl Hand {
                 h.flag(thickness.is_some());
                 h.floats(&[thickness.unwrap_or(0.0), *modulus]);
             });
+        }
+        if *start != Start::default() {
+            hash.text("start");
+            hash.list(&start.sigma, |h, x| h.float(*x));
+            hash.list(&start.q, |h, x| h.float(*x));
         }
         // The same for springs across joints and linkages.
         if !springs.is_empty() || !linkages.is_empty() {

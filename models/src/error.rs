@@ -59,12 +59,46 @@ pub enum ModelError {
         /// The problem.
         problem: String,
     },
+    /// Several problems of one description, one a line.
+    #[error("{}", lines(.0))]
+    Several(Vec<ModelError>),
+}
+
+fn lines(errors: &[ModelError]) -> String {
+    errors.iter().map(ModelError::to_string).collect::<Vec<_>>().join("\n")
+}
+
+/// The problems of a description that could not be loaded, and the warnings up to there.
+#[derive(Debug)]
+pub struct Refused {
+    /// The problems, at least one.
+    pub errors: Vec<ModelError>,
+    /// Warnings for the author.
+    pub warnings: Vec<LoadWarning>,
+}
+
+impl From<ModelError> for Refused {
+    fn from(error: ModelError) -> Refused {
+        Refused { errors: vec![error], warnings: Vec::new() }
+    }
+}
+
+impl Refused {
+    /// The problems as one error.
+    pub fn into_error(self) -> ModelError {
+        let mut errors = self.errors;
+        match errors.len() {
+            1 => errors.remove(0),
+            _ => ModelError::Several(errors),
+        }
+    }
 }
 
 impl ModelError {
     /// The faulty file, if the error knows it.
     pub fn file(&self) -> Option<&str> {
         match self {
+            ModelError::Several(errors) => errors.first().and_then(ModelError::file),
             ModelError::Read { file, .. }
             | ModelError::TooLarge { file, .. }
             | ModelError::Syntax { file, .. }

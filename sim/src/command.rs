@@ -16,11 +16,13 @@ pub struct Command {
 }
 
 impl Command {
-    /// Stay at a pose with the motors at rest.
+    /// Stay at a pose with the motors where they begin.
     pub fn stay(model: &Model, pose: Pose) -> Self {
         Command {
             base: BaseCommand::stay(pose),
-            sigma: vec![0.0; model.hand().map_or(0, |hand| hand.motors.len())],
+            sigma: model.hand().map_or(Vec::new(), |hand| {
+                (0..hand.motors.len()).map(|motor| hand.start.sigma_of(motor)).collect()
+            }),
             pushes: Vec::new(),
         }
     }

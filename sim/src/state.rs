@@ -90,10 +90,17 @@ pub struct Sleep {
 }
 
 impl State {
-    /// Everything at rest: the open hand at `base`, the objects at `objects` (object frames).
+    /// Everything at rest: the hand as it begins at `base`, the objects at `objects` (object frames).
     pub fn at_rest(model: &Model, base: Pose, objects: &[Pose]) -> Self {
         let hand = model.hand();
-        let q = hand.map_or(Vec::new(), |hand| hand.open());
+        let q = hand.map_or(Vec::new(), |hand| hand.beginning());
+        let motors = hand.map_or(Vec::new(), |hand| {
+            let at = |motor| {
+                let sigma = hand.start.sigma_of(motor);
+                MotorState { command: sigma, position: sigma, velocity: 0.0 }
+            };
+            (0..hand.motors.len()).map(at).collect()
+        });
         State {
             step: 0,
             base,
@@ -107,7 +114,7 @@ impl State {
                 })
                 .collect(),
             reference: BaseReference { pose: base, linear: Vec3::ZERO, angular: Vec3::ZERO },
-            motors: hand.map_or(Vec::new(), |hand| vec![MotorState::default(); hand.motors.len()]),
+            motors,
             tension: hand.map_or(Vec::new(), |hand| vec![0.0; hand.tendons.len()]),
             locked: hand.map_or(Vec::new(), |hand| vec![None; clutch::count(hand)]),
             sleep: vec![Sleep::default(); model.objects().len()],

@@ -18,7 +18,26 @@ use std::sync::Arc;
 /// Maximum time until a hand rests on its base before the run begins, s.
 const REST_S: f64 = 0.5;
 
-/// Initial pose of the hand's base.
+/// Length along the fingers up to which a hand begins at the task's pose, m: the ReFlex and the SoftHand reach 0.28 m from
+/// their bases.
+const USUAL_LENGTH_M: f64 = 0.3;
+/// Farthest that a hand begins behind the task's pose, m: then the longest hand of the default limits (0.6 m) is no nearer to
+/// the objects than others.
+const MAX_BACK_M: f64 = 0.3;
+
+/// Initial pose of a hand's base: the task's, and farther back along the fingers by as much as the hand is longer than
+/// usual, so that a long hand begins as far from the objects as others.
+pub fn hand_start(task: &Task, hand: &Hand) -> Pose {
+    let at = start_pose(task);
+    let length = hand.bounding_box(&hand.beginning()).map_or(0.0, |(_, high)| high.z);
+    if length <= USUAL_LENGTH_M {
+        return at;
+    }
+    let back = at.rotation * Vec3::Z * (length - USUAL_LENGTH_M).min(MAX_BACK_M);
+    Pose::from_parts(at.translation - back, at.rotation)
+}
+
+/// Initial pose of the base of a hand of usual length.
 pub fn start_pose(task: &Task) -> Pose {
     let [x, y, z, w] = task.hand.quat_xyzw;
     Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
@@ -71,7 +90,7 @@ fn joined(task: &Task, scene: &Built, hand: Arc<Hand>) -> Result<(World, Vec<Str
     let unsound = |why: &dyn ToString| SceneError::unsound(task, why.to_string());
     let alone = Model::new(Config::with_step(task.step_s), Some(Arc::clone(&hand)));
     let alone = Arc::new(alone.map_err(|e| unsound(&e))?);
-    let base = start_pose(task);
+    let base = hand_start(task, &hand);
     let mut waiting = World::new(Arc::clone(&alone), State::at_rest(&alone, base, &[]));
     let wait = Command::stay(&alone, base);
     let mut work = 0;

@@ -203,6 +203,7 @@ impl Numbers {
             tactile: Vec::new(),
             sensors: Default::default(),
             pads: Vec::new(),
+            start: palmares_models::hand::Start::default(),
         }
     }
 

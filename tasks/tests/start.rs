@@ -7,7 +7,7 @@ use palmares_tasks::build::build;
 use palmares_tasks::overlap::Obstacle;
 use palmares_tasks::run::Run;
 use palmares_tasks::settle::Built;
-use palmares_tasks::start::{may_overlap, overlaps, start_pose};
+use palmares_tasks::start::{hand_start, may_overlap, overlaps, start_pose};
 use palmares_tasks::{SceneError, Seed, Sensing, Task};
 use std::sync::Arc;
 
@@ -20,6 +20,14 @@ fn with_plate(hand: &Hand, task: &Task, at: Vec3, half_extents: [f64; 3]) -> Arc
         friction: 0.6,
     });
     Arc::new(hand)
+}
+
+/// The task with a hand that begins 0.25 m from `at`, its fingers towards it: a part of the hand at `at` makes it no longer than
+/// usual.
+fn beginning_before(task: &Task, at: Vec3) -> Task {
+    let mut task = task.clone();
+    task.hand.position = (at - start_pose(&task).rotation * Vec3::Z * 0.25).to_array();
+    task
 }
 
 fn hands() -> Vec<Arc<Hand>> {
@@ -96,7 +104,10 @@ fn the_hand_is_at_rest_and_wakes_nothing_in_the_first_tick() {
 #[test]
 fn a_plate_in_the_shelf_is_refused_for_every_seed() {
     let task = Task::builtin().into_iter().find(|task| task.name == "shelf").expect("built in");
-    let hand = with_plate(&hands()[2], &task, Vec3::new(0.0, 0.6, 0.72), [0.05, 0.05, 0.002]);
+    let at = Vec3::new(0.0, 0.6, 0.72);
+    let original = task;
+    let task = beginning_before(&original, at);
+    let hand = with_plate(&hands()[2], &task, at, [0.05, 0.05, 0.002]);
     let expected = (Obstacle::Region, "shelf".to_owned());
     for seed in 0..15 {
         let found = refused(build(&task, Some(hand.clone()), Seed::from_u64(seed)));
@@ -106,7 +117,7 @@ fn a_plate_in_the_shelf_is_refused_for_every_seed() {
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!(found[0].to_string(), format!("link `{}` reaches into region `shelf`", found[0].link));
     for hand in hands() {
-        assert_eq!(overlaps(&task, hand).expect("it can be simulated"), []);
+        assert_eq!(overlaps(&original, hand).expect("it can be simulated"), []);
     }
 }
 
@@ -115,14 +126,18 @@ fn what_touches_furniture_or_objects_is_refused() {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
     let pinch = &hands()[2];
     // Half in the table, next to the objects' region.
-    let low = with_plate(pinch, &task, Vec3::new(0.4, 0.4, 0.0), [0.05, 0.05, 0.01]);
-    let found = overlaps(&task, low).expect("it can be simulated");
+    let at = Vec3::new(0.4, 0.4, 0.0);
+    let beside = beginning_before(&task, at);
+    let low = with_plate(pinch, &beside, at, [0.05, 0.05, 0.01]);
+    let found = overlaps(&beside, low).expect("it can be simulated");
     assert_eq!(
         found.iter().map(|o| (o.obstacle, o.name.as_str())).collect::<Vec<_>>(),
         [(Obstacle::Furniture, "table")]
     );
     // Over the table and through any object there.
-    let high = with_plate(pinch, &task, Vec3::new(0.0, 0.0, 0.03), [0.12, 0.12, 0.01]);
+    let at = Vec3::new(0.0, 0.0, 0.03);
+    let task = beginning_before(&task, at);
+    let high = with_plate(pinch, &task, at, [0.12, 0.12, 0.01]);
     assert_eq!(overlaps(&task, high.clone()).expect("it can be simulated"), [], "no seed, no object");
     let known: Vec<Obstacle> = may_overlap(&task, high.clone())
         .expect("it can be simulated")
@@ -173,5 +188,23 @@ fn objects_are_placed_in_the_room_that_hands_keep_out_of() {
         for hand in hands() {
             assert_eq!(may_overlap(&task, hand).expect("it can be simulated"), [], "{}", task.name);
         }
+    }
+}
+
+/// A hand that is longer than usual begins farther back by the difference: above the objects, in every task. The built-in hands
+/// begin at the tasks' poses, bit for bit.
+#[test]
+fn a_long_hand_begins_above_the_objects() {
+    for task in Task::builtin() {
+        for hand in hands() {
+            assert_eq!(hand_start(&task, &hand), start_pose(&task), "{}", hand.name);
+        }
+        let mut long = hands()[2].as_ref().clone();
+        let at = Pose::from_translation(Vec3::new(0.0, 0.0, 0.3));
+        let rod = Shape::Box { half_extents: [0.01, 0.01, 0.25], rounding: 0.0 };
+        long.links[0].geoms.push(Geom { shape: rod, link_from_geom: at, friction: 0.6 });
+        let back = start_pose(&task).inverse() * hand_start(&task, &long);
+        assert!((back.translation - Vec3::new(0.0, 0.0, -0.25)).length() < 1e-9, "{back:?}");
+        assert_eq!(may_overlap(&task, Arc::new(long)).expect("it can be simulated"), [], "{}", task.name);
     }
 }

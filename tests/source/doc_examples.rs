@@ -15,6 +15,7 @@ fn no_documentation_has_an_example() {
         "tasks",
         "protocol",
         "replay",
+        "analysis",
         "hand-import",
         "hand-tools",
         "s3",

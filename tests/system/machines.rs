@@ -231,7 +231,7 @@ fn what_is_no_hand_is_not_called_usable() {
             "<mass value=\"1e-300\"/>",
             "link 'tip': mass of the lightest link is 1e-300 kg",
         ),
-        ("force_limit = 2.0", "force_limit = 1e9", "(hand_limits.tendon_force)"),
+        ("force_limit = 2.0", "force_limit = 1e9", "(hand_limits.joint_torque_nm)"),
         ("stiffness = 300.0", "stiffness = 1e9", "(hand_limits.tendon_stiffness)"),
         ("<mechanicalReduction>1<", "<mechanicalReduction>1e9<", "(hand_limits.moment_arm)"),
         ("speed_limit = 2.0", "speed_limit = 1e9", "(hand_limits.motor_speed_per_s)"),

@@ -66,8 +66,8 @@ async fn a_hand_in_the_way_is_refused_and_with_sensors_no_object_is_given_away()
     let wide = "[hand_limits]\nsize_m = inf\nreach_m = inf\nlink_size_m = inf\nvolume_m3 = inf\n";
     let cup = start(&format!("{RULES}tasks = [\"grasp\"]\n{wide}"));
     let token = cup.team("crabs");
-    // A plate 3 cm above the table, through everything on it.
-    let plate = "<collision><origin xyz=\"0 0 0.52\"/><geometry><box size=\"0.24 0.24 0.02\"/></geometry></collision>\n  </link>";
+    // A plate 3 cm above the table, through everything on it: so long a hand begins 0.3 m higher than others.
+    let plate = "<collision><origin xyz=\"0 0 0.82\"/><geometry><box size=\"0.24 0.24 0.02\"/></geometry></collision>\n  </link>";
     let files = claw_with("plate", &|urdf| urdf.replacen("</link>", plate, 1));
     let sent = send(&cup.server, "POST", "/v1/hands", &bearer(&token), &files);
     sent.assert_problem(422, "hand_in_the_way");

@@ -15,6 +15,7 @@ from fleet.shell import Process, attempt, get, run, start, tail, until
 KEYS = ("seed.secret", "signing.key")
 # Size of a host's data directory, MB. A disk of its own, so that it can be full.
 DISK_MB = 192
+CACHE_MB = 4
 
 
 class Host:
@@ -75,8 +76,8 @@ internal_url = "http://{self.address}"
         """Start the server; it may not be ready yet."""
         variables = [f"{name}={value}" for name, value in self.environment.items()]
         words = [*self.network.inside(self.name), "env", *variables, str(self.program), "serve"]
-        # The small disk is a cache of the replays in the bucket.
-        words += ["--config", "competition.toml", "--practice-replays-mb", str(DISK_MB // 3)]
+        # The disk is a small cache of the replays in the bucket, so that most are only there.
+        words += ["--config", "competition.toml", "--practice-replays-mb", str(CACHE_MB)]
         self.process = start(words, self.log, self.folder)
 
     def is_ready(self) -> bool:

@@ -113,20 +113,22 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
 def verify_replays(fleet: Fleet) -> tuple[int, int]:
     """Let `palmares verify` play all replays of runs that count; return how many, and how many fail."""
     assert fleet.postgres
-    columns = {row["column_name"] for row in fleet.postgres.rows(
-        "SELECT column_name FROM information_schema.columns WHERE table_name = 'runs'"
-    )}  # fmt: skip
-    key = "replay_key" if "replay_key" in columns else "NULL"
-    query = f"SELECT run_id, replay_path, replay_sha256, {key} AS key FROM runs WHERE status = 'verified'"
-    folder = fleet.folder / "replays"
-    folder.mkdir()
+    query = "SELECT run_id, replay_path, replay_sha256 FROM runs WHERE status = 'verified'"
 
     def is_good(row: dict[str, Any]) -> bool:
-        path = _replay(fleet, row, folder)
-        good = path is not None and attempt(str(fleet.program), "verify", str(path))
+        good = attempt(*verification(row))
         if not good:
-            print(f"the replay of {row['run_id']} is {'missing' if path is None else 'not verified'}")
+            print(f"the replay of {row['run_id']} is not verified")
         return good
+
+    def verification(row: dict[str, Any]) -> list[str]:
+        """Return the command that verifies a replay on a host's disk, or the one in the object store."""
+        local = _on_disk(fleet, row)
+        if local is not None:
+            return [str(fleet.program), "verify", str(local)]
+        variables = [f"{name}={value}" for name, value in fleet.hosts[0].environment.items()]
+        stored = f"s3://{BUCKET}/replays/{row['replay_sha256']}.mcap"
+        return ["env", *variables, str(fleet.program), "verify", stored]
 
     rows = fleet.postgres.rows(query)
     with ThreadPoolExecutor(2) as pool:
@@ -134,8 +136,8 @@ def verify_replays(fleet: Fleet) -> tuple[int, int]:
     return len(outcomes), outcomes.count(False)
 
 
-def _replay(fleet: Fleet, row: dict[str, Any], folder: Path) -> Path | None:
-    """Find a replay on the hosts' disks, or in the object store."""
+def _on_disk(fleet: Fleet, row: dict[str, Any]) -> Path | None:
+    """Find a replay on the hosts' disks."""
     for host in fleet.hosts:
         path = host.data / str(row["replay_path"])
         # A host that has lost the run may have a part of it.
@@ -145,19 +147,6 @@ def _replay(fleet: Fleet, row: dict[str, Any], folder: Path) -> Path | None:
             and sha256(path.read_bytes()).hexdigest() == row["replay_sha256"]
         ):
             return path
-    if fleet.store is not None:
-        import http.client
-
-        connection = http.client.HTTPConnection(fleet.store.address, timeout=10)
-        for name in (row["key"], f"replays/{row['replay_sha256']}.mcap"):
-            if name:
-                connection.request("GET", f"/{BUCKET}/{name}")
-                answer = connection.getresponse()
-                body = answer.read()
-                if answer.status == 200:
-                    path = folder / f"{row['run_id']}.mcap"
-                    path.write_bytes(body)
-                    return path
     return None
 
 

@@ -56,6 +56,7 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
         tactile: Vec::new(),
         sensors: Default::default(),
         pads: Vec::new(),
+        start: palmares_models::hand::Start::default(),
     })
 }
 

@@ -3,6 +3,7 @@
 //!
 //! The same crates as on a server step it here: same inputs, same bits.
 
+mod analysis;
 mod batch;
 mod fields;
 mod history;
@@ -30,6 +31,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<world::World>()?;
     module.add_class::<snapshot::Snapshot>()?;
     module.add_class::<batch::Batch>()?;
+    analysis::register(module)?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::welcome, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::faults, module)?)?;

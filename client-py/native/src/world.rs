@@ -1,5 +1,6 @@
 //! One world in the process.
 
+use crate::analysis;
 use crate::history::{Entry, History, Push};
 use crate::interrupt::{LOOK, Told, interruptible, interruptible_told, tell};
 use crate::lookup;
@@ -154,6 +155,11 @@ impl World {
             shaping: self.shaping,
             outcome: self.outcome.clone(),
         }
+    }
+
+    /// The contacts of the hand with an object in the last step, and the hand's posture.
+    fn held<'py>(&self, py: Python<'py>, object: usize) -> PyResult<Bound<'py, PyDict>> {
+        analysis::held(py, self.run.world(), object)
     }
 
     /// Digest of the state, 16 hexadecimal digits.

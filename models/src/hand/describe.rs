@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::da_vinci::DaVinciGeometry;
 use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
 use super::tendon::{Tendon, TendonElement};
-use super::{Hand, HingeKind, Linkage, Sensors, Spring, TactilePatch};
+use super::{Hand, HingeKind, Linkage, Sensors, Spring, Start, TactilePatch};
 use crate::Pose;
 use crate::shape::Shape;
 
@@ -41,8 +41,20 @@ pub struct HandDescription {
     pub sensors: Sensors,
     /// Whether the hand's own weight is cancelled.
     pub gravity_compensation: bool,
+    /// How a run begins, if a motor is not at 0 then or a joint not where its spring rests.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<StartDescription>,
     /// Shape, unit and range of the hand's part of an action and of an observation.
     pub specs: Vec<SpecDescription>,
+}
+
+/// How a run begins.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct StartDescription {
+    /// σ of every motor.
+    pub sigma: Vec<f64>,
+    /// Every coordinate, rad or m.
+    pub joints: Vec<f64>,
 }
 
 /// A rigid body.
@@ -315,6 +327,10 @@ impl Hand {
             tactile: self.describe_tactile(),
             sensors: self.sensors.clone(),
             gravity_compensation: self.gravity_compensation,
+            start: (self.start != Start::default()).then(|| StartDescription {
+                sigma: (0..self.motors.len()).map(|m| self.start.sigma_of(m)).collect(),
+                joints: self.beginning(),
+            }),
             specs: self.specs(),
         }
     }

@@ -51,6 +51,24 @@ pub struct Hand {
     pub sensors: Sensors,
     /// Soft shapes.
     pub pads: Vec<PadOn>,
+    /// How it begins.
+    pub start: Start,
+}
+
+/// How a hand begins, before anything moves it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Start {
+    /// σ of every motor; empty if all are 0.
+    pub sigma: Vec<f64>,
+    /// Every coordinate; empty if each is where its spring rests.
+    pub q: Vec<f64>,
+}
+
+impl Start {
+    /// σ of a motor.
+    pub fn sigma_of(&self, motor: usize) -> f64 {
+        self.sigma.get(motor).copied().unwrap_or(0.0)
+    }
 }
 
 impl Hand {

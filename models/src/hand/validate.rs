@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Hand, Link, Motor, Pad, PadOn, Spring};
+use super::{Hand, Link, Motor, Pad, PadOn, Spring, Start};
 use crate::error::ModelError;
 use crate::shape::validate::{not_negative, positive};
 
@@ -64,6 +64,14 @@ impl Hand {
                 continue;
             };
             return bad(format!("motor '{}'", motor.name), problem);
+        }
+        let Start { sigma, q } = &self.start;
+        let lists = [(sigma, self.motors.len()), (q, self.coordinates.len())];
+        let whole = |(list, len): &(&Vec<f64>, usize)| {
+            (list.is_empty() || list.len() == *len) && list.iter().all(|x| x.is_finite())
+        };
+        if !lists.iter().all(whole) || !sigma.iter().all(|sigma| (0.0..=1.0).contains(sigma)) {
+            return bad("start".to_owned(), "needs σ of every motor from 0 to 1, and every joint".to_owned());
         }
         for tendon in &self.tendons {
             let element = format!("tendon '{}'", tendon.name);

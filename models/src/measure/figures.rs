@@ -8,7 +8,7 @@ use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::shape::SharedShape;
 
 use super::limits::{Bound, SPECS, Spec};
-use crate::hand::{Hand, Hinge, HingeKind, Link, Tendon};
+use crate::hand::{Geom, Hand, Hinge, HingeKind, Link, Tendon};
 use crate::shape::{Shape, inertia};
 use crate::{Mat3, Pose, Vec3};
 
@@ -133,6 +133,11 @@ impl Hand {
         open
     }
 
+    /// The coordinates with which a run begins.
+    pub fn beginning(&self) -> Vec<f64> {
+        if self.start.q.is_empty() { self.open() } else { self.start.q.clone() }
+    }
+
     /// The closed hand: every joint where its tendons pull it, within its limits; half a turn where there is
     /// no limit.
     pub fn closed(&self) -> Vec<f64> {
@@ -154,7 +159,8 @@ impl Hand {
     /// Smallest box along the base's axes around all shapes at coordinates q; `None` without shapes.
     pub fn bounding_box(&self, q: &[f64]) -> Option<(Vec3, Vec3)> {
         let poses = self.base_from_links(q);
-        let boxes = self.links.iter().zip(&poses).filter_map(|(link, pose)| bounds(&solid(link), pose));
+        let boxes =
+            self.links.iter().zip(&poses).filter_map(|(link, pose)| bounds(&solid(&link.geoms), pose));
         boxes.reduce(|a, b| a.merged(&b)).map(|b| (b.mins, b.maxs))
     }
 
@@ -203,10 +209,15 @@ impl Hand {
         worst.see("mass_kg", self.links.iter().map(|l| l.inertia.mass).sum(), || Part::Hand, "");
     }
 
-    /// Whether a coordinate slides: its unit is the metre.
+    /// Whether a coordinate slides: its unit is the metre. It is the motion of the joint that carries it; joints
+    /// that follow may be of the other kind, with a ratio in m/rad or rad/m.
     pub fn slides(&self, coordinate: usize) -> bool {
-        let mut hinges = self.hinges(coordinate);
-        hinges.any(|hinge| hinge.kind == HingeKind::Prismatic)
+        let moved = self.links.iter().filter_map(|link| link.joint.as_ref());
+        let mut moved = moved.filter(|joint| joint.coordinate == coordinate);
+        let name = self.coordinates.get(coordinate).map(|c| c.name.as_str());
+        let first = moved.clone().next();
+        let own = moved.find(|joint| Some(joint.name.as_str()) == name).or(first);
+        own.and_then(|joint| joint.hinges.first()).is_some_and(|hinge| hinge.kind == HingeKind::Prismatic)
     }
 
     fn hinges(&self, coordinate: usize) -> impl Iterator<Item = &Hinge> {
@@ -223,7 +234,11 @@ impl Hand {
                     HingeKind::Revolute => "joint_range_rad",
                     HingeKind::Prismatic => "joint_stroke_m",
                 };
-                worst.see(name, hinge.ratio.abs() * (c.upper - c.lower), part, "");
+                let range = hinge.ratio.abs() * (c.upper - c.lower);
+                // A continuous joint has no range to compare.
+                if range.is_finite() || hinge.kind == HingeKind::Prismatic {
+                    worst.see(name, range, part, "");
+                }
             }
             let slides = self.slides(i);
             let name = |turns: &'static str, slid: &'static str| if slides { slid } else { turns };
@@ -319,13 +334,18 @@ impl Hand {
 impl Link {
     /// Edges of the smallest box along the link's axes around its shapes; `None` without shapes.
     pub fn size(&self) -> Option<Vec3> {
-        bounds(&solid(self), &Pose::IDENTITY).map(|around| around.extents())
+        bounds(&solid(&self.geoms), &Pose::IDENTITY).map(|around| around.extents())
     }
 }
 
+/// Smallest box along the axes of a link around its shapes; `None` without shapes.
+pub(crate) fn bounding_box(geoms: &[Geom]) -> Option<(Vec3, Vec3)> {
+    bounds(&solid(geoms), &Pose::IDENTITY).map(|b| (b.mins, b.maxs))
+}
+
 /// The parry shapes of a link and their poses in its frame.
-fn solid(link: &Link) -> Vec<(SharedShape, Pose)> {
-    let placed = link.geoms.iter().filter_map(|g| {
+fn solid(geoms: &[Geom]) -> Vec<(SharedShape, Pose)> {
+    let placed = geoms.iter().filter_map(|g| {
         let (shape, upright) = g.shape.to_parry()?;
         Some((shape, g.link_from_geom * upright))
     });

@@ -34,7 +34,7 @@ pub struct Spec {
 }
 
 macro_rules! limits {
-    ($($name:ident, $unit:literal, $bound:ident $default:literal, $what:literal, $because:literal;)*) => {
+    ($($name:ident, $unit:literal, $bound:ident $default:expr, $what:literal, $because:literal;)*) => {
         /// The limits of a hand's figures. Defaults are about two to three times the largest real hand.
         #[derive(Clone, Debug, PartialEq, Deserialize)]
         #[serde(default, deny_unknown_fields)]
@@ -96,7 +96,7 @@ limits! {
     motors, "", Most 24.0, "number of motors",
         "a Shadow hand has 20";
     joint_range_rad, "rad", Most 6.3, "range of a turning joint",
-        "one turn; the ReFlex's fingers have 3.1. What turns on and on is a wheel";
+        "one turn; the ReFlex's fingers have 3.1. A continuous joint has no range";
     joint_stroke_m, "m", Most 0.15, "stroke of a sliding joint",
         "parallel grippers have 0.05 to 0.14";
     least_joint_inertia_kgm2, "kg·m²", Least 1e-9, "inertia that a turning joint moves",
@@ -119,8 +119,8 @@ limits! {
         "1 mm² of steel over 0.2 m has 1e6 N/m, the pinch hand's 1e5";
     tendon_damping, "f·s/s", Most 1e4, "damping of a cable",
         "a hundredth of the stiffness, in seconds";
-    tendon_force, "f", Most 250.0, "largest tension or drive torque, in the tendon's unit",
-        "the pinch hand's cable pulls with 60 N; thin Dyneema breaks at 250";
+    tendon_force, "f", Most f64::INFINITY, "largest tension or drive torque, in the tendon's unit",
+        "the unit is that of R: 60 N at a pulley of 5 mm are 0.3 N·m. joint_torque_nm limits what it does";
     motor_scaling, "s", Most 40.0, "length that a motor winds from σ = 0 to 1",
         "the SoftHand winds 12.5 (rad of one joint)";
     motor_offset, "", Most 1.0, "σ at which a motor's cable has no length wound",

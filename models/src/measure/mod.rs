@@ -7,6 +7,7 @@ mod plausible;
 mod sources;
 
 pub use self::excess::Excess;
+pub(crate) use self::figures::bounding_box;
 pub use self::figures::{Figure, Part, number};
 pub use self::limits::{Bound, HandLimits, SPECS, Spec};
 pub use self::plausible::{LOOSE, oddities};

@@ -33,7 +33,9 @@ pub fn oddities(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
     if hand.tendons.is_empty() {
         warn(
             "robot".into(),
-            "has no AdaptiveSynergyTransmission, so no tendon and no motor: nothing moves it".into(),
+            "has no AdaptiveSynergyTransmission, so no tendon and no motor: nothing moves it; \
+             servo_joints = \"all\" in hand.toml gives each joint a servo"
+                .into(),
         );
     }
     let closed: Vec<usize> = hand.linked_coordinates();

@@ -1,15 +1,17 @@
 //! The independent coordinates of a hand: limits and dampers from the URDF's joints, springs from its transmissions.
 
-use urdf_rs::JointType;
+use urdf_rs::{Joint, JointLimit, JointType};
 
 use super::report::Report;
 use super::settings::{CoordinateSettings, Settings};
 use super::urdf::reduce::Reduced;
+use super::urdf::transmission::TransmissionJoint;
 use super::urdf::tree::Urdf;
 use crate::error::ModelError;
 use crate::hand::Coordinate;
 
-/// Each coordinate; spring and damper of `hand.toml` replace those of the URDF.
+/// Each coordinate; spring and damper of `hand.toml` replace those of the URDF. Invalid limits and springs are kept
+/// as errors.
 pub(crate) fn coordinates(
     tree: &Urdf,
     reduced: &Reduced,
@@ -22,6 +24,7 @@ pub(crate) fn coordinates(
         let name = tree.robot.joints[leader].name.clone();
         let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
         let mut damping = 0.0;
+        let mut sound = true;
         for (joint, motion) in tree.robot.joints.iter().zip(&reduced.motions) {
             let Some(motion) = motion.filter(|m| m.leader == leader) else { continue };
             if let Some(dynamics) = &joint.dynamics {
@@ -35,7 +38,7 @@ pub(crate) fn coordinates(
                 }
             }
             if joint.joint_type != JointType::Continuous {
-                check_limits(&joint.name, joint.limit.lower, joint.limit.upper, report)?;
+                sound &= report.keep(check_limits(joint, report)).is_some();
                 // The limits of a follower apply to its leader.
                 let a = (joint.limit.lower - motion.offset) / motion.ratio;
                 let b = (joint.limit.upper - motion.offset) / motion.ratio;
@@ -43,14 +46,25 @@ pub(crate) fn coordinates(
                 upper = f64::min(upper, a.max(b));
             }
         }
-        check_limits(&name, lower, upper, report)?;
-        let tag = tree.transmissions.iter().flat_map(|t| &t.joints).find(|j| j.joint == name);
+        if sound && lower >= upper {
+            report.keep::<()>(Err(no_range(tree, reduced, leader, report)));
+        }
         let own = settings.coordinates.get(&name).unwrap_or(&none);
         let every = &settings.every_coordinate;
         out.push(Coordinate {
-            stiffness: own.stiffness.or(every.stiffness).unwrap_or(tag.map_or(0.0, |t| t.stiffness)),
+            stiffness: own.stiffness.or(every.stiffness).unwrap_or_else(|| {
+                of_joint(
+                    tree,
+                    &name,
+                    "<mechanicalElasticity>",
+                    |t| t.stated[0].then_some(t.stiffness),
+                    report,
+                )
+            }),
             damping: own.damping.or(every.damping).unwrap_or(damping),
-            rest: own.rest.or(every.rest).unwrap_or(tag.map_or(0.0, |t| t.rest)),
+            rest: own.rest.or(every.rest).unwrap_or_else(|| {
+                of_joint(tree, &name, "<offset>", |t| t.stated[1].then_some(t.rest), report)
+            }),
             name,
             lower,
             upper,
@@ -59,13 +73,71 @@ pub(crate) fn coordinates(
     Ok(out)
 }
 
-fn check_limits(joint: &str, lower: f64, upper: f64, report: &Report) -> Result<(), ModelError> {
+/// A number that transmissions state for a joint; 0 if none does. Two different ones are an error.
+fn of_joint(
+    tree: &Urdf,
+    joint: &str,
+    tag: &str,
+    number: impl Fn(&TransmissionJoint) -> Option<f64>,
+    report: &Report,
+) -> f64 {
+    let mut stated = tree.transmissions.iter().flat_map(|t| {
+        let of = t.joints.iter().filter(|j| j.joint == joint).filter_map(&number);
+        of.map(|number| (t.name.as_str(), number))
+    });
+    let Some((first, value)) = stated.next() else { return 0.0 };
+    if let Some((other, different)) = stated.find(|(_, other)| *other != value) {
+        report.keep::<()>(Err(report.bad(
+            format!("joint '{joint}'"),
+            format!("{tag} is {value} in transmission '{first}' and {different} in transmission '{other}'"),
+            "one value: it belongs to the joint",
+        )));
+    }
+    value
+}
+
+fn check_limits(joint: &Joint, report: &Report) -> Result<(), ModelError> {
+    let JointLimit { lower, upper, .. } = joint.limit;
     if lower < upper {
         return Ok(());
     }
     Err(report.bad(
-        format!("joint '{joint}'"),
+        format!("joint '{}'", joint.name),
         format!("has limits {lower} to {upper}"),
-        "<limit lower=… upper=…> with lower < upper, for the joint and all that mimic it together",
+        "<limit lower=… upper=…> with lower < upper",
     ))
+}
+
+/// The error about limits of mimics that leave their leader no range. It names the first mimic that does.
+fn no_range(tree: &Urdf, reduced: &Reduced, leader: usize, report: &Report) -> ModelError {
+    let name = &tree.robot.joints[leader].name;
+    let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
+    let own = &tree.robot.joints[leader];
+    if own.joint_type != JointType::Continuous {
+        (lower, upper) = (own.limit.lower, own.limit.upper);
+    }
+    for (joint, motion) in tree.robot.joints.iter().zip(&reduced.motions) {
+        let Some(motion) = motion.filter(|m| m.leader == leader) else { continue };
+        if joint.joint_type == JointType::Continuous || joint.name == *name {
+            continue;
+        }
+        let (from, to) = (joint.limit.lower, joint.limit.upper);
+        let (a, b) = ((from - motion.offset) / motion.ratio, (to - motion.offset) / motion.ratio);
+        let (low, high) = (lower.max(a.min(b)), upper.min(a.max(b)));
+        if low >= high {
+            let (c, d) = (motion.ratio * lower + motion.offset, motion.ratio * upper + motion.offset);
+            // Without the sign of −0.
+            let [a, b, c, d] = [a.min(b), a.max(b), c.min(d), c.max(d)].map(|x| x + 0.0);
+            return report.bad(
+                format!("joint '{}'", joint.name),
+                format!(
+                    "mimics '{name}'; its limits {from} to {to} let '{name}' move from {a} to {b} only, \
+                     which leaves nothing of {lower} to {upper}"
+                ),
+                format!("limits within {c} to {d}"),
+            );
+        }
+        (lower, upper) = (low, high);
+    }
+    report.bad(format!("joint '{name}'"), format!("has limits {lower} to {upper}"), "lower < upper")
 }

@@ -135,7 +135,8 @@ impl Files {
             _ => {
                 let names: Vec<String> = found.iter().map(|p| p.display().to_string()).collect();
                 let problem = format!("there are {}: [{}]", found.len(), names.join(", "));
-                let valid = "one file hand.urdf, or a single .urdf";
+                let valid =
+                    "one file hand.urdf, or a single .urdf; `palmares hand import` reads other formats";
                 return Err(Report::new(self.path()).bad("URDF", problem, valid));
             }
         };

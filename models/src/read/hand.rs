@@ -8,18 +8,22 @@ use urdf_rs::JointType;
 use super::actuation::actuation;
 use super::coordinates::coordinates;
 use super::files::{Files, has_extension, read_limited};
+use super::foreign::check_urdf;
 use super::hollow::MeshOf;
 use super::options::LoadOptions;
 use super::report::Report;
 use super::sensors;
+use super::servo::{self, ServoJoints};
 use super::settings::Settings;
 use super::springs;
+use super::start;
 use super::tactile;
 use super::urdf::link::LinkReader;
 use super::urdf::reduce;
 use super::urdf::tree::{self, Urdf};
 use super::visual::{self, Visual};
-use crate::error::{LoadWarning, ModelError};
+use crate::Pose;
+use crate::error::{LoadWarning, ModelError, Refused};
 use crate::hand::Hand;
 use crate::measure::{Sources, oddities};
 
@@ -41,34 +45,43 @@ pub struct Loaded {
 /// it exists and the options name no other.
 ///
 /// # Errors
-/// The first problem, with file, element and valid values.
+/// The problems, each with file, element and valid values.
 pub fn hand(path: &Path, options: &LoadOptions) -> Result<Loaded, ModelError> {
+    examine(path, options).map_err(Refused::into_error)
+}
+
+/// As [`hand`]; a hand that is refused has its warnings, too.
+///
+/// # Errors
+/// As [`hand`].
+pub fn examine(path: &Path, options: &LoadOptions) -> Result<Loaded, Refused> {
     if has_extension(path, "zip") && path.is_file() {
-        return from_files(Files::open_archive(path, &options.limits)?, None, options);
+        return examine_files(Files::open_archive(path, &options.limits)?, None, options);
     }
     if path.is_dir() {
-        return from_files(Files::Folder(path.to_owned()), None, options);
+        return examine_files(Files::Folder(path.to_owned()), None, options);
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    from_files(Files::Folder(folder.to_owned()), path.file_name().map(Path::new), options)
+    examine_files(Files::Folder(folder.to_owned()), path.file_name().map(Path::new), options)
 }
 
 /// Reads a hand from a folder or an archive. Without a URDF's name, `hand.urdf` or the only one is taken.
 ///
 /// # Errors
 /// As [`hand`].
-pub fn from_files(
-    mut files: Files,
-    urdf: Option<&Path>,
-    options: &LoadOptions,
-) -> Result<Loaded, ModelError> {
+pub fn from_files(files: Files, urdf: Option<&Path>, options: &LoadOptions) -> Result<Loaded, ModelError> {
+    examine_files(files, urdf, options).map_err(Refused::into_error)
+}
+
+fn examine_files(mut files: Files, urdf: Option<&Path>, options: &LoadOptions) -> Result<Loaded, Refused> {
     let limit = options.limits.text_bytes;
     let urdf = urdf.map_or_else(|| files.find_urdf(), |name| Ok(name.to_owned()))?;
     let urdf_file = files.display(&urdf);
     let text = read_text(files.read(&urdf, "URDF", limit)?, &urdf_file)?;
+    check_urdf(&urdf, &text, &Report::new(&urdf_file))?;
     let settings = settings_of(&files, options)?;
     let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
-    from_text((&urdf_file, &text), settings, Some(&files), options)
+    examine_text((&urdf_file, &text), settings, Some(&files), options)
 }
 
 /// Text and name of the settings beside a URDF, or of those that the options name.
@@ -95,34 +108,89 @@ pub fn from_text(
     files: Option<&Files>,
     options: &LoadOptions,
 ) -> Result<Loaded, ModelError> {
+    examine_text(urdf, settings, files, options).map_err(Refused::into_error)
+}
+
+/// As [`from_text`], with every problem that can be found, and the warnings beside them.
+fn examine_text(
+    urdf: (&Path, &str),
+    settings: Option<(&Path, &str)>,
+    files: Option<&Files>,
+    options: &LoadOptions,
+) -> Result<Loaded, Refused> {
     let mut report = Report::new(urdf.0);
-    let tree = tree::parse(urdf.1, &options.limits, &mut report)?;
-    let at = Report::new(settings.map_or(urdf.0, |(file, _)| file));
-    let settings = match settings {
-        Some((_, text)) => {
-            let settings: Settings = toml::from_str(text).map_err(|e| at.syntax("TOML", e))?;
-            settings.check(&options.limits, &at)?;
-            check_names(&settings, &tree, &at)?;
-            settings
+    let mut at = Report::new(settings.map_or(urdf.0, |(file, _)| file));
+    let built = build(urdf.1, settings.map(|(_, text)| text), files, options, (&mut report, &mut at));
+    let mut errors = report.take_errors();
+    errors.extend(at.take_errors());
+    match built {
+        Ok(Some(built)) if errors.is_empty() => Ok(built),
+        built => {
+            errors.extend(built.err());
+            Err(Refused { errors, warnings: report.warnings })
         }
+    }
+}
+
+/// Reads a hand. What is wrong is kept in the reports where reading can go on; the result is then `None`, or not
+/// to be used.
+fn build(
+    urdf: &str,
+    settings: Option<&str>,
+    files: Option<&Files>,
+    options: &LoadOptions,
+    (report, at): (&mut Report, &mut Report),
+) -> Result<Option<Loaded>, ModelError> {
+    let tree = tree::parse(urdf, &options.limits, report);
+    let parsed = settings.map(|text| toml::from_str(text).map_err(|e| at.syntax("TOML", e)));
+    let settings: Settings = match parsed {
+        Some(parsed) => match at.keep(parsed) {
+            Some(settings) => settings,
+            // The URDF's error, if there is one, comes first.
+            None => return tree.map(|_| None),
+        },
         None => Settings::default(),
     };
+    settings.check(&options.limits, at)?;
+    let Some(tree) = tree? else { return Ok(None) };
+    // Nothing is computed from invalid numbers.
+    if at.kept() > 0 {
+        return Ok(None);
+    }
+    check_names(&settings, &tree, at);
     let name = settings.name.clone().unwrap_or_else(|| tree.robot.name.clone());
-    check_name(&name, if settings.name.is_some() { &at } else { &report })?;
+    let named_in = if settings.name.is_some() { &*at } else { &*report };
+    named_in.keep(check_name(&name, named_in));
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
-    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
-    let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
-    let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report, &at)?;
-    at.limit("tendons", "tendons", tendons.len(), options.limits.tendons)?;
+    let root_from_base = at.keep(settings.base.root_from_base(&tree, at)).unwrap_or(Pose::IDENTITY);
+    let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, report)?;
+    let Some(reduced) = reduced else { return Ok(None) };
+    let coordinates = coordinates(&tree, &reduced, &settings, report);
+    let coordinates = report.keep(coordinates);
+    let driven = actuation(&tree, &reduced, &settings, report, at);
+    let driven = report.keep(driven);
+    at.limit("tendons", "tendons", driven.as_ref().map_or(0, |(_, t)| t.len()), options.limits.tendons)?;
     at.limit("springs", "springs", settings.springs.len(), options.limits.tendons)?;
     at.limit("linkages", "linkages", settings.linkages.len(), options.limits.tendons)?;
-    let springs = springs::springs(&tree, &reduced, &settings, &at)?;
-    let linkages = springs::linkages(&tree, &reduced, &settings, &at)?;
+    let springs = at.keep(springs::springs(&tree, &reduced, &settings, at));
+    let linkages = at.keep(springs::linkages(&tree, &reduced, &settings, at));
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
-    let tactile = tactile::patches(&settings.tactile, &tree, &reduced, &at)?;
-    let sensors = sensors::mounted(&settings.sensors, &tree, &reduced, &at)?;
+    let tactile = at.keep(tactile::patches(&settings.tactile, &tree, &reduced, at));
+    let sensors = at.keep(sensors::mounted(&settings.sensors, &tree, &reduced, at));
+    let (Some(coordinates), Some((mut motors, mut tendons))) = (coordinates, driven) else {
+        return Ok(None);
+    };
+    servo::add((&tree, &reduced, &settings), &coordinates, &mut motors, &mut tendons, (report, at));
+    let start = start::start(&settings, &coordinates, &motors, &tendons, at);
+    let (Some(springs), Some(linkages), Some(tactile), Some(sensors)) = (springs, linkages, tactile, sensors)
+    else {
+        return Ok(None);
+    };
+    if report.kept() + at.kept() > 0 {
+        return Ok(None);
+    }
     let mut hand = Hand {
         name,
         description: settings.description.clone().unwrap_or_default(),
@@ -137,6 +205,7 @@ pub fn from_text(
         tactile,
         sensors,
         pads: reduced.pads,
+        start,
     };
     hand.validate().map_err(|error| match error {
         // Numbers of hand.toml were checked when they were read.
@@ -153,10 +222,10 @@ pub fn from_text(
     hand.no_collision.extend(pinned);
     hand.no_collision.sort_unstable();
     hand.no_collision.dedup();
-    let mut warnings = report.warnings;
+    let mut warnings = std::mem::take(&mut report.warnings);
     warnings.extend(oddities(&hand, &report.file));
-    let sources = Sources { urdf: report.file, settings: at.file, stated: settings.stated() };
-    Ok(Loaded { hand, sources, warnings })
+    let sources = Sources { urdf: report.file.clone(), settings: at.file.clone(), stated: settings.stated() };
+    Ok(Some(Loaded { hand, sources, warnings }))
 }
 
 /// Appearance of the links of a hand by its URDF: the readable parts, on the links that [`from_files`] gives.
@@ -168,13 +237,20 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let urdf_file = files.display(&urdf);
     let text = read_text(files.read(&urdf, "URDF", options.limits.text_bytes)?, &urdf_file)?;
     let mut report = Report::new(&urdf_file);
-    let tree = tree::parse(&text, &options.limits, &mut report)?;
+    let tree = tree::parse(&text, &options.limits, &mut report)?.ok_or_else(|| report.refusal())?;
     // Settings name joints that would otherwise be dropped; links must have the numbers of the hand.
-    let settings =
+    let settings: Settings =
         settings_of(&files, options)?.and_then(|(text, _)| toml::from_str(&text).ok()).unwrap_or_default();
+    let root_from_base = settings.base.root_from_base(&tree, &report).unwrap_or(Pose::IDENTITY);
     let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
-    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
+    let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, &mut report)?
+        .ok_or_else(|| report.refusal())?;
     Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
+}
+
+/// The inverse of a pose; the identity keeps its bits.
+fn base_from_root(root_from_base: Pose) -> Pose {
+    if root_from_base == Pose::IDENTITY { root_from_base } else { root_from_base.inverse() }
 }
 
 /// A hand's name is part of URLs, pages and file names.
@@ -192,35 +268,40 @@ fn check_name(name: &str, at: &Report) -> Result<(), ModelError> {
     ))
 }
 
-/// Checks that every name in the settings exists in the URDF.
-fn check_names(settings: &Settings, tree: &Urdf, at: &Report) -> Result<(), ModelError> {
+/// Keeps an error for each table of the settings with a name that does not exist in the URDF.
+fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     fn check<'a, T>(
         table: &str,
         given: &BTreeMap<String, T>,
         known: impl Iterator<Item = &'a str>,
         at: &Report,
-    ) -> Result<(), ModelError> {
+    ) {
         let known: Vec<&str> = known.collect();
-        match given.keys().find(|name| !known.contains(&name.as_str())) {
-            None => Ok(()),
-            Some(name) => Err(at.bad(
+        for name in given.keys().filter(|name| !known.contains(&name.as_str())) {
+            at.keep::<()>(Err(at.bad(
                 format!("[{table}.{name}]"),
                 "names nothing in the URDF",
                 format!("one of: {}", known.join(", ")),
-            )),
+            )));
         }
     }
     let robot = &tree.robot;
-    let independent = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
-    check("coordinates", &settings.coordinates, independent.map(|j| j.name.as_str()), at)?;
-    check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at)?;
+    let free = || {
+        let free = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
+        free.map(|j| j.name.as_str())
+    };
+    check("coordinates", &settings.coordinates, free(), at);
+    check("servos", &settings.servos, free(), at);
+    let listed = settings.servo_joints.as_ref().map_or(&[][..], ServoJoints::names);
+    check("servo_joints", &listed.iter().map(|name| (name.clone(), ())).collect(), free(), at);
+    check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at);
     let transmissions = tree.transmissions.iter().map(|t| t.name.as_str());
     // A tendon with moment arms of its own needs no transmission.
     let own = settings.tendons.iter().filter(|(_, tendon)| tendon.has_arms()).map(|(name, _)| name.as_str());
-    check("tendons", &settings.tendons, transmissions.chain(own), at)?;
+    check("tendons", &settings.tendons, transmissions.chain(own), at);
     let weighted = settings.tendons.values().flat_map(|tendon| tendon.motors.iter().flatten());
     let motors = tree.transmissions.iter().map(|t| t.actuator.as_str());
-    check("motors", &settings.motors, motors.chain(weighted.map(|(name, _)| name.as_str())), at)
+    check("motors", &settings.motors, motors.chain(weighted.map(|(name, _)| name.as_str())), at);
 }
 
 fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {

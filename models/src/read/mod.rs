@@ -1,10 +1,10 @@
 //! Reads hands and objects from files that may come from a stranger.
 //!
-//! 1. `files.rs` finds the files in a folder or an archive; `limits.rs` has their limits.
+//! 1. `files.rs` finds the files in a folder or an archive; `limits.rs` has their limits. `foreign.rs` recognises other formats.
 //! 2. `urdf/` turns the URDF into a checked tree, folds mimic joints and merges fixed links; `mesh.rs` and
 //!    `stl.rs` turn meshes into rounded hulls, `hollow.rs` reports the hollows that a hull fills.
 //!    `settings.rs` reads and checks `hand.toml`.
-//! 3. `coordinates.rs`, `actuation.rs` and `tactile.rs` build the other parts of the hand from both.
+//! 3. `coordinates.rs`, `actuation.rs`, `servo.rs`, `start.rs` and `tactile.rs` build the other parts of the hand from both.
 //!    `visual.rs` reads the appearance of links, for rendering.
 //! 4. `hand.rs` goes through these in order.
 //! 5. `objects.rs` reads the catalogue's objects, `own_object.rs` a task's own objects, both from `parts.rs`.
@@ -15,6 +15,7 @@
 mod actuation;
 mod coordinates;
 mod files;
+mod foreign;
 mod hand;
 pub(crate) mod hollow;
 mod limits;
@@ -26,15 +27,17 @@ mod own_object;
 mod parts;
 pub(crate) mod report;
 mod sensors;
+mod servo;
 mod settings;
 mod springs;
+mod start;
 pub(crate) mod stl;
 mod tactile;
 pub(crate) mod urdf;
 mod visual;
 
 pub use self::files::{Files, read_limited};
-pub use self::hand::{Loaded, from_files, from_text, hand, visuals};
+pub use self::hand::{Loaded, examine, from_files, from_text, hand, visuals};
 pub use self::hollow::{cubic_cm, tells_of_filled_hollows};
 pub use self::limits::Limits;
 pub use self::mesh::{played_points, triangle_mesh};

@@ -164,7 +164,7 @@ impl OwnObject {
         let bytes = files.read(relative, &element, options.limits.text_bytes)?;
         let mut report = Report::new(&files.display(relative));
         let text = String::from_utf8(bytes).map_err(|e| report.syntax("UTF-8", e))?;
-        let tree = tree::parse(&text, &options.limits, &mut report)?;
+        let tree = tree::parse(&text, &options.limits, &mut report)?.ok_or_else(|| report.refusal())?;
         let [link] = tree.robot.links.as_slice() else {
             let problem = format!("has {} links", tree.robot.links.len());
             return Err(report.bad("robot", problem, "one link: an object is rigid"));
@@ -174,6 +174,9 @@ impl OwnObject {
         let settings =
             Settings { links: [(link.name.clone(), own)].into_iter().collect(), ..Settings::default() };
         let body = LinkReader::new(&settings, &options, Some(files), MeshOf::Task).read(link, &mut report)?;
+        if report.kept() > 0 {
+            return Err(report.refusal());
+        }
         if body.geoms.is_empty() {
             return Err(report.bad(element, "has no collision geometry", "one <collision> or more"));
         }

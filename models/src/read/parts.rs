@@ -22,6 +22,9 @@ pub(super) enum Part {
         radius: f64,
         #[serde(default)]
         at: [f64; 3],
+        /// Without effect.
+        #[serde(default)]
+        rpy: [f64; 3],
     },
     Box {
         size: [f64; 3],
@@ -39,7 +42,14 @@ pub(super) enum Part {
         rpy: [f64; 3],
     },
     /// All points within `radius` of the segment between two ends.
-    Capsule { radius: f64, ends: [[f64; 3]; 2] },
+    Capsule {
+        radius: f64,
+        ends: [[f64; 3]; 2],
+        #[serde(default)]
+        at: [f64; 3],
+        #[serde(default)]
+        rpy: [f64; 3],
+    },
     /// The wall of a vessel: a ring of slabs whose bottom is at `at`, with outer radii at the bottom and at
     /// the top.
     Wall {
@@ -50,6 +60,8 @@ pub(super) enum Part {
         thickness: f64,
         #[serde(default)]
         at: [f64; 3],
+        #[serde(default)]
+        rpy: [f64; 3],
     },
     /// The convex hull of points.
     Hull {
@@ -94,7 +106,9 @@ impl Part {
     /// Poses and shapes, or the problem. A mesh is not allowed here.
     pub(super) fn solids(&self) -> Result<Vec<(Pose, Shape)>, String> {
         Ok(match self {
-            Part::Sphere { radius, at } => vec![(place(at, &[0.0; 3])?, Shape::Sphere { radius: *radius })],
+            Part::Sphere { radius, at, rpy } => {
+                vec![(place(at, rpy)?, Shape::Sphere { radius: *radius })]
+            }
             Part::Box { size, at, rpy } => {
                 let half_extents = size.map(|x| 0.5 * x);
                 vec![(place(at, rpy)?, Shape::Box { half_extents, rounding: 0.0 })]
@@ -103,7 +117,7 @@ impl Part {
                 let shape = Shape::Cylinder { radius: *radius, half_length: 0.5 * height };
                 vec![(place(at, rpy)?, shape)]
             }
-            Part::Capsule { radius, ends: [a, b] } => {
+            Part::Capsule { radius, ends: [a, b], at, rpy } => {
                 let _ = (place(a, &[0.0; 3])?, place(b, &[0.0; 3])?);
                 let (a, b) = (Vec3::from_array(*a), Vec3::from_array(*b));
                 let along = b - a;
@@ -112,9 +126,12 @@ impl Part {
                     return Err("its ends are the same point; a sphere has no ends".to_owned());
                 }
                 let shape = Shape::Capsule { radius: *radius, half_length: 0.5 * length };
-                vec![(Pose::from_parts((a + b) * 0.5, from_z_to(along / length)), shape)]
+                let own = Pose::from_parts((a + b) * 0.5, from_z_to(along / length));
+                let placed = place(at, rpy)?;
+                // Unplaced it keeps its bits.
+                vec![(if placed == Pose::IDENTITY { own } else { placed * own }, shape)]
             }
-            Part::Wall { sides, bottom, top, height, thickness, at } => {
+            Part::Wall { sides, bottom, top, height, thickness, at, rpy } => {
                 if !(3..=MAX_PARTS).contains(sides) {
                     return Err(format!("sides = {sides}; 3 to {MAX_PARTS} are possible"));
                 }
@@ -123,7 +140,7 @@ impl Part {
                         "height and thickness must be positive, the radii above the thickness".to_owned()
                     );
                 }
-                wall(*sides, *bottom, *top, *height, *thickness, place(at, &[0.0; 3])?)
+                wall(*sides, *bottom, *top, *height, *thickness, place(at, rpy)?)
             }
             Part::Hull { points, at, rpy } => {
                 if !(4..=MAX_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
@@ -169,4 +186,34 @@ fn wall(sides: usize, bottom: f64, top: f64, height: f64, thickness: f64, at: Po
             (at * turned * leaned, Shape::Box { half_extents, rounding: 0.0 })
         })
         .collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// docs/tasks.md: "Parts, each with `at` and `rpy`".
+    #[test]
+    fn each_part_has_a_place() {
+        for shape in [
+            "shape = 'sphere'\nradius = 0.01",
+            "shape = 'box'\nsize = [0.01, 0.02, 0.03]",
+            "shape = 'cylinder'\nradius = 0.01\nheight = 0.02",
+            "shape = 'capsule'\nradius = 0.01\nends = [[0.01, 0.0, 0.0], [0.03, 0.0, 0.02]]",
+            "shape = 'wall'\nsides = 5\nbottom = 0.04\ntop = 0.05\nheight = 0.1\nthickness = 0.004",
+            "shape = 'hull'\npoints = [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.01]]",
+        ] {
+            let solids =
+                |place: &str| toml::from_str::<Part>(&format!("{shape}\n{place}")).unwrap().solids().unwrap();
+            let moved = solids("at = [0.1, 0.0, 0.0]\nrpy = [0.0, 0.0, 1.5707963267948966]");
+            let by = place(&[0.1, 0.0, 0.0], &[0.0, 0.0, core::f64::consts::FRAC_PI_2]).unwrap();
+            for ((plain, a), (found, b)) in solids("").iter().zip(&moved) {
+                let expected = by * *plain;
+                assert!((expected.translation - found.translation).length() < 1e-15, "{shape}");
+                assert!((expected.rotation * found.rotation.inverse()).xyz().length() < 1e-15, "{shape}");
+                assert_eq!(a, b);
+            }
+        }
+    }
 }

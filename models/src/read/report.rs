@@ -1,19 +1,54 @@
 //! Warnings and errors about one file. Both name the file and the element in it.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-use crate::error::{LoadWarning, ModelError};
+use crate::error::{LoadWarning, ModelError, Refused};
 
-/// Collects the warnings about one file and builds the errors that name it.
+/// Number of errors that are kept of one file; more help nobody.
+const MAX_ERRORS: usize = 100;
+
+/// Collects the warnings and errors about one file and builds the errors that name it.
 pub(crate) struct Report {
     pub(crate) file: PathBuf,
     pub(crate) warnings: Vec<LoadWarning>,
+    /// Errors after which reading goes on, to find further ones.
+    errors: RefCell<Vec<ModelError>>,
 }
 
 impl Report {
     /// A report on a file without warnings.
     pub(crate) fn new(file: &Path) -> Report {
-        Report { file: file.to_owned(), warnings: Vec::new() }
+        Report { file: file.to_owned(), warnings: Vec::new(), errors: RefCell::default() }
+    }
+
+    /// Keeps an error, so that reading can go on: the file is refused in the end.
+    pub(crate) fn keep<T>(&self, result: Result<T, ModelError>) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let mut errors = self.errors.borrow_mut();
+                if errors.len() < MAX_ERRORS {
+                    errors.push(error);
+                }
+                None
+            }
+        }
+    }
+
+    /// Number of kept errors.
+    pub(crate) fn kept(&self) -> usize {
+        self.errors.borrow().len()
+    }
+
+    /// The kept errors as one.
+    pub(crate) fn refusal(&self) -> ModelError {
+        Refused { errors: self.take_errors(), warnings: Vec::new() }.into_error()
+    }
+
+    /// The kept errors, which it gives away.
+    pub(crate) fn take_errors(&self) -> Vec<ModelError> {
+        self.errors.take()
     }
 
     pub(crate) fn warn(&mut self, element: impl Into<String>, message: impl Into<String>) {

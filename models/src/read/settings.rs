@@ -7,6 +7,8 @@ use serde::Deserialize;
 use super::limits::Limits;
 use super::options::InertiaPolicy;
 use super::report::Report;
+use super::servo::{ServoJoints, ServoSettings};
+use super::start::{BaseSettings, StartSettings};
 use crate::error::ModelError;
 use crate::hand::da_vinci::DaVinciGeometry;
 use crate::hand::path::{EyeletPositions, Polynomial, TablePoints};
@@ -44,6 +46,18 @@ pub(crate) struct Settings {
     /// By name of the URDF's link.
     #[serde(default)]
     pub(crate) links: BTreeMap<String, LinkSettings>,
+    /// Joints that a servo of their own drives.
+    pub(crate) servo_joints: Option<ServoJoints>,
+    /// Values for every servo that `[servos]` does not name.
+    #[serde(default)]
+    pub(crate) every_servo: ServoSettings,
+    /// By name of the URDF's joint; each has a servo.
+    #[serde(default)]
+    pub(crate) servos: BTreeMap<String, ServoSettings>,
+    #[serde(default)]
+    pub(crate) base: BaseSettings,
+    #[serde(default)]
+    pub(crate) start: StartSettings,
     #[serde(default)]
     pub(crate) tactile: Vec<TactileSettings>,
     #[serde(default)]
@@ -57,11 +71,14 @@ impl Settings {
         let check = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64, sign: Sign| {
             let Some(value) = value else { return Ok(()) };
             let element = || if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
-            at.number(element, what, value, most)?;
-            if sign.allows(value) {
-                return Ok(());
-            }
-            Err(at.bad(element(), format!("has {what} {value}"), format!("{what} {}", sign.words())))
+            let allowed = at.number(element, what, value, most).and_then(|()| {
+                let wrong =
+                    || at.bad(element(), format!("has {what} {value}"), format!("{what} {}", sign.words()));
+                if sign.allows(value) { Ok(()) } else { Err(wrong()) }
+            });
+            // The other numbers are checked, too.
+            at.keep(allowed);
+            Ok::<(), ModelError>(())
         };
         let most = limits.number;
         check("settings", "", "friction", self.friction, most, Sign::NotNegative)?;
@@ -133,6 +150,33 @@ impl Settings {
             check("coordinates", name, "damping", c.damping, most, Sign::NotNegative)?;
             check("coordinates", name, "rest", c.rest, most, Sign::Any)?;
         }
+        at.keep(self.servo_joints.as_ref().map_or(Ok(()), |joints| joints.check(at)));
+        let servos = self.servos.iter().map(|(name, s)| (name.as_str(), s));
+        for (name, s) in servos.chain([("every", &self.every_servo)]) {
+            check("servos", name, "effort", s.effort, most, Sign::Positive)?;
+            check("servos", name, "velocity", s.velocity, most, Sign::Positive)?;
+            check("servos", name, "stiffness", s.stiffness, most, Sign::Positive)?;
+            check("servos", name, "damping", s.damping, most, Sign::NotNegative)?;
+            for x in s.range.into_iter().flatten() {
+                check("servos", name, "range", Some(x), most, Sign::Any)?;
+            }
+            check(
+                "servos",
+                name,
+                "range, end minus begin,",
+                s.range.map(|[a, b]| b - a),
+                most,
+                Sign::NotZero,
+            )?;
+        }
+        for x in self.base.numbers() {
+            check("[base]", "", "a number", Some(x), limits.length_m, Sign::Any)?;
+        }
+        let starts =
+            self.start.motors.values().chain(self.start.joints.values()).copied().chain(self.start.sigma);
+        for x in starts {
+            check("[start]", "", "a number", Some(x), most, Sign::Any)?;
+        }
         for (name, l) in &self.links {
             check("links", name, "mass", l.mass, limits.mass_kg, Sign::NotNegative)?;
             check("links", name, "rounding", l.rounding, limits.length_m, Sign::NotNegative)?;
@@ -156,6 +200,11 @@ impl Settings {
     pub(crate) fn names_joint(&self, joint: &str) -> bool {
         self.tendons.values().any(|tendon| tendon.names_joint(joint))
             || self.springs.values().any(|spring| spring.joints.contains_key(joint))
+            || self.servos.contains_key(joint)
+            || self
+                .servo_joints
+                .as_ref()
+                .is_some_and(|listed| listed.names().iter().any(|name| name == joint))
     }
 
     /// Whether a pin is on the link of this name.
@@ -183,6 +232,9 @@ impl Settings {
         }
         for (name, t) in &self.tendons {
             state(format!("[tendons.{name}]"), "stiffness", Some(t.stiffness));
+        }
+        for (name, s) in &self.servos {
+            state(format!("[servos.{name}]"), "stiffness", s.stiffness);
         }
         for (name, m) in &self.motors {
             state(format!("[motors.{name}]"), "scaling", Some(m.scaling));

@@ -1,5 +1,8 @@
 //! STL files: the corners of their triangles.
 
+use mesh_loader::Scene;
+
+use super::foreign::check_pointer;
 use super::limits::Limits;
 use super::report::Report;
 use crate::Vec3;
@@ -16,8 +19,8 @@ pub(crate) fn corners(
     limits: &Limits,
     report: &Report,
 ) -> Result<Vec<[Vec3; 3]>, ModelError> {
-    check_count(bytes).map_err(|e| report.syntax("STL", e))?;
-    let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| report.syntax("STL", e))?;
+    check_pointer(bytes, element, report)?;
+    let scene = scene(bytes).map_err(|e| report.syntax("STL", e))?;
     let count = scene.meshes.iter().map(|mesh| mesh.vertices.len()).sum::<usize>();
     report.limit(element, "vertices", count, limits.mesh_vertices)?;
     let mut triangles = Vec::new();
@@ -51,8 +54,7 @@ pub(crate) fn points(triangles: &[[Vec3; 3]]) -> Vec<Vec3> {
 /// The triangles of an STL file's bytes, scaled to metres; `None` if it is not STL, or a corner is not finite
 /// or too far away.
 pub(crate) fn triangles(bytes: &[u8], scale: Vec3, length_m: f64) -> Option<Vec<[[f32; 3]; 3]>> {
-    check_count(bytes).ok()?;
-    let scene = mesh_loader::stl::from_slice(bytes).ok()?;
+    let scene = scene(bytes).ok()?;
     let mut triangles = Vec::new();
     for mesh in &scene.meshes {
         let corner = |&index: &u32| {
@@ -67,19 +69,35 @@ pub(crate) fn triangles(bytes: &[u8], scale: Vec3, length_m: f64) -> Option<Vec<
     Some(triangles)
 }
 
+/// The meshes of an STL file's bytes. Some programs begin the header of a binary file with `solid`, as an ASCII file
+/// does: a file of the size that its number of triangles needs is binary.
+fn scene(bytes: &[u8]) -> Result<Scene, String> {
+    let read = |bytes: &[u8]| mesh_loader::stl::from_slice(bytes).map_err(|e| e.to_string());
+    let text = bytes.trim_ascii_start().starts_with(b"solid");
+    match check_count(bytes) {
+        Ok(()) if text => {
+            let mut binary = bytes.to_vec();
+            binary[..HEADER].fill(0);
+            read(&binary)
+        }
+        Err(_) if text => read(bytes),
+        Ok(()) => read(bytes),
+        Err(problem) => Err(problem),
+    }
+}
+
+/// Bytes of the header of a binary STL file, and of a triangle.
+const HEADER: usize = 80;
+const TRIANGLE: u64 = 50;
+
 /// Checks that a binary STL has the number of triangles that it states. Parsers trust one or the other.
 fn check_count(bytes: &[u8]) -> Result<(), String> {
-    const HEADER: usize = 80;
-    const TRIANGLE: u64 = 50;
-    // `solid` begins an ASCII file, or sometimes a binary one: then the size decides.
-    let text = bytes.trim_ascii_start().starts_with(b"solid");
     let Some(count) = bytes.get(HEADER..HEADER + 4).and_then(|b| <[u8; 4]>::try_from(b).ok()) else {
-        return if text { Ok(()) } else { Err(format!("{} bytes are no STL file", bytes.len())) };
+        return Err(format!("{} bytes are no STL file", bytes.len()));
     };
     let (stated, body) = (u64::from(u32::from_le_bytes(count)), (bytes.len() - HEADER - 4) as u64);
-    let fits = stated * TRIANGLE <= body && body - stated * TRIANGLE <= 2;
-    if fits || text {
+    if stated * TRIANGLE <= body && body - stated * TRIANGLE <= 2 {
         return Ok(());
     }
-    Err(format!("its header promises {stated} triangles, {} bytes each, but {body} bytes follow", TRIANGLE))
+    Err(format!("its header promises {stated} triangles, {TRIANGLE} bytes each, but {body} bytes follow"))
 }

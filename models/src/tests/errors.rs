@@ -126,7 +126,13 @@ fn mimics_that_lead_nowhere() {
     let mimic = |of: &str, c: &str| format!(r#"{LIMIT}<mimic joint="{of}" multiplier="{c}"/>"#);
     fails(&urdf(LIMIT, &mimic("none", "1"), ""), None, &["joint 'b'", "mimics 'none'"]);
     fails(&urdf(LIMIT, &mimic("b", "1"), ""), None, &["joint 'b'", "another, moving joint"]);
-    fails(&urdf(LIMIT, &mimic("a", "0"), ""), None, &["joint 'b'", "multiplier 0"]);
+    let still = mimic("a", "0");
+    let moved = still.replace("multiplier", "offset=\"0.1\" multiplier");
+    fails(&urdf(LIMIT, &moved, ""), None, &["joint 'b'", "multiplier 0"]);
+    // One that never moves is fixed.
+    let Loaded { hand, warnings, .. } = read(&urdf(LIMIT, &still, ""), None).unwrap();
+    assert_eq!((hand.links.len(), hand.coordinates.len()), (2, 1));
+    assert!(warnings.iter().any(|w| w.to_string().contains("joint 'b': mimics 'a' with multiplier 0")));
     fails(&urdf(&mimic("b", "1"), &mimic("a", "1"), ""), None, &["circle"]);
 }
 

@@ -55,6 +55,8 @@ fn a_mimic_moves_by_its_ratio() {
     assert_eq!(hand.coordinates.len(), 1);
     // The carriage's 70 g go 10 mm for each radian; the range is 1 rad, so the stroke is 10 mm.
     near(value(&hand, "joint_stroke_m"), 0.01);
+    // The coordinate is the radian of the leader, whatever follows it.
+    assert!(!hand.slides(0));
 }
 
 /// `cargo test -p palmares-models figures -- --nocapture` prints the table.

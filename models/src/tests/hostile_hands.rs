@@ -80,7 +80,7 @@ fn machines_are_refused_with_number_bound_and_place() {
     refused(
         "force_limit = 2.0",
         "force_limit = 1e9",
-        "x/hand.toml: [tendons.close]: largest tension or drive torque, in the tendon's unit is 1e9 f; valid: at most 250 f",
+        "x/hand.urdf: joint 'bend': largest torque of tendons or spring on a turning joint is 1e9 N·m; valid: at most 30",
     );
     refused(
         "force_limit = 2.0",
@@ -118,8 +118,34 @@ fn machines_are_refused_with_number_bound_and_place() {
         "x/hand.urdf: joint 'slide': stroke of a sliding joint is 0.5 m",
     );
     refused("upper=\"1\"", "upper=\"400\"", "x/hand.urdf: joint 'bend': range of a turning joint is 400 rad");
+}
+
+/// A continuous joint has no range, so that no limit of a range can refuse it.
+#[test]
+fn a_continuous_joint_is_allowed() {
     let wheel = URDF.replace("type=\"revolute\"", "type=\"continuous\"");
-    assert!(refusals(&wheel, SETTINGS)[0].contains("range of a turning joint is inf rad"));
+    assert_eq!(refusals(&wheel, SETTINGS), Vec::<String>::new());
+    let figures = read(&wheel, SETTINGS).hand.figures();
+    assert!(figures.iter().all(|figure| figure.value.is_finite() && figure.spec.name != "joint_range_rad"));
+}
+
+/// 1.5 N·m at a pulley of 5 mm are 300 N: the limit is in N·m, whatever the unit of R is. An organizer's own limit of the force counts.
+#[test]
+fn the_force_of_a_cable_over_a_small_pulley_is_allowed() {
+    let arm = URDF.replace("<mechanicalReduction>1<", "<mechanicalReduction>0.005<");
+    let settings = SETTINGS
+        .replace("force_limit = 2.0", "force_limit = 300.0")
+        .replace("scaling = 1.0", "scaling = 0.01");
+    assert_eq!(refusals(&arm, &settings), Vec::<String>::new());
+    let limits: HandLimits = toml::from_str("tendon_force = 250").unwrap();
+    let Loaded { hand, sources, .. } = read(&arm, &settings);
+    let found = limits.excesses(&hand.figures(), &sources);
+    assert_eq!(found.len(), 1);
+    assert!(
+        found[0].to_string().contains("[tendons.close]: largest tension or drive torque"),
+        "{}",
+        found[0]
+    );
 }
 
 #[test]

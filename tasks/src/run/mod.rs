@@ -38,7 +38,7 @@ use crate::scene::Scene;
 use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::settle::SceneError;
-use crate::start::start_pose;
+use crate::start::hand_start;
 use crate::task::{Task, Variation};
 use cameras::{Cameras, ImageCache, PoseHistory};
 use palmares_models::Pose;
@@ -92,13 +92,13 @@ impl Run {
     /// There is no sound scene, or the hand overlaps something in its initial pose.
     pub fn new(task: Arc<Task>, hand: Arc<Hand>, seed: Seed) -> Result<Self, SceneError> {
         let built = build(&task, Some(Arc::clone(&hand)), seed)?;
-        let base = start_pose(&task);
+        let base = hand_start(&task, &hand);
         let applied = Action {
             base: Some(BaseTarget::Pose {
                 position: base.translation.to_array(),
                 quat_xyzw: base.rotation.to_array(),
             }),
-            hand: Some(vec![0.0; hand.motors.len()]),
+            hand: Some((0..hand.motors.len()).map(|motor| hand.start.sigma_of(motor)).collect()),
         };
         let sightings = sightings(&built.world);
         let telemetry_model =

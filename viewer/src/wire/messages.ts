@@ -670,6 +670,8 @@ export interface HandDescription {
   linkages?: LinkageDescription[];
   /** Springs across several joints. */
   springs?: SpringDescription[];
+  /** How a run begins, if a motor is not at 0 then or a joint not where its spring rests. */
+  start?: StartDescription;
 }
 
 /** Names of a hand's parts; `GET /v1/hands/{name}` returns its geometry. */
@@ -1731,6 +1733,14 @@ export interface SpringDescription {
   damping: number;
   /** Length of the relaxed spring. */
   rest: number;
+}
+
+/** How a run begins. */
+export interface StartDescription {
+  /** σ of every motor. */
+  sigma: number[];
+  /** Every coordinate, rad or m. */
+  joints: number[];
 }
 
 /** `step`: advances the world by `repeat` ticks under one action. */

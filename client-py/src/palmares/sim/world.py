@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from typing import Literal, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar
 
 from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
@@ -186,6 +186,17 @@ class World:
         fork._native = self._native.fork()
         return fork
 
+    def held(self, object: str) -> dict[str, Any]:  # noqa: A002
+        """Return the contacts of the hand with an object in the last step, for `palmares.analysis.held`.
+
+        Raises:
+            ValueError: There is no such object.
+
+        """
+        if object not in self._names:
+            raise ValueError(f"object: found {object!r}; wanted one of {', '.join(self._names)}")
+        return self._native.held(self._names.index(object))
+
     def state_hash(self) -> str:
         """Return the digest of the state, 16 hexadecimal digits: equal if and only if the bits are."""
         return self._native.state_hash()
@@ -233,6 +244,11 @@ class World:
     def varied(self) -> bool:
         """Whether `training` made the run differ from the task's; then it has no replay."""
         return self._native.varied
+
+    @property
+    def hand(self) -> str:
+        """Name of the hand, or the path of your own."""
+        return self._hand
 
     @property
     def run_id(self) -> str:

@@ -5,6 +5,7 @@ use urdf_rs::Geometry;
 use super::tree::pose;
 use crate::error::ModelError;
 use crate::hand::{Geom, Inertia, Pad};
+use crate::measure::{bounding_box, number};
 use crate::read::files::Files;
 use crate::read::hollow::MeshOf;
 use crate::read::mesh::{MeshHull, MeshReader};
@@ -16,6 +17,11 @@ use crate::{Mat3, Vec3};
 
 /// Ratio of an inertia to that of its geometry, or the inverse, above which there is a warning.
 const INERTIA_RATIO: f64 = 10.0;
+
+/// Distance of a centre of mass from the box around the shapes above which there is a warning: relative to the
+/// longest edge of the box, and in m. Parts without shapes, such as motors, may be beside it.
+const COM_MARGIN: f64 = 0.5;
+const COM_MARGIN_M: f64 = 0.02;
 
 /// Parts of a URDF link, in its own frame.
 pub(crate) struct LinkBody {
@@ -48,7 +54,7 @@ impl<'a> LinkReader<'a> {
         self.settings
     }
 
-    /// A link's shapes and inertia; reports oddities.
+    /// A link's shapes and inertia; reports oddities, and keeps errors of its shapes.
     pub(crate) fn read(&mut self, link: &urdf_rs::Link, report: &mut Report) -> Result<LinkBody, ModelError> {
         let default = LinkSettings::default();
         let own = self.settings.links.get(&link.name).unwrap_or(&default);
@@ -56,12 +62,21 @@ impl<'a> LinkReader<'a> {
         let element = format!("link '{}'", link.name);
         let mut geoms = Vec::new();
         for collision in &link.collision {
-            let shape = self.shape(&collision.geometry, own, &element, report)?;
-            let valid = "positive finite sizes, rounding at most the half extents";
-            shape.validate().map_err(|problem| report.bad(&element, problem, valid))?;
+            let shape = self.shape(&collision.geometry, own, &element, report).and_then(|shape| {
+                let valid = "positive finite sizes, rounding at most the half extents";
+                shape.validate().map_err(|problem| report.bad(&element, problem, valid))?;
+                Ok(shape)
+            });
+            let shape = match shape {
+                // A limit of the whole file.
+                Err(error @ ModelError::TooLarge { .. }) => return Err(error),
+                shape => report.keep(shape),
+            };
+            let Some(shape) = shape else { continue };
             geoms.push(Geom { link_from_geom: pose(&collision.origin), shape, friction });
         }
         let inertia = self.inertia(link, own, &geoms, &element, report);
+        check_com(&inertia, &geoms, &element, report);
         Ok(LinkBody { inertia, geoms, pad: own.pad })
     }
 
@@ -138,6 +153,23 @@ impl<'a> LinkReader<'a> {
                 stated
             }
         }
+    }
+}
+
+/// Warns if the centre of mass is farther outside the box around the shapes than a margin.
+fn check_com(inertia: &Inertia, geoms: &[Geom], element: &str, report: &mut Report) {
+    let Some((low, high)) = bounding_box(geoms).filter(|_| inertia.mass > 0.0) else { return };
+    let margin = COM_MARGIN_M.max(COM_MARGIN * (high - low).max_element());
+    let distance = (inertia.com - inertia.com.clamp(low, high)).length();
+    if distance > margin {
+        report.warn(
+            element,
+            format!(
+                "its centre of mass is {} m outside the box around its shapes: is <inertial><origin> in metres, and in \
+                 the link's frame?",
+                number(distance)
+            ),
+        );
     }
 }
 

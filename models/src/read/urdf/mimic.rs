@@ -16,13 +16,13 @@ pub(crate) struct Motion {
     pub(crate) offset: f64,
 }
 
-/// Motion of each joint; `None` for a fixed one. Joints that move nothing, and that no transmission and no setting names, are
-/// dropped and reported.
+/// Motion of each joint, in it `None` for a fixed one. Joints that move nothing, and that no transmission and no setting
+/// names, are dropped and reported. `None` if errors were kept.
 pub(crate) fn motions(
     urdf: &Urdf,
     settings: &Settings,
     report: &mut Report,
-) -> Result<Vec<Option<Motion>>, ModelError> {
+) -> Result<Option<Vec<Option<Motion>>>, ModelError> {
     let joints = &urdf.robot.joints;
     let index = |name: &str| joints.iter().position(|j| j.name == name);
     let in_transmission =
@@ -33,7 +33,7 @@ pub(crate) fn motions(
     let mut step: Vec<Option<Motion>> = Vec::new();
     for (j, joint) in joints.iter().enumerate() {
         let element = format!("joint '{}'", joint.name);
-        if !moves(joint, report)? {
+        if report.keep(moves(joint, report)) != Some(true) {
             step.push(None);
             continue;
         }
@@ -43,9 +43,9 @@ pub(crate) fn motions(
                 .ok_or_else(|| {
                     let problem = format!("mimics '{}'", mimic.joint);
                     report.bad(element, problem, "the name of another, moving joint of this file")
-                })?;
+                });
             let (ratio, offset) = (mimic.multiplier.unwrap_or(1.0), mimic.offset.unwrap_or(0.0));
-            step.push(Some(Motion { leader, ratio, offset }));
+            step.push(report.keep(leader).map(|leader| Motion { leader, ratio, offset }));
             continue;
         }
         let named = joint.name.strip_suffix("_mimic").filter(|_| names_only).and_then(index);
@@ -71,6 +71,9 @@ pub(crate) fn motions(
         }
     }
 
+    if report.kept() > 0 {
+        return Ok(None);
+    }
     // Follows mimics of mimics to the independent joint, which leads itself.
     let mut resolved = step.clone();
     for (j, motion) in resolved.iter_mut().enumerate() {
@@ -94,7 +97,7 @@ pub(crate) fn motions(
             };
         }
     }
-    Ok(resolved)
+    Ok(Some(resolved))
 }
 
 /// Whether a joint moves, or the reason why this hand cannot have it.

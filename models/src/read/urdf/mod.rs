@@ -1,6 +1,7 @@
-//! The URDF of a hand: its text becomes a checked tree of links and joints (`tree.rs`), which is reduced to
-//! the links and coordinates of the hand (`mimic.rs`, `reduce.rs`).
+//! The URDF of a hand: its text becomes links and joints (`elements.rs`), a checked tree (`tree.rs`), and the
+//! links and coordinates of the hand (`mimic.rs`, `reduce.rs`).
 
+mod elements;
 pub(crate) mod link;
 mod massless;
 mod mimic;

@@ -6,52 +6,67 @@ use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
 
-/// Rejects the first invalid number.
-pub(crate) fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) -> Result<(), ModelError> {
-    let pose = |element: &dyn Fn() -> String, p: &urdf_rs::Pose| {
-        p.xyz.iter().try_for_each(|&x| report.number(element, "an origin at (m)", x, limits.length_m))?;
-        p.rpy.iter().try_for_each(|&x| report.number(element, "an origin turned by (rad)", x, limits.number))
-    };
+/// Keeps an error for each link and joint with an invalid number.
+pub(crate) fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) {
     for link in &robot.links {
-        let element = || format!("link '{}'", link.name);
-        let mass = link.inertial.mass.value;
-        if mass < 0.0 {
-            let problem = format!("has the negative mass {mass} kg");
-            return Err(report.bad(element(), problem, "a mass of at least 0 kg"));
-        }
-        report.number(element, "a mass (kg) of", mass, limits.mass_kg)?;
-        let i = &link.inertial.inertia;
-        for moment in [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz] {
-            report.number(element, "a moment of inertia (kg·m²) of", moment, limits.number)?;
-        }
-        pose(&element, &link.inertial.origin)?;
-        for collision in &link.collision {
-            pose(&element, &collision.origin)?;
-            check_geometry(&collision.geometry, &element, limits, report)?;
-        }
+        report.keep(check_link(link, limits, report));
     }
     for joint in &robot.joints {
-        let element = || format!("joint '{}'", joint.name);
-        pose(&element, &joint.origin)?;
-        joint.axis.xyz.iter().try_for_each(|&x| report.number(element, "an axis with", x, limits.number))?;
-        report.number(element, "a lower limit of", joint.limit.lower, f64::MAX)?;
-        report.number(element, "an upper limit of", joint.limit.upper, f64::MAX)?;
-        let damping = joint.dynamics.as_ref().map_or(0.0, |d| d.damping);
-        report.number(element, "damping", damping, limits.number)?;
-        let friction = joint.dynamics.as_ref().map_or(0.0, |d| d.friction);
-        report.number(element, "friction", friction, limits.number)?;
-        if damping < 0.0 {
-            let problem = format!("has damping {damping}");
-            return Err(report.bad(element(), problem, "finite damping of at least 0"));
-        }
-        if let Some(m) = &joint.mimic {
-            let (multiplier, offset) = (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0));
-            let usable = 1.0 / limits.number..=limits.number;
-            if !usable.contains(&multiplier.abs()) || !(0.0..=limits.number).contains(&offset.abs()) {
-                let problem = format!("mimics with multiplier {multiplier} and offset {offset}");
-                let valid = "a finite multiplier other than 0 and a finite offset";
-                return Err(report.bad(element(), problem, valid));
-            }
+        report.keep(check_joint(joint, limits, report));
+    }
+}
+
+fn check_origin(
+    element: &dyn Fn() -> String,
+    p: &urdf_rs::Pose,
+    limits: &Limits,
+    report: &Report,
+) -> Result<(), ModelError> {
+    p.xyz.iter().try_for_each(|&x| report.number(element, "an origin at (m)", x, limits.length_m))?;
+    p.rpy.iter().try_for_each(|&x| report.number(element, "an origin turned by (rad)", x, limits.number))
+}
+
+fn check_link(link: &urdf_rs::Link, limits: &Limits, report: &Report) -> Result<(), ModelError> {
+    let element = || format!("link '{}'", link.name);
+    let mass = link.inertial.mass.value;
+    if mass < 0.0 {
+        let problem = format!("has the negative mass {mass} kg");
+        return Err(report.bad(element(), problem, "a mass of at least 0 kg"));
+    }
+    report.number(element, "a mass (kg) of", mass, limits.mass_kg)?;
+    let i = &link.inertial.inertia;
+    for moment in [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz] {
+        report.number(element, "a moment of inertia (kg·m²) of", moment, limits.number)?;
+    }
+    check_origin(&element, &link.inertial.origin, limits, report)?;
+    for collision in &link.collision {
+        check_origin(&element, &collision.origin, limits, report)?;
+        check_geometry(&collision.geometry, &element, limits, report)?;
+    }
+    Ok(())
+}
+
+fn check_joint(joint: &urdf_rs::Joint, limits: &Limits, report: &Report) -> Result<(), ModelError> {
+    let element = || format!("joint '{}'", joint.name);
+    check_origin(&element, &joint.origin, limits, report)?;
+    joint.axis.xyz.iter().try_for_each(|&x| report.number(element, "an axis with", x, limits.number))?;
+    report.number(element, "a lower limit of", joint.limit.lower, f64::MAX)?;
+    report.number(element, "an upper limit of", joint.limit.upper, f64::MAX)?;
+    let damping = joint.dynamics.as_ref().map_or(0.0, |d| d.damping);
+    report.number(element, "damping", damping, limits.number)?;
+    let friction = joint.dynamics.as_ref().map_or(0.0, |d| d.friction);
+    report.number(element, "friction", friction, limits.number)?;
+    if damping < 0.0 {
+        let problem = format!("has damping {damping}");
+        return Err(report.bad(element(), problem, "finite damping of at least 0"));
+    }
+    if let Some(m) = &joint.mimic {
+        let (multiplier, offset) = (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0));
+        let usable = 1.0 / limits.number..=limits.number;
+        if !usable.contains(&multiplier.abs()) || !(0.0..=limits.number).contains(&offset.abs()) {
+            let problem = format!("mimics with multiplier {multiplier} and offset {offset}");
+            let valid = "a finite multiplier other than 0 and a finite offset";
+            return Err(report.bad(element(), problem, valid));
         }
     }
     Ok(())

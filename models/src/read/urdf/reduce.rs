@@ -30,22 +30,24 @@ pub(crate) struct Reduced {
     pub(crate) pads: Vec<PadOn>,
 }
 
-/// Reduces a URDF's tree to the moving links and their coordinates.
+/// Reduces a URDF's tree to the moving links and their coordinates; `None` if errors were kept. The frame of the base is
+/// at `base_from_root`.
 pub(crate) fn reduce(
     urdf: &Urdf,
+    base_from_root: Pose,
     reader: &mut LinkReader<'_>,
     report: &mut Report,
-) -> Result<Reduced, ModelError> {
+) -> Result<Option<Reduced>, ModelError> {
     let motions = motions(urdf, reader.settings(), report)?;
-    let coordinates: Vec<usize> =
-        (0..motions.len()).filter(|&j| motions[j].is_some_and(|m| m.leader == j)).collect();
     let bodies = urdf
         .robot
         .links
         .iter()
         .map(|link| reader.read(link, report))
         .collect::<Result<Vec<LinkBody>, ModelError>>()?;
-
+    let Some(motions) = motions.filter(|_| report.kept() == 0) else { return Ok(None) };
+    let coordinates: Vec<usize> =
+        (0..motions.len()).filter(|&j| motions[j].is_some_and(|m| m.leader == j)).collect();
     let base = Link {
         name: urdf.robot.links[urdf.root].name.clone(),
         parent: None,
@@ -55,7 +57,7 @@ pub(crate) fn reduce(
     };
     let (mut links, mut pads) = (vec![base], Vec::new());
     // URDF links still to merge: their target link, and their pose in its frame.
-    let mut open = vec![(urdf.root, 0, Pose::IDENTITY)];
+    let mut open = vec![(urdf.root, 0, base_from_root)];
     let mut merged_into = vec![None; bodies.len()];
     while let Some((urdf_link, link, link_from_urdf)) = open.pop() {
         let body = &bodies[urdf_link];
@@ -109,7 +111,7 @@ pub(crate) fn reduce(
     }
     let mut links = depth_first(links, &mut merged_into, &mut pads);
     share_mass(&mut links, report);
-    Ok(Reduced { links, coordinates, motions, merged_into, pads })
+    Ok(Some(Reduced { links, coordinates, motions, merged_into, pads }))
 }
 
 /// Reorders so that each chain is contiguous; links were numbered when their parent was visited.

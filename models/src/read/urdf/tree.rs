@@ -4,18 +4,22 @@ use std::collections::BTreeMap;
 
 use urdf_rs::Robot;
 
+use super::elements;
 use super::numbers::check_numbers;
 use super::transmission::{self, Transmission};
 use super::xml::document;
 use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
+use crate::read::servo::Servo;
 use crate::{Pose, Vec3, rotation};
 
 /// A URDF whose links form one tree and whose numbers are finite.
 pub(crate) struct Urdf {
     pub(crate) robot: Robot,
     pub(crate) transmissions: Vec<Transmission>,
+    /// Transmissions of one joint and one actuator.
+    pub(crate) servos: Vec<Servo>,
     /// Index of the link without a parent.
     pub(crate) root: usize,
     /// Joints that leave each link, in file order.
@@ -24,30 +28,21 @@ pub(crate) struct Urdf {
     pub(crate) child_link: Vec<usize>,
 }
 
-/// Reads and checks the text of a URDF file.
-pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Urdf, ModelError> {
+/// Reads and checks the text of a URDF file; `None` if errors were kept.
+pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Option<Urdf>, ModelError> {
     let document = document(text, limits, report)?;
     if document.root_element().tag_name().name() != "robot" {
         return Err(report.syntax("XML", "the root element is not <robot>"));
     }
-    let transmissions = transmission::read(document.root_element(), limits, report)?;
-    let robot = urdf_rs::read_from_string(text).map_err(|e| report.syntax("URDF", e))?;
-    report.limit("robot", "links", robot.links.len(), limits.links)?;
-    report.limit("robot", "joints", robot.joints.len(), limits.joints)?;
-    let mut shapes = 0;
-    for link in &robot.links {
-        let element = format!("link '{}'", link.name);
-        report.limit(element, "collision shapes", link.collision.len(), limits.link_shapes)?;
-        shapes += link.collision.len();
-    }
-    report.limit("robot", "collision shapes", shapes, limits.shapes)?;
-    check_numbers(&robot, limits, report)?;
+    let (transmissions, servos) = transmission::read(document.root_element(), limits, report)?;
+    let robot = elements::robot(text, document.root_element(), limits, report)?;
+    check_numbers(&robot, limits, report);
 
     let mut link_by_name = BTreeMap::new();
     for (i, link) in robot.links.iter().enumerate() {
         if link_by_name.insert(link.name.as_str(), i).is_some() {
             let element = format!("link '{}'", link.name);
-            return Err(report.bad(element, "appears twice", "a name of its own for each link"));
+            report.keep::<()>(Err(report.bad(element, "appears twice", "a name of its own for each link")));
         }
     }
     let mut parent_joint = vec![None; robot.links.len()];
@@ -57,7 +52,7 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
     for (j, joint) in robot.joints.iter().enumerate() {
         let element = format!("joint '{}'", joint.name);
         if joint_names.insert(joint.name.as_str(), j).is_some() {
-            return Err(report.bad(element, "appears twice", "a name of its own for each joint"));
+            report.keep::<()>(Err(report.bad(&element, "appears twice", "a name of its own for each joint")));
         }
         let find = |name: &str| {
             link_by_name.get(name).copied().ok_or_else(|| {
@@ -65,14 +60,19 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
                 report.bad(&element, problem, "a <link> of this file")
             })
         };
-        let (parent, child) = (find(&joint.parent.link)?, find(&joint.child.link)?);
+        let ends = (report.keep(find(&joint.parent.link)), report.keep(find(&joint.child.link)));
+        let (Some(parent), Some(child)) = ends else { continue };
         if parent_joint[child].replace(j).is_some() {
             let (element, valid) =
                 (format!("link '{}'", joint.child.link), "a tree: one joint leads to each link");
-            return Err(report.bad(element, "is the child of two joints", valid));
+            report.keep::<()>(Err(report.bad(element, "is the child of two joints", valid)));
         }
         children[parent].push(j);
         child_link.push(child);
+    }
+    if report.kept() > 0 {
+        // A tree with gaps has wrong roots.
+        return Ok(None);
     }
     let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| parent_joint[l].is_none()).collect();
     let &[root] = roots.as_slice() else {
@@ -81,7 +81,7 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
         return Err(report.bad("robot", problem, "exactly one root link, the hand's base"));
     };
     check_reach(&robot, &children, &child_link, root, limits, report)?;
-    Ok(Urdf { robot, transmissions, root, children, child_link })
+    Ok(Some(Urdf { robot, transmissions, servos, root, children, child_link }))
 }
 
 /// Checks that every link is connected to the root, and that the tree is not too deep.

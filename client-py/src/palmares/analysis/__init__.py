@@ -1,0 +1,46 @@
+"""Analysis of hands and grasps: stiffness, synergies, closure, quality, closing, design.
+
+>>> from palmares.analysis import Contact, Hand                      # doctest: +SKIP
+... hand = Hand("pinch")
+... rest = hand.rest([0.3, 0.35])
+... tip = Contact("left_distal", (0, 0, 0.02), (0, -1, 0))
+... grasp = hand.grasp(rest, [tip])
+... print(grasp.G.shape, grasp.linear().object_stiffness)
+
+Arrays are numpy's, units SI, poses a position and a quaternion x y z w. docs/analysis.md has the shapes,
+frames and the source of
+each equation. The functions need the compiled part of the package, which the wheels contain.
+"""
+
+from palmares.analysis.contacts import Contact, ContactModel, grasp_matrix
+from palmares.analysis.design import Forces, Optimum, Postures, Variable, arm, rest, stiffness
+from palmares.analysis.grasp import Closure, Ellipsoid, Grasp, Quality, ellipsoid, force_ellipsoid
+from palmares.analysis.hand import Closing, Ejection, Hand, Rest, held
+from palmares.analysis.linear import LinearGrasp, LinearHand, soft_synergies
+
+__all__ = [
+    "Closing",
+    "Closure",
+    "Contact",
+    "ContactModel",
+    "Ejection",
+    "Ellipsoid",
+    "Forces",
+    "Grasp",
+    "Hand",
+    "LinearGrasp",
+    "LinearHand",
+    "Optimum",
+    "Postures",
+    "Quality",
+    "Rest",
+    "Variable",
+    "arm",
+    "ellipsoid",
+    "force_ellipsoid",
+    "grasp_matrix",
+    "held",
+    "rest",
+    "soft_synergies",
+    "stiffness",
+]

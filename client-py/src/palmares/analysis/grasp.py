@@ -1,0 +1,187 @@
+"""A grasp: G, J, stiffness, closure and quality."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from palmares import _native
+from palmares.analysis.contacts import MODELS, Array, Contact, Numbers, grasp_matrix
+from palmares.analysis.linear import LinearGrasp, LinearHand, linear_grasp, linear_hand
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The result of a test of closure."""
+
+    closed: bool
+    """Whether the grasp has this closure"""
+    rank: int
+    """Rank of G"""
+    margin: float
+    """Largest distance of balanced contact forces from the bounds of their cones, with a mean normal force of
+    1 N"""
+    forces: Array
+    """The contact forces λ with this margin"""
+    uncontrolled: Array | None = None
+    """For force closure: basis of the inner forces that the joints do not control, N(G) ∩ N(Jᵀ)"""
+    frictional: bool | None = None
+    """For force closure: whether there is closure with friction, if all contact forces are controlled"""
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Measures of Ferrari and Canny; moments are divided by a length."""
+
+    epsilon: float
+    """ε: radius of the largest ball about the origin inside the set of wrenches, N"""
+    epsilon_bound: float
+    """Upper bound of the ε of round cones; `epsilon` is a lower one"""
+    weakest: Array
+    """Unit wrench that the grasp resists least: force, then moment over length"""
+    volume: float | None
+    """Volume of the set; None for ``norm="each"``"""
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """What inputs of size 1 reach."""
+
+    radii: Array
+    """Semi-axes, descending; directions in which it is flat or infinite are left out"""
+    axes: Array
+    """Their directions, in columns"""
+    inputs: Array
+    """Inputs of size 1 that reach them, in columns"""
+    manipulability: float
+    """Product of the semi-axes; 0 if it is flat"""
+    isotropy: float
+    """Smallest over largest semi-axis; 0 if it is flat"""
+
+
+def ellipsoid(map: Array) -> Ellipsoid:  # noqa: A002
+    """Return ``{map @ x: |x| ≤ 1}``, as of velocities for a Jacobian."""
+    return Ellipsoid(**_native.ellipsoid(np.asarray(map, float), False))
+
+
+def force_ellipsoid(map: Array) -> Ellipsoid:  # noqa: A002
+    """Return ``{f: |mapᵀ f| ≤ 1}``: the forces that efforts of size 1 hold, for a map of velocities."""
+    return Ellipsoid(**_native.ellipsoid(np.asarray(map, float), True))
+
+
+class Grasp:
+    """Contacts of a hand with an object. `palmares.analysis.Hand.grasp` makes it.
+
+    The contact forces λ have for each contact, in its frame, f_n, then f_t and f_o unless it is frictionless,
+    then m_n if it is soft.
+    """
+
+    G: Array
+    """Grasp matrix, 6 × c: ``G @ λ`` is the wrench on the object, in its axes, about its origin"""
+    J: Array
+    """Hand Jacobian, c × n: ``J.T @ λ`` are the joint torques that balance λ"""
+    contacts: tuple[Contact, ...]
+    """The contacts in the world"""
+
+    def __init__(
+        self,
+        hand: _native.HandModel,
+        base: list[float],
+        q: Array,
+        tension: Array,
+        contacts: Sequence[Contact],
+        object: list[float],  # noqa: A002
+        forces: Numbers | None = None,
+    ) -> None:
+        given = None if forces is None else [float(x) for x in np.ravel(forces)]
+        found = hand.grasp(base, list(q), list(contacts), object, given)
+        self._hand, self.q, self.tension, self.object = hand, q, tension, np.array(object)
+        self.G, self.J = found["G"], found["J"]
+        self.forces = None if given is None else np.array(given)
+        self._hand_geometric: Array | None = found.get("hand_geometric")
+        self._object_geometric: Array | None = found.get("object_geometric")
+        placed = zip(contacts, found["points"], found["normals"], found["tangents"], strict=True)
+        self.contacts = tuple(Contact("", p, n, c.model, c.friction, c.arm, t) for c, p, n, t in placed)
+        self.links = tuple(contact.link for contact in contacts)
+
+    def hand(self, tendons: Literal["compliant", "fixed"] = "compliant") -> LinearHand:
+        """Return the linear behaviour of the hand in this posture; `tendons` as in `linear`."""
+        if tendons not in ("compliant", "fixed"):
+            raise ValueError(f'tendons: found {tendons!r}; wanted "compliant" or "fixed"')
+        found = self._hand.compliant(
+            list(self.q), list(self.tension), tendons == "fixed", self._hand_geometric
+        )
+        return linear_hand(found)
+
+    def linear(
+        self,
+        contact_stiffness: float | Sequence[float] | Array = 1e4,
+        tendons: Literal["compliant", "fixed"] = "compliant",
+        hand: LinearHand | None = None,
+    ) -> LinearGrasp:
+        """Return stiffness and maps of the grasp.
+
+        Args:
+            contact_stiffness: K_c: one number for all directions, N/m; three for (normal, tangential, spin in
+                N·m/rad); or a
+                c × c matrix.
+            tendons: Their compliance.
+            hand: Another linear hand, such as one of `soft_synergies`.
+
+        """
+        given = np.asarray(contact_stiffness, float)
+        if given.ndim < 2:
+            normal, tangential, spin = given if given.ndim else (float(given),) * 3
+            each = [normal, tangential, tangential, spin]
+            parts = [each[k] for contact in self.contacts for k in range(MODELS[contact.model])]
+            given = np.diag(parts)
+        return linear_grasp(hand or self.hand(tendons), self.G, self.J, given, self._object_geometric)
+
+    def form_closure(self, *, planar: bool = False) -> Closure:
+        """Return whether the contacts hold the object without friction.
+
+        With `planar` it moves along x and y of its frame, and turns about z.
+        """
+        return Closure(**_native.form_closure(list(self.contacts), list(self.object), planar))
+
+    def force_closure(self, *, planar: bool = False) -> Closure:
+        """Return whether the contacts hold the object with friction, and the hand all inner forces."""
+        return Closure(**_native.force_closure(list(self.contacts), list(self.object), self.J, planar))
+
+    def quality(
+        self,
+        norm: Literal["total", "each"] = "total",
+        *,
+        edges: int = 8,
+        length: float | None = None,
+        planar: bool = False,
+    ) -> Quality:
+        """Return the measures of Ferrari and Canny.
+
+        Args:
+            norm: ``total``: the sum of the normal forces is at most 1 N (L1); ``each``: each of them
+                is (L∞), only with `planar`.
+            edges: Edges of the pyramids inside the friction cones, at least 3.
+            length: Divides moments, m; by default the largest distance of a contact from the object's origin.
+            planar: The object moves along x and y of its frame, and turns about z.
+
+        """
+        if length is None:
+            length = max(float(np.linalg.norm(np.asarray(c.point) - self.object[:3])) for c in self.contacts)
+        return Quality(**_native.quality(list(self.contacts), list(self.object), norm, edges, length, planar))
+
+    def spaces(self) -> dict[str, Array]:
+        """Return bases of the spaces that classify a grasp (Prattichizzo and Trinkle).
+
+        ``graspable`` N(G), ``indeterminate`` N(Gᵀ), ``redundant`` N(J), ``defective`` N(Jᵀ), ``hyperstatic``
+        N(G) ∩ N(Jᵀ). The grasp
+        is so if its space is not empty.
+        """
+        return _native.spaces(self.G, self.J)
+
+    def matrix_about(self, object: Numbers) -> Array:  # noqa: A002
+        """Return G about another frame."""
+        return grasp_matrix(self.contacts, object)

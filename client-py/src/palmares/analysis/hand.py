@@ -1,0 +1,297 @@
+"""A hand: matrices, equilibria, grasps, closing, ejection, design."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palmares import _native
+from palmares.analysis.contacts import Array, Contact, ContactModel, Numbers, pose_of
+from palmares.analysis.design import Forces, Optimum, Postures, Variable
+from palmares.analysis.grasp import Grasp
+from palmares.analysis.linear import LinearHand, linear_hand
+from palmares.sim import World
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A hand at rest."""
+
+    q: Array
+    """Coordinates"""
+    tension: Array
+    """Tensions"""
+    base: Array
+    """Pose of the base"""
+    links: Array
+    """Pose of every link in the world, links × 7"""
+    method: str
+    """``closed_form`` or ``newton``"""
+    beyond_closed_form: tuple[str, ...]
+    """Reasons why the closed form does not apply"""
+    reactions: Array
+    """Force on the link at each held point, N, world frame"""
+    gaps: Array
+    """Distance of each held point from its place, m"""
+
+
+@dataclass(frozen=True)
+class Closing:
+    """A free hand while its motors wind. `progress` is 0 at the start and 1 at the end."""
+
+    sigma: Array
+    """σ, samples × motors"""
+    q: Array
+    """Coordinates, samples × n"""
+    tension: Array
+    """Tensions, samples × m"""
+    order: tuple[str, ...]
+    """Coordinates; the one that reaches the first fraction of its travel first comes first"""
+    travel: Array
+    """Their motions from start to end, rad or m"""
+    reached: Array
+    """Progress at which each of them reaches each fraction, n × fractions; NaN for those that stay"""
+
+
+@dataclass(frozen=True)
+class Ejection:
+    """What a closing hand does with objects, sizes × places."""
+
+    fate: NDArray[np.str_]
+    """``held``; ``ejected`` while it closes; ``dropped`` under the load; ``missed``; ``overlaps`` at the
+    start; ``fault``"""
+    moved: Array
+    """Distance of the object from its place at the end, m"""
+    links: NDArray[np.int64]
+    """Number of links that touch it at the end"""
+
+
+class Hand:
+    """A hand, by its name or the path of your own: a folder, an archive or a URDF."""
+
+    def __init__(self, name: str) -> None:
+        self._native = _native.HandModel(str(name))
+        self.name: str = self._native.name
+        self.links = tuple(self._native.links)
+        self.coordinates = tuple(self._native.coordinates)
+        self.tendons = tuple(self._native.tendons)
+        self.motors = tuple(self._native.motors)
+        self.q0, self.lower, self.upper = self._native.ranges()
+
+    @property
+    def E(self) -> Array:  # noqa: N802
+        """Stiffness of the springs, n × n."""
+        return self._native.springs()
+
+    def R(self, q: Numbers | None = None) -> Array:  # noqa: N802
+        """Return the moment arms of all tendons at q (default: q₀), m × n."""
+        return self._native.arms([float(x) for x in (self.q0 if q is None else q)])
+
+    @property
+    def W(self) -> Array:  # noqa: N802
+        """Wound length of each tendon per σ of each motor, m × motors."""
+        return self._native.winding()
+
+    @property
+    def K(self) -> Array:  # noqa: N802
+        """Stiffness of each tendon, m."""
+        return np.array(self._native.tendon_stiffness())
+
+    def poses(self, q: Numbers, base: Numbers | None = None) -> Array:
+        """Return the pose of every link in the world at coordinates q, links × 7."""
+        return self._native.link_poses(pose_of("base", base), [float(x) for x in q])
+
+    def rest(
+        self,
+        sigma: float | Numbers,
+        *,
+        base: Numbers | None = None,
+        forces: Iterable[tuple[str, Numbers, Numbers]] = (),
+        held: Iterable[tuple[str, Numbers, Numbers]] = (),
+    ) -> Rest:
+        """Return the equilibrium at σ (one for all motors, or one each).
+
+        Args:
+            sigma: Motor positions, 0 to 1.
+            base: Pose of the base in the world.
+            forces: Forces on links: name, point in the link's frame, force in the world's, N.
+            held: Points of links that are held at a place: name, point in the link's frame, place in the
+                world.
+
+        Raises:
+            ValueError: There is no equilibrium, or none was found.
+
+        """
+        pose = pose_of("base", base)
+        found = self._native.rest(self._sigma(sigma), pose, _points(forces), _points(held))
+        found["beyond_closed_form"] = tuple(found["beyond_closed_form"])
+        found["gaps"] = np.array(found["gaps"])
+        return Rest(base=np.array(pose), **found)
+
+    def linear(self, rest: Rest, tendons: Literal["compliant", "fixed"] = "compliant") -> LinearHand:
+        """Return the linear behaviour of the free hand at an equilibrium: synergies and stiffness."""
+        return linear_hand(self._native.compliant(list(rest.q), list(rest.tension), tendons == "fixed", None))
+
+    def grasp(
+        self,
+        rest: Rest | float | Numbers,
+        contacts: Sequence[Contact],
+        *,
+        object: Numbers | None = None,  # noqa: A002
+        forces: Numbers | None = None,
+    ) -> Grasp:
+        """Return a grasp with virtual contacts.
+
+        Args:
+            rest: The posture: an equilibrium, or σ.
+            contacts: Contacts on links, in the links' frames.
+            object: The object's frame in the world; by default the middle of the contacts, with the world's
+                axes.
+            forces: Contact forces λ of the posture. They add the geometric stiffness of hand and object.
+
+        """
+        at = rest if isinstance(rest, Rest) else self.rest(rest)
+        base = [float(x) for x in at.base]
+        if object is None:
+            probe = self._native.grasp(base, list(at.q), list(contacts), pose_of("object", None), None)
+            object = np.mean(probe["points"], axis=0)  # noqa: A001
+        return Grasp(self._native, base, at.q, at.tension, contacts, pose_of("object", object), forces)
+
+    def close(
+        self,
+        start: float | Numbers = 0.0,
+        end: float | Numbers = 1.0,
+        *,
+        steps: int = 50,
+        fractions: Sequence[float] = (0.1, 0.5, 0.9),
+        base: Numbers | None = None,
+    ) -> Closing:
+        """Return the closing of the free hand from one σ to another, and the order of its joints."""
+        found = self._native.close(
+            pose_of("base", base), self._sigma(start), self._sigma(end), steps, list(fractions)
+        )
+        reached = [[np.nan if x is None else x for x in row] for row in found["reached"]]
+        return Closing(
+            sigma=found["sigma"],
+            q=found["q"],
+            tension=found["tension"],
+            order=tuple(self.coordinates[k] for k in found["order"]),
+            travel=np.array(found["travel"]),
+            reached=np.array(reached).reshape(len(reached), len(fractions)),
+        )
+
+    def ejection(
+        self,
+        shape: Literal["sphere", "cylinder", "box"],
+        sizes: Sequence[float] | Sequence[Sequence[float]],
+        places: Sequence[Numbers],
+        *,
+        sigma: float | Numbers = 1.0,
+        mass: float = 0.1,
+        friction: float = 0.8,
+        close_s: float = 1.0,
+        hold_s: float = 0.2,
+        loads: Sequence[Numbers] = ((0, 0, -1), (0, 0, 1), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)),
+    ) -> Ejection:
+        """Simulate the closing on objects of several sizes at several places, on all cores.
+
+        The object floats while the hand closes; then each load pulls on it. The base is at the world's
+        origin.
+
+        Args:
+            shape: Kind of the object.
+            sizes: Radius of a sphere; (radius, half length) of a cylinder along z; half lengths of a box, m.
+            places: Positions, or poses, of its middle.
+            sigma: σ at the end.
+            mass: kg.
+            friction: Coulomb coefficient of its surface.
+            close_s: Time in which the motors close.
+            hold_s: Time after that, and time of each load.
+            loads: Forces, N.
+
+        """
+        played = [(shape, _three(size), pose_of("places", place)) for size in sizes for place in places]
+        found = self._native.eject(
+            played, mass, friction, close_s, hold_s, self._sigma(sigma), [_three(load) for load in loads]
+        )
+        form = (len(sizes), len(places))
+        return Ejection(
+            fate=np.array([fate for fate, _, _ in found]).reshape(form),
+            moved=np.array([moved for _, moved, _ in found]).reshape(form),
+            links=np.array([links for _, _, links in found], dtype=np.int64).reshape(form),
+        )
+
+    def optimise(
+        self, variables: Sequence[Variable], goals: Sequence[Postures | Forces], *, steps: int = 200
+    ) -> Optimum:
+        """Change R, E and q₀ within bounds until the goals are met as well as possible.
+
+        The hand itself stays as it is.
+
+        The method is Levenberg and Marquardt's, projected on the bounds, with the gradients of the closed
+        form.
+
+        Raises:
+            ValueError: A tendon's moment arms vary, or a variable or goal does not fit the hand.
+
+        """
+        return Optimum(**self._native.optimise(list(variables), list(goals), steps))
+
+    def differences(
+        self, variables: Sequence[Variable], goals: Sequence[Postures | Forces]
+    ) -> tuple[Array, Array]:
+        """Return the differences from goals now, and their gradients, differences × variables."""
+        return self._native.differences(list(variables), list(goals))
+
+    def _sigma(self, sigma: float | Numbers) -> list[float]:
+        numbers = [float(x) for x in np.atleast_1d(sigma)]
+        return numbers * len(self.motors) if len(numbers) == 1 else numbers
+
+    def __repr__(self) -> str:
+        return f"<Hand {self.name}: {len(self.coordinates)} coordinates, {len(self.tendons)} tendons>"
+
+
+def held(world: World, object: str) -> Grasp:  # noqa: A002
+    """Return the grasp of a world's hand on an object, with the contacts and forces of the last step.
+
+    The object's frame has its axes, at its centre of mass.
+
+    Raises:
+        ValueError: There is no such object.
+
+    """
+    found = world.held(object)
+    rows = zip(
+        found["links"],
+        found["points"],
+        found["normals"],
+        found["tangents"],
+        found["models"],
+        found["frictions"],
+        found["arms"],
+        strict=True,
+    )
+    contacts = [
+        Contact(link, point, normal, cast(ContactModel, model), friction, arm, tangent)
+        for link, point, normal, tangent, model, friction, arm in rows
+    ]
+    forces: list[float] = []
+    for contact, force, moment in zip(contacts, found["forces"], found["moments"], strict=True):
+        forces += [*force, moment] if contact.model == "soft_finger" else [*force]
+    hand = _native.HandModel(world.hand)
+    return Grasp(
+        hand, list(found["base"]), found["q"], found["tension"], contacts, list(found["object"]), forces
+    )
+
+
+def _points(given: Iterable[tuple[str, Numbers, Numbers]]) -> list[tuple[str, list[float], list[float]]]:
+    return [(link, [float(x) for x in point], [float(x) for x in other]) for link, point, other in given]
+
+
+def _three(given: float | Numbers) -> list[float]:
+    numbers = [float(x) for x in np.atleast_1d(given)]
+    return [*numbers, *([0.0] * (3 - len(numbers)))]
