@@ -229,12 +229,13 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     for (name, path) in &tendon.joints {
         let joint = draft.joints.iter().find(|joint| joint.name == *name);
         match joint.filter(|joint| joint.kind != JointKind::Fixed) {
-            Some(joint) if !is_flat(path) => passed.push((joint, path)),
+            // An arm of 0 stays: its transmission has the joint's spring.
+            Some(joint) if matches!(path, TendonPath::Arm(_)) || !is_flat(path) => passed.push((joint, path)),
             Some(_) => {}
             None => log.problem(at.clone(), &element, format!("passes joint '{name}', which does not move")),
         }
     }
-    if passed.is_empty() {
+    if passed.iter().all(|(_, path)| is_flat(path)) && draft.settings.is_none() {
         log.problem(at, element, "has no moment arm on any joint; it is left out");
         return None;
     }

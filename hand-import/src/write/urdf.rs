@@ -38,14 +38,13 @@ pub(crate) fn urdf(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> 
             let _ = writeln!(out, "    <joint name=\"{}\">", escaped(name));
             let _ = writeln!(out, "      <mechanicalReduction>{}</mechanicalReduction>", number(*arm));
             let found = draft.joints.iter().find(|joint| joint.name == *name);
-            let spring =
-                found.filter(|_| !sprung.contains(name)).and_then(|joint| Some((joint.stiffness?, joint)));
-            if let Some((stiffness, joint)) = spring {
+            // E and q0 belong to the joint: its first tendon states them.
+            if let Some(joint) = found.filter(|_| !sprung.contains(name)) {
                 sprung.push(name.clone());
-                let _ =
-                    writeln!(out, "      <mechanicalElasticity>{}</mechanicalElasticity>", number(stiffness));
-                if let Some(rest) = joint.rest {
-                    let _ = writeln!(out, "      <offset>{}</offset>", number(rest));
+                for (tag, value) in [("mechanicalElasticity", joint.stiffness), ("offset", joint.rest)] {
+                    if let Some(value) = value {
+                        let _ = writeln!(out, "      <{tag}>{}</{tag}>", number(value));
+                    }
                 }
             }
             out.push_str("    </joint>\n");
