@@ -22,7 +22,7 @@ from tests.short_task import short_grasp
 pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
 HANDS = ["SoftHand", "ReFlex", "Pinch", "YaleT42", "YaleModelO", "RBO2", "Allegro", "LEAP"]
-HANDS += ["InspireRH56", "BarrettBH282", "Shadow", "SoftHand2", "Robotiq3F", "Robotiq2F85"]
+HANDS += ["InspireRH56", "BarrettBH282", "Shadow", "SoftHand2", "Robotiq3F", "Robotiq2F85", "IHY"]
 IDS = [
     f"palmares/{task}-{hand}-v1"
     for task, hand in itertools.product(["Balls", "Shelf", "Grasp", "Pan", "Peg"], HANDS)

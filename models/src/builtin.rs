@@ -48,6 +48,7 @@ const FILES: &[Files] = &[
     files!("softhand2"),
     files!("robotiq_3f"),
     files!("robotiq_2f85"),
+    files!("ihy"),
 ];
 
 /// All built-in hands, loaded once.

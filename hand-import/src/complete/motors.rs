@@ -229,12 +229,13 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     for (name, path) in &tendon.joints {
         let joint = draft.joints.iter().find(|joint| joint.name == *name);
         match joint.filter(|joint| joint.kind != JointKind::Fixed) {
-            Some(joint) if !is_flat(path) => passed.push((joint, path)),
+            // An arm of 0 stays: its transmission has the joint's spring.
+            Some(joint) if matches!(path, TendonPath::Arm(_)) || !is_flat(path) => passed.push((joint, path)),
             Some(_) => {}
             None => log.problem(at.clone(), &element, format!("passes joint '{name}', which does not move")),
         }
     }
-    if passed.is_empty() {
+    if passed.iter().all(|(_, path)| is_flat(path)) && draft.settings.is_none() {
         log.problem(at, element, "has no moment arm on any joint; it is left out");
         return None;
     }
@@ -308,7 +309,7 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
             TendonPath::Table(points) => paths.push((joint.name.clone(), TendonPath::Table(points.clone()))),
         }
     }
-    let mut wound = Wound {
+    let wound = Wound {
         name: tendon.name.clone(),
         motors: tendon.motors.clone(),
         arms,
@@ -319,15 +320,6 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
         force_limit: force,
         both_ways: tendon.both_ways,
     };
-    if wound.motor_in_urdf().is_some() {
-        // A transmission states the spring of a joint also without a moment arm.
-        let sprung = |name: &str| {
-            let own = draft.joints.iter().find(|joint| joint.name == name);
-            own.is_some_and(|joint| joint.stiffness.is_some() || joint.rest.is_some())
-        };
-        let flat = tendon.joints.iter().filter(|(name, path)| is_flat(path) && sprung(name));
-        wound.arms.extend(flat.map(|(name, _)| (name.clone(), 0.0)));
-    }
     Some((motors, wound))
 }
 

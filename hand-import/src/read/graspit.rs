@@ -188,6 +188,8 @@ fn joint(node: Node<'_, '_>, name: String, reading: &mut Reading<'_>) -> ChainJo
         };
         let factor = e.number(&format!("<{tag}>"), factor).unwrap_or(1.0);
         dof = index.parse().ok().map(|index: usize| (index, factor));
+        // `+-5` occurs.
+        let constant = constant.trim_start_matches('+');
         if constant.is_empty() { 0.0 } else { e.number(&format!("<{tag}>"), constant).unwrap_or(0.0) }
     };
     let (theta, d) = (term("theta", &mut e).to_radians(), term("d", &mut e) * MM);

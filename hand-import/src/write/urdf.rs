@@ -38,15 +38,13 @@ pub(crate) fn urdf(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> 
             let _ = writeln!(out, "    <joint name=\"{}\">", escaped(name));
             let _ = writeln!(out, "      <mechanicalReduction>{}</mechanicalReduction>", number(*arm));
             let found = draft.joints.iter().find(|joint| joint.name == *name);
-            // A joint without a spring may have a rest: a hand starts there.
+            // E and q0 belong to the joint: its first tendon states them.
             if let Some(joint) = found.filter(|_| !sprung.contains(name)) {
                 sprung.push(name.clone());
-                if let Some(stiffness) = joint.stiffness {
-                    let stiffness = number(stiffness);
-                    let _ = writeln!(out, "      <mechanicalElasticity>{stiffness}</mechanicalElasticity>");
-                }
-                if let Some(rest) = joint.rest {
-                    let _ = writeln!(out, "      <offset>{}</offset>", number(rest));
+                for (tag, value) in [("mechanicalElasticity", joint.stiffness), ("offset", joint.rest)] {
+                    if let Some(value) = value {
+                        let _ = writeln!(out, "      <{tag}>{}</{tag}>", number(value));
+                    }
                 }
             }
             out.push_str("    </joint>\n");
@@ -107,7 +105,7 @@ fn parts(out: &mut String, tag: &str, parts: &[Part]) {
                     Triangles::Inline { name, .. } => name.clone(),
                 };
                 let scale = mesh.scale != [1.0; 3];
-                let scale = scale.then(|| format!(" scale=\"{}\"", numbers(&mesh.scale))).unwrap_or_default();
+                let scale = if scale { format!(" scale=\"{}\"", numbers(&mesh.scale)) } else { String::new() };
                 format!("<mesh filename=\"{}\"{scale}/>", escaped(&file))
             }
         };

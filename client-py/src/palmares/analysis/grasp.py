@@ -162,7 +162,8 @@ class Grasp:
         """Return the measures of Ferrari and Canny.
 
         Args:
-            norm: ``total``: the sum of the normal forces is at most 1 N (L1); ``each``: each of them is (L∞).
+            norm: ``total``: the sum of the normal forces is at most 1 N (L1); ``each``: each of them
+                is (L∞), only with `planar`.
             edges: Edges of the pyramids inside the friction cones, at least 3.
             length: Divides moments, m; by default the largest distance of a contact from the object's origin.
             planar: The object moves along x and y of its frame, and turns about z.

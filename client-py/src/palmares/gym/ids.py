@@ -18,6 +18,7 @@ HANDS = {
     "SoftHand2": "softhand2",
     "Robotiq3F": "robotiq_3f",
     "Robotiq2F85": "robotiq_2f85",
+    "IHY": "ihy",
 }
 
 
