@@ -222,7 +222,7 @@ fn transform(node: Node<'_, '_>, element: &str, reading: &mut Reading<'_>) -> Po
         match part.tag_name().name() {
             "translation" => {
                 let Some(xyz) = e.list::<3>("<translation>", text) else { continue };
-                pose = pose * Pose::from_parts(Vec3::from_array(xyz) * MM, Rotation::IDENTITY);
+                pose *= Pose::from_parts(Vec3::from_array(xyz) * MM, Rotation::IDENTITY);
             }
             "rotation" => {
                 let (angle, axis) = text.split_once(char::is_whitespace).unwrap_or((text, "z"));
@@ -232,7 +232,7 @@ fn transform(node: Node<'_, '_>, element: &str, reading: &mut Reading<'_>) -> Po
                     _ => Vec3::Z,
                 };
                 let angle = e.number("<rotation>", angle).unwrap_or(0.0).to_radians();
-                pose = pose * Pose::from_parts(Vec3::ZERO, Rotation::from_axis_angle(axis, angle));
+                pose *= Pose::from_parts(Vec3::ZERO, Rotation::from_axis_angle(axis, angle));
             }
             other => e.log.problem(At::Hand, element, format!("<{other}> in a <transform> is not read")),
         }
