@@ -105,7 +105,8 @@ fn parts(out: &mut String, tag: &str, parts: &[Part]) {
                     Triangles::Inline { name, .. } => name.clone(),
                 };
                 let scale = mesh.scale != [1.0; 3];
-                let scale = if scale { format!(" scale=\"{}\"", numbers(&mesh.scale)) } else { String::new() };
+                let scale =
+                    if scale { format!(" scale=\"{}\"", numbers(&mesh.scale)) } else { String::new() };
                 format!("<mesh filename=\"{}\"{scale}/>", escaped(&file))
             }
         };

@@ -176,6 +176,8 @@ const BALANCE: f64 = 1e-13;
 /// Role of a tendon in a balance of torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pull {
+    /// `f = clamp(K (s − s(q)), …)`: a parabola of energy, continued linearly.
+    Clamped,
     /// Its length is prescribed: `f = K (s − s(q))`.
     Taut,
     /// Its tension is prescribed: zero, or the motor's limit.
@@ -186,7 +188,8 @@ enum Pull {
 /// `E (q − q₀) = R(q)ᵀ f + τ_c` with `f = clamp(K (s − s(q)), 0, f_max)`, for any moment arms, tendons slack
 /// or at their limit. Joint limits are ignored and reported.
 ///
-/// The search guesses which tendons are taut, and corrects the guess. For each guess the equilibrium is the
+/// The search guesses which tendons are taut, and corrects the guess; if the guesses lead in a circle, it minimises the energy with
+/// clamped tensions, which is convex but has corners in its gradient. For each guess the equilibrium is the
 /// minimum of the elastic energy `½ Σ E (q − q₀)² + Σ ½ K (s − s(q))² − τ_cᵀ q`, found by Newton's method
 /// with step halving; directions in which the energy is not convex are stiffened until it is.
 ///
@@ -241,21 +244,24 @@ fn search(
             break;
         }
         if right {
-            if found.residual > 1e-9 * found.size.max(1e-3) || q.iter().any(|q| q.is_nan()) {
-                return Err(NoEquilibrium { residual: found.residual });
-            }
-            let coordinates = hand.coordinates.iter().zip(&q).enumerate();
-            let beyond_limits =
-                coordinates.filter(|(_, (c, q))| **q < c.lower || **q > c.upper).map(|(i, _)| i).collect();
-            return Ok(FreeEquilibrium {
-                q,
-                tension: found.tension,
-                residual: found.residual,
-                beyond_limits,
-            });
+            return rest(hand, q, found);
         }
     }
-    Err(NoEquilibrium { residual: Balance::at(hand, s, tau, &pulls, &q).residual })
+    let clamped = vec![Pull::Clamped; hand.tendons.len()];
+    q.copy_from_slice(start);
+    let found = minimise(hand, s, tau, &clamped, &mut q, left);
+    rest(hand, q, found)
+}
+
+/// The equilibrium, if the torques balance.
+fn rest(hand: &Hand, q: Vec<f64>, found: Balance) -> Result<FreeEquilibrium, NoEquilibrium> {
+    if found.residual > 1e-9 * found.size.max(1e-3) || q.iter().any(|q| q.is_nan()) {
+        return Err(NoEquilibrium { residual: found.residual });
+    }
+    let coordinates = hand.coordinates.iter().zip(&q).enumerate();
+    let beyond_limits =
+        coordinates.filter(|(_, (c, q))| **q < c.lower || **q > c.upper).map(|(i, _)| i).collect();
+    Ok(FreeEquilibrium { q, tension: found.tension, residual: found.residual, beyond_limits })
 }
 
 /// Elastic energy of a free hand, J: springs, and tendons with prescribed wound lengths s.
@@ -378,8 +384,19 @@ impl Balance {
             let stretch = s[t] - tendon.length(q);
             let mut row: DVector<f64> = DVector::zeros(n);
             tendon.gradient(q, |c, r| row[c] += r);
-            let f = match pulls[t] {
-                Pull::Taut => {
+            let linear = tendon.stiffness * stretch;
+            let within = linear.clamp(tendon.least_force(), tendon.most_at_rest());
+            let pull = match pulls[t] {
+                Pull::Clamped if within == linear => Pull::Taut,
+                Pull::Clamped => {
+                    // The parabola meets the line where it is clamped.
+                    energy -= 0.5 * within * within / tendon.stiffness;
+                    Pull::Held(within)
+                }
+                given => given,
+            };
+            let f = match pull {
+                Pull::Clamped | Pull::Taut => {
                     hessian.ger(tendon.stiffness, &row, &row, 1.0);
                     energy += 0.5 * tendon.stiffness * stretch * stretch;
                     tendon.stiffness * stretch
