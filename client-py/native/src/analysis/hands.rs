@@ -24,6 +24,9 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// A vector and a matrix for Python.
+type VectorAndMatrix<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
 /// A hand, by name or path.
 #[pyclass(module = "palmares._native", frozen)]
 pub(crate) struct HandModel {
@@ -296,7 +299,7 @@ impl HandModel {
         py: Python<'py>,
         variables: Variables,
         goals: Goals<'py>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<VectorAndMatrix<'py>> {
         let variables = variables.of(&self.hand)?;
         let design = Design::of(&self.hand).map_err(value_error)?;
         let (values, slopes) = design.differences(&goals.of()?, &variables).map_err(value_error)?;

@@ -29,7 +29,7 @@ pub(crate) fn of_geom(geom: &Geom, meshes: &[Mesh]) -> Option<Mass> {
         GeomShape::Other(_) => return None,
     };
     let mass = geom.mass.unwrap_or(geom.density * volume);
-    if !(mass > 0.0) {
+    if mass.is_nan() || mass <= 0.0 {
         return None;
     }
     Some(placed(&Mass { mass, com, about_com: unit * mass }, &geom.pose))

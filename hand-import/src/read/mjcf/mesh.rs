@@ -60,10 +60,9 @@ pub(crate) fn read_meshes(
         let name = element.get("name").map(str::to_owned).or_else(|| stem(element.get("file")?));
         let name = name.unwrap_or_default();
         let (corners, file) = match element.get("file") {
-            Some(file) => match from_file(source, main, &asset_path(compiler, file), element, log) {
-                Some(found) => found,
-                None => (Vec::new(), None),
-            },
+            Some(file) => {
+                from_file(source, main, &asset_path(compiler, file), element, log).unwrap_or_default()
+            }
             None => (inline(&at, log), None),
         };
         let put = |corner: Vec3| (place.inverse() * corner) * Vec3::from_array(scale);
@@ -208,7 +207,7 @@ impl Mesh {
             volume += part;
             first += ((face[0] + face[1] + face[2]) * 0.25 + centre * 0.25) * part;
         }
-        if !(volume > 0.0) {
+        if volume.is_nan() || volume <= 0.0 {
             return None;
         }
         let com = first / volume;
