@@ -409,3 +409,23 @@ fn a_flexure_of_two_axes_has_a_matrix_of_stiffness() {
     assert!((0.5 * bend + 0.1 * tilt - torques[0]).abs() < 1e-9, "{bend} {tilt} {torques:?}");
     assert!((0.1 * bend + 0.3 * tilt - torques[1]).abs() < 1e-9, "{bend} {tilt} {torques:?}");
 }
+
+/// Stiff antagonists with a low limit: guesses which of them are taut, slack or at their limit lead in a circle.
+#[test]
+fn stiff_antagonists_with_a_low_limit_have_an_equilibrium() {
+    let mut found = 0;
+    for stiffness in ["1e4", "1e5", "1e6"] {
+        for (flexor, extensor) in [(0.1, 0.1), (0.1, 0.6), (0.5, 0.9), (1.0, 0.2)] {
+            let hand = fingers(&format!(
+                "[motors.flexor]\nscaling = 0.02\nspeed_limit = 2\n[motors.extensor]\nscaling = 0.02\nspeed_limit = 2\n\
+                 [tendons.flexor]\nmotors.flexor = 1\njoints = {{ a = 0.01, b = 0.008 }}\nstiffness = {stiffness}\nforce_limit = 12\n\
+                 [tendons.extensor]\nmotors.extensor = 1\njoints = {{ a = -0.008, b = -0.009 }}\nstiffness = {stiffness}\nforce_limit = 9\n\
+                 [tendons.other]\nmotors.extensor = 1\njoints = {{ a = -0.01, c = 0.004 }}\nstiffness = {stiffness}\nforce_limit = 2\n",
+            ));
+            let rest = solve_loaded(&Config::default(), &hand, Pose::IDENTITY, &[flexor, extensor], &[]);
+            let rest = rest.unwrap_or_else(|why| panic!("{stiffness} {flexor} {extensor}: {why}"));
+            found += usize::from(rest.method == Method::Newton);
+        }
+    }
+    assert!(found > 6, "{found} cases beyond the closed form");
+}
