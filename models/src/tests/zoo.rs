@@ -184,8 +184,7 @@ fn the_bars_of_the_3f_keep_its_tips_parallel_and_the_chains_of_the_2f85_close() 
     let hand = Hand::builtin("robotiq_2f85").unwrap();
     assert_eq!(hand.linkages.len(), 2);
     for pin in &hand.linkages {
-        // The URDF's positions are rounded to 10 µm.
-        assert!(pin.at(&hand, &[0.0; 8]).gap.length() < 2e-5, "{}", pin.name);
+        assert!(pin.at(&hand, &[0.0; 8]).gap.length() < 1e-9, "{}", pin.name);
     }
 }
 
