@@ -2,9 +2,7 @@
 //!
 //! With springs E, tendons R and K, inputs σ that wind W and torques τ from outside, the linear balance is
 //!
-//! ```text
-//! E dq − Rᵀ df = dτ        R dq + K⁻¹ df = W dσ
-//! ```
+//! `E dq − Rᵀ df = dτ        R dq + K⁻¹ df = W dσ`
 //!
 //! (Rocchi and Hauser 2016, eqs 2 to 5, differentiated). A fixed tendon has K⁻¹ = 0; one that is slack or at its limit has no row. Soft
 //! synergies `dq_ref = S dz` (Malvezzi et al. 2015, eqs 2 and 3) are the other kind of hand with the same two maps.

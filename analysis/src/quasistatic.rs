@@ -2,9 +2,7 @@
 //!
 //! With `λ` the forces on the object, u its displacement and K_c the stiffness of the contacts, the linear balance is
 //!
-//! ```text
-//! dλ = K_c (J dq − Gᵀ du)      dq = Q dσ − C_q Jᵀ dλ      G dλ + K_g du = −dw
-//! ```
+//! `dλ = K_c (J dq − Gᵀ du)      dq = Q dσ − C_q Jᵀ dλ      G dλ + K_g du = −dw`
 //!
 //! where `C_q` and Q are compliance and motion of the hand, and `K_g = ∂(G λ)/∂u`. The contacts and the hand in series have the
 //! stiffness `K = (K_c⁻¹ + J C_q Jᵀ)⁻¹`, and the object `G K Gᵀ − K_g` (Malvezzi and Prattichizzo 2013, eq. 12, with their

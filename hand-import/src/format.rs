@@ -1,5 +1,8 @@
 //! The formats of descriptions, recognised by what a file contains; its extension does not count.
 
+/// Name of the text that lists tendons which only `hand.toml` states.
+pub(crate) const STATED: &str = "tendons_of_settings";
+
 /// Format of a description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {

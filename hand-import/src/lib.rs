@@ -13,7 +13,9 @@ pub mod draft;
 pub mod error;
 pub mod export;
 pub mod format;
+mod imported;
 mod meshes;
+mod options;
 mod read;
 pub mod source;
 mod write;
@@ -24,47 +26,18 @@ use std::path::{Path, PathBuf};
 use palmares_models::error::LoadWarning;
 use palmares_models::read::{Files, LoadOptions, from_files};
 
-use crate::decision::{At, Decision, Kind, Log};
+use crate::decision::{At, Log};
 use crate::error::ImportError;
 use crate::format::Format;
 use crate::source::Source;
 
-/// The caller's choices.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// The robot of a source with several: the path of its file, an end of it, or its name without extension.
-    pub robot: Option<String>,
-    /// Links without a collision shape touch with what pictures show.
-    pub visual_as_collision: bool,
-    /// Replaces the robot's name.
-    pub name: Option<String>,
-    /// Ignores a `hand.toml` in the source, and adds commented tables for every coordinate and link to the written one.
-    pub template: bool,
-    /// Arguments of a xacro file: `side:=left`.
-    pub xacro_arguments: Vec<String>,
-}
-
-/// An imported hand, not yet on disk.
-#[derive(Clone, Debug)]
-pub struct Imported {
-    /// Its name.
-    pub name: String,
-    /// Format of the description.
-    pub format: Format,
-    /// The description, as in messages.
-    pub description: PathBuf,
-    /// Files by their path in the hand's folder.
-    pub files: BTreeMap<PathBuf, Vec<u8>>,
-    /// Every decision.
-    pub decisions: Vec<Decision>,
-    /// Warnings of the loader about the written files.
-    pub warnings: Vec<LoadWarning>,
-}
+pub use crate::imported::Imported;
+pub use crate::options::Options;
 
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors
-/// The source gives no hand at all. Smaller faults are decisions of kind [`Kind::Problem`].
+/// The source gives no hand at all. Smaller faults are decisions of kind [`decision::Kind::Problem`].
 pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     let source = Source::open(path)?;
     let (file, format) = source.description(options.robot.as_deref())?;
@@ -131,33 +104,4 @@ fn write(
 fn load(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<Vec<LoadWarning>, palmares_models::error::ModelError> {
     let files = Files::Archive { file: PathBuf::new(), folder: PathBuf::new(), entries: files.clone() };
     Ok(from_files(files, None, &LoadOptions::default())?.warnings)
-}
-
-impl Imported {
-    /// The problems among the decisions.
-    pub fn problems(&self) -> impl Iterator<Item = &Decision> {
-        self.decisions.iter().filter(|decision| decision.kind == Kind::Problem)
-    }
-
-    /// Writes the files into a folder, which must not exist unless `force` is set.
-    ///
-    /// # Errors
-    /// The folder exists, or a file cannot be written.
-    pub fn write(&self, folder: &Path, force: bool) -> Result<(), ImportError> {
-        let failed = |file: &Path| {
-            let file = file.to_owned();
-            move |source| ImportError::Write { file, source }
-        };
-        if folder.exists() && !force {
-            let exists = std::io::Error::other("exists; nothing was written (--force replaces its files)");
-            return Err(failed(folder)(exists));
-        }
-        for (path, bytes) in &self.files {
-            let path = folder.join(path);
-            let parent = path.parent().unwrap_or(folder);
-            std::fs::create_dir_all(parent).map_err(failed(parent))?;
-            std::fs::write(&path, bytes).map_err(failed(&path))?;
-        }
-        Ok(())
-    }
 }

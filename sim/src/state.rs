@@ -1,6 +1,5 @@
 //! Variable part of a world. A clone is a snapshot; a world given a clone continues bit for bit.
 
-use crate::actuation::clutch;
 use crate::anchor::Pair;
 use crate::bounds::{Fault, MAX_DISTANCE, MAX_SPEED, MAX_SUBSTEPS};
 use crate::digest::Digest;
@@ -116,7 +115,7 @@ impl State {
             reference: BaseReference { pose: base, linear: Vec3::ZERO, angular: Vec3::ZERO },
             motors,
             tension: hand.map_or(Vec::new(), |hand| vec![0.0; hand.tendons.len()]),
-            locked: hand.map_or(Vec::new(), |hand| vec![None; clutch::count(hand)]),
+            locked: hand.map_or(Vec::new(), |hand| vec![None; hand.clutches()]),
             sleep: vec![Sleep::default(); model.objects().len()],
             earlier: Earlier::default(),
             substeps: 0,
@@ -193,7 +192,7 @@ impl State {
             && (self.objects.len(), self.sleep.len()) == (objects, objects)
             && self.motors.len() == hand.map_or(0, |hand| hand.motors.len())
             && self.tension.len() == hand.map_or(0, |hand| hand.tendons.len())
-            && self.locked.len() == hand.map_or(0, |hand| clutch::count(hand))
+            && self.locked.len() == hand.map_or(0, |hand| hand.clutches())
             && self.pairs.iter().all(|pair| pair.key.0 < pair.key.1 && pair.key.1 < shapes)
             && self.pairs.windows(2).all(|two| two[0].key < two[1].key)
     }

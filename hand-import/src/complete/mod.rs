@@ -11,10 +11,10 @@ mod motors;
 mod shapes;
 mod tree;
 
-use crate::Options;
 use crate::decision::Log;
 use crate::draft::Draft;
 use crate::meshes::{self, Meshes};
+use crate::options::Options;
 use crate::source::Source;
 
 pub(crate) use motors::{Motor, Wound};

@@ -1,8 +1,8 @@
 //! Shapes that touch: those of the source, or its pictures if the caller wants them.
 
-use crate::Options;
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Geometry};
+use crate::options::Options;
 
 /// Replaces missing collision shapes, and removes shapes without a size.
 pub(crate) fn complete(draft: &mut Draft, options: &Options, log: &mut Log) {

@@ -12,11 +12,10 @@ use palmares_models::{Mat3, Pose, Vec3};
 use crate::complete::Complete;
 use crate::decision::{At, Kind, Log};
 use crate::draft::{Draft, Geometry, Joint, JointKind, Link, Part, Triangles};
+use crate::format::STATED;
 
 /// Spring length beyond every tendon's, m or rad.
 const FAR: f64 = 1e9;
-/// Name of the text that lists tendons which only `hand.toml` states.
-pub(crate) const STATED: &str = "tendons_of_settings";
 
 /// The document.
 pub(super) fn document(complete: &Complete, hand: &Hand, log: &mut Log) -> String {

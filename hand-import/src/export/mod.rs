@@ -11,8 +11,10 @@ use crate::complete::{self, Complete};
 use crate::decision::Log;
 use crate::error::ImportError;
 use crate::format::Format;
+use crate::imported::Imported;
+use crate::options::Options;
+use crate::read;
 use crate::source::Source;
-use crate::{Imported, Options, read};
 
 /// A format to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 use palmares_models::{Pose, Rotation, Vec3};
 use roxmltree::Node;
 
-use super::Reading;
+use super::reading::Reading;
 use super::xml::{Element, child, child_text, children};
 use crate::decision::At;
 use crate::draft::{

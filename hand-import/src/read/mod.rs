@@ -7,31 +7,21 @@ pub(crate) mod element;
 mod graspit;
 mod klampt;
 mod mjcf;
+pub(crate) mod reading;
 mod sdf;
 mod urdf;
 mod xacro;
 pub(crate) mod xml;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::Options;
-use crate::decision::{At, Log};
-use crate::draft::{Draft, Mesh, Triangles};
+use crate::decision::Log;
+use crate::draft::Draft;
 use crate::error::ImportError;
 use crate::format::Format;
-use crate::source::{Source, limits};
-
-/// One description that is being read.
-pub(crate) struct Reading<'a> {
-    /// Its files.
-    pub(crate) source: &'a Source,
-    /// The description, by its path in the source.
-    pub(crate) path: PathBuf,
-    /// The decisions.
-    pub(crate) log: Log,
-    /// Files that name this one as a part, from the description down.
-    pub(crate) mounted: usize,
-}
+use crate::options::Options;
+use crate::source::Source;
+use reading::Reading;
 
 /// Reads the description at `path`.
 pub(crate) fn read(
@@ -52,45 +42,4 @@ pub(crate) fn read(
         Format::Sdf => sdf::read(&mut reading)?,
     };
     Ok((draft, reading.log))
-}
-
-/// The `hand.toml` beside the description.
-pub(crate) fn settings(reading: &mut Reading<'_>) -> Result<Option<String>, ImportError> {
-    let path = reading.path.with_file_name("hand.toml");
-    if reading.source.paths().binary_search(&path).is_err() {
-        return Ok(None);
-    }
-    let text = reading.source.text(&path, "settings")?;
-    reading.log.taken(At::Hand, "hand.toml", "is kept as it is");
-    Ok(Some(text))
-}
-
-impl<'a> Reading<'a> {
-    /// A reading of another file of the same source, which this one names; it has a log of its own.
-    pub(crate) fn of(&self, path: &Path) -> Reading<'a> {
-        let log = Log::new(&self.source.display(path));
-        Reading { source: self.source, path: path.to_owned(), log, mounted: self.mounted + 1 }
-    }
-
-    /// The mesh that the description calls `name`, or `None` with a problem in the log.
-    pub(crate) fn mesh(&mut self, name: &str, scale: [f64; 3], at: At, element: &str) -> Option<Mesh> {
-        match self.source.resolve(&self.path, name) {
-            Ok(found) => {
-                if let Some(note) = found.note {
-                    self.log.guessed(at, element, format!("mesh {note}"));
-                }
-                Some(Mesh { triangles: Triangles::File(found.path), scale })
-            }
-            Err(problem) => {
-                self.log.problem(at, element, format!("mesh {problem}; the shape is left out"));
-                None
-            }
-        }
-    }
-
-    /// Well-formed XML of this text, which is the description's.
-    pub(crate) fn xml<'t>(&self, text: &'t str) -> Result<roxmltree::Document<'t>, ImportError> {
-        let limits = palmares_models::read::Limits { xml_nodes: 1_000_000, ..limits() };
-        Ok(palmares_models::read::xml(&self.log.file, text, &limits)?)
-    }
 }

@@ -11,8 +11,8 @@ use crate::draft::{
     Origin, Part, Triangles,
 };
 use crate::error::ImportError;
-use crate::read::Reading;
 use crate::read::element::{Element, Notes, parse};
+use crate::read::reading::Reading;
 use crate::source::Source;
 
 /// Models inside each other, and frames relative to each other.

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 use roxmltree::Node;
 
+use super::reading::{Reading, settings};
 use super::xml::{Element, child};
-use super::{Reading, settings};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Joint, JointKind};
 use crate::error::ImportError;

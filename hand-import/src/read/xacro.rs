@@ -7,7 +7,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::{Reading, urdf};
+use super::reading::Reading;
+use super::urdf;
 use crate::decision::At;
 use crate::draft::Draft;
 use crate::error::ImportError;

@@ -1,6 +1,6 @@
 //! A tendon over two pulleys, one on either side of a joint.
 
-use super::path::Length;
+use super::length::Length;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

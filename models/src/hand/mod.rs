@@ -1,10 +1,14 @@
 //! The immutable description of a hand: a tree of links moved by few coordinates and fewer tendons.
 
+pub mod closed_chain;
 pub mod da_vinci;
 pub mod describe;
 pub mod fingers;
 mod kinematics;
+mod length;
 pub mod linkage;
+mod load;
+mod motor;
 pub mod path;
 pub mod sensors;
 pub mod spring;
@@ -12,6 +16,7 @@ pub mod tendon;
 mod validate;
 
 pub use self::linkage::Linkage;
+pub use self::motor::Motor;
 pub use self::sensors::{Sensors, TactilePatch};
 pub use self::spring::Spring;
 pub use self::tendon::Tendon;
@@ -151,26 +156,6 @@ pub struct Coordinate {
     pub damping: f64,
     /// Rest position of the spring, rad.
     pub rest: f64,
-}
-
-/// A motor: the command σ in [0, 1] maps to `s_ref = scaling · (σ − offset)`.
-#[derive(Clone, Debug)]
-pub struct Motor {
-    /// Name, for messages.
-    pub name: String,
-    /// s at σ − offset = 1.
-    pub scaling: f64,
-    /// σ at which s_ref is 0.
-    pub offset: f64,
-    /// Largest |dσ/dt|, 1/s.
-    pub speed_limit: f64,
-}
-
-impl Motor {
-    /// s_ref at σ.
-    pub fn wound(&self, sigma: f64) -> f64 {
-        self.scaling * (sigma - self.offset)
-    }
 }
 
 /// A soft surface: pressed against something round, or round itself, it flattens, and resists spin about the

@@ -1,6 +1,7 @@
 //! Paths of tendons over a joint: the length s(q) of one coordinate, with its first two derivatives.
 
 use super::da_vinci::DaVinci;
+use super::length::Length;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,17 +16,6 @@ pub enum TendonPath {
     Table(Table),
     /// A straight span between two eyelets, one on either side of the joint.
     Eyelets(Eyelets),
-}
-
-/// A length as a function of one coordinate, with its first two derivatives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Length {
-    /// s, in the tendon's unit; 0 at coordinate 0, except for a table.
-    pub value: f64,
-    /// ds/dq: the moment arm.
-    pub slope: f64,
-    /// d²s/dq²
-    pub curvature: f64,
 }
 
 impl TendonPath {

@@ -2,8 +2,8 @@
 //!
 //! Because every arm is the derivative of one length, the tendon does no net work on a closed path of q.
 
+use super::motor::Motor;
 use super::path::TendonPath;
-use super::{Hand, Motor};
 
 /// A cable: tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
 ///
@@ -39,19 +39,6 @@ pub struct Tendon {
     /// Whether a clutch lets go at f_max instead, for a drive with a hold limit: the motors go on, and this tendon stays locked until
     /// they come back.
     pub breakaway: bool,
-}
-
-impl Hand {
-    /// Force that a motor carries at these tensions, one a tendon: the sum over its tendons, each by its weight.
-    pub fn motor_load(&self, motor: usize, tension: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for (tendon, f) in self.tendons.iter().zip(tension) {
-            if let Some((_, weight)) = tendon.motors.iter().find(|entry| entry.0 == motor) {
-                sum += weight * f;
-            }
-        }
-        sum
-    }
 }
 
 /// A part of a tendon's length that is not linear in its coordinate.

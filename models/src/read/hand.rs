@@ -13,7 +13,8 @@ use super::hollow::MeshOf;
 use super::options::LoadOptions;
 use super::report::Report;
 use super::sensors;
-use super::servo::{self, ServoJoints};
+use super::servo;
+use super::servo_settings::ServoJoints;
 use super::settings::Settings;
 use super::springs;
 use super::start;
@@ -162,7 +163,7 @@ fn build(
     let named_in = if settings.name.is_some() { &*at } else { &*report };
     named_in.keep(check_name(&name, named_in));
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
-    let root_from_base = at.keep(settings.base.root_from_base(&tree, at)).unwrap_or(Pose::IDENTITY);
+    let root_from_base = at.keep(start::root_from_base(&settings.base, &tree, at)).unwrap_or(Pose::IDENTITY);
     let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, report)?;
     let Some(reduced) = reduced else { return Ok(None) };
     let coordinates = coordinates(&tree, &reduced, &settings, report);
@@ -241,7 +242,7 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     // Settings name joints that would otherwise be dropped; links must have the numbers of the hand.
     let settings: Settings =
         settings_of(&files, options)?.and_then(|(text, _)| toml::from_str(&text).ok()).unwrap_or_default();
-    let root_from_base = settings.base.root_from_base(&tree, &report).unwrap_or(Pose::IDENTITY);
+    let root_from_base = start::root_from_base(&settings.base, &tree, &report).unwrap_or(Pose::IDENTITY);
     let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
     let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, &mut report)?
         .ok_or_else(|| report.refusal())?;

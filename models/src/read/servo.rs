@@ -5,9 +5,8 @@
 
 use std::f64::consts::PI;
 
-use serde::Deserialize;
-
 use super::report::Report;
+use super::servo_settings::{ServoJoints, ServoSettings};
 use super::settings::Settings;
 use super::urdf::reduce::Reduced;
 use super::urdf::tree::Urdf;
@@ -19,62 +18,6 @@ use crate::hand::{Coordinate, Motor, Tendon};
 const FULL_EFFORT_AT: [f64; 2] = [0.1, 0.005];
 /// Damping over stiffness of a servo without a stated damping, s: at 5 rad/s it takes half of the largest torque.
 const DAMPING_S: f64 = 0.01;
-
-/// A `SimpleTransmission` of a URDF.
-#[derive(Clone, Debug)]
-pub(crate) struct Servo {
-    /// Name of the transmission.
-    pub(crate) name: String,
-    pub(crate) joint: String,
-    pub(crate) actuator: String,
-}
-
-/// Overrides of what the URDF's `<limit>` says, for the servo of a joint.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ServoSettings {
-    /// Largest torque, N·m (largest force, N).
-    pub(crate) effort: Option<f64>,
-    /// Largest speed, rad/s (m/s).
-    pub(crate) velocity: Option<f64>,
-    /// N·m/rad (N/m)
-    pub(crate) stiffness: Option<f64>,
-    /// N·m·s/rad (N·s/m)
-    pub(crate) damping: Option<f64>,
-    /// Positions of the joint at σ = 0 and at σ = 1, rad (m).
-    pub(crate) range: Option<[f64; 2]>,
-}
-
-/// The joints that have servos.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
-pub(crate) enum ServoJoints {
-    /// `"all"`: each that no tendon pulls.
-    Word(String),
-    /// Those of these names.
-    Names(Vec<String>),
-}
-
-impl ServoJoints {
-    /// Rejects another word than `all`.
-    pub(crate) fn check(&self, at: &Report) -> Result<(), ModelError> {
-        match self {
-            ServoJoints::Word(word) if word != "all" => {
-                let valid = "\"all\", or a list of joints";
-                Err(at.bad("servo_joints", format!("is '{word}'"), valid))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// The listed names.
-    pub(crate) fn names(&self) -> &[String] {
-        match self {
-            ServoJoints::Word(_) => &[],
-            ServoJoints::Names(names) => names,
-        }
-    }
-}
 
 /// Adds the motors and drives of all servos, in the order of the coordinates. Problems are kept.
 pub(crate) fn add(

@@ -1,85 +1,46 @@
 //! Base frame and initial pose of a hand, from `[base]` and `[start]` in `hand.toml`.
 
-use std::collections::BTreeMap;
-
-use serde::Deserialize;
-
 use super::report::Report;
 use super::settings::Settings;
+use super::start_settings::BaseSettings;
 use super::urdf::tree::{Urdf, pose};
 use crate::error::ModelError;
 use crate::hand::{Coordinate, Motor, Start, Tendon};
 use crate::{Pose, Rotation, Vec3, rotation};
 
-/// Pose of the hand's base frame: the flange at its wrist, z along the fingers, x out of the palm.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct BaseSettings {
-    /// The link whose frame `position` and the turn are in; else the root. Fixed joints lead to it.
-    pub(crate) link: Option<String>,
-    /// m
-    #[serde(default)]
-    pub(crate) position: [f64; 3],
-    pub(crate) quat_xyzw: Option<[f64; 4]>,
-    /// Fixed-axis roll, pitch, yaw, rad.
-    pub(crate) rpy: Option<[f64; 3]>,
-}
-
-/// How a run begins.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StartSettings {
-    /// σ of every motor that `motors` does not name.
-    pub(crate) sigma: Option<f64>,
-    /// σ by motor.
-    #[serde(default)]
-    pub(crate) motors: BTreeMap<String, f64>,
-    /// Positions by joint, rad (m).
-    #[serde(default)]
-    pub(crate) joints: BTreeMap<String, f64>,
-}
-
-impl BaseSettings {
-    /// Every number in it.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let turn = self.quat_xyzw.into_iter().flatten().chain(self.rpy.into_iter().flatten());
-        self.position.into_iter().chain(turn)
-    }
-
-    /// Pose of the base frame in the frame of the URDF's root.
-    pub(crate) fn root_from_base(&self, tree: &Urdf, at: &Report) -> Result<Pose, ModelError> {
-        let bad = |problem: &str, valid: &str| Err(at.bad("[base]", problem, valid));
-        let turn = match (self.quat_xyzw, self.rpy) {
-            (Some(_), Some(_)) => return bad("has quat_xyzw and rpy", "one of them"),
-            (None, rpy) => rotation::from_rpy(rpy.unwrap_or_default()),
-            (Some([x, y, z, w]), None) => {
-                let turn = Rotation::from_xyzw(x, y, z, w);
-                if turn.length() < 1e-6 {
-                    return bad("has quat_xyzw without a direction", "a quaternion x, y, z, w");
-                }
-                turn.normalize()
+/// Pose of the base frame in the frame of the URDF's root.
+pub(crate) fn root_from_base(base: &BaseSettings, tree: &Urdf, at: &Report) -> Result<Pose, ModelError> {
+    let bad = |problem: &str, valid: &str| Err(at.bad("[base]", problem, valid));
+    let turn = match (base.quat_xyzw, base.rpy) {
+        (Some(_), Some(_)) => return bad("has quat_xyzw and rpy", "one of them"),
+        (None, rpy) => rotation::from_rpy(rpy.unwrap_or_default()),
+        (Some([x, y, z, w]), None) => {
+            let turn = Rotation::from_xyzw(x, y, z, w);
+            if turn.length() < 1e-6 {
+                return bad("has quat_xyzw without a direction", "a quaternion x, y, z, w");
             }
-        };
-        let mut root_from_base = Pose::from_parts(Vec3::from_array(self.position), turn);
-        let Some(link) = &self.link else { return Ok(root_from_base) };
-        let robot = &tree.robot;
-        let Some(mut at_link) = robot.links.iter().position(|l| l.name == *link) else {
-            return bad(&format!("names link '{link}', which is not there"), "a <link> of the URDF");
-        };
-        while at_link != tree.root {
-            let joint = tree.child_link.iter().position(|&child| child == at_link);
-            let Some(joint) = joint.map(|j| &robot.joints[j]) else { break };
-            if joint.joint_type != urdf_rs::JointType::Fixed {
-                let problem = format!("names link '{link}', which joint '{}' moves", joint.name);
-                return bad(&problem, "the root, or a link that fixed joints join to it");
-            }
-            root_from_base = pose(&joint.origin) * root_from_base;
-            let parent = robot.links.iter().position(|l| l.name == joint.parent.link);
-            let Some(parent) = parent else { break };
-            at_link = parent;
+            turn.normalize()
         }
-        Ok(root_from_base)
+    };
+    let mut root_from_base = Pose::from_parts(Vec3::from_array(base.position), turn);
+    let Some(link) = &base.link else { return Ok(root_from_base) };
+    let robot = &tree.robot;
+    let Some(mut at_link) = robot.links.iter().position(|l| l.name == *link) else {
+        return bad(&format!("names link '{link}', which is not there"), "a <link> of the URDF");
+    };
+    while at_link != tree.root {
+        let joint = tree.child_link.iter().position(|&child| child == at_link);
+        let Some(joint) = joint.map(|j| &robot.joints[j]) else { break };
+        if joint.joint_type != urdf_rs::JointType::Fixed {
+            let problem = format!("names link '{link}', which joint '{}' moves", joint.name);
+            return bad(&problem, "the root, or a link that fixed joints join to it");
+        }
+        root_from_base = pose(&joint.origin) * root_from_base;
+        let parent = robot.links.iter().position(|l| l.name == joint.parent.link);
+        let Some(parent) = parent else { break };
+        at_link = parent;
     }
+    Ok(root_from_base)
 }
 
 /// How the hand begins. Problems are kept. Without `[start]`, each servo begins where its joint's spring rests.

@@ -8,11 +8,6 @@ fn clutches(hand: &Hand) -> impl Iterator<Item = (usize, &Tendon)> {
     hand.tendons.iter().enumerate().filter(|(_, tendon)| tendon.breakaway)
 }
 
-/// Number of clutches of a hand.
-pub(crate) fn count(hand: &Hand) -> usize {
-    clutches(hand).count()
-}
-
 /// Lets go the clutches whose tendons have reached their largest force, and engages those to which the motors have come back.
 pub(crate) fn advance(hand: &Hand, state: &mut State) {
     for (locked, (k, tendon)) in state.locked.iter_mut().zip(clutches(hand)) {

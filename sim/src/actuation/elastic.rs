@@ -3,6 +3,7 @@
 //!
 //! Rows are taken at the start of the step, so that a hand at rest is in the exact equilibrium of its lengths.
 
+use super::row::row;
 use super::tendon;
 use crate::solver::terms::{RowTerm, ScalarLaw};
 use crate::state::State;
@@ -61,12 +62,6 @@ pub(crate) fn terms(
             }
         });
     }
-}
-
-/// A row of joints that has no law yet.
-pub(super) fn row(arms: &[(usize, f64)]) -> RowTerm {
-    let row = arms.iter().map(|&(coordinate, arm)| (6 + coordinate, arm)).collect();
-    RowTerm { row, law: ScalarLaw::Limit { inverse_regularisation: 0.0, target: 0.0 } }
 }
 
 /// A spring and damper without a limit; `error` is rest minus length.

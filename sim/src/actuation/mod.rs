@@ -4,4 +4,5 @@ pub mod base;
 pub(crate) mod clutch;
 pub mod elastic;
 pub mod motor;
+mod row;
 pub mod tendon;

@@ -3,7 +3,7 @@
 //! R is taken at the start of the step, so a hand at rest is in the exact equilibrium of R(q).
 
 use super::clutch;
-use super::elastic::row;
+use super::row::row;
 use crate::solver::terms::{RowTerm, ScalarLaw};
 use crate::state::State;
 use palmares_models::hand::{Hand, Tendon};

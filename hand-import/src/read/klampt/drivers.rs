@@ -1,8 +1,8 @@
 //! Drivers of a `.rob`: motors of one joint, and affine ones of several.
 
-use super::super::Reading;
-use super::Robot;
+use super::super::reading::Reading;
 use super::lines::{self, Line};
+use super::robot::Robot;
 use crate::decision::At;
 use crate::draft::{Actuator, Control, Coupling, Draft, Drive, JointKind};
 

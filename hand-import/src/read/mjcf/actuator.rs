@@ -1,6 +1,6 @@
 //! Actuators: MuJoCo's shortcuts are settings of one general law, `f = gain · ctrl + b₀ + b₁ l + b₂ l̇`.
 
-use super::compiler::numbers;
+use super::numbers::numbers;
 use crate::decision::Log;
 use crate::read::element::Element;
 use crate::read::element::Notes;

@@ -1,6 +1,6 @@
 //! From the elements of a document to its [`Model`]: defaults, units, frames and names are resolved.
 
-use std::path::{Path as FilePath, PathBuf};
+use std::path::Path as FilePath;
 
 use palmares_models::{Mat3, Pose, Vec3};
 
@@ -371,7 +371,7 @@ impl Reader<'_> {
         for index in 0..self.model.joints.len() {
             let element = self.model.joints[index].element.clone();
             let Some(text) = element.get("springdamper") else { continue };
-            let Some(&[time, ratio]) = super::compiler::numbers(text).as_deref() else { continue };
+            let Some(&[time, ratio]) = super::numbers::numbers(text).as_deref() else { continue };
             if time > 0.0 && ratio > 0.0 {
                 let inertia = dof_inertia(&self.model, index);
                 let joint = &mut self.model.joints[index];
@@ -634,7 +634,7 @@ impl Reader<'_> {
 
     fn keys(&mut self, root: &Element) {
         for element in root.all("keyframe").flat_map(|keyframe| keyframe.all("key")) {
-            let Some(qpos) = element.get("qpos").and_then(super::compiler::numbers) else { continue };
+            let Some(qpos) = element.get("qpos").and_then(super::numbers::numbers) else { continue };
             let name = element.get("name").unwrap_or_default().to_owned();
             let width = |joint: &Joint| match joint.kind {
                 JointKind::Free => 7,
@@ -676,11 +676,4 @@ fn fitted(kind: &str, half: Vec3) -> Vec<f64> {
         "cylinder" => vec![round, half.z, 0.0],
         _ => half.to_array().to_vec(),
     }
-}
-
-/// A path of the document, in the folder of the compiler.
-pub(crate) fn asset_path(compiler: &Compiler, file: &str) -> PathBuf {
-    let file = FilePath::new(file);
-    let file = if compiler.strip_path { file.file_name().map(FilePath::new).unwrap_or(file) } else { file };
-    compiler.mesh_folder.join(file)
 }

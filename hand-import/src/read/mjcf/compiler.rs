@@ -1,8 +1,9 @@
 //! `<compiler>`: units and conventions of the whole document; numbers and orientations in them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::defaults::Attributes;
+use super::numbers::numbers;
 use crate::decision::Log;
 use crate::read::element::Element;
 use crate::read::element::Notes;
@@ -176,7 +177,9 @@ pub(crate) fn about(axis: Vec3, angle: f64) -> Rotation {
     Rotation::from_xyzw(v.x, v.y, v.z, cos)
 }
 
-/// Numbers that are separated by spaces; `None` if one is no finite number.
-pub(crate) fn numbers(text: &str) -> Option<Vec<f64>> {
-    text.split_whitespace().map(|word| word.parse().ok().filter(|x: &f64| x.is_finite())).collect()
+/// A path of the document, in the folder of the compiler.
+pub(crate) fn asset_path(compiler: &Compiler, file: &str) -> PathBuf {
+    let file = Path::new(file);
+    let file = if compiler.strip_path { file.file_name().map(Path::new).unwrap_or(file) } else { file };
+    compiler.mesh_folder.join(file)
 }

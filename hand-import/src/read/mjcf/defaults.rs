@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::actuator::ActuatorSpec;
-use super::compiler::numbers;
+use super::numbers::numbers;
 use crate::decision::Log;
 use crate::read::element::Element;
 use crate::read::element::Notes;

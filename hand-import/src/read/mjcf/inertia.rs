@@ -1,11 +1,11 @@
 //! Mass properties of geoms and bodies, as MuJoCo computes them.
 
-use nalgebra::Matrix3;
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 use std::f64::consts::PI;
 
 use super::mesh::Mesh;
 use super::model::{Geom, GeomShape, JointKind, Mass, Model};
+use super::principal::principal;
 
 /// Mass properties of a geom in its body's frame; `None` without mass.
 pub(crate) fn of_geom(geom: &Geom, meshes: &[Mesh]) -> Option<Mass> {
@@ -83,22 +83,6 @@ pub(crate) fn bounded(inertia: &Mat3, least: f64) -> Mat3 {
     let (axes, moments) = principal(inertia);
     let lifted = moments.map(|moment| moment.max(least));
     turned(&diagonal(lifted), axes)
-}
-
-/// Principal axes and moments, the largest first.
-pub(crate) fn principal(inertia: &Mat3) -> (Rotation, [f64; 3]) {
-    let (x, y, z) = (inertia.x_axis, inertia.y_axis, inertia.z_axis);
-    let matrix = Matrix3::new(x.x, x.y, x.z, x.y, y.y, y.z, x.z, y.z, z.z);
-    let eigen = matrix.symmetric_eigen();
-    let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let axis = |k: usize| {
-        let v = eigen.eigenvectors.column(order[k]);
-        Vec3::new(v[0], v[1], v[2])
-    };
-    let (first, second) = (axis(0), axis(1));
-    let axes = Mat3::from_cols(first, second, first.cross(second));
-    (Rotation::from_mat3(&axes), order.map(|k| eigen.eigenvalues[k]))
 }
 
 /// Inertia that a joint feels in the start pose, its own rotor included.

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use palmares_models::{Mat3, Pose, Vec3};
 
-use super::compile::asset_path;
-use super::compiler::{Compiler, numbers};
+use super::compiler::{Compiler, asset_path};
 use super::defaults::{Attributes, Defaults};
-use super::inertia::principal;
+use super::numbers::numbers;
+use super::principal::principal;
 use crate::decision::Log;
 use crate::meshes::triangles;
 use crate::read::element::{Element, Notes};

@@ -16,6 +16,8 @@ mod inertia;
 mod length;
 mod mesh;
 mod model;
+mod numbers;
+mod principal;
 mod stated;
 mod tendons;
 #[cfg(test)]
@@ -24,8 +26,8 @@ mod wrap;
 
 use crate::draft::Draft;
 use crate::error::ImportError;
-use crate::export::mjcf::STATED;
-use crate::read::{Reading, settings};
+use crate::format::STATED;
+use crate::read::reading::{Reading, settings};
 
 /// Reads the document of a reading.
 pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {

@@ -9,7 +9,7 @@ use super::length::{fit, length};
 use super::model::Model;
 use crate::decision::{Kind, Log};
 use crate::draft::{Draft, Drive, Geometry, JointKind, TendonPath};
-use crate::read::Reading;
+use crate::read::reading::Reading;
 use crate::source::Source;
 
 fn source(files: &[(&str, &str)]) -> Source {

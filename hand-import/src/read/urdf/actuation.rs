@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::super::Reading;
+use super::super::reading::Reading;
 use super::super::xml::{Element, child, child_text, children};
 use crate::decision::{At, Log};
 use crate::draft::{Actuator, Control, Draft, Drive, Tendon, TendonPath};

@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::super::Reading;
+use super::super::reading::Reading;
 use super::super::xml::{Element, child_text, children};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft};

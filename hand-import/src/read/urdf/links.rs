@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::super::Reading;
+use super::super::reading::Reading;
 use super::super::xml::{Element, child, children};
 use crate::decision::At;
 use crate::draft::{Geometry, Inertial, Link, Origin, Part};

@@ -10,9 +10,17 @@ use roxmltree::Node;
 use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
-use crate::read::servo::Servo;
 
 const KIND: &str = "AdaptiveSynergyTransmission";
+/// A `SimpleTransmission` of a URDF.
+#[derive(Clone, Debug)]
+pub(crate) struct Servo {
+    /// Name of the transmission.
+    pub(crate) name: String,
+    pub(crate) joint: String,
+    pub(crate) actuator: String,
+}
+
 /// One actuator for one joint: a servo.
 const SIMPLE: &str = "SimpleTransmission";
 

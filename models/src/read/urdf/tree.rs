@@ -6,12 +6,11 @@ use urdf_rs::Robot;
 
 use super::elements;
 use super::numbers::check_numbers;
-use super::transmission::{self, Transmission};
+use super::transmission::{self, Servo, Transmission};
 use super::xml::document;
 use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
-use crate::read::servo::Servo;
 use crate::{Pose, Vec3, rotation};
 
 /// A URDF whose links form one tree and whose numbers are finite.
