@@ -191,9 +191,9 @@ test('an uploaded hand is checked and can be used', async ({ page, server }) => 
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf.replace(/radius="[\d.]+"/g, 'radius="-1"')), file('hand.toml', toml)]);
   const refused = page.locator('.notice.bad');
   await expect(refused).toContainText('Not usable');
-  await expect(refused.getByText('hand.urdf')).toBeVisible();
+  await expect(refused.getByText('hand.urdf').first()).toBeVisible();
   await expect(refused.getByText("link 'left_proximal'")).toBeVisible();
-  await expect(refused.getByText(/^valid: positive finite sizes/)).toBeVisible();
+  await expect(refused.getByText(/^valid: positive finite sizes/).first()).toBeVisible();
   await page.setInputFiles('#hand-files', { name: 'hand.zip', mimeType: 'application/zip', buffer: Buffer.from('no archive') });
   await expect(refused).toContainText('not valid ZIP');
 

@@ -193,7 +193,7 @@ test('a team’s hand is inspected, approved and rejected', async ({ page, offic
   const first = await seen();
   await expect.poll(seen).not.toBe(first);
   const figures = page.getByRole('region', { name: 'Figures' });
-  await expect(figures.getByRole('columnheader', { name: 'softhand' })).toBeVisible();
+  await expect(figures.getByRole('columnheader', { name: 'Most of others' })).toBeVisible();
   await expect(figures.getByRole('row').filter({ hasText: /mass of the hand/i }).first()).toContainText('≤ 5');
 
   await decide(page, row.getByRole('button', { name: 'Approve…' }), 'Approve', 'it is a hand');

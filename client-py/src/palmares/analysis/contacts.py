@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from palmares import _native
+from palmares._native import grasp_matrix as native_grasp_matrix
 
 Array: TypeAlias = NDArray[np.float64]
 """An array of numbers"""
@@ -73,4 +73,4 @@ def grasp_matrix(contacts: Sequence[Contact], object: Numbers | None = None) -> 
     frame `object`, in its
     axes.
     """
-    return _native.grasp_matrix(list(contacts), pose_of("object", object))
+    return native_grasp_matrix(list(contacts), pose_of("object", object))

@@ -8,7 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from palmares import _native
+from palmares._native import HandModel
+from palmares._native import ellipsoid as native_ellipsoid
+from palmares._native import force_closure as native_force_closure
+from palmares._native import form_closure as native_form_closure
+from palmares._native import quality as native_quality
+from palmares._native import spaces as native_spaces
 from palmares.analysis.contacts import MODELS, Array, Contact, Numbers, grasp_matrix
 from palmares.analysis.linear import LinearGrasp, LinearHand, linear_grasp, linear_hand
 
@@ -64,12 +69,12 @@ class Ellipsoid:
 
 def ellipsoid(map: Array) -> Ellipsoid:  # noqa: A002
     """Return ``{map @ x: |x| ≤ 1}``, as of velocities for a Jacobian."""
-    return Ellipsoid(**_native.ellipsoid(np.asarray(map, float), False))
+    return Ellipsoid(**native_ellipsoid(np.asarray(map, float), False))
 
 
 def force_ellipsoid(map: Array) -> Ellipsoid:  # noqa: A002
     """Return ``{f: |mapᵀ f| ≤ 1}``: the forces that efforts of size 1 hold, for a map of velocities."""
-    return Ellipsoid(**_native.ellipsoid(np.asarray(map, float), True))
+    return Ellipsoid(**native_ellipsoid(np.asarray(map, float), True))
 
 
 class Grasp:
@@ -88,7 +93,7 @@ class Grasp:
 
     def __init__(
         self,
-        hand: _native.HandModel,
+        hand: HandModel,
         base: list[float],
         q: Array,
         tension: Array,
@@ -145,11 +150,11 @@ class Grasp:
 
         With `planar` it moves along x and y of its frame, and turns about z.
         """
-        return Closure(**_native.form_closure(list(self.contacts), list(self.object), planar))
+        return Closure(**native_form_closure(list(self.contacts), list(self.object), planar))
 
     def force_closure(self, *, planar: bool = False) -> Closure:
         """Return whether the contacts hold the object with friction, and the hand all inner forces."""
-        return Closure(**_native.force_closure(list(self.contacts), list(self.object), self.J, planar))
+        return Closure(**native_force_closure(list(self.contacts), list(self.object), self.J, planar))
 
     def quality(
         self,
@@ -171,7 +176,7 @@ class Grasp:
         """
         if length is None:
             length = max(float(np.linalg.norm(np.asarray(c.point) - self.object[:3])) for c in self.contacts)
-        return Quality(**_native.quality(list(self.contacts), list(self.object), norm, edges, length, planar))
+        return Quality(**native_quality(list(self.contacts), list(self.object), norm, edges, length, planar))
 
     def spaces(self) -> dict[str, Array]:
         """Return bases of the spaces that classify a grasp (Prattichizzo and Trinkle).
@@ -180,7 +185,7 @@ class Grasp:
         N(G) ∩ N(Jᵀ). The grasp
         is so if its space is not empty.
         """
-        return _native.spaces(self.G, self.J)
+        return native_spaces(self.G, self.J)
 
     def matrix_about(self, object: Numbers) -> Array:  # noqa: A002
         """Return G about another frame."""

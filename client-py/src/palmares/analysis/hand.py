@@ -9,7 +9,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from palmares import _native
+from palmares._native import HandModel
 from palmares.analysis.contacts import Array, Contact, ContactModel, Numbers, pose_of
 from palmares.analysis.design import Forces, Optimum, Postures, Variable
 from palmares.analysis.grasp import Grasp
@@ -74,7 +74,7 @@ class Hand:
     """A hand, by its name or the path of your own: a folder, an archive or a URDF."""
 
     def __init__(self, name: str) -> None:
-        self._native = _native.HandModel(str(name))
+        self._native = HandModel(str(name))
         self.name: str = self._native.name
         self.links = tuple(self._native.links)
         self.coordinates = tuple(self._native.coordinates)
@@ -282,7 +282,7 @@ def held(world: World, object: str) -> Grasp:  # noqa: A002
     forces: list[float] = []
     for contact, force, moment in zip(contacts, found["forces"], found["moments"], strict=True):
         forces += [*force, moment] if contact.model == "soft_finger" else [*force]
-    hand = _native.HandModel(world.hand)
+    hand = HandModel(world.hand)
     return Grasp(
         hand, list(found["base"]), found["q"], found["tension"], contacts, list(found["object"]), forces
     )

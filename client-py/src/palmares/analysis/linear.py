@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from palmares import _native
+from palmares._native import quasistatic
+from palmares._native import soft_synergies as native_soft_synergies
 from palmares.analysis.contacts import Array
 
 
@@ -79,7 +80,7 @@ def soft_synergies(synergies: Array, joint_stiffness: Array, synergy_stiffness: 
 
     Its inputs are the commands of z.
     """
-    found = _native.soft_synergies(synergies, joint_stiffness, synergy_stiffness)
+    found = native_soft_synergies(synergies, joint_stiffness, synergy_stiffness)
     return LinearHand(**found, acting=tuple(range(found["motion"].shape[1])))
 
 
@@ -93,7 +94,7 @@ def linear_grasp(
     hand: LinearHand, g: Array, j: Array, contact_stiffness: Array, object_geometric: Array | None
 ) -> LinearGrasp:
     """Return stiffness and maps of a hand with G, J, K_c and, for a grasp with forces, K_g."""
-    found = _native.quasistatic(
+    found = quasistatic(
         hand.compliance,
         hand.motion,
         hand.tension,

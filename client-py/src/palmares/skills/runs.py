@@ -57,7 +57,8 @@ def play(run: Callable[..., Summary], doc: str | None, hands: Iterable[str] = ()
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
     parser.add_argument("--json", action="store_true", help="one JSON object per run on standard output")
     if hands:
-        parser.add_argument("--hand", choices=list(hands), required=True, help="name of the hand")
+        names = list(hands)
+        parser.add_argument("--hand", choices=names, default=names[0], help="name of the hand")
     args = parser.parse_args()
     more = [args.hand] if hands else []
     logging.basicConfig(level=logging.WARNING if args.quiet else logging.INFO, format="%(message)s")
