@@ -8,10 +8,7 @@ use super::compiler::{Compiler, FromGeom, z_to};
 use super::defaults::{Attributes, Defaults};
 use super::inertia::{self, dof_inertia};
 use super::mesh::{Mesh, read_meshes};
-use super::model::{
-    Actuator, Body, Equality, Geom, GeomShape, Joint, JointKind, Key, Law, Mass, Model, Path, Site, Target,
-    Tendon, Way,
-};
+use super::model::{Body, Geom, GeomShape, Joint, JointKind, Mass, Model, Site};
 use crate::decision::{At, Log};
 use crate::read::element::{Element, Notes};
 use crate::source::Source;
@@ -64,12 +61,12 @@ pub(crate) fn compile(source: &Source, main: &FilePath, root: &Element, log: &mu
     (reader.model, meshes)
 }
 
-struct Reader<'a> {
-    compiler: &'a Compiler,
-    defaults: &'a Defaults,
-    meshes: &'a [Mesh],
-    log: &'a mut Log,
-    model: Model,
+pub(super) struct Reader<'a> {
+    pub(super) compiler: &'a Compiler,
+    pub(super) defaults: &'a Defaults,
+    pub(super) meshes: &'a [Mesh],
+    pub(super) log: &'a mut Log,
+    pub(super) model: Model,
 }
 
 impl Reader<'_> {
@@ -371,7 +368,7 @@ impl Reader<'_> {
         for index in 0..self.model.joints.len() {
             let element = self.model.joints[index].element.clone();
             let Some(text) = element.get("springdamper") else { continue };
-            let Some(&[time, ratio]) = super::numbers::numbers(text).as_deref() else { continue };
+            let Some(&[time, ratio]) = crate::read::numbers::numbers(text).as_deref() else { continue };
             if time > 0.0 && ratio > 0.0 {
                 let inertia = dof_inertia(&self.model, index);
                 let joint = &mut self.model.joints[index];
@@ -388,278 +385,10 @@ impl Reader<'_> {
             }
         }
     }
-
-    fn tendons(&mut self, root: &Element) {
-        for element in root.all("tendon").flat_map(|tendon| &tendon.children) {
-            let path = match element.name.as_str() {
-                "fixed" => self.fixed(element),
-                "spatial" => self.spatial(element),
-                _ => continue,
-            };
-            let Some(path) = path else { continue };
-            let at = self.defaults.of(element, "tendon", None, self.log);
-            let range = at.array::<2>("range", self.log);
-            let limited = limited(at.get("limited"), range, self.compiler.autolimits);
-            let spring = at.list("springlength", self.log).and_then(|list| match *list.as_slice() {
-                [both] if both >= 0.0 => Some([both, both]),
-                [low, high, ..] if low >= 0.0 => Some([low, high]),
-                _ => None,
-            });
-            let mut first =
-                |name: &str| at.list(name, self.log).and_then(|l| l.first().copied()).unwrap_or(0.0);
-            let (stiffness, damping, friction) =
-                (first("stiffness"), first("damping"), first("frictionloss"));
-            let force = at.array::<2>("actuatorfrcrange", self.log);
-            let index = self.model.tendons.len();
-            self.model.tendons.push(Tendon {
-                name: element.get("name").map_or_else(|| format!("tendon_{index}"), str::to_owned),
-                path,
-                stiffness,
-                spring_length: spring,
-                damping,
-                friction,
-                range: range.filter(|_| limited),
-                force_range: force.filter(|r| r[0] < r[1]),
-                element: element.clone(),
-            });
-        }
-    }
-
-    fn fixed(&mut self, element: &Element) -> Option<Path> {
-        let mut joints = Vec::new();
-        for part in element.all("joint") {
-            let index = self.named(part, "joint", |model, name| model.joint(name))?;
-            let coefficient = part.get("coef").and_then(|text| text.trim().parse().ok());
-            let Some(coefficient) = coefficient else {
-                self.log.bad(part, "has no coef that is a number");
-                continue;
-            };
-            joints.push((index, coefficient));
-        }
-        Some(Path::Fixed(joints))
-    }
-
-    fn spatial(&mut self, element: &Element) -> Option<Path> {
-        let site = |model: &Model, name: &str| model.sites.iter().position(|site| site.name == name);
-        let mut ways = Vec::new();
-        for part in &element.children {
-            ways.push(match part.name.as_str() {
-                "site" => Way::Site(self.named(part, "site", site)?),
-                "geom" => {
-                    let geom = self.named(part, "geom", |model, name| {
-                        model.geoms.iter().position(|geom| geom.name.as_deref() == Some(name))
-                    })?;
-                    let side = match part.get("sidesite") {
-                        Some(_) => Some(self.named(part, "sidesite", site)?),
-                        None => None,
-                    };
-                    Way::Wrap(geom, side)
-                }
-                "pulley" => {
-                    let divisor = part.get("divisor").and_then(|text| text.trim().parse().ok());
-                    Way::Pulley(divisor.filter(|divisor: &f64| *divisor > 0.0).unwrap_or(1.0))
-                }
-                _ => continue,
-            });
-        }
-        Some(Path::Spatial(ways))
-    }
-
-    /// The index that an attribute names.
-    fn named(
-        &mut self,
-        element: &Element,
-        attribute: &str,
-        find: impl FnOnce(&Model, &str) -> Option<usize>,
-    ) -> Option<usize> {
-        let Some(name) = element.get(attribute) else {
-            self.log.bad(element, format!("has no {attribute}"));
-            return None;
-        };
-        let found = find(&self.model, name);
-        if found.is_none() {
-            self.log.bad(element, format!("names {attribute} '{name}', which is not there"));
-        }
-        found
-    }
-
-    fn actuators(&mut self, root: &Element) {
-        for element in root.all("actuator").flat_map(|actuator| &actuator.children) {
-            let mut spec = self.defaults.actuator(element, self.log);
-            let target = if let Some(name) = element.get("joint").or(element.get("jointinparent")) {
-                self.model.joint(name).map(Target::Joint)
-            } else if let Some(name) = element.get("tendon") {
-                self.model.tendons.iter().position(|tendon| tendon.name == name).map(Target::Tendon)
-            } else {
-                self.log.lost(At::Hand, element, "drives neither a joint nor a tendon; it is left out");
-                continue;
-            };
-            let Some(target) = target else {
-                self.log.bad(element, "names a joint or tendon that is not there");
-                continue;
-            };
-            self.limits(element, &mut spec, target);
-            let index = self.model.actuators.len();
-            let name = element.get("name").map_or_else(|| format!("actuator_{index}"), str::to_owned);
-            self.model.actuators.push(Actuator { name, target, spec, element: element.clone() });
-        }
-    }
-
-    fn limits(&mut self, element: &Element, spec: &mut super::actuator::ActuatorSpec, target: Target) {
-        let auto = self.compiler.autolimits;
-        let on = |flag: Option<bool>, range: Option<[f64; 2]>| {
-            range.filter(|r| flag.unwrap_or(auto) && r[0] < r[1])
-        };
-        let mut range = on(spec.ctrl_limited, spec.ctrl_range);
-        if spec.inherit_range > 0.0 && range.is_none() {
-            let moved = match target {
-                Target::Joint(j) => self.model.joints[j].range,
-                Target::Tendon(t) => self.model.tendons[t].range,
-            };
-            range = moved.map(|[low, high]| {
-                let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * spec.inherit_range);
-                [middle - half, middle + half]
-            });
-        }
-        spec.ctrl_range = range;
-        let own = on(spec.force_limited, spec.force_range);
-        let (of_target, gear) = match target {
-            Target::Joint(j) => (self.model.joints[j].force_range, spec.gear),
-            Target::Tendon(t) => (self.model.tendons[t].force_range, spec.gear),
-        };
-        // The other limit counts behind the gear.
-        let behind = of_target.filter(|_| gear != 0.0).map(|r| {
-            let [a, b] = r.map(|x| x / gear);
-            [a.min(b), a.max(b)]
-        });
-        spec.force_range = match (own, behind) {
-            (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].min(b[1])]),
-            (one, other) => one.or(other),
-        };
-        if let Some(ratio) = spec.damping_ratio.take() {
-            let inertia = match target {
-                Target::Joint(j) => dof_inertia(&self.model, j) / (spec.gear * spec.gear),
-                Target::Tendon(t) => match &self.model.tendons[t].path {
-                    Path::Fixed(joints) => joints
-                        .iter()
-                        .filter(|(_, c)| *c != 0.0)
-                        .map(|&(j, c)| dof_inertia(&self.model, j) / (c * c * spec.gear * spec.gear))
-                        .sum(),
-                    Path::Spatial(_) => 0.0,
-                },
-            };
-            spec.bias[2] = -ratio * 2.0 * (spec.gain.max(0.0) * inertia).sqrt();
-            self.log.kept(
-                At::Hand,
-                element,
-                format!("dampratio {ratio} at the inertia of the start pose: kv = {:.6}", -spec.bias[2]),
-            );
-        }
-    }
-
-    fn equalities(&mut self, root: &Element) {
-        let poses = self.model.world_from_bodies(&vec![0.0; self.model.joints.len()]);
-        for element in root.all("equality").flat_map(|equality| &equality.children) {
-            let at = self.defaults.of(element, "equality", None, self.log);
-            if at.get("active") == Some("false") {
-                self.log.lost(At::Hand, element, "is not active; it is left out");
-                continue;
-            }
-            let law = match element.name.as_str() {
-                "joint" => self.joint_law(element, &at),
-                "connect" | "weld" => self.body_law(element, &at, &poses),
-                _ => {
-                    self.log.lost(
-                        At::Hand,
-                        element,
-                        format!("<{}> has no counterpart; it is left out", element.name),
-                    );
-                    None
-                }
-            };
-            let Some(law) = law else { continue };
-            let index = self.model.equalities.len();
-            let name = element.get("name").map_or_else(|| format!("loop_{index}"), str::to_owned);
-            self.model.equalities.push(Equality { name, law, element: element.clone() });
-        }
-    }
-
-    fn joint_law(&mut self, element: &Element, at: &Attributes<'_>) -> Option<Law> {
-        let first = self.named(element, "joint1", |model, name| model.joint(name))?;
-        let second = match element.get("joint2") {
-            Some(_) => Some(self.named(element, "joint2", |model, name| model.joint(name))?),
-            None => None,
-        };
-        let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
-        if let Some(list) = at.list("polycoef", self.log) {
-            list.iter().take(5).enumerate().for_each(|(k, x)| coefficients[k] = *x);
-        }
-        Some(Law::Joint(first, second, coefficients))
-    }
-
-    fn body_law(&mut self, element: &Element, at: &Attributes<'_>, poses: &[Pose]) -> Option<Law> {
-        let welded = element.name == "weld";
-        if element.get("site1").is_some() {
-            let site = |model: &Model, name: &str| model.sites.iter().position(|site| site.name == name);
-            let sites = [self.named(element, "site1", site)?, self.named(element, "site2", site)?];
-            let bodies = sites.map(|s| self.model.sites[s].body);
-            let points = sites.map(|s| self.model.sites[s].pose.translation);
-            return Some(if welded { Law::Weld(bodies, points) } else { Law::Connect(bodies, points) });
-        }
-        let first = self.named(element, "body1", |model, name| model.body(name))?;
-        let second = match element.get("body2") {
-            Some(_) => self.named(element, "body2", |model, name| model.body(name))?,
-            None => 0,
-        };
-        let anchor = at.array::<3>("anchor", self.log).map_or(Vec3::ZERO, Vec3::from_array);
-        let first_from_second = poses[first].inverse() * poses[second];
-        // A connect's anchor is in the first body's frame, a weld's in the second's.
-        Some(if welded {
-            Law::Weld([first, second], [first_from_second * anchor, anchor])
-        } else {
-            Law::Connect([first, second], [anchor, first_from_second.inverse() * anchor])
-        })
-    }
-
-    fn excludes(&mut self, root: &Element) {
-        for element in root.all("contact").flat_map(|contact| contact.all("exclude")) {
-            let find = |model: &Model, name: &str| model.body(name);
-            let first = self.named(element, "body1", find);
-            let second = self.named(element, "body2", find);
-            if let (Some(a), Some(b)) = (first, second) {
-                self.model.excludes.push([a, b]);
-            }
-        }
-    }
-
-    fn keys(&mut self, root: &Element) {
-        for element in root.all("keyframe").flat_map(|keyframe| keyframe.all("key")) {
-            let Some(qpos) = element.get("qpos").and_then(super::numbers::numbers) else { continue };
-            let name = element.get("name").unwrap_or_default().to_owned();
-            let width = |joint: &Joint| match joint.kind {
-                JointKind::Free => 7,
-                JointKind::Ball => 4,
-                JointKind::Hinge | JointKind::Slide => 1,
-            };
-            let wanted: usize = self.model.joints.iter().map(width).sum();
-            if qpos.len() != wanted {
-                self.log.bad(element, format!("qpos has {} numbers; the joints have {wanted}", qpos.len()));
-                continue;
-            }
-            let mut rest = qpos.as_slice();
-            let mut values = Vec::new();
-            for joint in &self.model.joints {
-                let (own, others) = rest.split_at(width(joint));
-                values.push(if own.len() == 1 { own[0] - joint.reference } else { 0.0 });
-                rest = others;
-            }
-            self.model.keys.push(Key { name, x: values });
-        }
-    }
 }
 
 /// Whether a range counts.
-fn limited(flag: Option<&str>, range: Option<[f64; 2]>, auto: bool) -> bool {
+pub(super) fn limited(flag: Option<&str>, range: Option<[f64; 2]>, auto: bool) -> bool {
     match flag {
         Some("true") => true,
         Some("false") => false,

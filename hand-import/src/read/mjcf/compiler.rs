@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::defaults::Attributes;
-use super::numbers::numbers;
 use crate::decision::Log;
 use crate::read::element::Element;
 use crate::read::element::Notes;
+use crate::read::numbers::numbers;
 use palmares_models::{Mat3, Rotation, Vec3};
 
 /// Settings of all `<compiler>` elements together.

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::actuator::ActuatorSpec;
-use super::numbers::numbers;
 use crate::decision::Log;
 use crate::read::element::Element;
 use crate::read::element::Notes;
+use crate::read::numbers::numbers;
 
 type Values = BTreeMap<String, String>;
 

@@ -6,11 +6,11 @@ use palmares_models::{Mat3, Pose, Vec3};
 
 use super::compiler::{Compiler, asset_path};
 use super::defaults::{Attributes, Defaults};
-use super::numbers::numbers;
 use super::principal::principal;
 use crate::decision::Log;
 use crate::meshes::triangles;
 use crate::read::element::{Element, Notes};
+use crate::read::numbers::numbers;
 use crate::source::{Source, limits};
 
 /// Rule of a mesh's inertia.

@@ -1,13 +1,15 @@
 //! MJCF, MuJoCo's format.
 //!
 //! 1. `include.rs`: the XML with its includes. `defaults.rs`, `compiler.rs`: classes, units, orientations.
-//! 2. `compile.rs` makes a [`Model`](model::Model) of it; `mesh.rs`, `inertia.rs` and `actuator.rs` compute what MuJoCo
-//!    derives.
+//! 2. `compile.rs` makes a [`Model`](model::Model) of it: bodies, joints and geoms. `actuation.rs` adds tendons and actuators,
+//!    `constraints.rs` equalities, exclusions and keyframes. `mesh.rs`, `inertia.rs` and `actuator.rs` compute what MuJoCo derives.
 //! 3. `length.rs` and `wrap.rs`: lengths of tendons. `frames.rs`, `draft.rs` and `tendons.rs`: the hand in it.
 
+mod actuation;
 mod actuator;
 mod compile;
 mod compiler;
+mod constraints;
 mod defaults;
 mod draft;
 mod frames;
@@ -16,7 +18,6 @@ mod inertia;
 mod length;
 mod mesh;
 mod model;
-mod numbers;
 mod principal;
 mod stated;
 mod tendons;

@@ -1,0 +1,182 @@
+//! Tendons and actuators of a document.
+
+use super::compile::{Reader, limited};
+use super::inertia::dof_inertia;
+use super::model::{Actuator, Model, Path, Target, Tendon, Way};
+use crate::decision::At;
+use crate::read::element::{Element, Notes};
+
+impl Reader<'_> {
+    pub(super) fn tendons(&mut self, root: &Element) {
+        for element in root.all("tendon").flat_map(|tendon| &tendon.children) {
+            let path = match element.name.as_str() {
+                "fixed" => self.fixed(element),
+                "spatial" => self.spatial(element),
+                _ => continue,
+            };
+            let Some(path) = path else { continue };
+            let at = self.defaults.of(element, "tendon", None, self.log);
+            let range = at.array::<2>("range", self.log);
+            let limited = limited(at.get("limited"), range, self.compiler.autolimits);
+            let spring = at.list("springlength", self.log).and_then(|list| match *list.as_slice() {
+                [both] if both >= 0.0 => Some([both, both]),
+                [low, high, ..] if low >= 0.0 => Some([low, high]),
+                _ => None,
+            });
+            let mut first =
+                |name: &str| at.list(name, self.log).and_then(|l| l.first().copied()).unwrap_or(0.0);
+            let (stiffness, damping, friction) =
+                (first("stiffness"), first("damping"), first("frictionloss"));
+            let force = at.array::<2>("actuatorfrcrange", self.log);
+            let index = self.model.tendons.len();
+            self.model.tendons.push(Tendon {
+                name: element.get("name").map_or_else(|| format!("tendon_{index}"), str::to_owned),
+                path,
+                stiffness,
+                spring_length: spring,
+                damping,
+                friction,
+                range: range.filter(|_| limited),
+                force_range: force.filter(|r| r[0] < r[1]),
+                element: element.clone(),
+            });
+        }
+    }
+
+    pub(super) fn fixed(&mut self, element: &Element) -> Option<Path> {
+        let mut joints = Vec::new();
+        for part in element.all("joint") {
+            let index = self.named(part, "joint", |model, name| model.joint(name))?;
+            let coefficient = part.get("coef").and_then(|text| text.trim().parse().ok());
+            let Some(coefficient) = coefficient else {
+                self.log.bad(part, "has no coef that is a number");
+                continue;
+            };
+            joints.push((index, coefficient));
+        }
+        Some(Path::Fixed(joints))
+    }
+
+    pub(super) fn spatial(&mut self, element: &Element) -> Option<Path> {
+        let site = |model: &Model, name: &str| model.sites.iter().position(|site| site.name == name);
+        let mut ways = Vec::new();
+        for part in &element.children {
+            ways.push(match part.name.as_str() {
+                "site" => Way::Site(self.named(part, "site", site)?),
+                "geom" => {
+                    let geom = self.named(part, "geom", |model, name| {
+                        model.geoms.iter().position(|geom| geom.name.as_deref() == Some(name))
+                    })?;
+                    let side = match part.get("sidesite") {
+                        Some(_) => Some(self.named(part, "sidesite", site)?),
+                        None => None,
+                    };
+                    Way::Wrap(geom, side)
+                }
+                "pulley" => {
+                    let divisor = part.get("divisor").and_then(|text| text.trim().parse().ok());
+                    Way::Pulley(divisor.filter(|divisor: &f64| *divisor > 0.0).unwrap_or(1.0))
+                }
+                _ => continue,
+            });
+        }
+        Some(Path::Spatial(ways))
+    }
+
+    /// The index that an attribute names.
+    pub(super) fn named(
+        &mut self,
+        element: &Element,
+        attribute: &str,
+        find: impl FnOnce(&Model, &str) -> Option<usize>,
+    ) -> Option<usize> {
+        let Some(name) = element.get(attribute) else {
+            self.log.bad(element, format!("has no {attribute}"));
+            return None;
+        };
+        let found = find(&self.model, name);
+        if found.is_none() {
+            self.log.bad(element, format!("names {attribute} '{name}', which is not there"));
+        }
+        found
+    }
+
+    pub(super) fn actuators(&mut self, root: &Element) {
+        for element in root.all("actuator").flat_map(|actuator| &actuator.children) {
+            let mut spec = self.defaults.actuator(element, self.log);
+            let target = if let Some(name) = element.get("joint").or(element.get("jointinparent")) {
+                self.model.joint(name).map(Target::Joint)
+            } else if let Some(name) = element.get("tendon") {
+                self.model.tendons.iter().position(|tendon| tendon.name == name).map(Target::Tendon)
+            } else {
+                self.log.lost(At::Hand, element, "drives neither a joint nor a tendon; it is left out");
+                continue;
+            };
+            let Some(target) = target else {
+                self.log.bad(element, "names a joint or tendon that is not there");
+                continue;
+            };
+            self.limits(element, &mut spec, target);
+            let index = self.model.actuators.len();
+            let name = element.get("name").map_or_else(|| format!("actuator_{index}"), str::to_owned);
+            self.model.actuators.push(Actuator { name, target, spec, element: element.clone() });
+        }
+    }
+
+    pub(super) fn limits(
+        &mut self,
+        element: &Element,
+        spec: &mut super::actuator::ActuatorSpec,
+        target: Target,
+    ) {
+        let auto = self.compiler.autolimits;
+        let on = |flag: Option<bool>, range: Option<[f64; 2]>| {
+            range.filter(|r| flag.unwrap_or(auto) && r[0] < r[1])
+        };
+        let mut range = on(spec.ctrl_limited, spec.ctrl_range);
+        if spec.inherit_range > 0.0 && range.is_none() {
+            let moved = match target {
+                Target::Joint(j) => self.model.joints[j].range,
+                Target::Tendon(t) => self.model.tendons[t].range,
+            };
+            range = moved.map(|[low, high]| {
+                let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * spec.inherit_range);
+                [middle - half, middle + half]
+            });
+        }
+        spec.ctrl_range = range;
+        let own = on(spec.force_limited, spec.force_range);
+        let (of_target, gear) = match target {
+            Target::Joint(j) => (self.model.joints[j].force_range, spec.gear),
+            Target::Tendon(t) => (self.model.tendons[t].force_range, spec.gear),
+        };
+        // The other limit counts behind the gear.
+        let behind = of_target.filter(|_| gear != 0.0).map(|r| {
+            let [a, b] = r.map(|x| x / gear);
+            [a.min(b), a.max(b)]
+        });
+        spec.force_range = match (own, behind) {
+            (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].min(b[1])]),
+            (one, other) => one.or(other),
+        };
+        if let Some(ratio) = spec.damping_ratio.take() {
+            let inertia = match target {
+                Target::Joint(j) => dof_inertia(&self.model, j) / (spec.gear * spec.gear),
+                Target::Tendon(t) => match &self.model.tendons[t].path {
+                    Path::Fixed(joints) => joints
+                        .iter()
+                        .filter(|(_, c)| *c != 0.0)
+                        .map(|&(j, c)| dof_inertia(&self.model, j) / (c * c * spec.gear * spec.gear))
+                        .sum(),
+                    Path::Spatial(_) => 0.0,
+                },
+            };
+            spec.bias[2] = -ratio * 2.0 * (spec.gain.max(0.0) * inertia).sqrt();
+            self.log.kept(
+                At::Hand,
+                element,
+                format!("dampratio {ratio} at the inertia of the start pose: kv = {:.6}", -spec.bias[2]),
+            );
+        }
+    }
+}
