@@ -288,6 +288,23 @@ pub struct Actuator {
     pub range: Option<[f64; 2]>,
 }
 
+impl Actuator {
+    /// A motor of which nothing is known but what it drives.
+    pub fn of(name: &str, drive: Drive) -> Self {
+        Actuator {
+            name: name.to_owned(),
+            drive,
+            gear: 1.0,
+            control: None,
+            gain: None,
+            damping: None,
+            force_limit: None,
+            speed_limit: None,
+            range: None,
+        }
+    }
+}
+
 /// A spring on a sum of coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spring {

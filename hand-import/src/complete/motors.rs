@@ -139,17 +139,7 @@ fn servos_everywhere(draft: &mut Draft, log: &mut Log) {
     }
     let text = format!("names no motor; each of its {} independent joints gets one of its own", names.len());
     log.guessed(At::Hand, "robot", text);
-    draft.actuators.extend(names.into_iter().map(|name| Actuator {
-        name: name.clone(),
-        drive: Drive::Joint(name),
-        gear: 1.0,
-        control: None,
-        gain: None,
-        damping: None,
-        force_limit: None,
-        speed_limit: None,
-        range: None,
-    }));
+    draft.actuators.extend(names.iter().map(|name| Actuator::of(name, Drive::Joint(name.clone()))));
 }
 
 /// Value for a joint that turns, or for one that slides.

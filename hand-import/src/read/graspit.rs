@@ -351,14 +351,10 @@ fn motor(
         );
     }
     draft.actuators.push(Actuator {
-        name,
-        drive: Drive::Joint(joint.clone()),
-        gear: 1.0,
         control: Some(Control::Position),
         gain: kp,
         damping: kd,
         force_limit: effort,
-        speed_limit: None,
-        range: None,
+        ..Actuator::of(&name, Drive::Joint(joint.clone()))
     });
 }

@@ -61,15 +61,10 @@ pub(super) fn drivers(robot: &Robot<'_>, all: &[Line], draft: &mut Draft, readin
             });
         }
         draft.actuators.push(Actuator {
-            name: motor,
-            drive: Drive::Joint(joint),
-            gear: 1.0,
             control: Some(Control::Position),
             gain: value(&gain),
             damping: value(&rate),
-            force_limit: None,
-            speed_limit: None,
-            range: None,
+            ..Actuator::of(&motor, Drive::Joint(joint))
         });
     }
 }

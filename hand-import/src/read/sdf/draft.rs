@@ -351,15 +351,11 @@ impl Reader<'_> {
             let force = self.number(element, &["cmd_max"]).filter(|force| *force > 0.0);
             self.log.kept(At::Motor(joint.clone()), element, format!("drives joint '{joint}'"));
             draft.actuators.push(Actuator {
-                name: joint.clone(),
-                drive: Drive::Joint(joint),
-                gear: 1.0,
                 control: Some(if position { Control::Position } else { Control::Velocity }),
                 gain: gain.filter(|_| position),
                 damping: self.number(element, &["d_gain"]).filter(|gain| position && *gain > 0.0),
                 force_limit: force,
-                speed_limit: None,
-                range: None,
+                ..Actuator::of(&joint, Drive::Joint(joint.clone()))
             });
         }
     }

@@ -52,11 +52,11 @@ fn adaptive_synergy(
         let reduction = number(*actuator, "mechanicalReduction").unwrap_or(1.0);
         let motor = actuator.attribute("name").unwrap_or(name).to_owned();
         motors.push((motor.clone(), 1.0));
-        add(draft, Actuator { gear: reduction, ..motor_of(&motor, Drive::Tendon(name.to_owned())) });
+        add(draft, Actuator { gear: reduction, ..Actuator::of(&motor, Drive::Tendon(name.to_owned())) });
     }
     if actuators.is_empty() {
         motors.push((name.to_owned(), 1.0));
-        add(draft, motor_of(name, Drive::Tendon(name.to_owned())));
+        add(draft, Actuator::of(name, Drive::Tendon(name.to_owned())));
     }
     for (joint, stiffness, rest) in springs {
         spring(&joint, stiffness, rest, shown, draft, &mut reading.log);
@@ -124,7 +124,7 @@ fn simple(node: Node<'_, '_>, name: &str, shown: &str, draft: &mut Draft, readin
         reading.log.taken(At::Motor(motor.clone()), shown, text);
     }
     let control = interface(joint).or_else(|| actuator.and_then(interface));
-    add(draft, Actuator { gear, control, ..motor_of(&motor, Drive::Joint(joint_name)) });
+    add(draft, Actuator { gear, control, ..Actuator::of(&motor, Drive::Joint(joint_name)) });
 }
 
 /// Reads a `<ros2_control>`: a joint with a command interface has a motor.
@@ -149,27 +149,12 @@ pub(super) fn ros2_control(node: Node<'_, '_>, draft: &mut Draft, reading: &mut 
             e.number(name, param.text()?)
         };
         let range = limit("min").zip(limit("max")).map(|(low, high)| [low, high]);
-        add(draft, Actuator { control, range, ..motor_of(&name, Drive::Joint(name.clone())) });
+        add(draft, Actuator { control, range, ..Actuator::of(&name, Drive::Joint(name.clone())) });
     }
     for tag in ["gpio", "sensor"] {
         if child(node, tag).is_some() {
             reading.log.dropped(At::Hand, "<ros2_control>", format!("<{tag}> is for the real hand's driver"));
         }
-    }
-}
-
-/// A motor of which nothing is known but what it drives.
-fn motor_of(name: &str, drive: Drive) -> Actuator {
-    Actuator {
-        name: name.to_owned(),
-        drive,
-        gear: 1.0,
-        control: None,
-        gain: None,
-        damping: None,
-        force_limit: None,
-        speed_limit: None,
-        range: None,
     }
 }
 
