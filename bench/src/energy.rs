@@ -44,6 +44,12 @@ impl Stored {
             for (q, c) in state.q.iter().zip(&hand.coordinates) {
                 sum.springs += 0.5 * c.stiffness * (q - c.rest).powi(2);
             }
+            for spring in &hand.springs {
+                sum.springs += 0.5 * spring.stiffness * spring.stretch(&state.q).powi(2);
+            }
+            for pin in &hand.linkages {
+                sum.springs += 0.5 * pin.stiffness * pin.at(hand, &state.q).gap.length_squared();
+            }
             for (tendon, (wound, s)) in hand.tendons.iter().zip(lengths(model, state)) {
                 let most = tendon.force_limit / tendon.stiffness;
                 let x = if tendon.both_ways { (wound - s).abs() } else { (wound - s).max(0.0) };

@@ -154,8 +154,7 @@ fn tension_is_the_pull_of_the_motor() {
         let pull =
             tendon.stiffness * (tendon.wound(&hand.motors, |motor| state.motors[motor].position) - taken);
         let tension = sensors.read(&world).column("motors", "tension")[motor];
-        let clamped =
-            pull.clamp(if tendon.both_ways { -tendon.force_limit } else { 0.0 }, tendon.force_limit);
+        let clamped = pull.clamp(tendon.least_force(), tendon.most_held());
         assert!((tension - clamped).abs() < 1e-6 * (1.0 + clamped.abs()), "{k}: {tension} {clamped}");
     }
 }

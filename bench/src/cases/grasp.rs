@@ -282,8 +282,7 @@ pub fn tension_balance(world: &World) -> f64 {
         let mut rate = 0.0;
         tendon.gradient(&state.q, |c, r| rate += r * state.v[6 + c]);
         let law = tendon.stiffness * (motor - tendon.length(&state.q)) - tendon.damping * rate;
-        let least = if tendon.both_ways { -tendon.force_limit } else { 0.0 };
-        worst = worst.max((f - law.clamp(least, tendon.force_limit)).abs());
+        worst = worst.max((f - law.clamp(tendon.least_force(), tendon.most_held())).abs());
     }
     worst
 }

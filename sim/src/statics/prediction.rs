@@ -135,25 +135,12 @@ pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item
     })
 }
 
-/// The first joint that neither a spring nor a drive of its own holds; a drive pushes and pulls.
+/// The first joint that nothing holds: springs, drives that push and pull, and pins leave the stiffness matrix at rest without a
+/// pivot there.
 pub(super) fn loose(hand: &Hand) -> Option<&str> {
-    if !(hand.springs.is_empty() && hand.linkages.is_empty()) {
-        return loose_among_coupled(hand);
+    if hand.coordinates.iter().all(|c| c.stiffness >= LOOSE) {
+        return None;
     }
-    let springless = |i: usize| hand.coordinates[i].stiffness < LOOSE;
-    let driven = |i: usize| {
-        hand.tendons.iter().any(|t| {
-            let on = t.coordinates();
-            t.both_ways && on.contains(&i) && on.iter().all(|&k| k == i || !springless(k))
-        })
-    };
-    (0..hand.coordinates.len())
-        .find(|&i| springless(i) && !driven(i))
-        .map(|i| hand.coordinates[i].name.as_str())
-}
-
-/// The same where springs or pins couple joints: the first pivot of the stiffness matrix at rest that vanishes.
-fn loose_among_coupled(hand: &Hand) -> Option<&str> {
     let rest = hand.open();
     let mut e = stiffness(hand);
     for tendon in hand.tendons.iter().filter(|tendon| tendon.both_ways) {

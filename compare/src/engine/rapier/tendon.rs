@@ -153,7 +153,6 @@ fn foresee(
         right[i] = tendon.stiffness * error - implicit * free[nc + i];
     }
     let Some(tensions) = matrix.lu().solve(&right) else { return vec![0.0; nt] };
-    let least = |tendon: &Tendon| if tendon.both_ways { -tendon.force_limit } else { 0.0 };
-    let clamped = |(tendon, f): (&Tendon, &f64)| f.clamp(least(tendon), tendon.force_limit);
+    let clamped = |(tendon, f): (&Tendon, &f64)| f.clamp(tendon.least_force(), tendon.most_held());
     hand.tendons.iter().zip(tensions.iter()).map(clamped).collect()
 }
