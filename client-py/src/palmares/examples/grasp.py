@@ -12,16 +12,16 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 import palmares
 from palmares.rotation import quat_of
+from palmares.skills.holding import GraspSummary, grasp_summary, lift_and_hold
 from palmares.skills.motion import UP, Mover, RunOverError
-from palmares.skills.objects import ObjectBounds, truth_of, upright_box
+from palmares.skills.objects import ObjectBounds, upright_box
 from palmares.skills.recipes import RECIPES, Recipe
-from palmares.skills.runs import Summary, play
+from palmares.skills.runs import play
 
 LOG = logging.getLogger(__name__)
 
@@ -36,12 +36,6 @@ VARIATIONS = [
 """Turn, rad, and rise, m, of each attempt against the recipe"""
 SINK_M = 0.12
 """The hand approaches at this height above the grasp and then sinks"""
-LIFT_M = 0.18
-"""Height of the lift"""
-LIFTED_M = 0.08
-"""An object that rose by more than this is in the hand"""
-PATIENCE_S = 8.0
-"""Longest hold; holding and shaking take 5 s, unless the object slips"""
 
 
 class RecipeMover(Mover):
@@ -63,32 +57,7 @@ def attempt(mover: RecipeMover, target: ObjectBounds, yaw_rad: float, rise_m: fl
     mover.to(0.3, at + SINK_M * UP)
     mover.to(0.5, at)
     mover.to(recipe.close_s, sigma=1.0)
-    mover.wait(0.3)
-    lowest_m = truth_of(mover.obs).positions[0, 2] + LIFTED_M
-    mover.to(0.6, at + LIFT_M * UP)
-    for _ in range(math.ceil(PATIENCE_S / 0.1)):
-        if truth_of(mover.obs).positions[0, 2] < lowest_m:
-            break
-        mover.wait(0.1)
-    mover.to(0.4, sigma=0.0)
-    mover.to(0.6, mover.position + 0.1 * UP)
-    mover.wait(0.5)  # Until the object is at rest.
-
-
-@dataclass(frozen=True, kw_only=True)
-class GraspSummary(Summary):
-    """Outcome of a run."""
-
-    hand: str
-    object: str
-    size_mm: list[int]
-    """Sides of the object's bounding box at the start: longer side, shorter side, height"""
-    kept: int
-    """1 if the object is still in the hand after the shake"""
-    tries: int
-    """Attempts made"""
-    events: list[str]
-    """Events of the referee, with their times"""
+    lift_and_hold(mover, at)
 
 
 def run(
@@ -107,16 +76,7 @@ def run(
             tries += 1
             LOG.info(f"{target.name}, {np.round(target.size, 3)} m: turned by {turn_rad:.2f} rad")
             attempt(mover, target, yaw_rad + turn_rad, rise_m)
-    result, summary = mover.stop()
-    return GraspSummary(
-        **vars(summary),
-        hand=client.run.hand,
-        object=first.name,
-        size_mm=[round(1e3 * side) for side in first.size],
-        kept=result.in_goal,
-        tries=tries,
-        events=[f"{event.kind} at {event.tick * client.run.tick_s:.2f} s" for event in result.events],
-    )
+    return grasp_summary(mover, first, tries)
 
 
 if __name__ == "__main__":
