@@ -344,12 +344,6 @@ fn without_place(draft: &mut Draft, log: &mut Log) {
         let text = format!("the rotor inertia (armature) of {armatures} joints has no place in a hand");
         log.dropped(At::Hand, "joints", text);
     }
-    if !draft.exclusions.is_empty() {
-        let count = draft.exclusions.len();
-        let text =
-            format!("{count} pairs are stated that never touch; a hand leaves out those that touch at rest");
-        log.dropped(At::Hand, "links", text);
-    }
     for pin in draft.loops.iter().filter(|pin| pin.welded) {
         let text = "joins orientations as well; taken is the common point only";
         log.guessed(At::Hand, format!("loop '{}'", pin.name), text);

@@ -33,6 +33,13 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     if hand.inertia_from_shapes {
         out.push_str("inertia = \"from_geometry\"\n");
     }
+    if !draft.exclusions.is_empty() {
+        out.push_str("no_collision = [\n");
+        for [a, b] in &draft.exclusions {
+            let _ = writeln!(out, "  [{}, {}],", quoted(a), quoted(b));
+        }
+        out.push_str("]\n");
+    }
     for motor in &hand.motors {
         out.push('\n');
         comment(&mut out, comments.at(&At::Motor(motor.name.clone())));

@@ -10,6 +10,7 @@ use super::coordinates::coordinates;
 use super::files::{Files, has_extension, read_limited};
 use super::foreign::check_urdf;
 use super::hollow::MeshOf;
+use super::no_collision;
 use super::options::LoadOptions;
 use super::report::Report;
 use super::sensors;
@@ -175,6 +176,7 @@ fn build(
     at.limit("linkages", "linkages", settings.linkages.len(), options.limits.tendons)?;
     let springs = at.keep(springs::springs(&tree, &reduced, &settings, at));
     let linkages = at.keep(springs::linkages(&tree, &reduced, &settings, at));
+    let apart = at.keep(no_collision::pairs(&tree, &reduced, &settings, at)).unwrap_or_default();
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
@@ -221,6 +223,7 @@ fn build(
     let pinned =
         hand.linkages.iter().map(|pin| [pin.links[0].min(pin.links[1]), pin.links[0].max(pin.links[1])]);
     hand.no_collision.extend(pinned);
+    hand.no_collision.extend(apart);
     hand.no_collision.sort_unstable();
     hand.no_collision.dedup();
     let mut warnings = std::mem::take(&mut report.warnings);

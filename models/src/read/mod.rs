@@ -21,6 +21,7 @@ pub(crate) mod hollow;
 mod limits;
 mod mesh;
 mod named;
+mod no_collision;
 mod objects;
 mod options;
 mod own_object;

@@ -31,6 +31,9 @@ pub(crate) struct Settings {
     /// By name of the URDF's transmission.
     #[serde(default)]
     pub(crate) tendons: BTreeMap<String, TendonSettings>,
+    /// Pairs of URDF links that never touch each other.
+    #[serde(default)]
+    pub(crate) no_collision: Vec<[String; 2]>,
     /// Springs across several joints.
     #[serde(default)]
     pub(crate) springs: BTreeMap<String, SpringSettings>,

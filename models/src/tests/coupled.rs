@@ -63,6 +63,17 @@ fn motors_that_only_the_settings_name_follow_in_the_order_of_their_tendons() {
 }
 
 #[test]
+fn stated_pairs_never_touch() {
+    let driven = format!(
+        "[motors.left]\nscaling = 1\nspeed_limit = 1\n[tendons.t]\n{TENDON}motors.left = 1\njoints = {{ a = 1, b = 1 }}\n"
+    );
+    let hand =
+        read(&format!("no_collision = [['tip', 'one'], ['two', 'tip']]\n{driven}")).expect("a sound hand");
+    assert_eq!(hand.no_collision, [[1, 2]], "the tip is part of the second link");
+    refused(&format!("no_collision = [['one', 'three']]\n{driven}"), "no_collision: names link 'three'");
+}
+
+#[test]
 fn wrong_couplings_are_named() {
     let own = format!("[tendons.t]\n{TENDON}");
     refused(
