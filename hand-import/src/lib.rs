@@ -18,6 +18,7 @@ mod meshes;
 mod options;
 mod read;
 pub mod source;
+mod subtree;
 mod write;
 
 use std::collections::BTreeMap;
@@ -51,6 +52,9 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     if draft.links.is_empty() {
         return Err(ImportError::unreadable(source.display(&file), "has no links"));
     }
+    if let Some(root) = &options.root {
+        subtree::keep(&mut draft, root, &source.display(&file), &mut log)?;
+    }
     let mut hand = complete::complete(draft, &source, options, &mut log);
     // The loader is the judge of what was written. What it finds goes into the comments as well.
     let mut warnings = Vec::new();
@@ -61,8 +65,9 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
             let links: Vec<&str> = stand_ins.map(|warning| warning.element.as_str()).collect();
             if !links.is_empty() && hand.draft.settings.is_none() {
                 let shown = links.iter().take(4).copied().collect::<Vec<_>>().join(", ");
+                let more = if links.len() > 4 { "…" } else { "" };
                 let text = format!(
-                    "{} inertias are not those of their shapes ({shown}…); all inertias come from the shapes",
+                    "{} inertias are not those of their shapes ({shown}{more}); all inertias come from the shapes",
                     links.len()
                 );
                 log.guessed(At::Hand, "robot", text);

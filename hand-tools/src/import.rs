@@ -3,11 +3,14 @@
 use clap::Args;
 use palmares_hand_import::decision::{Decision, Kind};
 use palmares_hand_import::{Imported, Options, import};
+use palmares_protocol::text::printable;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+use crate::table::json;
 
 /// Exit code of a hand that was written with problems.
 const WITH_PROBLEMS: u8 = 2;
@@ -54,6 +57,9 @@ pub struct NewArgs {
 /// Common arguments.
 #[derive(Debug, Args)]
 struct How {
+    /// Import only this link and what it carries, such as the hand of an arm
+    #[arg(long, value_name = "LINK")]
+    root: Option<String>,
     /// Links without a collision shape touch with the shapes of their pictures
     #[arg(long)]
     visual_as_collision: bool,
@@ -105,7 +111,8 @@ pub(crate) fn draft(args: &NewArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow::Result<ExitCode> {
-    let hand = import(source, &Options { visual_as_collision: how.visual_as_collision, ..options })?;
+    let (root, visual_as_collision) = (how.root.clone(), how.visual_as_collision);
+    let hand = import(source, &Options { root, visual_as_collision, ..options })?;
     hand.write(folder, how.force)?;
     let mut out = std::io::stdout().lock();
     if how.json {
@@ -118,7 +125,7 @@ fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow:
             decisions: &hand.decisions,
             warnings: hand.warnings.iter().map(ToString::to_string).collect(),
         };
-        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+        writeln!(out, "{}", json(&serde_json::to_value(&report)?))?;
     } else {
         write!(out, "{}", text(&hand, folder, how.all))?;
     }
@@ -129,7 +136,8 @@ fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow:
 fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let mut out = String::new();
     let folder = folder.display();
-    let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), hand.description.display());
+    let description = hand.description.display().to_string();
+    let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), printable(&description));
     for (kind, title) in [
         (Kind::Taken, "Taken in other words"),
         (Kind::Guessed, "Guessed"),
@@ -144,7 +152,8 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
         let most = if all || kind == Kind::Problem { found.len() } else { SHOWN };
         for decision in found.iter().take(most) {
             let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-            let _ = writeln!(out, "  {file}: {}: {}", decision.element, decision.text);
+            let line = format!("{file}: {}: {}", decision.element, decision.text);
+            let _ = writeln!(out, "  {}", printable(&line));
         }
         if found.len() > most {
             let _ = writeln!(

@@ -110,8 +110,10 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
             continue;
         }
         if draft.moves_nothing(joint) {
-            let text =
-                format!("drives joint '{name}', whose link has no shape and carries none; both are left out");
+            let text = format!(
+                "drives joint '{name}', whose link has no shape and carries none, and which no joint follows; both are \
+                 left out. If it moves others in the real hand, state a motor and a tendon over them in hand.toml"
+            );
             log.dropped(At::Hand, element, text);
             continue;
         }

@@ -279,7 +279,7 @@ fn body(name: &str, file: &str, shapes: Origin, reading: &mut Reading<'_>) -> Li
     }
     match child_text(root, "geometryFile") {
         Some(file) => {
-            if let Some(mesh) = inner.mesh(file, [MM; 3], at.clone(), &element) {
+            if let Some(mesh) = inner.mesh(file, [MM; 3], at.clone(), &element, false) {
                 let part = Part { origin: shapes, geometry: Geometry::Mesh(mesh) };
                 link.visuals.push(part.clone());
                 link.collisions.push(part);
