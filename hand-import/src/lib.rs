@@ -35,6 +35,9 @@ use crate::source::Source;
 pub use crate::imported::Imported;
 pub use crate::options::Options;
 
+/// Links and joints of a robot; more than those of a hand, as some are left out.
+const MAX_LINKS: usize = 1024;
+
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors
@@ -54,6 +57,14 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     }
     if let Some(root) = &options.root {
         subtree::keep(&mut draft, root, &source.display(&file), &mut log)?;
+    }
+    let (links, joints) = (draft.links.len(), draft.joints.len());
+    if links.max(joints) > MAX_LINKS {
+        let limit = palmares_models::read::Limits::default().links;
+        let problem = format!(
+            "has {links} links and {joints} joints; a hand has at most {limit} of each; --root LINK takes a part"
+        );
+        return Err(ImportError::unreadable(source.display(&file), problem));
     }
     let mut hand = complete::complete(draft, &source, options, &mut log);
     // The loader is the judge of what was written. What it finds goes into the comments as well.

@@ -1,6 +1,6 @@
 //! A part of a robot: a link with everything that it carries, such as the hand of an arm.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::decision::{At, Log};
@@ -21,12 +21,16 @@ pub(crate) fn keep(draft: &mut Draft, root: &str, file: &Path, log: &mut Log) ->
         return Err(ImportError::unreadable(file, problem));
     };
     let root = root.clone();
+    let mut children: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for joint in &draft.joints {
+        children.entry(&joint.parent).or_default().push(&joint.child);
+    }
     let mut kept = BTreeSet::from([root.clone()]);
-    let mut open = vec![root.clone()];
+    let mut open = vec![root.as_str()];
     while let Some(link) = open.pop() {
-        for joint in draft.joints.iter().filter(|joint| joint.parent == link) {
-            if kept.insert(joint.child.clone()) {
-                open.push(joint.child.clone());
+        for &child in children.get(link).into_iter().flatten() {
+            if kept.insert(child.to_owned()) {
+                open.push(child);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use palmares_hand_import::decision::{Decision, Kind};
+use palmares_hand_import::error::ImportError;
 use palmares_hand_import::{Imported, Options, import};
 use palmares_protocol::text::printable;
 use serde::Serialize;
@@ -110,10 +111,15 @@ pub(crate) fn draft(args: &NewArgs) -> anyhow::Result<ExitCode> {
     written(&args.from, &out, options, &args.how)
 }
 
+/// The error in its own words, which have those of its cause already.
+pub(crate) fn said(error: ImportError) -> anyhow::Error {
+    anyhow::anyhow!("{error}")
+}
+
 fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow::Result<ExitCode> {
     let (root, visual_as_collision) = (how.root.clone(), how.visual_as_collision);
-    let hand = import(source, &Options { root, visual_as_collision, ..options })?;
-    hand.write(folder, how.force)?;
+    let hand = import(source, &Options { root, visual_as_collision, ..options }).map_err(said)?;
+    hand.write(folder, how.force).map_err(said)?;
     let mut out = std::io::stdout().lock();
     if how.json {
         let report = Report {

@@ -81,10 +81,7 @@ impl Reader<'_> {
         }
         let prefix = &around.prefix;
         let own = around.frame.clone().unwrap_or_default();
-        let first = || {
-            let is = |child: &&Element| child.name == "link" || child.name == "model";
-            model.children.iter().find(is).and_then(|child| child.get("name"))
-        };
+        let first = || model.child("link").or_else(|| model.child("model"))?.get("name");
         if let Some(link) = model.get("canonical_link").filter(|link| !link.is_empty()).or_else(first) {
             self.scope.canonical.entry(own.clone()).or_insert_with(|| format!("{prefix}{link}"));
         }
