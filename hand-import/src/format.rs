@@ -93,7 +93,7 @@ pub fn recognise(text: &str) -> Content {
     match name.as_str() {
         "mujoco" => Content::Robot(Format::Mjcf),
         "sdf" | "gazebo" => Content::Robot(Format::Sdf),
-        "robot" if text.contains("<palm>") => Content::Robot(Format::Graspit),
+        "robot" if text.contains("<palm>") || text.contains("<palm ") => Content::Robot(Format::Graspit),
         "robot" if text.contains("<xacro:") => {
             // Files of macros have a <robot> without a name.
             let named = tag.contains(" name=") || tag.contains("\tname=") || tag.contains("\nname=");
