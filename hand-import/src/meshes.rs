@@ -7,9 +7,9 @@ mod text;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use palmares_models::{Pose, Vec3};
 use palmares_models::pieces::TriangleMesh;
 use palmares_models::read::Limits;
+use palmares_models::{Pose, Vec3};
 
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Geometry, Mesh, Origin, Part, Triangles};
@@ -292,7 +292,9 @@ pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Re
             let open = |name: &str| {
                 let found = source.resolve(path, name)?;
                 let bytes = source.bytes(&found.path, "scene", limits().mesh_bytes);
-                bytes.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).map_err(|error| error.to_string())
+                bytes
+                    .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+                    .map_err(|error| error.to_string())
             };
             let drawn = match kind.as_str() {
                 "obj" => text::obj(&words).map(plain),

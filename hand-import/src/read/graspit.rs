@@ -56,7 +56,9 @@ pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, Impor
             let text = match tag {
                 "eigenGrasps" => "are directions of GraspIt!'s search, no motors; they are left out",
                 "virtualContacts" => "are for GraspIt!'s grasp quality",
-                "tendon" | "tendonWrapper" => "over points of links and cylinders is not read: state its row of R",
+                "tendon" | "tendonWrapper" => {
+                    "over points of links and cylinders is not read: state its row of R"
+                }
                 "filter" => "is a tactile sensor; `[[tactile]]` has a hand's",
                 _ => "is for GraspIt! only",
             };
@@ -82,14 +84,18 @@ fn without_comments(text: &str) -> String {
 
 /// Pairs of links that GraspIt! never lets touch: those that the file states, and those of its own kinds of robots.
 fn untouched(robot: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) {
-    let link = |chain: i64, link: i64| if chain < 0 { "palm".to_owned() } else { format!("chain{chain}_link{link}") };
+    let link = |chain: i64, link: i64| {
+        if chain < 0 { "palm".to_owned() } else { format!("chain{chain}_link{link}") }
+    };
     let mut pairs: Vec<[String; 2]> = Vec::new();
     for node in children(robot, "disableCollision") {
         let number = |name: &str| node.attribute(name).and_then(|text| text.trim().parse::<i64>().ok());
         let ends = |k: u8| Some(link(number(&format!("body{k}_chain"))?, number(&format!("body{k}_link"))?));
         match ends(1).zip(ends(2)) {
             Some((a, b)) => pairs.push([a, b]),
-            None => reading.log.problem(At::Hand, "<disableCollision>", "names no two bodies; it is left out"),
+            None => {
+                reading.log.problem(At::Hand, "<disableCollision>", "names no two bodies; it is left out")
+            }
         }
     }
     let kind = robot.attribute("type").unwrap_or_default();
@@ -101,7 +107,8 @@ fn untouched(robot: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) 
         _ => &[],
     };
     if !own.is_empty() {
-        let text = format!("is of type '{kind}': as in GraspIt!, {} pairs of its links never touch", own.len());
+        let text =
+            format!("is of type '{kind}': as in GraspIt!, {} pairs of its links never touch", own.len());
         reading.log.taken(At::Hand, "robot", text);
     }
     pairs.extend(own.iter().map(|pair| pair.map(|(c, l)| link(c, l))));

@@ -49,8 +49,9 @@ fn chains_become_joints_in_metres_and_radians() {
     assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.links.len()), (3, 2, 4));
     near(hand.coordinates[0].upper, std::f64::consts::PI);
     near(hand.coordinates[0].damping, 0.05);
-    near(hand.tendons[0].force_limit, 5.0);
-    near(hand.tendons[0].stiffness, 100.0);
+    let first = hand.tendons.iter().find(|tendon| tendon.name == "chain0_joint0").expect("a drive");
+    near(first.force_limit, 5.0);
+    near(first.stiffness, 100.0);
     let poses = hand.base_from_links(&[0.3, 0.2, 0.05]);
     // The same chain by its definition: Rz(theta) Tz(d) Tx(a) Rx(alpha) of each joint.
     let about = |axis: Vec3, angle: f64| {
@@ -87,12 +88,7 @@ fn revolute(theta: &str, more: &str) -> String {
 const LINK: &str = "<link dynamicJointType='Revolute'>link.xml</link>";
 
 fn files(robot: &str) -> Source {
-    Source::new(&[
-        ("claw.xml", robot),
-        ("iv/palm.xml", BODY),
-        ("iv/link.xml", BODY),
-        ("iv/box.iv", BOX),
-    ])
+    Source::new(&[("claw.xml", robot), ("iv/palm.xml", BODY), ("iv/link.xml", BODY), ("iv/box.iv", BOX)])
 }
 
 #[test]
@@ -151,7 +147,7 @@ fn a_compliant_degree_of_freedom_is_a_cable_against_springs() {
     // GraspIt!'s own proportion of the free motion: 0.6 of the inner joint for the outer one, by E⁻¹ Rᵀ.
     let arms = [0.064, 0.024, 0.064, 0.024];
     for (k, arm) in arms.into_iter().enumerate() {
-        near(hand.tendons[0].arm(k, 0.0), arm);
+        near(hand.tendons[0].moment_arms[k].1, arm);
         near(hand.coordinates[k].stiffness, if k % 2 == 0 { 1.6 } else { 1.0 });
         near(hand.coordinates[k].rest, -30f64.to_radians());
     }
@@ -276,7 +272,10 @@ fn slides_springs_and_starts_have_their_units() {
 #[test]
 fn links_that_never_touch_are_kept() {
     let chain = |rule: &str| {
-        format!("<chain>{}<link dynamicJointType='Revolute' {rule}>link.xml</link></chain>", revolute("d0", ""))
+        format!(
+            "<chain>{}<link dynamicJointType='Revolute' {rule}>link.xml</link></chain>",
+            revolute("d0", "")
+        )
     };
     let pair = "collisionRule='OverlappingPair' targetChain='0' targetLink='0'";
     let extra = "<disableCollision body1_chain='-1' body1_link='-1' body2_chain='1' body2_link='0'/>";

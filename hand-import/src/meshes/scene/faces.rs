@@ -33,8 +33,15 @@ fn triples(value: Option<&Value>) -> Result<Vec<Vec3>, String> {
 /// The triangles of a node that is a set of faces; `None` for another node.
 pub(super) fn faces(tree: &Tree, node: &Node, before: &[Vec3]) -> Result<Option<Corners>, String> {
     let kind = node.kind.as_str();
-    if !["IndexedFaceSet", "FaceSet", "IndexedTriangleStripSet", "TriangleStripSet", "QuadMesh", "IndexedTriangleSet"]
-        .contains(&kind)
+    if ![
+        "IndexedFaceSet",
+        "FaceSet",
+        "IndexedTriangleStripSet",
+        "TriangleStripSet",
+        "QuadMesh",
+        "IndexedTriangleSet",
+    ]
+    .contains(&kind)
     {
         return Ok(None);
     }
@@ -115,7 +122,7 @@ fn strip(run: &[usize], points: &[Vec3], corners: &mut Corners) -> Result<(), St
 }
 
 fn index(x: f64) -> Result<usize, String> {
-    if x >= 0.0 && x.fract() == 0.0 && x < 1e9 {
+    if x >= 0.0 && x.fract() == 0.0 && x < 1e15 {
         Ok(x as usize)
     } else {
         Err(format!("has {x} where an index or a count is expected"))

@@ -33,14 +33,16 @@ impl Frame {
 
     fn turned([x, y, z, angle]: [f64; 4]) -> Frame {
         let axis = Vec3::new(x, y, z).normalize_or_zero();
-        let turn = if axis == Vec3::ZERO { Rotation::IDENTITY } else { Rotation::from_axis_angle(axis, angle) };
+        let turn =
+            if axis == Vec3::ZERO { Rotation::IDENTITY } else { Rotation::from_axis_angle(axis, angle) };
         Frame { linear: Mat3::from_quat(turn), ..Frame::IDENTITY }
     }
 }
 
 /// The map of a node that moves what comes after it, or its own children; `None` for another node.
 pub(super) fn of(node: &Node) -> Result<Option<Frame>, String> {
-    let point = |name: &str| Ok::<_, String>(node.numbers::<3>(name)?.map(Vec3::from_array).unwrap_or_default());
+    let point =
+        |name: &str| Ok::<_, String>(node.numbers::<3>(name)?.map(Vec3::from_array).unwrap_or_default());
     let turn = |name: &str| Ok::<_, String>(node.numbers::<4>(name)?.map_or(Frame::IDENTITY, Frame::turned));
     Ok(Some(match node.kind.as_str() {
         "Translation" => Frame::at(point("translation")?),

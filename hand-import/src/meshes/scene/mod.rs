@@ -25,13 +25,13 @@ use crate::draft::Geometry;
 use crate::source::limits;
 
 /// Visited nodes; each `USE` counts.
-const MAX_VISITS: usize = 1_000_000;
+const MAX_VISITS: usize = 200_000;
 /// Nodes that are being visited, inside each other.
 const MAX_DEPTH: usize = 256;
 /// Files that a file names, also through others.
 const MAX_FILES: usize = 8;
 /// Numbers in all visited nodes.
-const MAX_NUMBERS: usize = 100_000_000;
+const MAX_NUMBERS: usize = 50_000_000;
 /// Solids that a file may have to become shapes of a link. With more, its triangles are one mesh.
 const MAX_SOLIDS: usize = 6;
 
@@ -54,8 +54,13 @@ pub(super) fn is_scene(text: &str) -> bool {
 /// Reads a scene; `open` reads the files that it names.
 pub(crate) fn read(text: &str, open: Open<'_>) -> Result<Drawn, String> {
     let mut walk = Walk { open, drawn: Drawn::default(), all_shapes: true, visits: 0, numbers: 0, files: 0 };
-    let state =
-        State { frame: Frame::IDENTITY, points: Rc::default(), metres: 1.0, clockwise: false, separate: false };
+    let state = State {
+        frame: Frame::IDENTITY,
+        points: Rc::default(),
+        metres: 1.0,
+        clockwise: false,
+        separate: false,
+    };
     walk.file(text, &mut state.clone(), 0)?;
     if !walk.all_shapes || walk.drawn.shapes.len() > MAX_SOLIDS {
         walk.drawn.shapes.clear();
@@ -93,7 +98,9 @@ impl Walk<'_> {
             return Err("is no Open Inventor or VRML file as text".to_owned());
         }
         if first.contains("binary") {
-            return Err("is a binary Open Inventor file, which is not read; save it as text, STL or OBJ".to_owned());
+            return Err(
+                "is a binary Open Inventor file, which is not read; save it as text, STL or OBJ".to_owned()
+            );
         }
         let tree = nodes::parse(text)?;
         state.separate = first.starts_with("#VRML V2");
@@ -106,7 +113,9 @@ impl Walk<'_> {
     fn visit(&mut self, tree: &Tree, index: usize, state: &mut State, depth: usize) -> Result<(), String> {
         self.visits += 1;
         if self.visits > MAX_VISITS || depth > MAX_DEPTH {
-            return Err(format!("uses its nodes more than {MAX_VISITS} times, or {MAX_DEPTH} inside each other"));
+            return Err(format!(
+                "uses its nodes more than {MAX_VISITS} times, or {MAX_DEPTH} inside each other"
+            ));
         }
         let node = tree.node(index);
         self.numbers += tree.size(index) + if node.kind == "QuadMesh" { state.points.len() } else { 0 };
@@ -118,8 +127,14 @@ impl Walk<'_> {
         }
         match node.kind.as_str() {
             // Not solid, so that nothing touches it.
-            "LineSet" | "IndexedLineSet" | "PointSet" | "Text" | "Text2" | "Text3" | "AsciiText" => return Ok(()),
-            kind @ ("Extrusion" | "ElevationGrid" | "NurbsSurface" | "IndexedNurbsSurface" | "Array"
+            "LineSet" | "IndexedLineSet" | "PointSet" | "Text" | "Text2" | "Text3" | "AsciiText" => {
+                return Ok(());
+            }
+            kind @ ("Extrusion"
+            | "ElevationGrid"
+            | "NurbsSurface"
+            | "IndexedNurbsSurface"
+            | "Array"
             | "MultipleCopy") => {
                 return Err(format!("has a node {kind}, which is not read; save it as STL or OBJ"));
             }
@@ -172,7 +187,8 @@ impl Walk<'_> {
             .chain(groups)
             .copied()
             .collect();
-        let keeps = matches!(node.kind.as_str(), "Separator" | "TopLevelSeparator" | "Annotation" | "WWWAnchor");
+        let keeps =
+            matches!(node.kind.as_str(), "Separator" | "TopLevelSeparator" | "Annotation" | "WWWAnchor");
         if keeps || state.separate {
             let mut inner = state.clone();
             inner.frame = moved.map_or(inner.frame, |frame| inner.frame.after(frame));

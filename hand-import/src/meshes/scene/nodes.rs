@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// Nodes inside each other.
 pub(super) const MAX_DEPTH: usize = 128;
 /// Nodes, words and texts of a file.
-const MAX_ITEMS: usize = 1_000_000;
+const MAX_ITEMS: usize = 200_000;
 /// Numbers of a file: those of the largest mesh that is read, with its indices.
 const MAX_NUMBERS: usize = 30_000_000;
 
@@ -53,8 +53,9 @@ impl Tree {
 }
 
 impl Node {
+    /// The value of a field. One that appears twice has its last value.
     pub(super) fn field(&self, name: &str) -> Option<&Value> {
-        self.fields.iter().find(|(field, _)| field == name).map(|(_, value)| value)
+        self.fields.iter().rev().find(|(field, _)| field == name).map(|(_, value)| value)
     }
 
     /// The first word of a field.
@@ -84,6 +85,8 @@ pub(super) fn parse(text: &str) -> Result<Tree, String> {
     while let Some(token) = parser.lexer.peek() {
         match token {
             Token::Word("ROUTE") => parser.route(),
+            // Published files have one too many at their end.
+            Token::Sign('}') if !parser.tree.roots.is_empty() => drop(parser.next()?),
             Token::Word(_) => {
                 let node = parser.node(0)?;
                 parser.tree.roots.push(node);
@@ -167,9 +170,11 @@ fn number(word: &str) -> Option<Result<f64, String>> {
         Some(digits) => u64::from_str_radix(digits, 16).ok().map(|x| x as f64),
         None => word.parse().ok(),
     };
-    Some(number.filter(|x: &f64| x.is_finite()).ok_or_else(|| {
-        format!("has {} where a finite number is expected", Token::Word(word))
-    }))
+    Some(
+        number
+            .filter(|x: &f64| x.is_finite())
+            .ok_or_else(|| format!("has {} where a finite number is expected", Token::Word(word))),
+    )
 }
 
 struct Parser<'a> {
@@ -188,7 +193,11 @@ impl<'a> Parser<'a> {
 
     fn item(&mut self) -> Result<(), String> {
         self.items += 1;
-        if self.items > MAX_ITEMS { Err(format!("has more than {MAX_ITEMS} nodes and words")) } else { Ok(()) }
+        if self.items > MAX_ITEMS {
+            Err(format!("has more than {MAX_ITEMS} nodes and words"))
+        } else {
+            Ok(())
+        }
     }
 
     /// `DEF name Kind { … }`, `Kind { … }`, or `USE name`; its index.
@@ -280,17 +289,20 @@ impl<'a> Parser<'a> {
                 self.next()?;
             }
             // `(SIDES | TOP)`
-            Some(Token::Sign('(')) => loop {
-                match self.next()? {
-                    Token::Sign(')') => break,
-                    Token::Word(word) | Token::Text(word) => {
-                        self.item()?;
-                        value.words.push(word.to_owned());
+            Some(Token::Sign('(')) => {
+                self.next()?;
+                loop {
+                    match self.next()? {
+                        Token::Sign(')') => break,
+                        Token::Word(word) | Token::Text(word) => {
+                            self.item()?;
+                            value.words.push(word.to_owned());
+                        }
+                        Token::Sign('|') => {}
+                        other @ Token::Sign(_) => return Err(format!("has {other} in a list")),
                     }
-                    Token::Sign('|') => {}
-                    other @ Token::Sign(_) => return Err(format!("has {other} in a list")),
                 }
-            },
+            }
             Some(Token::Text(_) | Token::Word(_)) => {
                 self.part(&mut value, depth)?;
                 let numeric = |token| matches!(token, Some(Token::Word(word)) if number(word).is_some());
@@ -376,6 +388,12 @@ mod tests {
     }
 
     #[test]
+    fn the_last_value_of_a_field_counts() {
+        let tree = parse("Cone { height 2 bottomRadius 3 height 4 }").expect("a tree");
+        assert_eq!(tree.node(tree.roots[0]).numbers("height"), Ok(Some([4.0])));
+    }
+
+    #[test]
     fn a_connection_does_not_hide_the_next_field() {
         let tree = parse("Cone { height 2 = DEF e Engine { a 1 } . out bottomRadius 3 }").expect("a tree");
         let cone = tree.node(tree.roots[0]);
@@ -386,16 +404,26 @@ mod tests {
     #[test]
     fn hostile_text_is_an_error() {
         let refused = |text: &str| parse(text).expect_err(text);
-        assert!(refused(&"Group { ".repeat(1_000_000)).contains("inside each other"));
+        assert!(refused(&"Group { ".repeat(10_000)).contains("inside each other"));
         assert!(refused(&format!("A {{ b {}", "C { d ".repeat(200))).contains("inside each other"));
-        for text in ["Cube {", "Cube", "Cube { width", "Cube { width [ 1 2", "Cube { name \"a", "DEF", "DEF a", "A { b ("] {
+        for text in [
+            "Cube {",
+            "Cube",
+            "Cube { width",
+            "Cube { width [ 1 2",
+            "Cube { name \"a",
+            "DEF",
+            "DEF a",
+            "A { b (",
+        ] {
             assert!(refused(text).contains("ends too early"), "{text}");
         }
         assert!(refused("Cube { width 1e999 }").contains("finite"));
         assert!(refused("Cube { width -nan }").contains("finite"));
         assert!(refused("DEF a Group { USE a }").contains("no DEF before"));
         assert!(refused("}").contains("where a node"));
+        assert_eq!(parse("Cube { } }").expect("one sign too many").roots.len(), 1);
         assert!(refused("PROTO A [ ] { }").contains("PROTO"));
-        assert!(refused(&"A { } ".repeat(1_000_001)).contains("more than 1000000"));
+        assert!(refused(&"A { } ".repeat(200_001)).contains("more than 200000"));
     }
 }

@@ -21,16 +21,25 @@ const SAME: f64 = 1e-6;
 pub(super) enum Solid {
     /// Full edge lengths.
     Cuboid([f64; 3]),
-    Ball { radius: f64 },
-    Cylinder { radius: f64, height: f64 },
+    Ball {
+        radius: f64,
+    },
+    Cylinder {
+        radius: f64,
+        height: f64,
+    },
     /// Its tip is at +y.
-    Cone { radius: f64, height: f64 },
+    Cone {
+        radius: f64,
+        height: f64,
+    },
 }
 
 impl Solid {
     /// The solid that a node is, with the defaults of its kind.
     pub(super) fn of(node: &Node) -> Result<Option<Solid>, String> {
-        let size = |name: &str, default: f64| Ok::<_, String>(node.numbers::<1>(name)?.map_or(default, |[x]| x));
+        let size =
+            |name: &str, default: f64| Ok::<_, String>(node.numbers::<1>(name)?.map_or(default, |[x]| x));
         let solid = match node.kind.as_str() {
             "Cube" => Solid::Cuboid([size("width", 2.0)?, size("height", 2.0)?, size("depth", 2.0)?]),
             "Box" => Solid::Cuboid(node.numbers("size")?.unwrap_or([2.0; 3])),
@@ -55,7 +64,8 @@ impl Solid {
         if !sizes.iter().zip(lengths).all(|(size, scale)| *size > 0.0 && (size * scale).is_finite()) {
             return None;
         }
-        let off = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| axes[i].dot(axes[j]).abs() / (lengths[i] * lengths[j]));
+        let off =
+            [(0, 1), (0, 2), (1, 2)].map(|(i, j)| axes[i].dot(axes[j]).abs() / (lengths[i] * lengths[j]));
         // NaN, of a frame without volume, is no right angle.
         if !off.iter().all(|off| *off < SAME) {
             return None;

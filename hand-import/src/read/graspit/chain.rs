@@ -106,14 +106,19 @@ pub(super) fn chain(
             // The next joint is in the frame after this joint's own lengths.
             at = joint.moved;
         }
-        let mut body = body(&name, link.text().map(str::trim).unwrap_or_default(), Origin::from_pose(&at), reading);
+        let mut body =
+            body(&name, link.text().map(str::trim).unwrap_or_default(), Origin::from_pose(&at), reading);
         collisions(link, k, &mut body, draft, reading);
         draft.links.push(body);
         parent = name;
     }
     let left = joints.count();
     if left > 0 {
-        reading.log.problem(At::Hand, element, format!("has {left} joints without a link; they are left out"));
+        reading.log.problem(
+            At::Hand,
+            element,
+            format!("has {left} joints without a link; they are left out"),
+        );
     }
 }
 
@@ -144,7 +149,13 @@ fn collisions(link: Node<'_, '_>, k: usize, body: &mut Link, draft: &mut Draft, 
 }
 
 /// Notes the joint at its degree of freedom.
-fn register(joint: &ChainJoint, chain: usize, axis: Vec3, moved_by: &mut [Vec<Moved>], reading: &mut Reading<'_>) {
+fn register(
+    joint: &ChainJoint,
+    chain: usize,
+    axis: Vec3,
+    moved_by: &mut [Vec<Moved>],
+    reading: &mut Reading<'_>,
+) {
     let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
     let Some((dof, factor)) = joint.dof else {
         reading.log.taken(at, element, "has no degree of freedom");
@@ -175,7 +186,8 @@ fn joint(node: Node<'_, '_>, name: String, reading: &mut Reading<'_>) -> ChainJo
         };
         dof = index.parse().ok().zip(e.number(&format!("<{tag}>"), factor));
         if constant.starts_with('-') {
-            let text = format!("<{tag}> {text}: its constant is {constant}; GraspIt! reads only those after a '+'");
+            let text =
+                format!("<{tag}> {text}: its constant is {constant}; GraspIt! reads only those after a '+'");
             e.log.taken(e.at.clone(), e.name, text);
         }
         let constant = constant.strip_prefix('+').unwrap_or(constant).trim();

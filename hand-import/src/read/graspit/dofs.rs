@@ -31,7 +31,13 @@ struct Dof {
 }
 
 /// Adds a motor with its transmission.
-pub(super) fn dof(node: Node<'_, '_>, d: usize, joints: &[Moved], draft: &mut Draft, reading: &mut Reading<'_>) {
+pub(super) fn dof(
+    node: Node<'_, '_>,
+    d: usize,
+    joints: &[Moved],
+    draft: &mut Draft,
+    reading: &mut Reading<'_>,
+) {
     let name = format!("d{d}");
     let element = format!("dof {d}");
     let Some(first) = joints.first() else {
@@ -169,7 +175,10 @@ fn sprung(dof: &Dof, joints: &[Moved], draft: &mut Draft, reading: &mut Reading<
                 reading.log.guessed(at.clone(), &dof.element, text);
             }
             (None, None) => {
-                let text = format!("is compliant, but joint '{}' has no spring; its joints stay coupled", moved.joint);
+                let text = format!(
+                    "is compliant, but joint '{}' has no spring; its joints stay coupled",
+                    moved.joint
+                );
                 reading.log.problem(at, &dof.element, text);
                 return false;
             }
@@ -188,9 +197,8 @@ fn cable(dof: &Dof, joints: &[Moved], draft: &mut Draft, reading: &mut Reading<'
     };
     // Parallel axes give whole factors.
     let rounded = |r: f64| (r * 1e12).round() * 1e-12;
-    let arms: Vec<(String, TendonPath)> = (0..joints.len())
-        .map(|k| (joints[k].joint.clone(), TendonPath::Arm(rounded(arm(k)))))
-        .collect();
+    let arms: Vec<(String, TendonPath)> =
+        (0..joints.len()).map(|k| (joints[k].joint.clone(), TendonPath::Arm(rounded(arm(k))))).collect();
     let text = format!(
         "is compliant: one cable over {} joints against their springs, with GraspIt!'s moment arm of {ARM} m",
         joints.len()

@@ -14,9 +14,9 @@ pub(super) fn transform(node: Node<'_, '_>, element: &str, at: &At, log: &mut Lo
         let text = part.text().unwrap_or_default().trim();
         let mut e = Element { name: element, at: at.clone(), log };
         let moved = match part.tag_name().name() {
-            "translation" => e.list::<3>("<translation>", text).map(|xyz| {
-                Pose::from_parts(Vec3::from_array(xyz) * MM, Rotation::IDENTITY)
-            }),
+            "translation" => e
+                .list::<3>("<translation>", text)
+                .map(|xyz| Pose::from_parts(Vec3::from_array(xyz) * MM, Rotation::IDENTITY)),
             "rotation" => rotation(text, &mut e),
             "rotationMatrix" => e.list::<9>("<rotationMatrix>", text).and_then(|m| {
                 // Column by column.
@@ -61,7 +61,11 @@ fn rotation(text: &str, e: &mut Element<'_>) -> Option<Pose> {
         "z" => Vec3::Z,
         other => {
             let other: String = other.chars().take(20).collect();
-            e.log.problem(e.at.clone(), e.name, format!("<rotation> is about the unknown axis '{other}'; not read"));
+            e.log.problem(
+                e.at.clone(),
+                e.name,
+                format!("<rotation> is about the unknown axis '{other}'; not read"),
+            );
             return None;
         }
     };
