@@ -24,7 +24,7 @@ pub(super) fn points(node: &Node) -> Result<Option<Vec<Vec3>>, String> {
 
 fn triples(value: Option<&Value>) -> Result<Vec<Vec3>, String> {
     let numbers = value.map_or(&[][..], |value| &value.numbers);
-    if numbers.len() % 3 != 0 {
+    if !numbers.len().is_multiple_of(3) {
         return Err(format!("has {} coordinates, no multiple of 3", numbers.len()));
     }
     Ok(numbers.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect())
