@@ -39,9 +39,16 @@ pub use crate::options::Options;
 /// # Errors
 /// The source gives no hand at all. Smaller faults are decisions of kind [`decision::Kind::Problem`].
 pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
-    let source = Source::open(path)?;
+    import_source(&Source::open(path)?, options)
+}
+
+/// Imports the hand of a source that is open.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_source(source: &Source, options: &Options) -> Result<Imported, ImportError> {
     let (file, format) = source.description(options.robot.as_deref())?;
-    let (mut draft, mut log) = read::read(&source, &file, format, options)?;
+    let (mut draft, mut log) = read::read(source, &file, format, options)?;
     if let Some(name) = &options.name {
         draft.name.clone_from(name);
     }
@@ -51,7 +58,7 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     if draft.links.is_empty() {
         return Err(ImportError::unreadable(source.display(&file), "has no links"));
     }
-    let mut hand = complete::complete(draft, &source, options, &mut log);
+    let mut hand = complete::complete(draft, source, options, &mut log);
     // The loader is the judge of what was written. What it finds goes into the comments as well.
     let mut warnings = Vec::new();
     match load(&write(&hand, &log, format, options)) {
