@@ -27,6 +27,8 @@ pub struct Draft {
     pub springs: Vec<Spring>,
     /// Points at which two links meet, in addition to the tree.
     pub loops: Vec<Loop>,
+    /// Coordinates at which a run begins, by joint.
+    pub start: Vec<(String, f64)>,
     /// Pairs of links that do not touch each other.
     pub exclusions: Vec<[String; 2]>,
     /// Coulomb coefficient between two surfaces of the hand's kind, if the source states it.
@@ -107,6 +109,26 @@ pub enum Geometry {
     Ellipsoid([f64; 3]),
     /// Triangles.
     Mesh(Mesh),
+}
+
+impl Geometry {
+    /// The shape at another size.
+    pub(crate) fn scaled(self, factor: f64) -> Geometry {
+        match self {
+            Geometry::Box(size) => Geometry::Box(size.map(|x| x * factor)),
+            Geometry::Sphere { radius } => Geometry::Sphere { radius: radius * factor },
+            Geometry::Cylinder { radius, length } => {
+                Geometry::Cylinder { radius: radius * factor, length: length * factor }
+            }
+            Geometry::Capsule { radius, length } => {
+                Geometry::Capsule { radius: radius * factor, length: length * factor }
+            }
+            Geometry::Ellipsoid(radii) => Geometry::Ellipsoid(radii.map(|x| x * factor)),
+            Geometry::Mesh(Mesh { triangles, scale }) => {
+                Geometry::Mesh(Mesh { triangles, scale: scale.map(|x| x * factor) })
+            }
+        }
+    }
 }
 
 /// Triangles and their size.
@@ -232,6 +254,28 @@ pub struct Tendon {
     pub rest: Option<f64>,
     /// Whether it pushes as well as pulls.
     pub both_ways: bool,
+    /// Largest tension that it holds if no load turns it back.
+    pub hold_limit: Option<f64>,
+    /// Whether a clutch lets go at the largest tension; the tendon then holds its length.
+    pub breakaway: bool,
+}
+
+impl Tendon {
+    /// A tendon without joints and motors, of which nothing else is known.
+    pub fn of(name: &str) -> Self {
+        Tendon {
+            name: name.to_owned(),
+            joints: Vec::new(),
+            motors: Vec::new(),
+            stiffness: None,
+            damping: None,
+            force_limit: None,
+            rest: None,
+            both_ways: false,
+            hold_limit: None,
+            breakaway: false,
+        }
+    }
 }
 
 /// Length that a joint takes up of a tendon, as a function of its coordinate.

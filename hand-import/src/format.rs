@@ -94,7 +94,7 @@ pub fn recognise(text: &str) -> Content {
     match name.as_str() {
         "mujoco" => Content::Robot(Format::Mjcf),
         "sdf" | "gazebo" => Content::Robot(Format::Sdf),
-        "robot" if text.contains("<palm>") => Content::Robot(Format::Graspit),
+        "robot" if text.contains("<palm>") || text.contains("<palm ") => Content::Robot(Format::Graspit),
         "robot" if text.contains("<xacro:") => {
             // Files of macros have a <robot> without a name.
             let named = tag.split_whitespace().any(|word| word == "name" || word.starts_with("name="));

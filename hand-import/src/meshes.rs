@@ -1,7 +1,9 @@
-//! Meshes: STL, OBJ, COLLADA, binary glTF and small text formats become binary STL files within the limits of a hand.
+//! Meshes: STL, OBJ, COLLADA, binary glTF and text formats become binary STL files within the limits of a hand. A scene of
+//! a few boxes, balls and cylinders becomes these shapes.
 
 mod collada;
 mod gltf;
+mod scene;
 mod stl;
 mod text;
 mod transform;
@@ -9,12 +11,12 @@ mod transform;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use palmares_models::Vec3;
 use palmares_models::pieces::TriangleMesh;
 use palmares_models::read::Limits;
+use palmares_models::{Pose, Vec3};
 
 use crate::decision::{At, Log};
-use crate::draft::{Draft, Geometry, Mesh, Part, Triangles};
+use crate::draft::{Draft, Geometry, Mesh, Origin, Part, Triangles};
 use crate::format::{is_lfs_pointer, lfs_problem};
 use crate::source::{Source, limits};
 
@@ -55,12 +57,21 @@ pub(crate) fn convert(draft: &mut Draft, source: &Source, log: &mut Log) -> Mesh
     converter.meshes
 }
 
+/// What a file of the source becomes.
+#[derive(Clone, Debug)]
+enum Converted {
+    /// A file of the hand.
+    File(PathBuf),
+    /// Shapes at their poses, in the unit of the file.
+    Shapes(Vec<(Pose, Geometry)>),
+}
+
 struct Converter<'a> {
     source: &'a Source,
     log: &'a mut Log,
     meshes: Meshes,
-    /// Written file and factor to metres of each file of the source; `None` if it cannot be read.
-    done: BTreeMap<PathBuf, Option<(PathBuf, f64)>>,
+    /// What became of each file of the source, and the factor to metres; `None` if it cannot be read.
+    done: BTreeMap<PathBuf, Option<(Converted, f64)>>,
     /// Of all written files.
     bytes: u64,
     /// Of all written files that touch.
@@ -69,40 +80,60 @@ struct Converter<'a> {
 
 impl Converter<'_> {
     fn parts(&mut self, parts: Vec<Part>, link: &str, touches: bool) -> Vec<Part> {
-        parts.into_iter().filter_map(|part| self.part(part, link, touches)).collect()
+        parts.into_iter().flat_map(|part| self.part(part, link, touches)).collect()
     }
 
-    fn part(&mut self, part: Part, link: &str, touches: bool) -> Option<Part> {
-        let geometry = match part.geometry {
-            Geometry::Mesh(mesh) => Geometry::Mesh(self.mesh(mesh, link, touches)?),
+    fn part(&mut self, part: Part, link: &str, touches: bool) -> Vec<Part> {
+        match part.geometry {
+            Geometry::Mesh(mesh) => self.mesh(mesh, part.origin, link, touches),
             Geometry::Ellipsoid(radii) => {
                 let corners = ellipsoid(radii);
                 let element = format!("link '{link}'");
                 let text = format!("an ellipsoid with the half axes {radii:?} m is written as a mesh");
                 self.log.taken(At::Link(link.to_owned()), element, text);
                 let triangles = Triangles::Inline { name: format!("{link}_ellipsoid"), corners };
-                Geometry::Mesh(self.mesh(Mesh { triangles, scale: [1.0; 3] }, link, touches)?)
+                self.mesh(Mesh { triangles, scale: [1.0; 3] }, part.origin, link, touches)
             }
-            geometry => geometry,
-        };
-        Some(Part { geometry, ..part })
+            _ => vec![part],
+        }
     }
 
-    fn mesh(&mut self, mesh: Mesh, link: &str, touches: bool) -> Option<Mesh> {
+    fn mesh(&mut self, mesh: Mesh, origin: Origin, link: &str, touches: bool) -> Vec<Part> {
         let (at, element) = (At::Link(link.to_owned()), format!("link '{link}'"));
-        let (path, unit) = match mesh.triangles {
+        let (converted, unit) = match mesh.triangles {
             Triangles::Inline { name, corners } => {
-                (self.write(&name, &corners, mesh.scale, &at, &element, touches)?, 1.0)
+                let file = self.write(&name, &corners, mesh.scale, &at, &element, touches);
+                (file.map(Converted::File), 1.0)
             }
             Triangles::File(path) => {
                 if !self.done.contains_key(&path) {
-                    let written = self.file(&path, mesh.scale, &at, &element, touches);
-                    self.done.insert(path.clone(), written);
+                    let converted = self.file(&path, mesh.scale, &at, &element, touches);
+                    self.done.insert(path.clone(), converted);
                 }
-                self.done.get(&path).cloned().flatten()?
+                match self.done.get(&path).cloned().flatten() {
+                    Some((converted, unit)) => (Some(converted), unit),
+                    None => (None, 1.0),
+                }
             }
         };
-        Some(Mesh { triangles: Triangles::File(path), scale: mesh.scale.map(|s| s * unit) })
+        let scale = mesh.scale.map(|s| s * unit);
+        match converted {
+            None => Vec::new(),
+            Some(Converted::File(path)) => {
+                let geometry = Geometry::Mesh(Mesh { triangles: Triangles::File(path), scale });
+                vec![Part { origin, geometry }]
+            }
+            Some(Converted::Shapes(shapes)) => {
+                let placed = |(pose, geometry): (Pose, Geometry)| {
+                    let there = Pose::from_parts(pose.translation * scale[0], pose.rotation);
+                    let origin = Origin::from_pose(&(origin.pose() * there));
+                    Part { origin, geometry: geometry.scaled(scale[0]) }
+                };
+                let parts: Vec<Part> = shapes.into_iter().map(placed).collect();
+                // Ellipsoids become files.
+                parts.into_iter().flat_map(|part| self.part(part, link, touches)).collect()
+            }
+        }
     }
 
     /// Converts a file of the source. The result has the factor by which its unit was corrected.
@@ -113,7 +144,7 @@ impl Converter<'_> {
         at: &At,
         element: &str,
         touches: bool,
-    ) -> Option<(PathBuf, f64)> {
+    ) -> Option<(Converted, f64)> {
         let shown = path.display();
         let bytes = match self.source.bytes(path, element, limits().mesh_bytes) {
             Ok(bytes) => bytes,
@@ -122,12 +153,12 @@ impl Converter<'_> {
                 return None;
             }
         };
-        let corners = match triangles(&bytes, path) {
+        let (corners, shapes) = match triangles(&bytes, path, self.source) {
             Ok(read) => {
                 read.notes.into_iter().for_each(|note| {
                     self.log.taken(at.clone(), element, format!("mesh {shown}: {note}"));
                 });
-                read.corners
+                (read.corners, read.shapes)
             }
             Err(problem) => {
                 self.lost(at, element, format!("mesh {shown} {problem}; the shape is left out"), touches);
@@ -142,9 +173,12 @@ impl Converter<'_> {
         } else {
             1.0
         };
+        if !shapes.is_empty() && scale == [scale[0].abs(); 3] {
+            return Some((Converted::Shapes(shapes), unit));
+        }
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let scale = scale.map(|s| s * unit);
-        Some((self.write(&stem, &corners, scale, at, element, touches)?, unit))
+        Some((Converted::File(self.write(&stem, &corners, scale, at, element, touches)?), unit))
     }
 
     /// A shape that is left out: a problem if it touches. A picture only changes the look.
@@ -233,16 +267,19 @@ impl Converter<'_> {
 /// Triangles of a mesh file, in metres if the file states its unit.
 pub(crate) struct Read {
     pub(crate) corners: Vec<[Vec3; 3]>,
+    /// The same as shapes, if it is a scene of a few.
+    shapes: Vec<(Pose, Geometry)>,
     notes: Vec<String>,
 }
 
-pub(crate) fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
+/// Reads the mesh file at `path`; other files of the source that it names are read as well.
+pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Read, String> {
     if is_lfs_pointer(bytes) {
         return Err(lfs_problem());
     }
     let kind = path.extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default();
     let words = || String::from_utf8_lossy(bytes);
-    let mut notes = Vec::new();
+    let (mut shapes, mut notes) = (Vec::new(), Vec::new());
     let corners = match kind.as_str() {
         "stl" => stl::stl(bytes)?,
         "dae" => {
@@ -254,16 +291,27 @@ pub(crate) fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
         "obj" => text::obj(&words())?,
         "off" => text::off(&words())?,
         "tri" => text::tri(&words())?,
-        "iv" | "wrl" => text::inventor(&words())?,
+        "iv" | "wrl" | "vrml" => {
+            let open = |name: &str| {
+                let found = source.resolve(path, name)?;
+                let bytes = source.bytes(&found.path, "scene", limits().mesh_bytes);
+                bytes
+                    .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+                    .map_err(|error| error.to_string())
+            };
+            let drawn = scene::read(&words(), &open)?;
+            shapes = drawn.shapes;
+            drawn.corners
+        }
         _ => {
-            let known = "STL, OBJ, COLLADA (.dae), binary glTF (.glb), OFF, Open Inventor (.iv) as text";
+            let known = "STL, OBJ, COLLADA (.dae), binary glTF (.glb), OFF, Open Inventor (.iv) and VRML (.wrl) as text";
             return Err(format!("is of type '{kind}'; known are {known}; save it as one of them"));
         }
     };
     if corners.is_empty() {
         return Err("has no triangles".to_owned());
     }
-    Ok(Read { corners, notes })
+    Ok(Read { corners, shapes, notes })
 }
 
 /// Longest edge of the bounding box, m.

@@ -2,7 +2,7 @@
 //!
 //! 1. `tree.rs`: one tree with unique names.
 //! 2. `joints.rs`: ball joints become hinges, couplings linear, limits consistent.
-//! 3. `shapes.rs`: shapes that touch. `mass.rs`: masses of moving links.
+//! 3. `shapes.rs`: shapes that touch. Joints without any are fixed. `mass.rs`: masses of moving links.
 //! 4. `motors.rs`: a motor for each actuator, and tendons between motors and joints.
 
 mod joints;
@@ -36,6 +36,7 @@ pub(crate) fn complete(mut draft: Draft, source: &Source, options: &Options, log
     joints::complete(&mut draft, log);
     shapes::complete(&mut draft, options, log);
     let meshes = meshes::convert(&mut draft, source, log);
+    joints::idle(&mut draft, log);
     mass::complete(&mut draft, &meshes, log);
     let inertia_from_shapes = mass::implausible(&draft, log);
     let (motors, tendons) = motors::complete(&mut draft, log);

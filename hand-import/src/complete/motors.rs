@@ -35,6 +35,8 @@ pub(crate) struct Wound {
     pub(crate) damping: f64,
     pub(crate) force_limit: f64,
     pub(crate) both_ways: bool,
+    pub(crate) hold_limit: Option<f64>,
+    pub(crate) breakaway: bool,
 }
 
 impl Wound {
@@ -107,14 +109,6 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
             continue;
         }
         if kept {
-            continue;
-        }
-        if draft.moves_nothing(joint) {
-            let text = format!(
-                "drives joint '{name}', whose link has no shape and carries none, and which no joint follows; both are \
-                 left out. If it moves others in the real hand, state a motor and a tendon over them in hand.toml"
-            );
-            log.dropped(At::Hand, element, text);
             continue;
         }
         let (motor, servo) = servo(&actuator, joint, &at, &element, log);
@@ -210,6 +204,8 @@ fn servo(actuator: &Actuator, joint: &Joint, at: &At, element: &str, log: &mut L
         damping,
         force_limit: force,
         both_ways: true,
+        hold_limit: None,
+        breakaway: false,
     };
     (motor, servo)
 }
@@ -277,9 +273,14 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let fastest = limits.motor_speed_per_s.min(limits.motor_power_w / (force * travel));
     let mut motors = Vec::new();
     for (name, _) in &tendon.motors {
-        let speed = actuator_of(name).and_then(|a| a.speed_limit).map(|speed| speed / scaling);
+        let actuator = actuator_of(name);
+        let (scaling, offset) = match actuator.and_then(|a| a.range).filter(|[low, high]| low < high) {
+            Some([low, high]) => (high - low, -low / (high - low)),
+            None => (scaling, -at_rest / travel),
+        };
+        let speed = actuator.and_then(|a| a.speed_limit).map(|speed| speed / scaling);
         let speed = or(speed.filter(|speed| *speed <= fastest), "speed limit", CLOSING.min(fastest));
-        motors.push(Motor { name: name.clone(), scaling, offset: -at_rest / travel, speed_limit: speed });
+        motors.push(Motor { name: name.clone(), scaling, offset, speed_limit: speed });
     }
     if !guesses.is_empty() && draft.settings.is_none() {
         let winds = match motors.len() {
@@ -311,6 +312,8 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
         damping: tendon.damping.unwrap_or_default(),
         force_limit: force,
         both_ways: tendon.both_ways,
+        hold_limit: tendon.hold_limit.map(|hold| hold.max(force)),
+        breakaway: tendon.breakaway,
     };
     Some((motors, wound))
 }
@@ -363,12 +366,6 @@ fn without_place(draft: &mut Draft, log: &mut Log) {
 
 /// Damping of joints that state none.
 fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
-    let idle: BTreeSet<String> = draft
-        .joints
-        .iter()
-        .filter(|joint| draft.moves_nothing(joint))
-        .map(|joint| joint.name.clone())
-        .collect();
     let leaders: BTreeSet<String> = draft.couplings.iter().map(|coupling| coupling.joint.clone()).collect();
     for joint in &mut draft.joints {
         let moves = joint.kind != JointKind::Fixed && !leaders.contains(&joint.name);
@@ -377,11 +374,7 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
         }
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
         let spring = joint.stiffness.filter(|k| *k > 0.0);
-        if draft.loops.is_empty()
-            && !driven.contains(&joint.name)
-            && spring.is_none()
-            && !idle.contains(&joint.name)
-        {
+        if draft.loops.is_empty() && !driven.contains(&joint.name) && spring.is_none() {
             log.problem(
                 at.clone(),
                 &element,

@@ -40,6 +40,9 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         }
         out.push_str("]\n");
     }
+    if !draft.start.is_empty() {
+        let _ = writeln!(out, "\n[start]\njoints = {}", inline(&draft.start));
+    }
     for motor in &hand.motors {
         out.push('\n');
         comment(&mut out, comments.at(&At::Motor(motor.name.clone())));
@@ -72,6 +75,12 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         let _ = writeln!(out, "force_limit = {}", number(tendon.force_limit));
         if tendon.both_ways {
             out.push_str("both_ways = true\n");
+        }
+        if let Some(hold) = tendon.hold_limit {
+            let _ = writeln!(out, "hold_limit = {}", number(hold));
+        }
+        if tendon.breakaway {
+            out.push_str("breakaway = true\n");
         }
         for (joint, path) in &tendon.paths {
             let table = |kind: &str| format!("[tendons.{}.{kind}.{}]", key(&tendon.name), key(joint));

@@ -88,16 +88,7 @@ fn adaptive_synergy(
     for (joint, stiffness, rest) in springs {
         spring(&joint, stiffness, rest, shown, draft, &mut reading.log);
     }
-    draft.tendons.push(Tendon {
-        name: name.to_owned(),
-        joints,
-        motors,
-        stiffness: None,
-        damping: None,
-        force_limit: None,
-        rest: None,
-        both_ways: false,
-    });
+    draft.tendons.push(Tendon { joints, motors, ..Tendon::of(name) });
 }
 
 /// Gives a joint the spring that a transmission states, unless another one states another.
