@@ -1,5 +1,6 @@
 //! Contacts between a hand and an object: their frames, models and friction.
 
+use crate::equilibrium::own_frame;
 use palmares_models::Vec3;
 use palmares_models::hand::Hand;
 use palmares_sim::dynamics::tree::Kinematics;
@@ -27,6 +28,9 @@ impl ContactModel {
         }
     }
 }
+
+/// Arm of the friction moment of a soft finger if none is given, m.
+pub const DEFAULT_ARM: f64 = 0.005;
 
 /// A contact in the world. Its frame has the axes n (normal, into the object), t and o = n × t.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +67,7 @@ impl Contact {
 pub struct LinkContact {
     /// Index of the link.
     pub link: usize,
-    /// The contact in the link's frame.
+    /// The contact in the frame of the URDF link.
     pub in_link: Contact,
 }
 
@@ -94,8 +98,8 @@ pub enum BadContact {
 
 impl LinkContact {
     /// The contact in the world, for the hand in this configuration.
-    pub fn placed(&self, kin: &Kinematics) -> Contact {
-        let pose = &kin.pose[self.link];
+    pub fn placed(&self, hand: &Hand, kin: &Kinematics) -> Contact {
+        let pose = own_frame(hand, kin, self.link);
         Contact {
             point: pose.transform_point(self.in_link.point),
             normal: pose.rotation * self.in_link.normal,
@@ -105,8 +109,8 @@ impl LinkContact {
     }
 
     /// The contact that is at this place of the world now, fixed to a link.
-    pub fn fixed_to(link: usize, world: &Contact, kin: &Kinematics) -> Self {
-        let inverse = kin.pose[link].inverse();
+    pub fn fixed_to(link: usize, world: &Contact, hand: &Hand, kin: &Kinematics) -> Self {
+        let inverse = own_frame(hand, kin, link).inverse();
         let in_link = Contact {
             point: inverse.transform_point(world.point),
             normal: inverse.rotation * world.normal,

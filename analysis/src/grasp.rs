@@ -80,7 +80,7 @@ impl Grasp {
         check(hand, contacts)?;
         let mut kin = Kinematics::default();
         kin.update(hand, base, q);
-        let placed: Vec<Contact> = contacts.iter().map(|contact| contact.placed(&kin)).collect();
+        let placed: Vec<Contact> = contacts.iter().map(|contact| contact.placed(hand, &kin)).collect();
         let links: Vec<usize> = contacts.iter().map(|contact| contact.link).collect();
         let g = grasp_matrix(&placed, object);
         let mut j = DMatrix::zeros(g.ncols(), hand.coordinates.len());

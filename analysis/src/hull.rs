@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
-/// Largest number of facets: a hull of 100 points in six dimensions has fewer.
+/// Largest number of facets that are computed, with those that later points replace: some seconds in six dimensions.
 pub const MAX_FACETS: usize = 300_000;
 /// A point this far outside a facet, in units of the points' largest coordinate, sees it. Points nearer to a facet
 /// count as on it, so that the many facets that lie in one hyperplane make no thin ones.
@@ -30,7 +30,10 @@ pub struct Hull {
     points: Vec<DVector<f64>>,
     inside: DVector<f64>,
     facets: Vec<Facet>,
+    /// Places of facets that are gone.
     free: Vec<usize>,
+    /// Number of facets computed yet.
+    computed: usize,
     sight: f64,
 }
 
@@ -45,7 +48,7 @@ pub enum NoHull {
     EachInSpace,
     /// It has too many facets.
     #[error(
-        "the hull has more than {MAX_FACETS} facets: take fewer contacts or fewer edges of the friction cones"
+        "the hull of the wrenches needs more than {MAX_FACETS} facets: take fewer edges of the friction cones, or fewer contacts"
     )]
     TooLarge,
 }
@@ -65,6 +68,7 @@ impl Hull {
             inside,
             facets: Vec::new(),
             free: Vec::new(),
+            computed: 0,
             sight: SIGHT * size,
         };
         for across in 0..=dimension {
@@ -160,6 +164,9 @@ impl Hull {
             let count = points.len();
             let mut neighbours = vec![usize::MAX; count];
             neighbours[count - 1] = *beyond;
+            if self.computed >= MAX_FACETS {
+                return Err(NoHull::TooLarge);
+            }
             let Some(index) = self.insert(points, neighbours) else { return Err(NoHull::Flat) };
             added.push((index, *beyond));
             for k in 0..count - 1 {
@@ -195,9 +202,6 @@ impl Hull {
             self.facets[at].gone = true;
             self.free.push(at);
         }
-        if self.facets.len() - self.free.len() > MAX_FACETS {
-            return Err(NoHull::TooLarge);
-        }
         Ok(true)
     }
 
@@ -209,6 +213,11 @@ impl Hull {
             offset = -offset;
         }
         let facet = Facet { points, normal, offset, neighbours, gone: false };
+        self.computed += 1;
+        if let Some(place) = self.free.pop() {
+            self.facets[place] = facet;
+            return Some(place);
+        }
         self.facets.push(facet);
         Some(self.facets.len() - 1)
     }

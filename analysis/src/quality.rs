@@ -29,7 +29,8 @@ const REFINEMENTS: usize = 2000;
 pub struct QualitySettings {
     /// Bound on the normal forces.
     pub norm: Norm,
-    /// Edges of the pyramid that replaces each friction cone, inside it; at least 3.
+    /// Edges of the pyramid that replaces each friction cone, inside it; at least 3. For a soft finger also the number of points on
+    /// every great circle of the sphere (f_t, f_o, m/arm), about edges²/π in all.
     pub edges: usize,
     /// Length that turns a moment into a force, m.
     pub length: f64,
@@ -96,18 +97,21 @@ impl Cones<'_> {
         if n == 1 {
             return vec![DVector::from_element(1, 1.0)];
         }
-        for edge in 0..self.settings.edges {
-            let angle = TAU * edge as f64 / self.settings.edges as f64;
-            let mut forces = DVector::zeros(n);
-            forces[0] = 1.0;
-            forces[1] = contact.friction * angle.cos();
-            forces[2] = contact.friction * angle.sin();
-            all.push(forces);
-        }
-        if n == 4 {
-            for spin in [1.0, -1.0] {
-                let mut forces = DVector::zeros(4);
-                (forces[0], forces[3]) = (1.0, spin * contact.friction * contact.arm);
+        let edges = self.settings.edges as f64;
+        // Circles of equal spin, from pole to pole; a hard finger has the equator alone.
+        let circles = if n == 4 { (edges / 4.0).round().max(1.0) as i32 } else { 0 };
+        for circle in -circles..=circles {
+            let (sin, cos) = (0.25 * TAU * f64::from(circle) / f64::from(circles.max(1))).sin_cos();
+            let pole = n == 4 && circle.abs() == circles;
+            let count = if pole { 1.0 } else { (edges * cos).round().max(3.0) };
+            let reach = contact.friction * if pole { 0.0 } else { cos };
+            for edge in 0..count as usize {
+                let angle = TAU * edge as f64 / count;
+                let mut forces = DVector::zeros(n);
+                (forces[0], forces[1], forces[2]) = (1.0, reach * angle.cos(), reach * angle.sin());
+                if n == 4 {
+                    forces[3] = contact.friction * contact.arm * sin;
+                }
                 all.push(forces);
             }
         }

@@ -8,9 +8,26 @@
 //! stiffness `K = (K_c⁻¹ + J C_q Jᵀ)⁻¹`, and the object `G K Gᵀ − K_g` (Malvezzi and Prattichizzo 2013, eq. 12, with their
 //! `C_q = K_q⁻¹ + S K_z⁻¹ Sᵀ`; Prattichizzo et al. 2013, eqs 15 to 24).
 
+use crate::contact::Contact;
 use crate::hand::{CompliantHand, NotCompliant, balanced_inverse};
 use crate::linear::{intersection, null_space, pseudo_inverse, range, rank};
 use nalgebra::DMatrix;
+
+/// A grasp whose stiffness is not determined.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NotStiff {
+    /// Contacts and hand in series.
+    #[error("contact_stiffness is singular, or does not go together with the hand's compliance")]
+    Singular,
+    /// A number that is not valid.
+    #[error(
+        "contact_stiffness: found {0}; wanted a number above 0 (N/m), or normal above 0 and tangential (N/m) and spin (N·m/rad) not negative"
+    )]
+    Number(ContactStiffness),
+    /// A matrix of the wrong size.
+    #[error(transparent)]
+    Size(#[from] NotCompliant),
+}
 
 /// A grasp near its equilibrium: n coordinates, k inputs, c components of contact forces.
 #[derive(Clone, Debug)]
@@ -44,32 +61,43 @@ pub struct QuasiStatic {
 }
 
 impl QuasiStatic {
-    /// A grasp. `contacts` is K_c, and `object_geometric` is K_g for a grasp with contact forces. Directions in which
+    /// A grasp. `contacts` is K_c: a component whose row and column are 0 transmits nothing.
+    ///  `object_geometric` is K_g for a grasp with contact forces. Directions in which
     /// nothing holds the object have no motion: the smallest of all solutions.
     ///
     /// # Errors
-    /// Matrices of the wrong size, or a singular K_c.
+    /// Matrices of the wrong size, or a K_c that is singular in the components that it transmits.
     pub fn new(
         hand: &CompliantHand,
         g: &DMatrix<f64>,
         j: &DMatrix<f64>,
         contacts: &DMatrix<f64>,
         object_geometric: Option<&DMatrix<f64>>,
-    ) -> Result<Self, NotCompliant> {
+    ) -> Result<Self, NotStiff> {
         let c = j.nrows();
         let size = |what, matrix: &DMatrix<f64>, wanted: (usize, usize)| {
             let (rows, columns) = matrix.shape();
             if (rows, columns) == wanted {
                 return Ok(());
             }
-            Err(NotCompliant::Size { what, rows, columns, wanted: format!("{} × {}", wanted.0, wanted.1) })
+            let wanted = format!("{} × {}", wanted.0, wanted.1);
+            Err(NotCompliant::Size { what, rows, columns, wanted })
         };
         size("G", g, (g.nrows(), c))?;
         size("J", j, (c, hand.compliance.nrows()))?;
         size("contact_stiffness", contacts, (c, c))?;
-        let give = balanced_inverse(contacts.clone()).ok_or(NotCompliant::Singular)?;
-        let series = balanced_inverse(give + j * &hand.compliance * j.transpose());
-        let series = series.ok_or(NotCompliant::Singular)?;
+        let transmits = |k: &usize| contacts.row(*k).amax().max(contacts.column(*k).amax()) > 0.0;
+        let acting: Vec<usize> = (0..c).filter(transmits).collect();
+        let give = balanced_inverse(contacts.select_rows(&acting).select_columns(&acting));
+        let moving = j.select_rows(&acting);
+        let acting_series = give.ok_or(NotStiff::Singular)? + &moving * &hand.compliance * moving.transpose();
+        let acting_series = balanced_inverse(acting_series).ok_or(NotStiff::Singular)?;
+        let mut series = DMatrix::zeros(c, c);
+        for (i, &row) in acting.iter().enumerate() {
+            for (k, &column) in acting.iter().enumerate() {
+                series[(row, column)] = acting_series[(i, k)];
+            }
+        }
         let mut object_stiffness = g * &series * g.transpose();
         if let Some(geometric) = object_geometric {
             size("object_geometric", geometric, (g.nrows(), g.nrows()))?;
@@ -121,15 +149,57 @@ impl QuasiStatic {
     }
 }
 
-/// K_c of contacts, a diagonal c × c matrix: `normal` and `tangential` in N/m, `spin` in N·m/rad.
-pub fn contact_stiffness(
-    contacts: &[crate::contact::Contact],
-    normal: f64,
-    tangential: f64,
-    spin: f64,
-) -> DMatrix<f64> {
-    let each = [normal, tangential, tangential, spin];
-    let diagonal: Vec<f64> =
-        contacts.iter().flat_map(|contact| each[..contact.model.components()].iter().copied()).collect();
-    DMatrix::from_diagonal(&nalgebra::DVector::from_vec(diagonal))
+/// Stiffness of every contact, K_c. A soft finger also resists a turn about its normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactStiffness {
+    /// k along every direction, N/m; about the normal k · arm², N·m/rad, with the arm of the contact's friction moment: springs of
+    /// k at the distance arm from the normal.
+    Equal(f64),
+    /// Each of them.
+    Parts {
+        /// Along the normal, N/m.
+        normal: f64,
+        /// Along t and o, N/m.
+        tangential: f64,
+        /// About the normal, N·m/rad.
+        spin: f64,
+    },
+}
+
+impl std::fmt::Display for ContactStiffness {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ContactStiffness::Equal(k) => write!(f, "{k}"),
+            ContactStiffness::Parts { normal, tangential, spin } => {
+                write!(f, "[{normal}, {tangential}, {spin}]")
+            }
+        }
+    }
+}
+
+impl ContactStiffness {
+    /// K_c, a diagonal c × c matrix.
+    ///
+    /// # Errors
+    /// A stiffness that is not valid.
+    pub fn of(self, contacts: &[Contact]) -> Result<DMatrix<f64>, NotStiff> {
+        let valid = match self {
+            ContactStiffness::Equal(k) => k > 0.0 && k.is_finite(),
+            ContactStiffness::Parts { normal, tangential, spin } => {
+                normal > 0.0 && [normal, tangential, spin].iter().all(|k| *k >= 0.0 && k.is_finite())
+            }
+        };
+        if !valid {
+            return Err(NotStiff::Number(self));
+        }
+        let each = |contact: &Contact| match self {
+            ContactStiffness::Equal(k) => [k, k, k, k * contact.arm * contact.arm],
+            ContactStiffness::Parts { normal, tangential, spin } => [normal, tangential, tangential, spin],
+        };
+        let diagonal: Vec<f64> = contacts
+            .iter()
+            .flat_map(|contact| each(contact).into_iter().take(contact.model.components()))
+            .collect();
+        Ok(DMatrix::from_diagonal(&nalgebra::DVector::from_vec(diagonal)))
+    }
 }

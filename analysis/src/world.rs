@@ -57,7 +57,7 @@ pub fn held_object(world: &World, object: usize) -> Option<HeldObject> {
             friction,
             arm: spin.map_or(0.0, |law| law.arm(force.dot(normal).max(0.0))),
         };
-        contacts.push(LinkContact::fixed_to(link, &placed, &kin));
+        contacts.push(LinkContact::fixed_to(link, &placed, hand, &kin));
         forces.push(placed.axes().map(|axis| axis.dot(force)));
         moments.push(moment);
     }

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from palmares.analysis import (
     Contact,
+    ContactModel,
     Hand,
     Postures,
     Variable,
@@ -130,6 +132,59 @@ def test_ejection_tells_near_from_far() -> None:
     assert found.fate.tolist() == [["missed"]]
 
 
+def test_the_root_has_its_own_frame_where_the_base_is_elsewhere(tmp_path: Path) -> None:
+    folder = tmp_path / "pinch"
+    shutil.copytree(ROOT / "models/hands/pinch", folder)
+    settings = folder / "hand.toml"
+    base = "[base]\nposition = [0.0, 0.01, -0.05]\nrpy = [0, 0.3, 0.2]\n"
+    settings.write_text(settings.read_text() + "\n" + base)
+    plain, moved = Hand("pinch"), Hand(str(folder))
+    sigma = [0.3, 0.35]
+    away = moved.rest(sigma)
+    # The whole hand is elsewhere, as its root is: each link in the root's frame is where it was.
+    turn = _turn(away.links[0])
+    links = [turn.T @ (link[:3] - away.links[0, :3]) for link in away.links]
+    np.testing.assert_allclose(links, plain.rest(sigma).links[:, :3], atol=1e-9)
+    np.testing.assert_allclose(moved.poses(away.q), away.links, atol=0)
+    assert np.linalg.norm(away.links[0, :3]) > 0.04
+    point = (0.01, 0.02, 0.03)
+    grasp = moved.grasp(away, [Contact("palm", point, (0, 0, 1))])
+    place = away.links[0, :3] + turn @ point
+    np.testing.assert_allclose(grasp.contacts[0].point, place, atol=1e-12)
+    np.testing.assert_allclose(grasp.contacts[0].normal, turn[:, 2], atol=1e-12)
+    assert moved.rest(sigma, held=[("palm", point, place)]).gaps[0] < 1e-9
+
+
+def _turn(pose: Any) -> Any:
+    x, y, z, w = pose[3:]
+    skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + 2 * w * skew + 2 * skew @ skew
+
+
+def test_one_contact_stiffness_is_springs_at_the_arm_about_the_normal() -> None:
+    def stiffness(model: ContactModel, arm: float, k: Any) -> Any:
+        tips = [Contact(tip.link, tip.point, tip.normal, model, 0.8, arm) for tip in TIPS]
+        return Hand("pinch").grasp([0.3, 0.35], tips).linear(k).object_stiffness
+
+    assert Contact("palm", (0, 0, 0), (0, 0, 1)).arm == 0.005
+    parts = (2e4, 2e4, 2e4 * 0.005**2)
+    np.testing.assert_allclose(
+        stiffness("soft_finger", 0.005, 2e4), stiffness("soft_finger", 0.005, parts), atol=1e-6
+    )
+    # Without an arm a soft finger transmits no moment, as a hard one.
+    np.testing.assert_allclose(
+        stiffness("soft_finger", 0.0, 2e4), stiffness("hard_finger", 0.0, 2e4), atol=1e-6
+    )
+
+
+def test_travel_and_progress_follow_the_coordinates() -> None:
+    hand = Hand("softhand")
+    closing = hand.close(steps=20)
+    np.testing.assert_allclose(closing.travel, closing.q[-1] - closing.q[0])
+    first = closing.reached[[hand.coordinates.index(name) for name in closing.order], 0]
+    assert np.all(np.diff(first[~np.isnan(first)]) >= 0)
+
+
 def test_what_is_wrong_is_named() -> None:
     hand = Hand("pinch")
     for wrong, match in [
@@ -142,6 +197,19 @@ def test_what_is_wrong_is_named() -> None:
             hand.grasp(0.3, [wrong])
     with pytest.raises(ValueError, match="sigma: found"):
         hand.rest([0.1, 0.2, 0.3])
+    with pytest.raises(ValueError, match=r"sigma: found \[7\.0, 7\.0\]; wanted 2 numbers from 0"):
+        hand.rest(7.0)
+    with pytest.raises(ValueError, match="end: found"):
+        hand.close(0.0, -0.1)
+    with pytest.raises(ValueError, match="contacts: found none"):
+        hand.grasp(0.3, [])
+    found, word = hand.rest(0.3), cast(Any, "stiff")
+    for stiff in (lambda: hand.linear(found, word), lambda: hand.grasp(found, TIPS).linear(1e4, word)):
+        with pytest.raises(ValueError, match='tendons: found \'stiff\'; wanted "compliant" or "fixed"'):
+            stiff()
+    for number in (-1.0, 0.0, np.nan, [1, 2], [1, -1, 1]):
+        with pytest.raises(ValueError, match="contact_stiffness: found"):
+            hand.grasp(found, TIPS).linear(cast(Any, number))
     with pytest.raises(ValueError, match="neither a hand"):
         Hand("no-such-hand")
     assert ellipsoid(np.zeros((2, 2))).manipulability == 0

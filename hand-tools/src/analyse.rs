@@ -13,13 +13,13 @@ use clap::{Args, ValueEnum};
 use nalgebra::DMatrix;
 use palmares_analysis::closing::{Closing, close};
 use palmares_analysis::closure::{Closure, ForceClosure, force_closure, form_closure};
-use palmares_analysis::contact::{Contact, ContactModel, LinkContact};
+use palmares_analysis::contact::{Contact, ContactModel, DEFAULT_ARM, LinkContact};
 use palmares_analysis::ellipsoid::ellipsoid;
 use palmares_analysis::equilibrium::{Rest, rest};
 use palmares_analysis::grasp::Grasp;
 use palmares_analysis::hand::{CompliantHand, Tendons};
 use palmares_analysis::quality::{Norm, Quality, QualitySettings, quality};
-use palmares_analysis::quasistatic::{QuasiStatic, contact_stiffness};
+use palmares_analysis::quasistatic::{ContactStiffness, QuasiStatic};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::Config;
@@ -57,9 +57,9 @@ pub struct AnalyseArgs {
     #[arg(long, default_value_t = 1.0, value_parser = positive)]
     friction: f64,
     /// Arm of the friction moment of soft fingers, m
-    #[arg(long, default_value_t = 0.005, value_parser = positive)]
+    #[arg(long, default_value_t = DEFAULT_ARM, value_parser = positive)]
     arm: f64,
-    /// Stiffness of the contacts in every direction, N/m
+    /// Stiffness k of the contacts along every direction, N/m; about the normal of soft fingers k · arm², N·m/rad
     #[arg(long, default_value_t = 1e4, value_parser = positive)]
     contact_stiffness: f64,
     /// Origin of the object's frame in the world, m; the middle of the contacts if it is not given
@@ -204,8 +204,7 @@ fn hold(
     let middle = points.sum::<Vec3>() / contacts.len() as f64;
     let object = Pose::from_translation(args.object.unwrap_or(middle));
     let grasp = Grasp::new(hand, Pose::IDENTITY, q, contacts, object)?;
-    let stiffness = args.contact_stiffness;
-    let k = contact_stiffness(&grasp.contacts, stiffness, stiffness, stiffness * args.arm * args.arm);
+    let k = ContactStiffness::Equal(args.contact_stiffness).of(&grasp.contacts)?;
     let linear = QuasiStatic::new(compliant, &grasp.g, &grasp.j, &k, None)?;
     let rows = [0, 1, 2, 3, 4, 5];
     let form = form_closure(&grasp.contacts, &grasp.g, &rows);

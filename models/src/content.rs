@@ -133,6 +133,8 @@ impl Hand {
             sensors,
             pads,
             start,
+            // A name for places, not behaviour.
+            base_from_root: _,
         } = self;
         let mut hash = ContentHash::of("palmares hand 1");
         hash.text(name);

@@ -3,7 +3,7 @@
 use crate::contact::{Contact, ContactModel, LinkContact};
 use crate::grasp::{Grasp, directions};
 use crate::hand::{CompliantHand, Posture, Tendons, moment_arms};
-use crate::quasistatic::{QuasiStatic, contact_stiffness};
+use crate::quasistatic::{ContactStiffness, QuasiStatic};
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::{Hand, Spring};
 use palmares_models::{Pose, Rotation, Vec3};
@@ -327,7 +327,11 @@ fn stiffness_of_a_loaded_grasp_is_the_derivative_of_its_equilibrium() {
                 ..*frame
             };
             let world: Vec<Contact> = at.contacts.iter().zip(&springs.at_rest).map(of).collect();
-            world.iter().zip(&springs.links).map(|(c, on)| LinkContact::fixed_to(on.link, c, &kin)).collect()
+            world
+                .iter()
+                .zip(&springs.links)
+                .map(|(c, on)| LinkContact::fixed_to(on.link, c, hand, &kin))
+                .collect()
         };
         // G in the axes in which the wrench is given: those of the object at u = 0.
         let frame = Pose::from_parts(moved_object(u).translation, object().rotation);
@@ -360,7 +364,8 @@ fn stiffness_of_a_loaded_grasp_is_the_derivative_of_its_equilibrium() {
             Some(&geometric),
         )
         .expect("a compliant hand");
-        let k = contact_stiffness(&at.contacts, stiffness[0], stiffness[1], 1.0);
+        let parts = ContactStiffness::Parts { normal: stiffness[0], tangential: stiffness[1], spin: 1.0 };
+        let k = parts.of(&at.contacts).expect("they are positive");
         let k = DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| if i == j { stiffness[i % 3] } else { 0.0 });
         let linear = QuasiStatic::new(&compliant, &g, &hand_side.j, &k, Some(&object_side)).expect("a grasp");
         let (shift, turn) = (&x.as_slice()[n..n + 3], &x.as_slice()[n + 3..]);

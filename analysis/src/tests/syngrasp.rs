@@ -447,7 +447,7 @@ fn synergies_and_stiffness_are_those_of_syngrasp() {
             friction: 0.8,
             arm: 0.0,
         };
-        LinkContact::fixed_to(tip, &world, &kin)
+        LinkContact::fixed_to(tip, &world, &hand, &kin)
     };
     let contacts: Vec<LinkContact> = (0..5).map(contact).collect();
     let object = Pose::from_translation(Vec3::from_slice(&CENTRE));

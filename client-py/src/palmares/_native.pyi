@@ -149,6 +149,9 @@ class HandModel:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 
 def grasp_matrix(contacts: Sequence[Any], frame: Sequence[float], /) -> NDArray[np.float64]: ...
+DEFAULT_ARM: float
+
+def contact_stiffness(contacts: Sequence[Any], stiffness: Sequence[float], /) -> NDArray[np.float64]: ...
 def soft_synergies(
     synergies: NDArray[np.float64],
     joint_stiffness: NDArray[np.float64],

@@ -82,6 +82,11 @@ impl Hand {
     /// Moves q within its limits until all pins are closed, by the shortest way (Gauss and Newton); as far as possible if they cannot
     /// be closed.
     pub fn close_chains(&self, q: &mut [f64]) {
+        self.close_chains_by(q, |_| 1.0);
+    }
+
+    /// The same, where a coordinate moves in proportion to its mobility: one with a small mobility moves only where the others cannot close the pins.
+    pub fn close_chains_by(&self, q: &mut [f64], mobility: impl Fn(usize) -> f64) {
         let rows = 3 * self.linkages.len();
         for _ in 0..if rows == 0 { 0 } else { CLOSING_STEPS } {
             let gaps: Vec<Gap> = self.linkages.iter().map(|pin| pin.at(self, q)).collect();
@@ -95,8 +100,9 @@ impl Hand {
                     gap[3 * k + axis] = x;
                 }
                 for (c, change) in &at.gradient {
+                    let root = mobility(*c).sqrt();
                     for (axis, x) in change.to_array().into_iter().enumerate() {
-                        jacobian[(3 * k + axis, *c)] = x;
+                        jacobian[(3 * k + axis, *c)] = x * root;
                     }
                 }
             }
@@ -106,8 +112,8 @@ impl Hand {
             (0..rows).for_each(|i| square[(i, i)] += damping);
             let Some(factor) = square.cholesky() else { return };
             let step = jacobian.tr_mul(&factor.solve(&gap));
-            for ((q, step), c) in q.iter_mut().zip(step.iter()).zip(&self.coordinates) {
-                *q = (*q - step).clamp(c.lower, c.upper);
+            for (i, c) in self.coordinates.iter().enumerate() {
+                q[i] = (q[i] - step[i] * mobility(i).sqrt()).clamp(c.lower, c.upper);
             }
         }
     }

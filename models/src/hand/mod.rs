@@ -58,6 +58,8 @@ pub struct Hand {
     pub pads: Vec<PadOn>,
     /// How it begins.
     pub start: Start,
+    /// Frame of the URDF's root link in the frame of `links[0]`, the base: see [`Hand::link_from_own`].
+    pub base_from_root: Pose,
 }
 
 /// How a hand begins, before anything moves it.
@@ -77,6 +79,11 @@ impl Start {
 }
 
 impl Hand {
+    /// Frame of a URDF link in the frame of `links[link]`: that of the root if `[base]` places the base, else the same.
+    pub fn link_from_own(&self, link: usize) -> Pose {
+        if link == 0 { self.base_from_root } else { Pose::IDENTITY }
+    }
+
     /// Index of the link of that name.
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|l| l.name == name)

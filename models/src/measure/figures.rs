@@ -12,6 +12,10 @@ use crate::hand::{Geom, Hand, Hinge, HingeKind, Link, Tendon};
 use crate::shape::{Shape, inertia};
 use crate::{Mat3, Pose, Vec3};
 
+/// Steps in which a driven chain closes.
+const DRIVE_STEPS: usize = 20;
+/// A pin with a smaller gap is closed, m.
+const CLOSED_PIN_M: f64 = 1e-6;
 /// Samples of a moment arm over the range of its joint.
 const ARM_SAMPLES: usize = 65;
 
@@ -138,8 +142,8 @@ impl Hand {
         if self.start.q.is_empty() { self.open() } else { self.start.q.clone() }
     }
 
-    /// The closed hand: every joint where its tendons pull it, within its limits; half a turn where there is
-    /// no limit.
+    /// The closed hand: every joint where its tendons pull it, within its limits and as far as the pins of closed chains let it; half a
+    /// turn where there is no limit.
     pub fn closed(&self) -> Vec<f64> {
         let open = self.open();
         let mut pull = vec![0.0; open.len()];
@@ -148,12 +152,49 @@ impl Hand {
         }
         let end = |limit: f64, without: f64| if limit.is_finite() { limit } else { without };
         let ends = self.coordinates.iter().zip(&open).zip(&pull);
-        ends.map(|((c, &open), &pull)| match pull {
-            p if p > 0.0 => end(c.upper, open + PI),
-            p if p < 0.0 => end(c.lower, open - PI),
-            _ => open,
-        })
-        .collect()
+        let ends: Vec<Option<f64>> = ends
+            .map(|((c, &open), &pull)| match pull {
+                p if p > 0.0 => Some(end(c.upper, open + PI)),
+                p if p < 0.0 => Some(end(c.lower, open - PI)),
+                _ => None,
+            })
+            .collect();
+        if self.linkages.is_empty() {
+            return ends.iter().zip(&open).map(|(end, open)| end.unwrap_or(*open)).collect();
+        }
+        self.drive_chains(open, &ends)
+    }
+
+    /// Moves driven coordinates to their ends in small steps while springs pull the others to their rest and pins hold the chains
+    /// closed. Pins win over the drive, the drive over springs.
+    fn drive_chains(&self, open: Vec<f64>, ends: &[Option<f64>]) -> Vec<f64> {
+        let held = |q: &[f64]| self.linkages.iter().all(|pin| pin.at(self, q).gap.length() < CLOSED_PIN_M);
+        let mobility = |c: usize| match ends[c] {
+            Some(_) => 1e-6,
+            None if self.coordinates[c].stiffness > 0.0 => 1e-3,
+            None => 1.0,
+        };
+        let (mut q, mut closed) = (open.clone(), open.clone());
+        for step in 1..=DRIVE_STEPS {
+            let part = step as f64 / DRIVE_STEPS as f64;
+            for (i, c) in self.coordinates.iter().enumerate() {
+                match ends[i] {
+                    Some(end) => q[i] = open[i] + part * (end - open[i]),
+                    None if c.stiffness > 0.0 => q[i] = c.rest.clamp(c.lower, c.upper),
+                    None => {}
+                }
+            }
+            self.close_chains_by(&mut q, mobility);
+            if !held(&q) {
+                // A joint at its limit: the others share its part.
+                self.close_chains(&mut q);
+            }
+            if !held(&q) {
+                break;
+            }
+            closed.clone_from(&q);
+        }
+        closed
     }
 
     /// Smallest box along the base's axes around all shapes at coordinates q; `None` without shapes.

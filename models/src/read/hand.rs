@@ -165,7 +165,8 @@ fn build(
     named_in.keep(check_name(&name, named_in));
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
     let root_from_base = at.keep(start::root_from_base(&settings.base, &tree, at)).unwrap_or(Pose::IDENTITY);
-    let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, report)?;
+    let base_from_root = base_from_root(root_from_base);
+    let reduced = reduce::reduce(&tree, base_from_root, &mut reader, report)?;
     let Some(reduced) = reduced else { return Ok(None) };
     let coordinates = coordinates(&tree, &reduced, &settings, report);
     let coordinates = report.keep(coordinates);
@@ -209,6 +210,7 @@ fn build(
         sensors,
         pads: reduced.pads,
         start,
+        base_from_root,
     };
     hand.validate().map_err(|error| match error {
         // Numbers of hand.toml were checked when they were read.

@@ -135,3 +135,24 @@ fn the_guide_lists_every_limit() {
         assert!(guide.lines().any(|line| line.starts_with(&begins)), "docs/organizers.md lacks {begins}");
     }
 }
+
+/// The four-bars of the 2F-85: as its README's closed form, couplers stay at their stops and tips turn back with the drivers.
+#[test]
+fn a_closed_hand_keeps_its_chains_closed() {
+    let hand = Hand::builtin("robotiq_2f85").unwrap();
+    let closed = hand.closed();
+    for pin in &hand.linkages {
+        let gap = pin.at(&hand, &closed).gap.length();
+        assert!(gap < 1e-9, "pin {}: {gap} m", pin.name);
+    }
+    for side in ["left", "right"] {
+        let at = |joint: &str| closed[hand.coordinate(&format!("{side}_{joint}_joint")).unwrap()];
+        assert!((at("driver") - 0.8).abs() < 1e-4 && at("coupler").abs() < 1e-3, "{closed:?}");
+        assert!((at("knuckle") - 0.8).abs() < 0.01 && (at("tip") + 0.77).abs() < 0.01, "{closed:?}");
+    }
+    // Without pins, each driven joint is at its limit.
+    let hand = Hand::builtin("softhand").unwrap();
+    let ends: Vec<f64> = hand.coordinates.iter().map(|c| c.upper).collect();
+    let driven = |c: usize| hand.tendons.iter().any(|t| t.coordinates().contains(&c));
+    assert!((0..ends.len()).filter(|c| driven(*c)).all(|c| hand.closed()[c] == ends[c]));
+}

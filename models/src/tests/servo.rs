@@ -205,6 +205,12 @@ fn the_base_frame_can_be_a_link_or_a_pose() {
         assert!((found.rotation * expected.rotation.inverse()).xyz().length() < 1e-12, "{base}: {found:?}");
         // Mass and shapes are at the same place of the hand.
         let com = turn.transform_point(hand.links[0].inertia.com);
+        let root = turn * hand.link_from_own(0);
+        assert!(
+            root.translation.length() < 1e-12 && root.rotation.xyz().length() < 1e-12,
+            "{base}: {root:?}"
+        );
+        assert_eq!(hand.link_from_own(1), Pose::IDENTITY);
         assert!((com - Vec3::new(0.0, 0.0, 0.02)).length() < 1e-12, "{com:?}");
     }
     fails("[base]\nlink = 'lb'", &["x/hand.toml: [base]: names link 'lb', which joint 'b' moves"]);

@@ -10,7 +10,7 @@ use palmares_analysis::grasp;
 use palmares_analysis::hand::CompliantHand;
 use palmares_analysis::linear::{intersection, null_space};
 use palmares_analysis::quality::{Norm, QualitySettings, quality as measure};
-use palmares_analysis::quasistatic::QuasiStatic;
+use palmares_analysis::quasistatic::{ContactStiffness, QuasiStatic};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -60,6 +60,25 @@ pub(crate) fn soft_synergies<'py>(
     told.set_item("tension_per_torque", array(py, &found.tension_per_torque)?)?;
     told.set_item("winding", array(py, &found.winding)?)?;
     Ok(told)
+}
+
+/// K_c of contacts: of one number k, or of normal, tangential and spin.
+#[pyfunction]
+pub(crate) fn contact_stiffness<'py>(
+    py: Python<'py>,
+    contacts: Vec<Given>,
+    stiffness: Vec<f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let given = match stiffness.as_slice() {
+        &[k] => ContactStiffness::Equal(k),
+        &[normal, tangential, spin] => ContactStiffness::Parts { normal, tangential, spin },
+        _ => {
+            let wanted = "1 (N/m), 3 (normal, tangential in N/m, spin in N·m/rad), or a c × c matrix";
+            return Err(value_error(format!("contact_stiffness: found {stiffness:?}; wanted {wanted}")));
+        }
+    };
+    let contacts = super::contacts::contacts(&contacts)?;
+    array(py, &given.of(&contacts).map_err(value_error)?)
 }
 
 /// Stiffness and maps of a grasp, from the five matrices of its hand, G, J, K_c and K_g.

@@ -113,7 +113,7 @@ impl HandModel {
         forces: Vec<PointOnLink>,
         held: Vec<PointOnLink>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.motors_of("sigma", &sigma)?;
+        self.sigma_of("sigma", &sigma)?;
         let pushes = forces.iter().map(|given| {
             let (link, point, force) = self.on_link("forces", given)?;
             Ok(Push { link, point, force })
@@ -212,8 +212,8 @@ impl HandModel {
         steps: usize,
         fractions: Vec<f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.motors_of("start", &from)?;
-        self.motors_of("end", &to)?;
+        self.sigma_of("start", &from)?;
+        self.sigma_of("end", &to)?;
         let base = pose("base", base)?;
         let found =
             py.detach(|| close(&self.config, &self.hand, base, &from, &to, steps)).map_err(value_error)?;
@@ -245,7 +245,7 @@ impl HandModel {
         sigma: Vec<f64>,
         loads: Vec<[f64; 3]>,
     ) -> PyResult<Vec<(&'static str, f64, usize)>> {
-        self.motors_of("sigma", &sigma)?;
+        self.sigma_of("sigma", &sigma)?;
         let shapes =
             places.iter().map(|(kind, sizes, place)| Ok((shape(kind, *sizes)?, pose("place", *place)?)));
         let shapes = shapes.collect::<PyResult<Vec<(Shape, Pose)>>>()?;
@@ -332,8 +332,13 @@ impl HandModel {
         numbers(name, q, self.hand.coordinates.len())
     }
 
-    fn motors_of(&self, name: &str, sigma: &[f64]) -> PyResult<()> {
-        numbers(name, sigma, self.hand.motors.len())
+    fn sigma_of(&self, name: &str, sigma: &[f64]) -> PyResult<()> {
+        let motors = self.hand.motors.len();
+        if sigma.len() == motors && sigma.iter().all(|s| (0.0..=1.0).contains(s)) {
+            return Ok(());
+        }
+        let wanted = "from 0 (open) to 1 (closed)";
+        Err(value_error(format!("{name}: found {sigma:?}; wanted {motors} numbers {wanted}, one per motor")))
     }
 
     fn on_link(&self, name: &str, (link, point, other): &PointOnLink) -> PyResult<(usize, Vec3, Vec3)> {

@@ -11,7 +11,9 @@ use pyo3::prelude::*;
 /// Adds its classes and functions to the module.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<hands::HandModel>()?;
+    module.add("DEFAULT_ARM", palmares_analysis::contact::DEFAULT_ARM)?;
     module.add_function(wrap_pyfunction!(grasps::grasp_matrix, module)?)?;
+    module.add_function(wrap_pyfunction!(grasps::contact_stiffness, module)?)?;
     module.add_function(wrap_pyfunction!(grasps::quasistatic, module)?)?;
     module.add_function(wrap_pyfunction!(grasps::soft_synergies, module)?)?;
     module.add_function(wrap_pyfunction!(grasps::form_closure, module)?)?;

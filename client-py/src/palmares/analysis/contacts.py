@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from palmares._native import DEFAULT_ARM
 from palmares._native import grasp_matrix as native_grasp_matrix
 
 Array: TypeAlias = NDArray[np.float64]
@@ -20,8 +21,6 @@ ContactModel: TypeAlias = Literal["frictionless", "hard_finger", "soft_finger"]
 
 ORIGIN = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """The world's frame, as a pose"""
-MODELS: dict[str, int] = {"frictionless": 1, "hard_finger": 3, "soft_finger": 4}
-"""Number of components of each model"""
 
 
 @dataclass(frozen=True)
@@ -42,8 +41,8 @@ class Contact:
     """Transmitted components"""
     friction: float = 1.0
     """Coulomb coefficient"""
-    arm: float = 0.0
-    """Arm of the friction moment of a soft finger, m"""
+    arm: float = DEFAULT_ARM
+    """Arm of the friction moment of a soft finger, m: 0.005 unless it is given; 0 transmits no moment"""
     tangent: Numbers | None = None
     """Direction of t; by default the axis that is farthest from the normal, made orthogonal to it"""
 

@@ -9,13 +9,14 @@ from typing import Literal
 import numpy as np
 
 from palmares._native import HandModel
+from palmares._native import contact_stiffness as native_contact_stiffness
 from palmares._native import ellipsoid as native_ellipsoid
 from palmares._native import force_closure as native_force_closure
 from palmares._native import form_closure as native_form_closure
 from palmares._native import quality as native_quality
 from palmares._native import spaces as native_spaces
-from palmares.analysis.contacts import MODELS, Array, Contact, Numbers, grasp_matrix
-from palmares.analysis.linear import LinearGrasp, LinearHand, linear_grasp, linear_hand
+from palmares.analysis.contacts import Array, Contact, Numbers, grasp_matrix
+from palmares.analysis.linear import LinearGrasp, LinearHand, Tendons, fixed, linear_grasp, linear_hand
 
 
 @dataclass(frozen=True)
@@ -112,37 +113,29 @@ class Grasp:
         self.contacts = tuple(Contact("", p, n, c.model, c.friction, c.arm, t) for c, p, n, t in placed)
         self.links = tuple(contact.link for contact in contacts)
 
-    def hand(self, tendons: Literal["compliant", "fixed"] = "compliant") -> LinearHand:
+    def hand(self, tendons: Tendons = "compliant") -> LinearHand:
         """Return the linear behaviour of the hand in this posture; `tendons` as in `linear`."""
-        if tendons not in ("compliant", "fixed"):
-            raise ValueError(f'tendons: found {tendons!r}; wanted "compliant" or "fixed"')
-        found = self._hand.compliant(
-            list(self.q), list(self.tension), tendons == "fixed", self._hand_geometric
-        )
+        found = self._hand.compliant(list(self.q), list(self.tension), fixed(tendons), self._hand_geometric)
         return linear_hand(found)
 
     def linear(
         self,
         contact_stiffness: float | Sequence[float] | Array = 1e4,
-        tendons: Literal["compliant", "fixed"] = "compliant",
+        tendons: Tendons = "compliant",
         hand: LinearHand | None = None,
     ) -> LinearGrasp:
         """Return stiffness and maps of the grasp.
 
         Args:
-            contact_stiffness: K_c: one number for all directions, N/m; three for (normal, tangential, spin in
-                N·m/rad); or a
-                c × c matrix.
+            contact_stiffness: K_c: one number k, N/m, for every direction, with k · arm², N·m/rad, about the
+                normal of soft fingers; three for (normal, tangential, spin in N·m/rad); or a c × c matrix.
             tendons: Their compliance.
             hand: Another linear hand, such as one of `soft_synergies`.
 
         """
         given = np.asarray(contact_stiffness, float)
         if given.ndim < 2:
-            normal, tangential, spin = given if given.ndim else (float(given),) * 3
-            each = [normal, tangential, tangential, spin]
-            parts = [each[k] for contact in self.contacts for k in range(MODELS[contact.model])]
-            given = np.diag(parts)
+            given = native_contact_stiffness(list(self.contacts), [float(x) for x in np.atleast_1d(given)])
         return linear_grasp(hand or self.hand(tendons), self.G, self.J, given, self._object_geometric)
 
     def form_closure(self, *, planar: bool = False) -> Closure:

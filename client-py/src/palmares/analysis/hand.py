@@ -13,7 +13,7 @@ from palmares._native import HandModel
 from palmares.analysis.contacts import Array, Contact, ContactModel, Numbers, pose_of
 from palmares.analysis.design import Forces, Optimum, Postures, Variable
 from palmares.analysis.grasp import Grasp
-from palmares.analysis.linear import LinearHand, linear_hand
+from palmares.analysis.linear import LinearHand, Tendons, fixed, linear_hand
 from palmares.sim import World
 
 
@@ -28,13 +28,13 @@ class Rest:
     base: Array
     """Pose of the base"""
     links: Array
-    """Pose of every link in the world, links × 7"""
+    """Pose of every link in the world, links × 7: of the frame of its URDF link, also for the root"""
     method: str
     """``closed_form`` or ``newton``"""
     beyond_closed_form: tuple[str, ...]
     """Reasons why the closed form does not apply"""
     reactions: Array
-    """Force on the link at each held point, N, world frame"""
+    """Force on the link at each held point, N, world frame: of a spring of 1e5 N/m, at most 100 N"""
     gaps: Array
     """Distance of each held point from its place, m"""
 
@@ -52,9 +52,10 @@ class Closing:
     order: tuple[str, ...]
     """Coordinates; the one that reaches the first fraction of its travel first comes first"""
     travel: Array
-    """Their motions from start to end, rad or m"""
+    """Motion of each of the hand's coordinates from start to end, rad or m"""
     reached: Array
-    """Progress at which each of them reaches each fraction, n × fractions; NaN for those that stay"""
+    """Progress at which each of the coordinates reaches each fraction, n × fractions; NaN for those that
+    stay"""
 
 
 @dataclass(frozen=True)
@@ -132,9 +133,9 @@ class Hand:
         found["gaps"] = np.array(found["gaps"])
         return Rest(base=np.array(pose), **found)
 
-    def linear(self, rest: Rest, tendons: Literal["compliant", "fixed"] = "compliant") -> LinearHand:
+    def linear(self, rest: Rest, tendons: Tendons = "compliant") -> LinearHand:
         """Return the linear behaviour of the free hand at an equilibrium: synergies and stiffness."""
-        return linear_hand(self._native.compliant(list(rest.q), list(rest.tension), tendons == "fixed", None))
+        return linear_hand(self._native.compliant(list(rest.q), list(rest.tension), fixed(tendons), None))
 
     def grasp(
         self,
@@ -154,6 +155,8 @@ class Hand:
             forces: Contact forces λ of the posture. They add the geometric stiffness of hand and object.
 
         """
+        if not contacts:
+            raise ValueError("contacts: found none; wanted at least one")
         at = rest if isinstance(rest, Rest) else self.rest(rest)
         base = [float(x) for x in at.base]
         if object is None:
@@ -174,14 +177,18 @@ class Hand:
         found = self._native.close(
             pose_of("base", base), self._sigma(start), self._sigma(end), steps, list(fractions)
         )
-        reached = [[np.nan if x is None else x for x in row] for row in found["reached"]]
+        order = found["order"]
+        reached = np.full((len(order), len(fractions)), np.nan)
+        reached[order] = np.array(found["reached"], float).reshape(reached.shape)
+        travel = np.zeros(len(order))
+        travel[order] = found["travel"]
         return Closing(
             sigma=found["sigma"],
             q=found["q"],
             tension=found["tension"],
-            order=tuple(self.coordinates[k] for k in found["order"]),
-            travel=np.array(found["travel"]),
-            reached=np.array(reached).reshape(len(reached), len(fractions)),
+            order=tuple(self.coordinates[k] for k in order),
+            travel=travel,
+            reached=reached,
         )
 
     def ejection(

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from palmares._native import quasistatic
 from palmares._native import soft_synergies as native_soft_synergies
 from palmares.analysis.contacts import Array
+
+Tendons: TypeAlias = Literal["compliant", "fixed"]
+"""Compliance of the tendons: each with its stiffness K, or of constant length"""
+
+
+def fixed(tendons: Tendons) -> bool:
+    """Return whether tendons are fixed."""
+    if tendons not in ("compliant", "fixed"):
+        raise ValueError(f'tendons: found {tendons!r}; wanted "compliant" or "fixed"')
+    return tendons == "fixed"
 
 
 @dataclass(frozen=True)
