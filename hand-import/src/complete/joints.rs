@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::followers::{Follows, length, relocate, shorten};
 use crate::decision::{At, Log};
-use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Origin};
+use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, Origin};
 
 /// A range smaller than this is none, rad or m.
 const SMALLEST_RANGE: f64 = 1e-6;
@@ -164,13 +165,8 @@ fn virtual_leaders(draft: &mut Draft, log: &mut Log) {
             joint.effort = joint.effort.or(old.effort.map(|effort| effort / slope.abs()));
             joint.velocity = joint.velocity.or(old.velocity.map(|velocity| velocity * slope.abs()));
         }
-        for actuator in &mut draft.actuators {
-            if actuator.drive == Drive::Joint(name.clone()) {
-                actuator.drive = Drive::Joint(first.joint.clone());
-                actuator.force_limit = actuator.force_limit.map(|force| force / slope.abs());
-                actuator.speed_limit = actuator.speed_limit.map(|speed| speed * slope.abs());
-            }
-        }
+        let inverse = Follows { ratio: 1.0 / slope, offset: -constant / slope };
+        relocate(draft, (&name, &first.joint, inverse), log);
         let text = format!(
             "moves no shape, but {} joints follow it; '{}' leads the {others} others instead",
             others + 1,
@@ -200,9 +196,22 @@ fn range_of(draft: &Draft, joint: &str) -> [f64; 2] {
     found.and_then(|joint| joint.limits).unwrap_or([-WIDE, WIDE])
 }
 
-/// Replaces a joint by a fixed one at a coordinate.
+/// Replaces a joint by a fixed one at a coordinate. Tendons and springs over it keep the length that it takes up there.
 fn fix(draft: &mut Draft, name: &str, coordinate: f64) {
     use palmares_models::{Pose, Rotation, Vec3};
+    for index in 0..draft.tendons.len() {
+        let joints = &mut draft.tendons[index].joints;
+        if let Some(at) = joints.iter().position(|(joint, _)| joint == name) {
+            let (_, path) = joints.remove(at);
+            shorten(draft, index, length(&path, coordinate));
+        }
+    }
+    for spring in &mut draft.springs {
+        if let Some(at) = spring.joints.iter().position(|(joint, _)| joint == name) {
+            spring.rest -= spring.joints.remove(at).1 * coordinate;
+        }
+    }
+    draft.springs.retain(|spring| !spring.joints.is_empty());
     let Some(joint) = draft.joints.iter_mut().find(|joint| joint.name == name) else { return };
     let axis = Vec3::from_array(joint.axis).normalize_or_zero();
     if coordinate != 0.0 {

@@ -64,16 +64,18 @@ pub(crate) fn add(
         let actuator = in_urdf.map_or(name, |servo| &servo.actuator);
         let taken = motors.iter().any(|motor| motor.name == *actuator);
         let scaling = to - from;
+        // A range far from 0 counts from its first end: the offset would be many ranges.
+        let far = from.abs() > scaling.abs();
         motors.push(Motor {
             name: if taken { name.clone() } else { actuator.clone() },
             scaling,
-            offset: -from / scaling,
+            offset: if far { 0.0 } else { -from / scaling },
             speed_limit: velocity / scaling.abs(),
         });
         tendons.push(Tendon {
             name: in_urdf.map_or(name, |servo| &servo.name).clone(),
             motors: vec![(motors.len() - 1, 1.0)],
-            rest: 0.0,
+            rest: if far { from } else { 0.0 },
             moment_arms: vec![(c, 1.0)],
             elements: Vec::new(),
             both_ways: true,
