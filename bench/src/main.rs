@@ -116,8 +116,9 @@ fn robust_hands(names: &[String], seed: u64, count: u64, seconds: f64) -> Result
     for hand in hands {
         let worst = robust::commands::check(&hand, seed, count, seconds)?;
         println!(
-            "{}: {count} seeds, {seconds} s of random commands, seed {seed}: no fault. {worst:?}",
-            hand.name
+            "{}: {} runs of {seconds} s of random commands, seed {seed}: no fault; largest excess over a limit {:.4} rad or m, \
+             fastest joint {:.1} rad/s or m/s, fastest object {:.2} m/s",
+            hand.name, worst.runs, worst.limit_excess, worst.joint_rate, worst.object_speed
         );
     }
     Ok(())

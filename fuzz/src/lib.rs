@@ -8,6 +8,7 @@ mod backup;
 mod competition;
 mod control;
 mod hand;
+mod import;
 mod mesh;
 pub mod mutate;
 mod parts;
@@ -32,10 +33,11 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 10] = [
     Target { name: "control", run: control::run, seeds: control::seeds, tries: 20_000 },
     Target { name: "watch", run: watch::run, seeds: watch::seeds, tries: 20_000 },
     Target { name: "hand", run: hand::run, seeds: hand::seeds, tries: 300 },
+    Target { name: "import", run: import::run, seeds: import::seeds, tries: 300 },
     Target { name: "mesh", run: mesh::run, seeds: mesh::seeds, tries: 300 },
     Target { name: "upload", run: upload::run, seeds: upload::seeds, tries: 300 },
     Target { name: "task", run: task::run, seeds: task::seeds, tries: 300 },

@@ -120,6 +120,26 @@ pub enum Geometry {
     Mesh(Mesh),
 }
 
+impl Geometry {
+    /// The shape at another size.
+    pub(crate) fn scaled(self, factor: f64) -> Geometry {
+        match self {
+            Geometry::Box(size) => Geometry::Box(size.map(|x| x * factor)),
+            Geometry::Sphere { radius } => Geometry::Sphere { radius: radius * factor },
+            Geometry::Cylinder { radius, length } => {
+                Geometry::Cylinder { radius: radius * factor, length: length * factor }
+            }
+            Geometry::Capsule { radius, length } => {
+                Geometry::Capsule { radius: radius * factor, length: length * factor }
+            }
+            Geometry::Ellipsoid(radii) => Geometry::Ellipsoid(radii.map(|x| x * factor)),
+            Geometry::Mesh(Mesh { triangles, scale }) => {
+                Geometry::Mesh(Mesh { triangles, scale: scale.map(|x| x * factor) })
+            }
+        }
+    }
+}
+
 /// Triangles and their size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
@@ -243,6 +263,28 @@ pub struct Tendon {
     pub rest: Option<f64>,
     /// Whether it pushes as well as pulls.
     pub both_ways: bool,
+    /// Largest tension that it holds if no load turns it back.
+    pub hold_limit: Option<f64>,
+    /// Whether a clutch lets go at the largest tension; the tendon then holds its length.
+    pub breakaway: bool,
+}
+
+impl Tendon {
+    /// A tendon without joints and motors, of which nothing else is known.
+    pub fn of(name: &str) -> Self {
+        Tendon {
+            name: name.to_owned(),
+            joints: Vec::new(),
+            motors: Vec::new(),
+            stiffness: None,
+            damping: None,
+            force_limit: None,
+            rest: None,
+            both_ways: false,
+            hold_limit: None,
+            breakaway: false,
+        }
+    }
 }
 
 /// Length that a joint takes up of a tendon, as a function of its coordinate.

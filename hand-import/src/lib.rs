@@ -18,6 +18,7 @@ mod meshes;
 mod options;
 mod read;
 pub mod source;
+mod subtree;
 mod write;
 
 use std::collections::BTreeMap;
@@ -34,14 +35,24 @@ use crate::source::Source;
 pub use crate::imported::Imported;
 pub use crate::options::Options;
 
+/// Links and joints of a robot; more than those of a hand, as some are left out.
+const MAX_LINKS: usize = 1024;
+
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors
 /// The source gives no hand at all. Smaller faults are decisions of kind [`decision::Kind::Problem`].
 pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
-    let source = Source::open(path)?;
+    import_source(&Source::open(path)?, options)
+}
+
+/// Imports the hand of a source that is open.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_source(source: &Source, options: &Options) -> Result<Imported, ImportError> {
     let (file, format) = source.description(options.robot.as_deref())?;
-    let (mut draft, mut log) = read::read(&source, &file, format, options)?;
+    let (mut draft, mut log) = read::read(source, &file, format, options)?;
     if let Some(name) = &options.name {
         draft.name.clone_from(name);
     }
@@ -51,7 +62,18 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     if draft.links.is_empty() {
         return Err(ImportError::unreadable(source.display(&file), "has no links"));
     }
-    let mut hand = complete::complete(draft, &source, options, &mut log);
+    if let Some(root) = &options.root {
+        subtree::keep(&mut draft, root, &source.display(&file), &mut log)?;
+    }
+    let (links, joints) = (draft.links.len(), draft.joints.len());
+    if links.max(joints) > MAX_LINKS {
+        let limit = palmares_models::read::Limits::default().links;
+        let problem = format!(
+            "has {links} links and {joints} joints; a hand has at most {limit} of each; --root LINK takes a part"
+        );
+        return Err(ImportError::unreadable(source.display(&file), problem));
+    }
+    let mut hand = complete::complete(draft, source, options, &mut log);
     // The loader is the judge of what was written. What it finds goes into the comments as well.
     let mut warnings = Vec::new();
     match load(&write(&hand, &log, format, options)) {
@@ -61,8 +83,9 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
             let links: Vec<&str> = stand_ins.map(|warning| warning.element.as_str()).collect();
             if !links.is_empty() && hand.draft.settings.is_none() {
                 let shown = links.iter().take(4).copied().collect::<Vec<_>>().join(", ");
+                let more = if links.len() > 4 { "…" } else { "" };
                 let text = format!(
-                    "{} inertias are not those of their shapes ({shown}…); all inertias come from the shapes",
+                    "{} inertias are not those of their shapes ({shown}{more}); all inertias come from the shapes",
                     links.len()
                 );
                 log.guessed(At::Hand, "robot", text);

@@ -1,14 +1,20 @@
-//! Meshes: STL, OBJ, COLLADA and small text formats become binary STL files within the limits of a hand.
+//! Meshes: STL, OBJ, COLLADA, binary glTF and text formats become binary STL files within the limits of a hand. A scene of
+//! a few boxes, balls and cylinders becomes these shapes.
 
+mod collada;
+mod gltf;
 mod merge;
+mod scene;
+mod stl;
 mod text;
+mod transform;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use palmares_models::Vec3;
 use palmares_models::pieces::TriangleMesh;
 use palmares_models::read::Limits;
+use palmares_models::{Pose, Vec3};
 
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Geometry, Mesh, Origin, Part, Triangles};
@@ -109,12 +115,21 @@ fn names(part: &Part, path: &Path) -> bool {
     matches!(&part.geometry, Geometry::Mesh(Mesh { triangles: Triangles::File(file), .. }) if file == path)
 }
 
+/// What a file of the source becomes.
+#[derive(Clone, Debug)]
+enum Converted {
+    /// A file of the hand.
+    File(PathBuf),
+    /// Shapes at their poses, in the unit of the file.
+    Shapes(Vec<(Pose, Geometry)>),
+}
+
 struct Converter<'a> {
     source: &'a Source,
     log: &'a mut Log,
     meshes: Meshes,
-    /// Written file and factor to metres of each file of the source; `None` if it cannot be read.
-    done: BTreeMap<PathBuf, Option<(PathBuf, f64)>>,
+    /// What became of each file of the source, and the factor to metres; `None` if it cannot be read.
+    done: BTreeMap<PathBuf, Option<(Converted, f64)>>,
     /// Of all written files.
     bytes: u64,
     /// Of all written files that touch.
@@ -125,7 +140,7 @@ struct Converter<'a> {
 
 impl Converter<'_> {
     fn parts(&mut self, parts: Vec<Part>, link: &str, touches: bool) -> Vec<Part> {
-        parts.into_iter().filter_map(|part| self.part(part, link, touches)).collect()
+        parts.into_iter().flat_map(|part| self.part(part, link, touches)).collect()
     }
 
     /// The largest number of shapes of each link with which a hand loads.
@@ -176,37 +191,57 @@ impl Converter<'_> {
         merged
     }
 
-    fn part(&mut self, part: Part, link: &str, touches: bool) -> Option<Part> {
-        let geometry = match part.geometry {
-            Geometry::Mesh(mesh) => Geometry::Mesh(self.mesh(mesh, link, touches)?),
+    fn part(&mut self, part: Part, link: &str, touches: bool) -> Vec<Part> {
+        match part.geometry {
+            Geometry::Mesh(mesh) => self.mesh(mesh, part.origin, link, touches),
             Geometry::Ellipsoid(radii) => {
                 let corners = ellipsoid(radii);
                 let element = format!("link '{link}'");
                 let text = format!("an ellipsoid with the half axes {radii:?} m is written as a mesh");
                 self.log.taken(At::Link(link.to_owned()), element, text);
                 let triangles = Triangles::Inline { name: format!("{link}_ellipsoid"), corners };
-                Geometry::Mesh(self.mesh(Mesh { triangles, scale: [1.0; 3] }, link, touches)?)
+                self.mesh(Mesh { triangles, scale: [1.0; 3] }, part.origin, link, touches)
             }
-            geometry => geometry,
-        };
-        Some(Part { geometry, ..part })
+            _ => vec![part],
+        }
     }
 
-    fn mesh(&mut self, mesh: Mesh, link: &str, touches: bool) -> Option<Mesh> {
+    fn mesh(&mut self, mesh: Mesh, origin: Origin, link: &str, touches: bool) -> Vec<Part> {
         let (at, element) = (At::Link(link.to_owned()), format!("link '{link}'"));
-        let (path, unit) = match mesh.triangles {
+        let (converted, unit) = match mesh.triangles {
             Triangles::Inline { name, corners } => {
-                (self.write(&name, &corners, mesh.scale, &at, &element, touches)?, 1.0)
+                let file = self.write(&name, &corners, mesh.scale, &at, &element, touches);
+                (file.map(Converted::File), 1.0)
             }
             Triangles::File(path) => {
                 if !self.done.contains_key(&path) {
-                    let written = self.file(&path, mesh.scale, &at, &element, touches);
-                    self.done.insert(path.clone(), written);
+                    let converted = self.file(&path, mesh.scale, &at, &element, touches);
+                    self.done.insert(path.clone(), converted);
                 }
-                self.done.get(&path).cloned().flatten()?
+                match self.done.get(&path).cloned().flatten() {
+                    Some((converted, unit)) => (Some(converted), unit),
+                    None => (None, 1.0),
+                }
             }
         };
-        Some(Mesh { triangles: Triangles::File(path), scale: mesh.scale.map(|s| s * unit) })
+        let scale = mesh.scale.map(|s| s * unit);
+        match converted {
+            None => Vec::new(),
+            Some(Converted::File(path)) => {
+                let geometry = Geometry::Mesh(Mesh { triangles: Triangles::File(path), scale });
+                vec![Part { origin, geometry }]
+            }
+            Some(Converted::Shapes(shapes)) => {
+                let placed = |(pose, geometry): (Pose, Geometry)| {
+                    let there = Pose::from_parts(pose.translation * scale[0], pose.rotation);
+                    let origin = Origin::from_pose(&(origin.pose() * there));
+                    Part { origin, geometry: geometry.scaled(scale[0]) }
+                };
+                let parts: Vec<Part> = shapes.into_iter().map(placed).collect();
+                // Ellipsoids become files.
+                parts.into_iter().flat_map(|part| self.part(part, link, touches)).collect()
+            }
+        }
     }
 
     /// Converts a file of the source. The result has the factor by which its unit was corrected.
@@ -217,28 +252,24 @@ impl Converter<'_> {
         at: &At,
         element: &str,
         touches: bool,
-    ) -> Option<(PathBuf, f64)> {
+    ) -> Option<(Converted, f64)> {
         let shown = path.display();
         let bytes = match self.source.bytes(path, element, limits().mesh_bytes) {
             Ok(bytes) => bytes,
             Err(error) => {
-                self.log.problem(at.clone(), element, format!("mesh {error}; the shape is left out"));
+                self.lost(at, element, format!("mesh {error}; the shape is left out"), touches);
                 return None;
             }
         };
-        let corners = match triangles(&bytes, path) {
+        let (corners, shapes) = match triangles(&bytes, path, self.source) {
             Ok(read) => {
                 read.notes.into_iter().for_each(|note| {
                     self.log.taken(at.clone(), element, format!("mesh {shown}: {note}"));
                 });
-                read.corners
+                (read.corners, read.shapes)
             }
             Err(problem) => {
-                self.log.problem(
-                    at.clone(),
-                    element,
-                    format!("mesh {shown} {problem}; the shape is left out"),
-                );
+                self.lost(at, element, format!("mesh {shown} {problem}; the shape is left out"), touches);
                 return None;
             }
         };
@@ -250,9 +281,21 @@ impl Converter<'_> {
         } else {
             1.0
         };
+        if !shapes.is_empty() && scale == [scale[0].abs(); 3] {
+            return Some((Converted::Shapes(shapes), unit));
+        }
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let scale = scale.map(|s| s * unit);
-        Some((self.write(&stem, &corners, scale, at, element, touches)?, unit))
+        Some((Converted::File(self.write(&stem, &corners, scale, at, element, touches)?), unit))
+    }
+
+    /// A shape that is left out: a problem if it touches. A picture only changes the look.
+    fn lost(&mut self, at: &At, element: &str, text: String, touches: bool) {
+        if touches {
+            self.log.problem(at.clone(), element, text);
+        } else {
+            self.log.dropped(at.clone(), element, format!("picture: {text}"));
+        }
     }
 
     /// Adds a file, reduced to its hull where it is larger than a hand's mesh may be.
@@ -267,11 +310,8 @@ impl Converter<'_> {
     ) -> Option<PathBuf> {
         let of_hand = Limits::default();
         if corners.iter().flatten().any(|p| !p.is_finite()) {
-            self.log.problem(
-                at.clone(),
-                element,
-                format!("mesh '{stem}' has corners that are not finite; it is left out"),
-            );
+            let text = format!("mesh '{stem}' has corners that are not finite; it is left out");
+            self.lost(at, element, text, touches);
             return None;
         }
         let mut mesh = TriangleMesh::new(corners);
@@ -285,11 +325,7 @@ impl Converter<'_> {
         let few = self.vertices + mesh.vertices.len() <= of_hand.mesh_total_vertices;
         let Some(hull) = hull else {
             let text = format!("mesh '{stem}' spans no volume; it is left out");
-            if touches {
-                self.log.problem(at.clone(), element, text);
-            } else {
-                self.log.dropped(at.clone(), element, text);
-            }
+            self.lost(at, element, text, touches);
             return None;
         };
         if !fits(&mesh) || !few {
@@ -301,11 +337,8 @@ impl Converter<'_> {
             mesh = hull.clone();
         }
         if !fits(&mesh) {
-            self.log.dropped(
-                at.clone(),
-                element,
-                format!("mesh '{stem}': all meshes together are too large"),
-            );
+            let text = format!("mesh '{stem}': all meshes together are too large; it is left out");
+            self.lost(at, element, text, touches);
             return None;
         }
         let bytes = mesh.to_stl(&format!("{stem}, imported"));
@@ -343,92 +376,51 @@ impl Converter<'_> {
 /// Triangles of a mesh file, in metres if the file states its unit.
 pub(crate) struct Read {
     pub(crate) corners: Vec<[Vec3; 3]>,
+    /// The same as shapes, if it is a scene of a few.
+    shapes: Vec<(Pose, Geometry)>,
     notes: Vec<String>,
 }
 
-pub(crate) fn triangles(bytes: &[u8], path: &Path) -> Result<Read, String> {
+/// Reads the mesh file at `path`; other files of the source that it names are read as well.
+pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Read, String> {
     if is_lfs_pointer(bytes) {
         return Err(lfs_problem());
     }
     let kind = path.extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let mut notes = Vec::new();
-    let scene = match kind.as_str() {
-        "stl" => mesh_loader::stl::from_slice(&plain_stl(bytes)),
+    let words = || String::from_utf8_lossy(bytes);
+    let (mut shapes, mut notes) = (Vec::new(), Vec::new());
+    let corners = match kind.as_str() {
+        "stl" => stl::stl(bytes)?,
         "dae" => {
-            notes.extend(collada_notes(&String::from_utf8_lossy(bytes)));
-            mesh_loader::collada::from_slice(bytes)
+            let read = collada::collada(words().trim_start_matches('\u{feff}'))?;
+            notes = read.1;
+            read.0
         }
-        "obj" | "off" | "tri" | "iv" | "wrl" => {
-            let words = String::from_utf8_lossy(bytes);
-            let corners = match kind.as_str() {
-                "obj" => text::obj(&words),
-                "off" => text::off(&words),
-                "tri" => text::tri(&words),
-                _ => text::inventor(&words),
-            }?;
-            return if corners.is_empty() {
-                Err("has no triangles".to_owned())
-            } else {
-                Ok(Read { corners, notes })
+        "glb" => gltf::glb(bytes)?,
+        "obj" => text::obj(&words())?,
+        "off" => text::off(&words())?,
+        "tri" => text::tri(&words())?,
+        "iv" | "wrl" | "vrml" => {
+            let open = |name: &str| {
+                let found = source.resolve(path, name)?;
+                let bytes = source.bytes(&found.path, "scene", limits().mesh_bytes);
+                bytes
+                    .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+                    .map_err(|error| error.to_string())
             };
+            let drawn = scene::read(&words(), &open)?;
+            shapes = drawn.shapes;
+            drawn.corners
         }
         _ => {
-            let known = "STL, OBJ, COLLADA (.dae), OFF, Open Inventor (.iv) as text";
+            let known = "STL, OBJ, COLLADA (.dae), binary glTF (.glb), OFF, Open Inventor (.iv) and VRML (.wrl) as text";
             return Err(format!("is of type '{kind}'; known are {known}; save it as one of them"));
         }
     };
-    let scene = scene.map_err(|error| format!("cannot be read: {error}"))?;
-    let count: usize = scene.meshes.iter().map(|mesh| mesh.faces.len()).sum();
-    if 3 * count > limits().mesh_vertices {
-        return Err(format!("has {} vertices; the limit is {}", 3 * count, limits().mesh_vertices));
-    }
-    let mut corners = Vec::with_capacity(count);
-    for mesh in &scene.meshes {
-        let corner =
-            |index: u32| mesh.vertices.get(index as usize).map(|v| Vec3::from_array(v.map(f64::from)));
-        for &[a, b, c] in &mesh.faces {
-            let all = corner(a).zip(corner(b)).zip(corner(c));
-            let ((a, b), c) = all.ok_or("names vertices that are not there")?;
-            corners.push([a, b, c]);
-        }
-    }
     if corners.is_empty() {
         return Err("has no triangles".to_owned());
     }
-    Ok(Read { corners, notes })
-}
-
-/// An STL whose binary header begins with `solid`, as CAD programs write it, without that word: parsers take it for text.
-fn plain_stl(bytes: &[u8]) -> std::borrow::Cow<'_, [u8]> {
-    let count = bytes.get(80..84).and_then(|b| <[u8; 4]>::try_from(b).ok()).map(u32::from_le_bytes);
-    let binary = count.is_some_and(|count| u64::from(count) * 50 + 84 == bytes.len() as u64);
-    if binary && bytes.starts_with(b"solid") {
-        let mut plain = bytes.to_vec();
-        plain[..5].fill(b' ');
-        return plain.into();
-    }
-    bytes.into()
-}
-
-/// Unit and up axis that a COLLADA file states.
-fn collada_notes(text: &str) -> Vec<String> {
-    let mut notes = Vec::new();
-    let after = |tag: &str| text.split_once(tag).map(|(_, rest)| rest);
-    if let Some(unit) = after("<unit").and_then(|rest| rest.split_once('>')).map(|(tag, _)| tag)
-        && let Some(meter) = unit.split_once("meter=\"").and_then(|(_, rest)| rest.split_once('"'))
-        && meter.0.trim().parse() != Ok(1.0)
-    {
-        notes.push(format!("its unit of {} m is applied", meter.0));
-    }
-    // RViz and Gazebo ignore the up axis, so that published files are right without it.
-    for up in ["X_UP", "Y_UP"] {
-        if text.contains(&format!("<up_axis>{up}</up_axis>")) {
-            notes.push(format!(
-                "it states {up}; its coordinates are taken as they are, as RViz and Gazebo do"
-            ));
-        }
-    }
-    notes
+    Ok(Read { corners, shapes, notes })
 }
 
 /// Longest edge of the bounding box, m.

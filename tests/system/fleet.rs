@@ -184,6 +184,12 @@ async fn worlds_and_queues_of_all_hosts_are_counted() {
         let sessions = host.get("/v1/sessions", &eels).json();
         assert_eq!(sessions["sessions"][0]["place_in_queue"], 1, "{sessions}");
     }
+    // The free place is kept for the world of the host that has one.
+    let mut late = second.connect(&first.team("squids")).await;
+    let refused = late.ask(json!({"op": "hello", "client": "test"})).await;
+    assert_error(&refused, "capacity", false);
+    let message = refused["message"].as_str().expect("text");
+    assert!(message.contains("free places: 1; kept in case that a host fails: 1"), "{message}");
     playing.ask(json!({"op": "stop"})).await;
     assert_eq!(waiting.ask(reset()).await["op"], "obs");
 }

@@ -7,10 +7,11 @@ use crate::instructions;
 use crate::python::Environment;
 use crate::tools;
 use crate::viewer::Viewer;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use std::fmt;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// Numbers of tests. A check that is not made of tests, such as a linter, counts as one.
@@ -78,6 +79,8 @@ pub(crate) fn run() -> Result<bool> {
         server = Some(build_for_tests()?);
         Ok(PASSED)
     }));
+    // It takes minutes to compile, and the tests leave the processors idle for half of theirs.
+    let counts = thread::spawn(instructions::prepare);
     steps.push(step("Rust tests", || {
         let mut tests = cargo();
         tests.args(["test", "--workspace", "--no-fail-fast"]);
@@ -88,7 +91,9 @@ pub(crate) fn run() -> Result<bool> {
     }));
     steps.push(step("licences and sources of crates", || or_none(tools::cargo_deny()?)));
     steps.push(step("workflow files", || or_none(tools::actionlint()?)));
-    steps.push(step("instruction counts", || or_none(instructions::prepare()?)));
+    steps.push(step("instruction counts", || {
+        or_none(counts.join().map_err(|_| anyhow!("its preparation panicked; see above"))??)
+    }));
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);

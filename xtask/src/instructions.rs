@@ -1,14 +1,14 @@
 //! The regression gate on instruction counts: valgrind and gungraun's runner, installed where they are missing.
 
 use crate::apt;
-use crate::cargo::cargo;
+use crate::cargo::{cargo, idle_cargo};
 use crate::python::succeeds;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// The benchmark, ready to run, or the reason why this machine cannot run it.
+/// The benchmark, compiled, or the reason why this machine cannot run it. It compiles with the lowest priority.
 pub(crate) fn prepare() -> Result<Result<Command, String>> {
     let there = answers("valgrind") || (apt::install("valgrind") && answers("valgrind"));
     if !there {
@@ -19,14 +19,17 @@ pub(crate) fn prepare() -> Result<Result<Command, String>> {
     let runner = tools.join("bin/gungraun-runner");
     if !has_version(&runner, &version) {
         println!("installing gungraun-runner {version} in {}", tools.display());
-        let mut install = cargo();
+        let mut install = idle_cargo();
         install.args(["install", "--quiet", "--debug", "--version", &version, "--root"]).arg(&tools);
         let status = install.arg("gungraun-runner").status().context("cannot start cargo")?;
         ensure!(status.success(), "gungraun-runner {version} does not install; see the messages above");
     }
+    let named = ["bench", "--package", "palmares-sim", "--bench", "instructions"];
+    let built =
+        idle_cargo().args(named).args(["--no-run", "--quiet"]).status().context("cannot start cargo")?;
+    ensure!(built.success(), "the benchmark does not compile; see the messages above");
     let mut bench = cargo();
-    bench.args(["bench", "--package", "palmares-sim", "--bench", "instructions"]);
-    bench.env("GUNGRAUN_RUNNER", runner);
+    bench.args(named).env("GUNGRAUN_RUNNER", runner);
     Ok(Ok(bench))
 }
 

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use super::followers::{Follows, length, relocate, shorten};
 use crate::decision::{At, Log};
-use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, Origin};
+use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Origin};
 
 /// A range smaller than this is none, rad or m.
 const SMALLEST_RANGE: f64 = 1e-6;
 /// Part of the leader's range below which a follower's limits contradict it.
 const SMALLEST_PART: f64 = 0.05;
+/// A larger range is a stand-in for none, rad or m: no finger turns 16 times.
+const ENDLESS: f64 = 100.0;
 /// Limits of a revolute joint that states none, rad.
 const WIDE: f64 = std::f64::consts::PI;
 /// Mass of a link between the hinges of a ball joint, kg, and its inertia, kg·m²: a ball of 5 mm radius.
@@ -177,6 +179,47 @@ fn virtual_leaders(draft: &mut Draft, log: &mut Log) {
     }
 }
 
+/// Fixes joints that move no shape and carry none, as the loader does, and takes them out of whatever names them. Only after the
+/// meshes were read it is known which these are.
+pub(crate) fn idle(draft: &mut Draft, log: &mut Log) {
+    if draft.settings.is_some() {
+        return;
+    }
+    virtual_leaders(draft, log);
+    let moves = |joint: &&Joint| joint.kind != JointKind::Fixed && draft.moves_nothing(joint);
+    let names: Vec<String> = draft.joints.iter().filter(moves).map(|joint| joint.name.clone()).collect();
+    for name in &names {
+        let joint = draft.joints.iter().find(|joint| joint.name == *name);
+        let start = joint.and_then(|joint| joint.limits).map_or(0.0, |[low, high]| 0f64.clamp(low, high));
+        // As the second synergy of a hand whose description has only the first one.
+        let driven = draft.actuators.iter().any(|actuator| actuator.drive == Drive::Joint(name.clone()));
+        let text = if driven {
+            "moves no shape and carries none; it is fixed. If its motor moves other joints in the real hand, state the \
+             motor and a tendon over them in hand.toml"
+        } else {
+            "moves no shape and carries none; it is fixed"
+        };
+        log.dropped(At::Joint(name.clone()), format!("joint '{name}'"), text);
+        fix(draft, name, start);
+    }
+    let idle = |name: &String| names.contains(name);
+    draft.couplings.retain(|coupling| !idle(&coupling.joint));
+    draft.start.joints.retain(|(joint, _)| !idle(joint));
+    for tendon in &mut draft.tendons {
+        tendon.joints.retain(|(joint, _)| !idle(joint));
+    }
+    draft.tendons.retain(|tendon| {
+        if tendon.joints.is_empty() {
+            log.dropped(At::Hand, format!("tendon '{}'", tendon.name), "passes no joint that moves a shape");
+        }
+        !tendon.joints.is_empty()
+    });
+    for spring in &mut draft.springs {
+        spring.joints.retain(|(joint, _)| !idle(joint));
+    }
+    draft.springs.retain(|spring| !spring.joints.is_empty());
+}
+
 /// The line with the least squared error over a range.
 fn linear_fit(coefficients: &[f64], [low, high]: [f64; 2]) -> [f64; 2] {
     const POINTS: usize = 101;
@@ -261,6 +304,16 @@ fn limits(draft: &mut Draft, log: &mut Log) {
                     fixed.push((joint.name.clone(), low));
                 }
             }
+            Some([low, high]) if (high - low).abs() > ENDLESS => {
+                let text = format!("has limits {low} to {high}: a stand-in for none");
+                if joint.kind == JointKind::Prismatic {
+                    joint.limits = Some([-wide, wide]);
+                    log.guessed(at, element, format!("{text}; taken are ±{wide:.4} m"));
+                } else {
+                    (joint.kind, joint.limits) = (JointKind::Continuous, None);
+                    log.guessed(at, element, format!("{text}; it turns without limits"));
+                }
+            }
             Some([low, high]) if low > high => {
                 joint.limits = Some([high, low]);
                 log.problem(
@@ -277,8 +330,8 @@ fn limits(draft: &mut Draft, log: &mut Log) {
         draft.couplings.retain(|coupling| coupling.joint != name);
         for coupling in &mut draft.couplings {
             if coupling.leader == name {
-                let text = format!("follows '{name}', which does not move");
-                log.problem(At::Joint(coupling.joint.clone()), format!("joint '{}'", coupling.joint), text);
+                let text = format!("follows '{name}', which does not move; taken is a fixed joint");
+                log.taken(At::Joint(coupling.joint.clone()), format!("joint '{}'", coupling.joint), text);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! 1. `tree.rs`: one tree with unique names.
 //! 2. `joints.rs`: ball joints become hinges, couplings linear, limits consistent. `followers.rs`: springs, tendons and motors of
 //!    a joint that follows another belong to its leader.
-//! 3. `shapes.rs`: shapes that touch. `mass.rs`: masses of moving links.
+//! 3. `shapes.rs`: shapes that touch. Joints without any are fixed. `mass.rs`: masses of moving links.
 //! 4. `motors.rs`: tendons with their motors. `servos.rs`: motors of one joint.
 
 mod followers;
@@ -43,6 +43,7 @@ pub(crate) fn complete(mut draft: Draft, source: &Source, options: &Options, log
     followers::complete(&mut draft, log);
     shapes::complete(&mut draft, options, log);
     let meshes = meshes::convert(&mut draft, source, log);
+    joints::idle(&mut draft, log);
     // Only shapes can touch.
     let touches = |name: &String| draft.links.iter().any(|l| l.name == *name && !l.collisions.is_empty());
     let touching = |pair: &[String; 2]| pair.iter().all(touches);

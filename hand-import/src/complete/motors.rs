@@ -37,6 +37,8 @@ pub(crate) struct Wound {
     pub(crate) damping: f64,
     pub(crate) force_limit: f64,
     pub(crate) both_ways: bool,
+    pub(crate) hold_limit: Option<f64>,
+    pub(crate) breakaway: bool,
 }
 
 impl Wound {
@@ -121,7 +123,12 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let first = tendon.motors.first().and_then(|(motor, _)| actuator_of(motor));
     let commands = first.filter(|_| tendon.motors.len() == 1).and_then(|actuator| actuator.range);
     let commands = commands.filter(|[from, to]| from != to && tendon.rest.is_none());
-    let [from, to] = commands.unwrap_or([at_rest, if closed > at_rest { closed } else { at_rest + 1.0 }]);
+    // A motor's commands are lengths of its own; its weight makes them the tendon's.
+    let weight = tendon.motors.first().map_or(1.0, |(_, weight)| *weight);
+    let [from, to] = match commands {
+        Some(commands) => commands.map(|length| weight * length),
+        None => [at_rest, if closed > at_rest { closed } else { at_rest + 1.0 }],
+    };
     let travel = (to - from).abs();
     let mut guesses = Vec::new();
     let mut or = |value: Option<f64>, name: &str, guess: f64| {
@@ -156,12 +163,20 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let force = or(tendon.force_limit.or(first.and_then(|a| a.force_limit)), "largest tension", tension);
     let stiffness = or(tendon.stiffness, "stiffness", force / (STRETCH * travel));
     let weights: f64 = tendon.motors.iter().map(|(_, weight)| weight.abs()).sum();
-    let scaling = (to - from) / if weights > 0.0 { weights } else { 1.0 };
+    let scaling = match commands {
+        Some([from, to]) => to - from,
+        None => (to - from) / if weights > 0.0 { weights } else { 1.0 },
+    };
     let (offset, wound_at_0) = counted([from, to]);
     let fastest = limits.motor_speed_per_s.min(limits.motor_power_w / (force * travel));
     let mut motors = Vec::new();
     for (name, _) in &tendon.motors {
-        let speed = actuator_of(name).and_then(|a| a.speed_limit).map(|speed| speed / scaling.abs());
+        let actuator = actuator_of(name);
+        // Several motors each have a range of their own.
+        let own = actuator.and_then(|a| a.range).filter(|[low, high]| tendon.motors.len() > 1 && low < high);
+        let (scaling, offset) =
+            own.map_or((scaling, offset), |[low, high]| (high - low, -low / (high - low)));
+        let speed = actuator.and_then(|a| a.speed_limit).map(|speed| speed / scaling.abs());
         let speed = or(speed.filter(|speed| *speed <= fastest), "speed limit", CLOSING.min(fastest));
         motors.push(Motor { name: name.clone(), scaling, offset, speed_limit: speed });
     }
@@ -196,6 +211,8 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
         damping: tendon.damping.unwrap_or_default(),
         force_limit: force,
         both_ways: tendon.both_ways,
+        hold_limit: tendon.hold_limit.map(|hold| hold.max(force)),
+        breakaway: tendon.breakaway,
     };
     Some((motors, wound))
 }
@@ -239,12 +256,6 @@ fn without_place(draft: &mut Draft, log: &mut Log) {
 
 /// Damping of joints that state none.
 fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
-    let idle: BTreeSet<String> = draft
-        .joints
-        .iter()
-        .filter(|joint| draft.moves_nothing(joint))
-        .map(|joint| joint.name.clone())
-        .collect();
     let leaders: BTreeSet<String> = draft.couplings.iter().map(|coupling| coupling.joint.clone()).collect();
     for joint in &mut draft.joints {
         let moves = joint.kind != JointKind::Fixed && !leaders.contains(&joint.name);
@@ -253,11 +264,7 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
         }
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
         let spring = joint.stiffness.filter(|k| *k > 0.0);
-        if draft.loops.is_empty()
-            && !driven.contains(&joint.name)
-            && spring.is_none()
-            && !idle.contains(&joint.name)
-        {
+        if draft.loops.is_empty() && !driven.contains(&joint.name) && spring.is_none() {
             log.problem(
                 at.clone(),
                 &element,

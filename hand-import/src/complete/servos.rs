@@ -83,12 +83,6 @@ pub(super) fn complete(draft: &mut Draft, log: &mut Log) -> Vec<Servo> {
             continue;
         }
         let kept = draft.settings.is_some();
-        if !kept && draft.moves_nothing(joint) {
-            let text =
-                format!("drives joint '{name}', whose link has no shape and carries none; both are left out");
-            log.dropped(At::Hand, element, text);
-            continue;
-        }
         let mut numbers = None;
         if !kept {
             let (force, speed, own) = servo(&actuator, joint, &at, &element, log);
@@ -109,16 +103,25 @@ fn of_tendons(draft: &mut Draft, log: &mut Log) -> BTreeMap<String, String> {
     let settings: toml::Table =
         draft.settings.as_deref().and_then(|text| text.parse().ok()).unwrap_or_default();
     let stated = |name: &str| settings.get("tendons").is_some_and(|tendons| tendons.get(name).is_some());
+    let tendons = draft.tendons.clone();
+    let wound_by = |motor: &String| {
+        tendons.iter().filter(|tendon| tendon.motors.iter().any(|(name, _)| name == motor)).count()
+    };
     let drive = |tendon: &Tendon| match (tendon.joints.as_slice(), tendon.motors.as_slice()) {
         ([(joint, TendonPath::Arm(arm))], [(motor, weight)])
-            if tendon.both_ways && tendon.rest.is_none() && *arm != 0.0 && *weight == 1.0 =>
+            if tendon.both_ways
+                && tendon.rest.is_none()
+                && tendon.hold_limit.is_none()
+                && *arm != 0.0
+                && *weight == 1.0
+                && wound_by(motor) == 1 =>
         {
             (!stated(&tendon.name)).then(|| (joint.clone(), *arm, motor.clone()))
         }
         _ => None,
     };
     let mut names = BTreeMap::new();
-    for tendon in draft.tendons.clone() {
+    for tendon in tendons.clone() {
         let Some((joint, arm, motor)) = drive(&tendon) else { continue };
         // A joint has one servo.
         if draft.actuators.iter().any(|actuator| actuator.drive == Drive::Joint(joint.clone())) {

@@ -1,4 +1,4 @@
-//! Text formats of meshes: OBJ, OFF, Klamp't's `.tri`, and plain faces of Open Inventor.
+//! Text formats of meshes: OBJ, OFF, Klamp't's `.tri`.
 //!
 //! The OBJ parser of mesh-loader refuses published files whose parts share their vertices.
 
@@ -10,18 +10,29 @@ pub(super) type Corners = Vec<[Vec3; 3]>;
 /// Wavefront OBJ: the lines `v` and `f`; everything else is look. A negative index counts from the last vertex back.
 pub(super) fn obj(text: &str) -> Result<Corners, String> {
     let (mut points, mut corners) = (Vec::new(), Vec::new());
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
+    let mut lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+    while let Some(line) = lines.next() {
+        // A line goes on after a backslash.
+        let mut joined = line.to_owned();
+        while let Some(first) = joined.trim_end().strip_suffix('\\') {
+            joined.truncate(first.len());
+            joined.push(' ');
+            joined.push_str(lines.next().unwrap_or_default());
+        }
+        let mut words = joined.split_whitespace();
         match words.next() {
             Some("v") => points.extend(self::points(&mut words, 1)?),
             Some("f") => {
-                let index = |word: &str| -> Option<usize> {
-                    let number: i64 = word.split('/').next()?.parse().ok()?;
-                    let from = if number < 0 { points.len() as i64 + number } else { number - 1 };
-                    usize::try_from(from).ok()
+                let index = |word: &str| -> Result<usize, String> {
+                    let number: Option<i64> = word.split('/').next().and_then(|first| first.parse().ok());
+                    let from = number.map(|n| if n < 0 { points.len() as i64 + n } else { n - 1 });
+                    let from = from.and_then(|from| usize::try_from(from).ok());
+                    from.ok_or_else(|| {
+                        format!("has a face with the index '{word}'; valid: 1 and more, or -1 and less")
+                    })
                 };
-                let face: Option<Vec<usize>> = words.map(index).collect();
-                fan(&face.ok_or("has a face with an index that is no number")?, &points, &mut corners)?;
+                let face: Vec<usize> = words.map(index).collect::<Result<_, _>>()?;
+                fan(&face, &points, &mut corners)?;
             }
             _ => {}
         }
@@ -61,84 +72,6 @@ pub(super) fn tri(text: &str) -> Result<Corners, String> {
     Ok(corners)
 }
 
-/// Open Inventor and VRML as text: `IndexedFaceSet` over the last `Coordinate3`. A file that moves or scales its parts, or
-/// has other shapes, is not read.
-pub(super) fn inventor(text: &str) -> Result<Corners, String> {
-    const MOVES: [&str; 9] = [
-        "Transform",
-        "Translation",
-        "Rotation",
-        "RotationXYZ",
-        "Scale",
-        "MatrixTransform",
-        "ScaleFactor",
-        "Units",
-        "USE",
-    ];
-    const SHAPES: [&str; 6] = ["Cube", "Sphere", "Cylinder", "Cone", "IndexedTriangleStripSet", "QuadMesh"];
-    if !text.starts_with("#Inventor") && !text.starts_with("#VRML V1") {
-        return Err("is no Open Inventor file as text".to_owned());
-    }
-    if text.lines().next().is_some_and(|line| line.contains("binary")) {
-        return Err("is a binary Open Inventor file, which is not read; save it as STL or OBJ".to_owned());
-    }
-    let plain: String = text.lines().map(|line| line.split('#').next().unwrap_or_default()).fold(
-        String::with_capacity(text.len()),
-        |mut all, line| {
-            all.push_str(line);
-            all.push('\n');
-            all
-        },
-    );
-    let separators = |c: char| c.is_whitespace() || c == ',';
-    let spaced = plain.replace('[', " [ ").replace(']', " ] ").replace('{', " { ").replace('}', " } ");
-    let mut words = spaced.split(separators).filter(|word| !word.is_empty());
-    let (mut vertices, mut corners) = (Vec::new(), Vec::new());
-    while let Some(word) = words.next() {
-        if MOVES.contains(&word) || SHAPES.contains(&word) {
-            return Err(format!("has a {word}, which is not read; save it as STL or OBJ"));
-        }
-        match word {
-            "point" => {
-                let list = list(&mut words)?;
-                vertices = list
-                    .chunks_exact(3)
-                    .map(|p| Some(Vec3::new(p[0].parse().ok()?, p[1].parse().ok()?, p[2].parse().ok()?)))
-                    .collect::<Option<Vec<Vec3>>>()
-                    .ok_or("has a point that is no number")?;
-            }
-            // A `FaceSet` has its vertices in order: the number of each face.
-            "numVertices" => {
-                let mut first = 0;
-                for word in list(&mut words)? {
-                    let left = vertices.len().saturating_sub(first);
-                    let count = word.parse().unwrap_or(if word == "-1" { left } else { 0 });
-                    let face: Vec<usize> = (first..first + count.min(left)).collect();
-                    fan(&face, &vertices, &mut corners)?;
-                    first = first.saturating_add(count);
-                }
-            }
-            "coordIndex" => {
-                let list = list(&mut words)?;
-                for face in list.split(|word| word.starts_with('-')) {
-                    let face: Option<Vec<usize>> = face.iter().map(|word| word.parse().ok()).collect();
-                    fan(&face.ok_or("has an index that is no number")?, &vertices, &mut corners)?;
-                }
-            }
-            _ => {}
-        }
-    }
-    Ok(corners)
-}
-
-/// The words between `[` and `]`, or one word without them.
-fn list<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Vec<&'a str>, String> {
-    if words.next() != Some("[") {
-        return Err("has a list without [".to_owned());
-    }
-    Ok(words.by_ref().take_while(|word| *word != "]").collect())
-}
-
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.lines().map(|line| line.split('#').next().unwrap_or_default()).flat_map(str::split_whitespace)
 }
@@ -162,7 +95,7 @@ fn points<'a>(words: &mut impl Iterator<Item = &'a str>, n: usize) -> Result<Vec
 }
 
 /// Splits a face into triangles around its first corner.
-fn fan(face: &[usize], points: &[Vec3], corners: &mut Corners) -> Result<(), String> {
+pub(super) fn fan(face: &[usize], points: &[Vec3], corners: &mut Corners) -> Result<(), String> {
     let point = |i: usize| points.get(i).copied().ok_or("names vertices that are not there");
     for pair in face.windows(2).skip(1) {
         corners.push([point(face[0])?, point(pair[0])?, point(pair[1])?]);
@@ -179,21 +112,16 @@ mod tests {
         let square = "0 0 0  1 0 0  1 1 0  0 1 0";
         let off = off(&format!("OFF # a square\n4 1 0\n{square}\n4 0 1 2 3\n")).expect("OFF");
         let tri = tri(&format!("4\n{square}\n2\n0 1 2\n0 2 3\n")).expect("tri");
-        let iv = "#Inventor V2.0 ascii\nSeparator { Coordinate3 { point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] }\n\
-                  IndexedFaceSet { coordIndex [ 0, 1, 2, 3, -1 ] } }";
         assert_eq!(off, tri);
-        assert_eq!(inventor(iv).expect("Inventor"), tri);
-        let set =
-            iv.replace("IndexedFaceSet { coordIndex [ 0, 1, 2, 3, -1 ] }", "FaceSet { numVertices [ 4 ] }");
-        assert_eq!(inventor(&set).expect("FaceSet"), tri);
+        let broken = "v 0 0 0\nv 1 0 0 # corner \\\nv 1 1 0 1.0\nv 0 1 0\nf 1 2 \\\n 3 4 # face\n";
+        assert_eq!(super::obj(broken).expect("continued"), tri);
+        assert!(super::obj("v 0 0 0\nf 0 1 1\n").expect_err("0").contains("index '0'"));
         let obj = obj("o a\nv 0 0 0\nv 1 0 0\nvn 0 0 1\no b\nv 1 1 0\nv 0 1 0\nf 1//1 2//1 -2//1 -1//1\n");
         assert_eq!(obj.expect("OBJ"), tri);
     }
 
     #[test]
-    fn what_is_not_read_is_named() {
-        let moved = "#Inventor V2.0 ascii\nSeparator { Translation { translation 0 0 1 } Cube { } }";
-        assert!(inventor(moved).expect_err("moves").contains("Translation"));
+    fn wrong_counts_are_errors() {
         assert!(off("OFF 9 9 9 0").expect_err("short").contains("too early"));
         assert!(tri("1 0 0 0 1 0 5 6").expect_err("outside").contains("not there"));
     }

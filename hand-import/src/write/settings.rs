@@ -75,6 +75,12 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         if tendon.both_ways {
             out.push_str("both_ways = true\n");
         }
+        if let Some(hold) = tendon.hold_limit {
+            let _ = writeln!(out, "hold_limit = {}", number(hold));
+        }
+        if tendon.breakaway {
+            out.push_str("breakaway = true\n");
+        }
         for (joint, path) in &tendon.paths {
             let table = |kind: &str| format!("[tendons.{}.{kind}.{}]", key(&tendon.name), key(joint));
             let _ = match path {

@@ -57,9 +57,8 @@ impl Sessions {
         let free: i64 = up.iter().map(|host| (host.places - host.taken).max(0)).sum();
         let reserve = up.iter().map(|host| host.taken).max().unwrap_or_default();
         if up.len() > 1 && free <= reserve {
-            let message = format!(
-                "the fleet is full: {free} places are free, and {reserve} are kept in case that a host fails"
-            );
+            let message =
+                format!("the fleet is full: free places: {free}; kept in case that a host fails: {reserve}");
             return Err(Refusal::new(Code::Capacity, message).retry_after(RETRY_S));
         }
         Ok(())

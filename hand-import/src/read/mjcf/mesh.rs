@@ -110,7 +110,7 @@ fn from_file(
         };
     }
     let bytes = source.bytes(&found, "mesh", limits().mesh_bytes).map_err(|error| error.to_string());
-    match bytes.and_then(|bytes| triangles(&bytes, &found)) {
+    match bytes.and_then(|bytes| triangles(&bytes, &found, source)) {
         Ok(read) => Some((read.corners, Some(found))),
         Err(problem) => {
             log.bad(element, format!("mesh {} {problem}", found.display()));

@@ -350,7 +350,6 @@ impl Mapper<'_> {
         let damping = drawn.damping.unwrap_or(0.0) + tendon.damping;
         let damping = (damping > 0.0).then_some(damping);
         self.draft.tendons.push(draft::Tendon {
-            name: name.clone(),
             joints: self.paths(fit, factor),
             motors: self
                 .model
@@ -359,8 +358,8 @@ impl Mapper<'_> {
             stiffness: drawn.stiffness,
             damping,
             force_limit: limit,
-            rest: None,
             both_ways,
+            ..draft::Tendon::of(&name)
         });
         self.draft.actuators.push(draft::Actuator {
             name: actuator.name.clone(),
@@ -418,14 +417,13 @@ impl Mapper<'_> {
         let [shortest, longest] = self.lengths(fit);
         let most = stiffness * (longest - at).abs().max((shortest - at).abs());
         self.draft.tendons.push(draft::Tendon {
-            name: name.to_owned(),
             joints: self.paths(fit, factor),
-            motors: Vec::new(),
             stiffness: Some(stiffness),
             damping: (tendon.damping > 0.0).then_some(tendon.damping),
             force_limit: Some((MARGIN * most).max(1e-3)),
             rest: Some(factor * (at - fit.constant)),
             both_ways: both,
+            ..draft::Tendon::of(name)
         });
     }
 

@@ -189,6 +189,18 @@ async fn hosts_share_a_database_if_they_fit() {
             () = renewing => {}
         }
     }
+    // A program that would bring the database up to date waits until hosts of the version before are gone.
+    let negated = "UPDATE _sqlx_migrations SET version = -version WHERE ABS(version) = \
+                   (SELECT MAX(ABS(version)) FROM _sqlx_migrations)";
+    let mut connection = first.connection().await.expect("one");
+    assert!(first.renew(&mut connection, Renewal::default()).await.expect("renews"));
+    sqlx::Executor::execute(&mut connection, negated).await.expect("as before the last migration");
+    let error = Store::open(&location, &host("h3", "c")).await.expect_err("refused").to_string();
+    assert!(
+        error.contains("must be brought up to date, but the host `h1` of an older version uses it"),
+        "{error}"
+    );
+    sqlx::Executor::execute(&mut connection, negated).await.expect("as it was");
     // While the competition is open, its engine is one.
     enter(&first, CompetitionPhase::Open, "competition.open").await;
     let opened = entry("competition.open", "competition");
