@@ -74,6 +74,9 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
     if draft.actuators.is_empty() && !kept {
         servos_everywhere(draft, log);
     }
+    if !kept {
+        stand_ins(draft, log);
+    }
     let (mut motors, mut wound) = (Vec::new(), Vec::new());
     let mut driven = BTreeSet::new();
     for tendon in draft.tendons.clone() {
@@ -122,6 +125,30 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
         without_place(draft, log);
     }
     (motors, wound)
+}
+
+/// Takes out gains and dampings that no hand may have: descriptions for pictures copy them from one kind of joint to another.
+fn stand_ins(draft: &mut Draft, log: &mut Log) {
+    let limits = HandLimits::default();
+    let mut check = |value: &mut Option<f64>, what: &str, most: f64, at: At, element: String| {
+        if let Some(x) = value.take_if(|x| *x > most) {
+            log.guessed(
+                at,
+                element,
+                format!("states {what} {x}, more than the {most} that a hand may have: a stand-in"),
+            );
+        }
+    };
+    for joint in &mut draft.joints {
+        let most = of_kind(joint, (limits.joint_damping_nms_rad, limits.slide_damping_ns_m));
+        let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
+        check(&mut joint.damping, "the damping", most, at, element);
+    }
+    for actuator in &mut draft.actuators {
+        let (at, element) = (At::Motor(actuator.name.clone()), format!("actuator '{}'", actuator.name));
+        check(&mut actuator.gain, "the gain", limits.tendon_stiffness, at.clone(), element.clone());
+        check(&mut actuator.damping, "the damping", limits.tendon_damping, at, element);
+    }
 }
 
 /// One motor for each joint that moves by itself.
@@ -188,18 +215,16 @@ fn servo(actuator: &Actuator, joint: &Joint, at: &At, element: &str, log: &mut L
             format!("its servo on joint '{}' has {}", joint.name, guesses.join(", ")),
         );
     }
-    let motor = Motor {
-        name: actuator.name.clone(),
-        scaling: range,
-        offset: -low / range,
-        speed_limit: speed / range,
-    };
+    // A range beside 0 has its beginning in the tendon, because a motor's offset is within its travel.
+    let offset = -low / range;
+    let (offset, rest) = if offset.abs() > limits.motor_offset { (0.0, low) } else { (offset, 0.0) };
+    let motor = Motor { name: actuator.name.clone(), scaling: range, offset, speed_limit: speed / range };
     let servo = Wound {
         name: joint.name.clone(),
         motors: vec![(actuator.name.clone(), 1.0)],
         arms: vec![(joint.name.clone(), 1.0)],
         paths: Vec::new(),
-        rest: 0.0,
+        rest,
         stiffness,
         damping,
         force_limit: force,
