@@ -90,13 +90,14 @@ pub fn recognise(text: &str) -> Content {
         return if is_klampt(text) { Content::Robot(Format::Klampt) } else { Content::Unknown };
     };
     let name: String = tag.chars().take_while(|c| !c.is_whitespace() && *c != '/').collect();
+    let text = without_comments(text);
     match name.as_str() {
         "mujoco" => Content::Robot(Format::Mjcf),
         "sdf" | "gazebo" => Content::Robot(Format::Sdf),
         "robot" if text.contains("<palm>") || text.contains("<palm ") => Content::Robot(Format::Graspit),
         "robot" if text.contains("<xacro:") => {
             // Files of macros have a <robot> without a name.
-            let named = tag.contains(" name=") || tag.contains("\tname=") || tag.contains("\nname=");
+            let named = tag.split_whitespace().any(|word| word == "name" || word.starts_with("name="));
             if named { Content::Robot(Format::Xacro) } else { Content::Macros }
         }
         "robot" if !text.contains("<link") => Content::Macros,
@@ -114,7 +115,8 @@ fn root_tag(text: &str) -> Option<&str> {
         } else if rest.starts_with("<?") {
             rest.split_once("?>")
         } else if rest.starts_with("<!") {
-            rest.split_once('>')
+            let inner = rest.find('[').filter(|open| rest.find('>').is_none_or(|end| *open < end));
+            if inner.is_some() { rest.split_once("]>") } else { rest.split_once('>') }
         } else {
             break;
         };
@@ -124,11 +126,23 @@ fn root_tag(text: &str) -> Option<&str> {
     tag.starts_with(|c: char| c.is_alphabetic()).then_some(tag)
 }
 
+/// The text without XML comments: these can contain anything.
+fn without_comments(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once("<!--") {
+        out.push_str(before);
+        rest = after.split_once("-->").map_or("", |(_, after)| after);
+    }
+    out + rest
+}
+
 /// A `.rob` has a keyword at the start of each line, among them the names of its links and their parents.
 fn is_klampt(text: &str) -> bool {
     let keywords = || text.lines().filter_map(|line| line.split_whitespace().next());
     let has = |word: &str| keywords().any(|found| found.eq_ignore_ascii_case(word));
-    has("links") && (has("parents") || has("TParent") || has("axis"))
+    let poses = ["TParent", "axis", "alpha", "alphadeg"].into_iter().any(has);
+    (has("links") && has("parents")) || ((has("links") || has("parents")) && poses)
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ mod meshes;
 mod options;
 mod read;
 pub mod source;
+mod subtree;
 mod write;
 
 use std::collections::BTreeMap;
@@ -33,6 +34,9 @@ use crate::source::Source;
 
 pub use crate::imported::Imported;
 pub use crate::options::Options;
+
+/// Links and joints of a robot; more than those of a hand, as some are left out.
+const MAX_LINKS: usize = 1024;
 
 /// Imports the hand in a folder, an archive or a file.
 ///
@@ -58,6 +62,17 @@ pub fn import_source(source: &Source, options: &Options) -> Result<Imported, Imp
     if draft.links.is_empty() {
         return Err(ImportError::unreadable(source.display(&file), "has no links"));
     }
+    if let Some(root) = &options.root {
+        subtree::keep(&mut draft, root, &source.display(&file), &mut log)?;
+    }
+    let (links, joints) = (draft.links.len(), draft.joints.len());
+    if links.max(joints) > MAX_LINKS {
+        let limit = palmares_models::read::Limits::default().links;
+        let problem = format!(
+            "has {links} links and {joints} joints; a hand has at most {limit} of each; --root LINK takes a part"
+        );
+        return Err(ImportError::unreadable(source.display(&file), problem));
+    }
     let mut hand = complete::complete(draft, source, options, &mut log);
     // The loader is the judge of what was written. What it finds goes into the comments as well.
     let mut warnings = Vec::new();
@@ -68,8 +83,9 @@ pub fn import_source(source: &Source, options: &Options) -> Result<Imported, Imp
             let links: Vec<&str> = stand_ins.map(|warning| warning.element.as_str()).collect();
             if !links.is_empty() && hand.draft.settings.is_none() {
                 let shown = links.iter().take(4).copied().collect::<Vec<_>>().join(", ");
+                let more = if links.len() > 4 { "…" } else { "" };
                 let text = format!(
-                    "{} inertias are not those of their shapes ({shown}…); all inertias come from the shapes",
+                    "{} inertias are not those of their shapes ({shown}{more}); all inertias come from the shapes",
                     links.len()
                 );
                 log.guessed(At::Hand, "robot", text);

@@ -1,8 +1,12 @@
-//! Meshes: STL, OBJ, COLLADA and text formats become binary STL files within the limits of a hand. A scene of a few
-//! boxes, balls and cylinders becomes these shapes.
+//! Meshes: STL, OBJ, COLLADA, binary glTF and text formats become binary STL files within the limits of a hand. A scene of
+//! a few boxes, balls and cylinders becomes these shapes.
 
+mod collada;
+mod gltf;
 mod scene;
+mod stl;
 mod text;
+mod transform;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -145,7 +149,7 @@ impl Converter<'_> {
         let bytes = match self.source.bytes(path, element, limits().mesh_bytes) {
             Ok(bytes) => bytes,
             Err(error) => {
-                self.log.problem(at.clone(), element, format!("mesh {error}; the shape is left out"));
+                self.lost(at, element, format!("mesh {error}; the shape is left out"), touches);
                 return None;
             }
         };
@@ -157,11 +161,7 @@ impl Converter<'_> {
                 (read.corners, read.shapes)
             }
             Err(problem) => {
-                self.log.problem(
-                    at.clone(),
-                    element,
-                    format!("mesh {shown} {problem}; the shape is left out"),
-                );
+                self.lost(at, element, format!("mesh {shown} {problem}; the shape is left out"), touches);
                 return None;
             }
         };
@@ -181,6 +181,15 @@ impl Converter<'_> {
         Some((Converted::File(self.write(&stem, &corners, scale, at, element, touches)?), unit))
     }
 
+    /// A shape that is left out: a problem if it touches. A picture only changes the look.
+    fn lost(&mut self, at: &At, element: &str, text: String, touches: bool) {
+        if touches {
+            self.log.problem(at.clone(), element, text);
+        } else {
+            self.log.dropped(at.clone(), element, format!("picture: {text}"));
+        }
+    }
+
     /// Adds a file, reduced to its hull where it is larger than a hand's mesh may be.
     fn write(
         &mut self,
@@ -193,11 +202,8 @@ impl Converter<'_> {
     ) -> Option<PathBuf> {
         let of_hand = Limits::default();
         if corners.iter().flatten().any(|p| !p.is_finite()) {
-            self.log.problem(
-                at.clone(),
-                element,
-                format!("mesh '{stem}' has corners that are not finite; it is left out"),
-            );
+            let text = format!("mesh '{stem}' has corners that are not finite; it is left out");
+            self.lost(at, element, text, touches);
             return None;
         }
         let mut mesh = TriangleMesh::new(corners);
@@ -211,11 +217,7 @@ impl Converter<'_> {
         let few = self.vertices + mesh.vertices.len() <= of_hand.mesh_total_vertices;
         let Some(hull) = hull else {
             let text = format!("mesh '{stem}' spans no volume; it is left out");
-            if touches {
-                self.log.problem(at.clone(), element, text);
-            } else {
-                self.log.dropped(at.clone(), element, text);
-            }
+            self.lost(at, element, text, touches);
             return None;
         };
         if !fits(&mesh) || !few {
@@ -227,11 +229,8 @@ impl Converter<'_> {
             mesh = hull.clone();
         }
         if !fits(&mesh) {
-            self.log.dropped(
-                at.clone(),
-                element,
-                format!("mesh '{stem}': all meshes together are too large"),
-            );
+            let text = format!("mesh '{stem}': all meshes together are too large; it is left out");
+            self.lost(at, element, text, touches);
             return None;
         }
         let bytes = mesh.to_stl(&format!("{stem}, imported"));
@@ -279,16 +278,20 @@ pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Re
         return Err(lfs_problem());
     }
     let kind = path.extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let mut notes = Vec::new();
-    let scene = match kind.as_str() {
-        "stl" => mesh_loader::stl::from_slice(&plain_stl(bytes)),
+    let words = || String::from_utf8_lossy(bytes);
+    let (mut shapes, mut notes) = (Vec::new(), Vec::new());
+    let corners = match kind.as_str() {
+        "stl" => stl::stl(bytes)?,
         "dae" => {
-            notes.extend(collada_notes(&String::from_utf8_lossy(bytes)));
-            mesh_loader::collada::from_slice(bytes)
+            let read = collada::collada(words().trim_start_matches('\u{feff}'))?;
+            notes = read.1;
+            read.0
         }
-        "obj" | "off" | "tri" | "iv" | "wrl" | "vrml" => {
-            let words = String::from_utf8_lossy(bytes);
-            let plain = |corners| scene::Drawn { corners, shapes: Vec::new() };
+        "glb" => gltf::glb(bytes)?,
+        "obj" => text::obj(&words())?,
+        "off" => text::off(&words())?,
+        "tri" => text::tri(&words())?,
+        "iv" | "wrl" | "vrml" => {
             let open = |name: &str| {
                 let found = source.resolve(path, name)?;
                 let bytes = source.bytes(&found.path, "scene", limits().mesh_bytes);
@@ -296,75 +299,19 @@ pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Re
                     .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
                     .map_err(|error| error.to_string())
             };
-            let drawn = match kind.as_str() {
-                "obj" => text::obj(&words).map(plain),
-                "off" => text::off(&words).map(plain),
-                "tri" => text::tri(&words).map(plain),
-                _ => scene::read(&words, &open),
-            }?;
-            return if drawn.corners.is_empty() {
-                Err("has no triangles".to_owned())
-            } else {
-                Ok(Read { corners: drawn.corners, shapes: drawn.shapes, notes })
-            };
+            let drawn = scene::read(&words(), &open)?;
+            shapes = drawn.shapes;
+            drawn.corners
         }
         _ => {
-            let known = "STL, OBJ, COLLADA (.dae), OFF, Open Inventor (.iv) and VRML (.wrl) as text";
+            let known = "STL, OBJ, COLLADA (.dae), binary glTF (.glb), OFF, Open Inventor (.iv) and VRML (.wrl) as text";
             return Err(format!("is of type '{kind}'; known are {known}; save it as one of them"));
         }
     };
-    let scene = scene.map_err(|error| format!("cannot be read: {error}"))?;
-    let count: usize = scene.meshes.iter().map(|mesh| mesh.faces.len()).sum();
-    if 3 * count > limits().mesh_vertices {
-        return Err(format!("has {} vertices; the limit is {}", 3 * count, limits().mesh_vertices));
-    }
-    let mut corners = Vec::with_capacity(count);
-    for mesh in &scene.meshes {
-        let corner =
-            |index: u32| mesh.vertices.get(index as usize).map(|v| Vec3::from_array(v.map(f64::from)));
-        for &[a, b, c] in &mesh.faces {
-            let all = corner(a).zip(corner(b)).zip(corner(c));
-            let ((a, b), c) = all.ok_or("names vertices that are not there")?;
-            corners.push([a, b, c]);
-        }
-    }
     if corners.is_empty() {
         return Err("has no triangles".to_owned());
     }
-    Ok(Read { corners, shapes: Vec::new(), notes })
-}
-
-/// An STL whose binary header begins with `solid`, as CAD programs write it, without that word: parsers take it for text.
-fn plain_stl(bytes: &[u8]) -> std::borrow::Cow<'_, [u8]> {
-    let count = bytes.get(80..84).and_then(|b| <[u8; 4]>::try_from(b).ok()).map(u32::from_le_bytes);
-    let binary = count.is_some_and(|count| u64::from(count) * 50 + 84 == bytes.len() as u64);
-    if binary && bytes.starts_with(b"solid") {
-        let mut plain = bytes.to_vec();
-        plain[..5].fill(b' ');
-        return plain.into();
-    }
-    bytes.into()
-}
-
-/// Unit and up axis that a COLLADA file states.
-fn collada_notes(text: &str) -> Vec<String> {
-    let mut notes = Vec::new();
-    let after = |tag: &str| text.split_once(tag).map(|(_, rest)| rest);
-    if let Some(unit) = after("<unit").and_then(|rest| rest.split_once('>')).map(|(tag, _)| tag)
-        && let Some(meter) = unit.split_once("meter=\"").and_then(|(_, rest)| rest.split_once('"'))
-        && meter.0.trim().parse() != Ok(1.0)
-    {
-        notes.push(format!("its unit of {} m is applied", meter.0));
-    }
-    // RViz and Gazebo ignore the up axis, so that published files are right without it.
-    for up in ["X_UP", "Y_UP"] {
-        if text.contains(&format!("<up_axis>{up}</up_axis>")) {
-            notes.push(format!(
-                "it states {up}; its coordinates are taken as they are, as RViz and Gazebo do"
-            ));
-        }
-    }
-    notes
+    Ok(Read { corners, shapes, notes })
 }
 
 /// Longest edge of the bounding box, m.

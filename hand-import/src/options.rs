@@ -5,6 +5,8 @@
 pub struct Options {
     /// The robot of a source with several: the path of its file, an end of it, or its name without extension.
     pub robot: Option<String>,
+    /// Only this link and what it carries: the hand of an arm.
+    pub root: Option<String>,
     /// Links without a collision shape touch with what pictures show.
     pub visual_as_collision: bool,
     /// Replaces the robot's name.

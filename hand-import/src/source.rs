@@ -170,6 +170,9 @@ impl Source {
     /// As [`Source::bytes`].
     pub fn text(&self, path: &Path, element: &str) -> Result<String, ModelError> {
         let bytes = self.bytes(path, element, TEXT_BYTES)?;
+        if let Some(text) = utf16(&bytes) {
+            return Ok(text);
+        }
         Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').to_owned())
     }
 
@@ -230,6 +233,14 @@ impl Source {
     /// # Errors
     /// The reason why there is no such file in the source.
     pub fn resolve(&self, from: &Path, name: &str) -> Result<Found, String> {
+        let found = self.resolve_as_written(from, name);
+        match percent_decoded(name) {
+            Some(decoded) if found.is_err() => self.resolve_as_written(from, &decoded).or(found),
+            _ => found,
+        }
+    }
+
+    fn resolve_as_written(&self, from: &Path, name: &str) -> Result<Found, String> {
         let name = name.trim().replace('\\', "/");
         let folder = from.parent().unwrap_or(Path::new(""));
         let mut tried = Vec::new();
@@ -245,6 +256,8 @@ impl Source {
             }
             None => {
                 let plain = name.strip_prefix("file://").unwrap_or(&name);
+                // An absolute path of this machine that leads into the source.
+                tried.extend(Path::new(plain).strip_prefix(self.root()).ok().map(Path::to_owned));
                 tried.push(folder.join(plain));
                 tried.push(PathBuf::from(plain));
                 plain
@@ -278,6 +291,31 @@ impl Source {
             self.root().display()
         ))
     }
+}
+
+/// Text of UTF-16 with its mark, as some Windows programs write it.
+fn utf16(bytes: &[u8]) -> Option<String> {
+    let word: fn([u8; 2]) -> u16 = match bytes.get(..2)? {
+        [0xff, 0xfe] => u16::from_le_bytes,
+        [0xfe, 0xff] => u16::from_be_bytes,
+        _ => return None,
+    };
+    let words = bytes[2..].chunks_exact(2).map(|pair| word([pair[0], pair[1]]));
+    // Its declaration names an encoding that the text no longer has; parsers do not look at it.
+    Some(char::decode_utf16(words).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect())
+}
+
+/// A path of a URI with `%20` and the like as what they stand for.
+fn percent_decoded(text: &str) -> Option<String> {
+    let mut bytes = Vec::new();
+    let mut rest = text.as_bytes();
+    while let Some((first, after)) = rest.split_first() {
+        let code = (*first == b'%').then(|| after.get(..2)).flatten();
+        let code = code.and_then(|hex| u8::from_str_radix(std::str::from_utf8(hex).ok()?, 16).ok());
+        bytes.push(code.unwrap_or(*first));
+        rest = if code.is_some() { &after[2..] } else { after };
+    }
+    String::from_utf8(bytes).ok().filter(|decoded| decoded != text)
 }
 
 /// Whether a file's name is one that a description can have.

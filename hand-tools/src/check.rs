@@ -4,7 +4,7 @@ use crate::closure::{AGREEMENT, CLOSING_BUDGET, Closure, Problem, close};
 use crate::describe::{describe, short};
 use crate::figures::figures;
 use crate::load::{Found, LimitsOf, examine_hand, hint, parse_sigma};
-use crate::table::{terminal_columns, wrapped};
+use crate::table::{columns, table, widest};
 use crate::views::draw_hand;
 use clap::Args;
 use palmares_models::error::{LoadWarning, Refused};
@@ -99,7 +99,7 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
     };
     let mut report = Report::new();
     let mut text = String::new();
-    let width = terminal_columns();
+    let width = columns();
     match examine_hand(&args.hand) {
         Err(Refused { errors, warnings }) => {
             report.errors.extend(errors.iter().map(|error| error.to_string().trim_end().to_owned()));
@@ -267,18 +267,19 @@ fn kind_of(message: &str) -> String {
         .collect()
 }
 
-/// Columns of the table of closures before those of the tendons.
-const OF_A_CLOSURE: usize = 4;
-
 fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) -> String {
     if closures.is_empty() {
         return "\nFree closure: not simulated, the hand has no motor\n".to_owned();
     }
-    let mut rows = vec![vec!["σ", "rest (s)", "law", "max |q - predicted|"]]
-        .into_iter()
-        .map(|row| row.into_iter().map(str::to_owned).collect::<Vec<String>>())
-        .collect::<Vec<_>>();
-    rows[0].extend(hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "predicted".to_owned()]));
+    let head = |more: Vec<String>| -> Vec<String> {
+        let first = ["σ", "rest (s)", "law", "max |q - predicted|"].map(str::to_owned);
+        first.into_iter().chain(more).collect()
+    };
+    let each = hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "predicted".to_owned()]);
+    let mut rows = vec![head(each.collect())];
+    // Of many tendons: the largest tension.
+    let largest = ["largest f", "of", "max |f - predicted|"].map(str::to_owned);
+    let mut short_rows = vec![head(largest.to_vec())];
     let mut notes = String::new();
     // Reasons that hold at every σ are printed once.
     let always = |reason: &String| closures.iter().all(|c| c.beyond_closed_form.contains(reason));
@@ -302,6 +303,17 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) 
             row.push(c.predicted_tension.as_ref().map_or("-".to_owned(), |p| tension(p[k])));
         }
         rows.push(row);
+        let mut row = vec![label(hand, &c.sigma), rows[rows.len() - 1][1].clone()];
+        row.extend([rows[rows.len() - 1][2].clone(), rows[rows.len() - 1][3].clone()]);
+        let most = (0..c.tension.len()).max_by(|a, b| c.tension[*a].abs().total_cmp(&c.tension[*b].abs()));
+        row.push(most.map_or("-".to_owned(), |k| tension(c.tension[k])));
+        row.push(most.map_or("-".to_owned(), |k| hand.tendons[k].name.clone()));
+        let off = c
+            .predicted_tension
+            .as_ref()
+            .map(|predicted| c.tension.iter().zip(predicted).map(|(f, p)| (f - p).abs()).fold(0.0, f64::max));
+        row.push(off.map_or("-".to_owned(), |off| format!("{off:.1e}")));
+        short_rows.push(row);
         let mut explain = |heading: &str, reasons: &[String]| {
             if reasons.is_empty() {
                 return;
@@ -320,8 +332,21 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) 
         };
         explain(&format!("no prediction applies{balance}:"), &c.beyond);
     }
-    let rows = wrapped(&rows, OF_A_CLOSURE, 2, width);
+    let mut rows = table(&rows);
+    if width.is_some_and(|width| widest(&rows) > width) {
+        rows = table(&short_rows) + "  --json has all tensions\n";
+    }
     format!("\nFree closure, simulated and predicted (f: tensions)\n{rows}{notes}")
+}
+
+/// The motors' positions, shorter for many motors: those of all, or of the one that moves.
+fn label(hand: &Hand, sigma: &[f64]) -> String {
+    let moved: Vec<usize> = (0..sigma.len()).filter(|&k| sigma[k] != 0.0).collect();
+    match (sigma, moved.as_slice()) {
+        ([first, _, _, ..], _) if sigma.iter().all(|s| s == first) => format!("all {}", short(*first)),
+        ([_, _, _, ..], &[one]) => format!("{} {}", hand.motors[one].name, short(sigma[one])),
+        _ => sigmas(sigma),
+    }
 }
 
 /// A tension; a rounded −0 has no sign.

@@ -61,6 +61,7 @@ Examples:
   palmares hand import robotiq.urdf --out my-hand/                  a file; its ROS package has the meshes
   palmares hand import some_description/ --robot left --out my-hand/
   palmares hand import hand.zip --visual-as-collision --out my-hand/
+  palmares hand import arm.urdf --root palm_link --out my-hand/     the hand of an arm
   palmares hand check my-hand/";
 
 const NEW_HELP: &str = "\
@@ -115,8 +116,8 @@ pub enum HandCommand {
     Decompose(DecomposeArgs),
     /// Import a published hand: write hand.urdf, hand.toml and meshes
     ///
-    /// Reads URDF and xacro with the files of their ROS package, MJCF, SDF, Klamp't's .rob and GraspIt! XML; meshes in STL, OBJ and
-    /// COLLADA. The format is recognised by content. All that was taken in other words,
+    /// Reads URDF and xacro with the files of their ROS package, MJCF, SDF, Klamp't's .rob and GraspIt! XML; meshes in STL, OBJ,
+    /// COLLADA and .glb. The format is recognised by content. All that was taken in other words,
     /// guessed or dropped, and all problems, are comments in the written files. The guide: docs/hands.md.
     #[command(after_help = IMPORT_HELP)]
     Import(ImportArgs),

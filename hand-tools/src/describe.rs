@@ -1,6 +1,6 @@
 //! A hand as text: tree, coordinates with R and E, motors and tendons.
 
-use crate::table::wrapped;
+use crate::table::{table, widest, wrapped};
 use palmares_models::camera::Camera;
 use palmares_models::hand::describe::{HandDescription, TendonDescription};
 use palmares_models::hand::sensors::Sensors;
@@ -117,8 +117,29 @@ fn coordinates(hand: &Hand, about: &HandDescription, width: Option<usize>) -> St
         }));
         rows.push(row);
     }
+    let whole = table(&rows);
+    let entries = |i: usize| about.tendons.iter().filter(move |tendon| tendon.moment_arms[i] != 0.0);
+    let few = (0..about.coordinates.len()).all(|i| entries(i).count() <= FEW_ENTRIES);
+    if width.is_none_or(|width| widest(&whole) <= width) || !few {
+        return wrapped(&rows, OF_A_COORDINATE, 1, width);
+    }
+    // One column with the entries of R that are not 0.
+    for row in &mut rows {
+        row.truncate(OF_A_COORDINATE);
+    }
+    rows[0].push("R of tendon".to_owned());
+    for (i, coordinate) in about.coordinates.iter().enumerate() {
+        let named = entries(i).map(|tendon| {
+            let name = if tendon.name == coordinate.name { "its own" } else { &tendon.name };
+            format!("{} {name}", short(tendon.moment_arms[i]))
+        });
+        rows[i + 1].push(named.collect::<Vec<_>>().join(", "));
+    }
     wrapped(&rows, OF_A_COORDINATE, 1, width)
 }
+
+/// Tendons of a coordinate that are listed in one cell.
+const FEW_ENTRIES: usize = 2;
 
 fn actuation(about: &HandDescription) -> String {
     let mut out = String::new();

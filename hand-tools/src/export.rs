@@ -1,5 +1,6 @@
 //! `palmares hand export`: a hand as URDF or MJCF, with the `hand.toml` that says what the format cannot.
 
+use crate::import::said;
 use clap::{Args, ValueEnum};
 use palmares_hand_import::decision::Kind;
 use palmares_hand_import::export::{Target, export};
@@ -41,8 +42,8 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
         ExportFormat::Urdf => Target::Urdf,
         ExportFormat::Mjcf => Target::Mjcf,
     };
-    let hand = export(&args.hand, target)?;
-    hand.write(&args.out, args.force)?;
+    let hand = export(&args.hand, target).map_err(said)?;
+    hand.write(&args.out, args.force).map_err(said)?;
     let mut out = std::io::stdout().lock();
     for decision in hand.decisions.iter().filter(|decision| decision.kind != Kind::Taken) {
         writeln!(out, "{}: {}: {}", decision.element, decision.kind.word(), decision.text)?;

@@ -2,12 +2,16 @@
 
 use clap::Args;
 use palmares_hand_import::decision::{Decision, Kind};
+use palmares_hand_import::error::ImportError;
 use palmares_hand_import::{Imported, Options, import};
+use palmares_protocol::text::printable;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+use crate::table::json;
 
 /// Exit code of a hand that was written with problems.
 const WITH_PROBLEMS: u8 = 2;
@@ -54,6 +58,9 @@ pub struct NewArgs {
 /// Common arguments.
 #[derive(Debug, Args)]
 struct How {
+    /// Import only this link and what it carries, such as the hand of an arm
+    #[arg(long, value_name = "LINK")]
+    root: Option<String>,
     /// Links without a collision shape touch with the shapes of their pictures
     #[arg(long)]
     visual_as_collision: bool,
@@ -104,9 +111,15 @@ pub(crate) fn draft(args: &NewArgs) -> anyhow::Result<ExitCode> {
     written(&args.from, &out, options, &args.how)
 }
 
+/// The error in its own words, which have those of its cause already.
+pub(crate) fn said(error: ImportError) -> anyhow::Error {
+    anyhow::anyhow!("{error}")
+}
+
 fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow::Result<ExitCode> {
-    let hand = import(source, &Options { visual_as_collision: how.visual_as_collision, ..options })?;
-    hand.write(folder, how.force)?;
+    let (root, visual_as_collision) = (how.root.clone(), how.visual_as_collision);
+    let hand = import(source, &Options { root, visual_as_collision, ..options }).map_err(said)?;
+    hand.write(folder, how.force).map_err(said)?;
     let mut out = std::io::stdout().lock();
     if how.json {
         let report = Report {
@@ -118,7 +131,7 @@ fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow:
             decisions: &hand.decisions,
             warnings: hand.warnings.iter().map(ToString::to_string).collect(),
         };
-        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+        writeln!(out, "{}", json(&serde_json::to_value(&report)?))?;
     } else {
         write!(out, "{}", text(&hand, folder, how.all))?;
     }
@@ -129,7 +142,8 @@ fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow:
 fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let mut out = String::new();
     let folder = folder.display();
-    let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), hand.description.display());
+    let description = hand.description.display().to_string();
+    let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), printable(&description));
     for (kind, title) in [
         (Kind::Taken, "Taken in other words"),
         (Kind::Guessed, "Guessed"),
@@ -144,7 +158,8 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
         let most = if all || kind == Kind::Problem { found.len() } else { SHOWN };
         for decision in found.iter().take(most) {
             let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-            let _ = writeln!(out, "  {file}: {}: {}", decision.element, decision.text);
+            let line = format!("{file}: {}: {}", decision.element, decision.text);
+            let _ = writeln!(out, "  {}", printable(&line));
         }
         if found.len() > most {
             let _ = writeln!(

@@ -9,7 +9,7 @@ use crate::figure::{Curve, Figure, Panel};
 use crate::fingers::fingers;
 use crate::load::{hint, load_hand, parse_sigma};
 use crate::push::PushArg;
-use crate::table::terminal_columns;
+use crate::table::columns;
 use crate::view::view_of;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -84,7 +84,7 @@ pub(crate) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
     let mut out = std::io::stdout().lock();
     let Some(file) = &args.output else {
-        write!(out, "{}", describe(&hand, terminal_columns()))?;
+        write!(out, "{}", describe(&hand, columns()))?;
         return Ok(ExitCode::SUCCESS);
     };
     let sigma = one_per_motor(&hand, &args.sigma)?;

@@ -31,12 +31,18 @@ pub fn aligned(rows: &[Vec<String>], right: impl Fn(usize) -> bool) -> String {
     out
 }
 
-/// Columns of a terminal for which wide tables are wrapped.
+/// Columns of a terminal, and of a file or a pipe, for which wide tables are wrapped.
 const TERMINAL_COLUMNS: usize = 80;
+const FILE_COLUMNS: usize = 120;
 
-/// Columns that a table on standard output may have; None if it is no terminal.
-pub fn terminal_columns() -> Option<usize> {
-    std::io::stdout().is_terminal().then_some(TERMINAL_COLUMNS)
+/// Columns that a table on standard output may have.
+pub fn columns() -> Option<usize> {
+    Some(if std::io::stdout().is_terminal() { TERMINAL_COLUMNS } else { FILE_COLUMNS })
+}
+
+/// Columns of the widest line.
+pub fn widest(text: &str) -> usize {
+    text.lines().map(UnicodeWidthStr::width).max().unwrap_or(0)
 }
 
 /// A table whose columns from `first` on come in groups of `group`. Groups that do not fit into `width` columns go
@@ -44,7 +50,6 @@ pub fn terminal_columns() -> Option<usize> {
 pub fn wrapped(rows: &[Vec<String>], first: usize, group: usize, width: Option<usize>) -> String {
     let whole = table(rows);
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let widest = |text: &str| text.lines().map(UnicodeWidthStr::width).max().unwrap_or(0);
     let Some(width) = width.filter(|width| widest(&whole) > *width && columns > first) else { return whole };
     let part = |columns: &[usize]| -> String {
         let pick = |row: &Vec<String>| columns.iter().filter_map(|k| row.get(*k).cloned()).collect();

@@ -2,7 +2,7 @@
 
 use super::client::{Client, escaped};
 use anyhow::{Context, anyhow};
-use palmares_hand_tools::table::terminal_columns;
+use palmares_hand_tools::table::columns;
 use palmares_hand_tools::{draw_hand, figures, print_trials};
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, Files, LoadOptions};
@@ -63,7 +63,7 @@ pub(crate) fn show(client: &Client, id: &str, picture: Option<&Path>, json: bool
     for line in &shown.in_the_way {
         writeln!(out, "  NOT ALLOWED: {line}")?;
     }
-    write!(out, "\n{}", figures(name, &shown.figures, terminal_columns()))?;
+    write!(out, "\n{}", figures(name, &shown.figures, columns()))?;
     if let Some(file) = picture {
         draw_hand(&fetched(client, id)?, file)?;
         writeln!(out, "wrote {}", file.display())?;

@@ -9,6 +9,8 @@ use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Ori
 const SMALLEST_RANGE: f64 = 1e-6;
 /// Part of the leader's range below which a follower's limits contradict it.
 const SMALLEST_PART: f64 = 0.05;
+/// A larger range is a stand-in for none, rad or m: no finger turns 16 times.
+const ENDLESS: f64 = 100.0;
 /// Limits of a revolute joint that states none, rad.
 const WIDE: f64 = std::f64::consts::PI;
 /// Mass of a link between the hinges of a ball joint, kg, and its inertia, kg·m²: a ball of 5 mm radius.
@@ -193,7 +195,14 @@ pub(crate) fn idle(draft: &mut Draft, log: &mut Log) {
     for name in &names {
         let joint = draft.joints.iter().find(|joint| joint.name == *name);
         let start = joint.and_then(|joint| joint.limits).map_or(0.0, |[low, high]| 0f64.clamp(low, high));
-        let text = "moves no shape and carries none; it is fixed";
+        // As the second synergy of a hand whose description has only the first one.
+        let driven = draft.actuators.iter().any(|actuator| actuator.drive == Drive::Joint(name.clone()));
+        let text = if driven {
+            "moves no shape and carries none; it is fixed. If its motor moves other joints in the real hand, state the \
+             motor and a tendon over them in hand.toml"
+        } else {
+            "moves no shape and carries none; it is fixed"
+        };
         log.dropped(At::Joint(name.clone()), format!("joint '{name}'"), text);
         fix(draft, name, start);
     }
@@ -284,6 +293,16 @@ fn limits(draft: &mut Draft, log: &mut Log) {
                         format!("has limits {low} to {high}; taken is a fixed joint there"),
                     );
                     fixed.push((joint.name.clone(), low));
+                }
+            }
+            Some([low, high]) if (high - low).abs() > ENDLESS => {
+                let text = format!("has limits {low} to {high}: a stand-in for none");
+                if joint.kind == JointKind::Prismatic {
+                    joint.limits = Some([-wide, wide]);
+                    log.guessed(at, element, format!("{text}; taken are ±{wide:.4} m"));
+                } else {
+                    (joint.kind, joint.limits) = (JointKind::Continuous, None);
+                    log.guessed(at, element, format!("{text}; it turns without limits"));
                 }
             }
             Some([low, high]) if low > high => {

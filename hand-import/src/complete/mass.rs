@@ -75,23 +75,29 @@ pub(crate) fn implausible(draft: &Draft, log: &mut Log) -> bool {
     if draft.settings.is_some() {
         return false;
     }
-    let wrong = |link: &&Link| {
-        let Some(Inertial { mass, inertia: [xx, xy, xz, yy, yz, zz], .. }) = link.inertial else {
-            return false;
-        };
-        let about_com = Mat3::from_cols(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz));
-        let inertia = Inertia { mass, com: Vec3::ZERO, about_com };
-        let shaped = !link.collisions.is_empty();
-        mass > 0.0 && shaped && (inertia.implausible().is_some() || [xx, yy, zz].iter().all(|x| *x == 0.0))
+    let shaped =
+        |link: &&Link| link.inertial.filter(|inertial| inertial.mass > 0.0 && !link.collisions.is_empty());
+    let named = |wrong: &dyn Fn(Inertial) -> bool| -> Vec<&str> {
+        let links = draft.links.iter().filter(|link| shaped(link).is_some_and(wrong));
+        links.map(|link| link.name.as_str()).collect()
     };
-    let names: Vec<&str> = draft.links.iter().filter(wrong).map(|link| link.name.as_str()).collect();
-    if names.is_empty() {
+    let missing = |inertial: Inertial| [0, 3, 5].iter().all(|k| inertial.inertia[*k] == 0.0);
+    let impossible = |Inertial { mass, inertia: [xx, xy, xz, yy, yz, zz], .. }: Inertial| {
+        let about_com = Mat3::from_cols(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz));
+        Inertia { mass, com: Vec3::ZERO, about_com }.implausible().is_some()
+    };
+    let (without, wrong) = (named(&missing), named(&|inertial| !missing(inertial) && impossible(inertial)));
+    let problems = [("states no inertia for", &without), ("no rigid body has the inertia of", &wrong)];
+    let mut all = Vec::new();
+    for (problem, names) in problems.into_iter().filter(|(_, names)| !names.is_empty()) {
+        let shown = names.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+        let more = if names.len() > 6 { "…" } else { "" };
+        all.push(format!("{problem} {} links ({shown}{more})", names.len()));
+    }
+    if all.is_empty() {
         return false;
     }
-    let (count, shown) = (names.len(), names.iter().take(6).copied().collect::<Vec<_>>().join(", "));
-    let text = format!(
-        "no rigid body has the inertia of {count} links ({shown}…); all inertias come from the shapes"
-    );
+    let text = format!("{}; all inertias come from the shapes", all.join("; "));
     log.guessed(At::Hand, "robot", text);
     true
 }

@@ -19,8 +19,8 @@ pub(crate) fn complete(draft: &mut Draft, options: &Options, log: &mut Log) {
                 Geometry::Mesh(mesh) => mesh.scale.iter().all(|x| *x != 0.0),
             };
             if !right {
-                let text =
-                    format!("a shape has a size that is not positive: {:?}; it is left out", part.geometry);
+                let sizes = sizes(&part.geometry);
+                let text = format!("has a shape with the sizes {sizes}; valid: more than 0; it is left out");
                 log.problem(at.clone(), &element, text);
             }
             right
@@ -48,4 +48,17 @@ pub(crate) fn complete(draft: &mut Draft, options: &Options, log: &mut Log) {
         let text = "has a <visual> but no <collision>, so that it touches nothing; --visual-as-collision uses the picture";
         log.taken(At::Link(link.clone()), format!("link '{link}'"), text);
     }
+}
+
+/// The sizes of a shape, as its source lists them.
+fn sizes(geometry: &Geometry) -> String {
+    let list = match geometry {
+        Geometry::Box(sizes) | Geometry::Ellipsoid(sizes) => sizes.to_vec(),
+        Geometry::Sphere { radius } => vec![*radius],
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+            vec![*radius, *length]
+        }
+        Geometry::Mesh(mesh) => mesh.scale.to_vec(),
+    };
+    list.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
 }

@@ -10,18 +10,29 @@ pub(super) type Corners = Vec<[Vec3; 3]>;
 /// Wavefront OBJ: the lines `v` and `f`; everything else is look. A negative index counts from the last vertex back.
 pub(super) fn obj(text: &str) -> Result<Corners, String> {
     let (mut points, mut corners) = (Vec::new(), Vec::new());
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
+    let mut lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+    while let Some(line) = lines.next() {
+        // A line goes on after a backslash.
+        let mut joined = line.to_owned();
+        while let Some(first) = joined.trim_end().strip_suffix('\\') {
+            joined.truncate(first.len());
+            joined.push(' ');
+            joined.push_str(lines.next().unwrap_or_default());
+        }
+        let mut words = joined.split_whitespace();
         match words.next() {
             Some("v") => points.extend(self::points(&mut words, 1)?),
             Some("f") => {
-                let index = |word: &str| -> Option<usize> {
-                    let number: i64 = word.split('/').next()?.parse().ok()?;
-                    let from = if number < 0 { points.len() as i64 + number } else { number - 1 };
-                    usize::try_from(from).ok()
+                let index = |word: &str| -> Result<usize, String> {
+                    let number: Option<i64> = word.split('/').next().and_then(|first| first.parse().ok());
+                    let from = number.map(|n| if n < 0 { points.len() as i64 + n } else { n - 1 });
+                    let from = from.and_then(|from| usize::try_from(from).ok());
+                    from.ok_or_else(|| {
+                        format!("has a face with the index '{word}'; valid: 1 and more, or -1 and less")
+                    })
                 };
-                let face: Option<Vec<usize>> = words.map(index).collect();
-                fan(&face.ok_or("has a face with an index that is no number")?, &points, &mut corners)?;
+                let face: Vec<usize> = words.map(index).collect::<Result<_, _>>()?;
+                fan(&face, &points, &mut corners)?;
             }
             _ => {}
         }
@@ -102,6 +113,9 @@ mod tests {
         let off = off(&format!("OFF # a square\n4 1 0\n{square}\n4 0 1 2 3\n")).expect("OFF");
         let tri = tri(&format!("4\n{square}\n2\n0 1 2\n0 2 3\n")).expect("tri");
         assert_eq!(off, tri);
+        let broken = "v 0 0 0\nv 1 0 0 # corner \\\nv 1 1 0 1.0\nv 0 1 0\nf 1 2 \\\n 3 4 # face\n";
+        assert_eq!(super::obj(broken).expect("continued"), tri);
+        assert!(super::obj("v 0 0 0\nf 0 1 1\n").expect_err("0").contains("index '0'"));
         let obj = obj("o a\nv 0 0 0\nv 1 0 0\nvn 0 0 1\no b\nv 1 1 0\nv 0 1 0\nf 1//1 2//1 -2//1 -1//1\n");
         assert_eq!(obj.expect("OBJ"), tri);
     }

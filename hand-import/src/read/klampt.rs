@@ -1,51 +1,69 @@
 //! Klamp't's `.rob`, as its manual of file types documents it: one keyword a line, values for all links in order.
 
 mod drivers;
+mod join;
 mod lines;
 mod robot;
+mod rotation;
+mod touching;
 
-use palmares_models::{Mat3, Pose, Rotation, Vec3};
+use palmares_models::{Pose, Rotation, Vec3};
 
+use self::join::join;
 use self::lines::{Line, lines};
 use self::robot::Robot;
+use self::rotation::{columns, rotation};
 use super::reading::Reading;
 use crate::decision::At;
-use crate::draft::{Draft, Geometry, Inertial, Joint, JointKind, Link, Origin, Part};
+use crate::draft::{Draft, Geometry, Inertial, Joint, JointKind, Link, Mesh, Origin, Part, Triangles};
 use crate::error::ImportError;
 use crate::format::{Content, Format, recognise};
 
-/// Keywords about planning and pictures.
-const SILENT: [&str; 10] = [
-    "accmax",
-    "accmaxdeg",
-    "powermax",
-    "q",
-    "qdeg",
-    "selfcollision",
-    "geommargin",
-    "velmin",
-    "velmindeg",
-    "autotorque",
+/// Keywords that have no place in a hand, and why.
+const DROPPED: [(&str, &str); 13] = [
+    ("accmax", "a motor's acceleration follows from its force"),
+    ("accmaxdeg", "a motor's acceleration follows from its force"),
+    ("powermax", "a motor's power is the product of its force and speed"),
+    ("velmin", "a motor is as fast backwards as forwards: `velmax` counts"),
+    ("velmindeg", "a motor is as fast backwards as forwards: `velmaxdeg` counts"),
+    ("q", "the start is that of the motors; [start] of hand.toml states another one"),
+    ("qdeg", "the start is that of the motors; [start] of hand.toml states another one"),
+    ("geommargin", "shapes are without margin"),
+    ("autotorque", "torques that are not stated are guessed"),
+    ("translation", "places the robot in a world"),
+    ("rotation", "places the robot in a world"),
+    ("collision", "names links that touch the world; here all do"),
+    ("nocollision", "names links that do not touch the world; here all do"),
 ];
 
 /// Reads a `.rob`.
 pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
     let lines = lines(text);
-    let names =
-        lines.iter().find(|line| line.keyword == "links").map(|line| line.words.clone()).unwrap_or_default();
+    let names = names(&lines);
     if names.is_empty() {
-        return Err(ImportError::unreadable(&reading.log.file, "has no `links`"));
+        return Err(ImportError::unreadable(&reading.log.file, "has no `links` and no `parents`"));
     }
     let name = reading.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let mut draft = Draft { name, ..Draft::default() };
     let robot = Robot::new(&names, &lines, reading);
     robot.links(&mut draft, reading);
     robot.joints(&mut draft, reading);
+    robot.touching(&mut draft, reading);
     drivers::drivers(&robot, &lines, &mut draft, reading);
     for line in &lines {
         robot.rest(line, &mut draft, reading)?;
     }
     Ok(draft)
+}
+
+/// Names of the links; Klamp't numbers them where the file states none.
+fn names(lines: &[Line]) -> Vec<String> {
+    let of = |keyword: &str| lines.iter().rev().find(|line| line.keyword == keyword);
+    match (of("links"), of("parents")) {
+        (Some(links), _) => links.words.clone(),
+        (None, Some(parents)) => (0..parents.words.len()).map(|i| format!("Link_{i}")).collect(),
+        (None, None) => Vec::new(),
+    }
 }
 
 impl Robot<'_> {
@@ -56,7 +74,9 @@ impl Robot<'_> {
         let full = self.list("inertia", 9, n, reading);
         let diagonal = self.list("inertiadiag", 3, n, reading);
         let files = self.lines.iter().find(|line| line.keyword == "geometry").map(|line| line.words.clone());
-        let scales = self.list("geomscale", 1, n, reading);
+        let one = self.lines.iter().any(|line| line.keyword == "geomscale" && line.words.len() == 1);
+        let scales = self.list("geomscale", 1, if one { 1 } else { n }, reading);
+        let scales = scales.map(|list| if one { vec![list[0]; n] } else { list });
         if self.lines.iter().any(|line| line.keyword == "automass") {
             let text = "centres of mass and inertias come from the shapes";
             reading.log.taken(At::Hand, "`automass`", text);
@@ -86,7 +106,7 @@ impl Robot<'_> {
             if let Some(file) = file {
                 let (at, element) = (At::Link(name.clone()), format!("link '{name}'"));
                 let size = self.scale * scales.as_ref().map_or(1.0, |scales| scales[i]);
-                if let Some(mut mesh) = reading.mesh(file, [size; 3], at, &element) {
+                if let Some(mut mesh) = reading.mesh(file, [size; 3], at, &element, false) {
                     let (origin, scale) = self.geometry_transform(i, reading);
                     mesh.scale = mesh.scale.map(|s| s * scale);
                     let part = Part { origin, geometry: Geometry::Mesh(mesh) };
@@ -136,20 +156,22 @@ impl Robot<'_> {
         let types = self.lines.iter().find(|line| line.keyword == "jointtype").map(|line| line.words.clone());
         let poses = self.poses(reading);
         let roots: Vec<usize> = (0..n).filter(|&i| self.parents[i].is_none()).collect();
-        if roots.len() > 1 {
+        // A base that moves needs a link that it moves on.
+        let moves = roots.iter().any(|&root| self.kinds[root] != "weld");
+        let world = roots.len() > 1 || moves;
+        if world {
             draft.links.insert(0, Link { name: "world".to_owned(), ..Link::default() });
         }
         for (i, name) in self.names.iter().enumerate() {
             let parent = match self.parents[i] {
                 Some(parent) if parent < n => self.names[parent].clone(),
-                None if roots.len() > 1 => "world".to_owned(),
+                None if world => "world".to_owned(),
                 None => continue,
                 Some(parent) => {
-                    reading.log.problem(
-                        At::Hand,
-                        "`parents`",
-                        format!("link '{name}' has the parent {parent}"),
-                    );
+                    let valid = format!("-1 to {}", n - 1);
+                    let text =
+                        format!("link '{name}' has the parent {parent}; valid: {valid}; it is left out");
+                    reading.log.problem(At::Hand, "`parents`", text);
                     continue;
                 }
             };
@@ -174,20 +196,15 @@ impl Robot<'_> {
         }
     }
 
-    /// Pose of each link in its parent: the columns of a rotation and a translation, or Denavit-Hartenberg parameters.
+    /// Pose of each link in its parent: the rows of a rotation and a translation, or Denavit-Hartenberg parameters.
     fn poses(&self, reading: &mut Reading<'_>) -> Vec<Origin> {
         let n = self.names.len();
         if let Some(list) = self.list("tparent", 12, n, reading) {
             return (0..n)
                 .map(|i| {
                     let t = &list[12 * i..12 * i + 12];
-                    let columns = [
-                        Vec3::new(t[0], t[1], t[2]),
-                        Vec3::new(t[3], t[4], t[5]),
-                        Vec3::new(t[6], t[7], t[8]),
-                    ];
                     let place = Vec3::new(t[9], t[10], t[11]) * self.scale;
-                    let Some(rotation) = rotation(columns) else {
+                    let Some(rotation) = rotation(columns(t)) else {
                         let (at, element) =
                             (At::Link(self.names[i].clone()), format!("link '{}'", self.names[i]));
                         reading.log.problem(at, element, "its `tparent` has no rotation; taken is none");
@@ -215,7 +232,7 @@ impl Robot<'_> {
 
     /// Everything but links, joints and drivers.
     fn rest(&self, line: &Line, draft: &mut Draft, reading: &mut Reading<'_>) -> Result<(), ImportError> {
-        const READ: [&str; 34] = [
+        const READ: [&str; 37] = [
             "links",
             "parents",
             "axis",
@@ -244,32 +261,32 @@ impl Robot<'_> {
             "torquemax",
             "joint",
             "driver",
+            "drivers",
             "servop",
             "servoi",
             "servod",
             "dryfriction",
             "viscousfriction",
             "scale",
+            "selfcollision",
+            "noselfcollision",
         ];
         let keyword = line.keyword.as_str();
         match keyword {
-            "noselfcollision" => {
-                for pair in line.words.chunks_exact(2) {
-                    if let (Some(a), Some(b)) = (self.index(&pair[0]), self.index(&pair[1])) {
-                        draft.exclusions.push([self.names[a].clone(), self.names[b].clone()]);
-                    }
-                }
-            }
             "mount" => self.mount(line, draft, reading)?,
             "property" => {
                 let what = line.words.first().cloned().unwrap_or_default();
                 reading.log.dropped(At::Hand, format!("`property {what}`"), "is for Klamp't only");
             }
-            "translation" | "rotation" => {
-                reading.log.dropped(At::Hand, format!("`{keyword}`"), "places the robot in a world");
+            keyword if READ.contains(&keyword) => {}
+            keyword => {
+                let known = DROPPED.iter().find(|(name, _)| *name == keyword);
+                let text = known.map_or("is no known keyword", |(_, text)| text);
+                let zero = |word: &String| lines::number(word) == Some(0.0);
+                if known.is_none() || !line.words.iter().all(zero) {
+                    reading.log.dropped(At::Hand, format!("`{keyword}`"), text);
+                }
             }
-            keyword if READ.contains(&keyword) || SILENT.contains(&keyword) => {}
-            keyword => reading.log.dropped(At::Hand, format!("`{keyword}`"), "is no known keyword"),
         }
         Ok(())
     }
@@ -297,14 +314,33 @@ impl Robot<'_> {
         let prefixed = line.words.iter().position(|word| word == "as").and_then(|i| line.words.get(i + 1));
         let prefix = prefixed.map(|prefix| format!("{prefix}:")).unwrap_or_default();
         let t: Vec<f64> = line.words.iter().skip(2).map_while(|word| lines::number(word)).collect();
-        let origin = match t.as_slice() {
-            &[a, b, c, d, e, f, g, h, k, x, y, z] => {
-                let rotation = rotation([Vec3::new(a, b, c), Vec3::new(d, e, f), Vec3::new(g, h, k)]);
-                let rotation = rotation.unwrap_or(Rotation::IDENTITY);
-                Origin::from_pose(&Pose::from_parts(Vec3::new(x, y, z), rotation))
+        let pose = match t.as_slice() {
+            [] => Some(Pose::IDENTITY),
+            t if t.len() == 12 => {
+                rotation(columns(t)).map(|rotation| Pose::from_parts(Vec3::new(t[9], t[10], t[11]), rotation))
             }
-            _ => Origin::default(),
+            _ => None,
         };
+        let origin = pose.map(|pose| Origin::from_pose(&pose)).unwrap_or_else(|| {
+            let text =
+                "its transform is not the 9 numbers of a rotation by rows and 3 of a place; taken is none";
+            reading.log.problem(At::Hand, &element, text);
+            Origin::default()
+        });
+        let kind = found.extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if !["rob", "urdf"].contains(&kind.as_str()) {
+            let part = Part {
+                origin,
+                geometry: Geometry::Mesh(Mesh { triangles: Triangles::File(found), scale: [1.0; 3] }),
+            };
+            let name = &self.names[link];
+            if let Some(link) = draft.links.iter_mut().find(|link| link.name == *name) {
+                link.visuals.push(part.clone());
+                link.collisions.push(part);
+                reading.log.taken(At::Link(name.clone()), element, "its shape is one of the link");
+            }
+            return Ok(());
+        }
         let text = reading.source.text(&found, "mounted robot")?;
         let mut inner = reading.of(&found);
         let part = match recognise(&text) {
@@ -320,59 +356,4 @@ impl Robot<'_> {
         reading.log.taken(At::Hand, element, "the other robot is fixed to the link");
         Ok(())
     }
-}
-
-/// Fixes a robot to a link of another one.
-fn join(draft: &mut Draft, mut part: Draft, link: &str, origin: Origin, prefix: &str) {
-    let name = |name: &mut String| *name = format!("{prefix}{name}");
-    part.links.iter_mut().for_each(|link| name(&mut link.name));
-    for joint in &mut part.joints {
-        name(&mut joint.name);
-        name(&mut joint.parent);
-        name(&mut joint.child);
-    }
-    for coupling in &mut part.couplings {
-        name(&mut coupling.joint);
-        name(&mut coupling.leader);
-    }
-    for tendon in &mut part.tendons {
-        name(&mut tendon.name);
-        tendon.joints.iter_mut().for_each(|(joint, _)| name(joint));
-        tendon.motors.iter_mut().for_each(|(motor, _)| name(motor));
-    }
-    for actuator in &mut part.actuators {
-        name(&mut actuator.name);
-        match &mut actuator.drive {
-            crate::draft::Drive::Joint(joint) => name(joint),
-            crate::draft::Drive::Tendon(tendon) => name(tendon),
-        }
-    }
-    part.exclusions.iter_mut().flatten().for_each(name);
-    let root = part.links.iter().find(|link| part.joints.iter().all(|joint| joint.child != link.name));
-    if let Some(root) = root {
-        let joint = Joint::fixed(format!("{}_mount", root.name), link, root.name.clone());
-        draft.joints.push(Joint { origin, ..joint });
-    }
-    draft.links.append(&mut part.links);
-    draft.joints.append(&mut part.joints);
-    draft.couplings.append(&mut part.couplings);
-    draft.tendons.append(&mut part.tendons);
-    draft.actuators.append(&mut part.actuators);
-    draft.exclusions.append(&mut part.exclusions);
-}
-
-/// The rotation with these columns, which may have one common length; `None` if they are not orthogonal and right-handed.
-fn rotation(columns: [Vec3; 3]) -> Option<Rotation> {
-    const EXACT: f64 = 1e-3;
-    let size = columns[0].length();
-    let [x, y, z] = columns.map(|column| column / size);
-    let right = size > 0.0
-        && size.is_finite()
-        && (x.cross(y) - z).length() < EXACT
-        && (y.length() - 1.0).abs() < EXACT
-        && x.dot(y).abs() < EXACT;
-    // Printed digits are few: the nearest exact axes.
-    let x = x.normalize_or_zero();
-    let y = (y - x * x.dot(y)).normalize_or_zero();
-    right.then(|| Rotation::from_mat3(&Mat3::from_cols(x, y, x.cross(y))))
 }

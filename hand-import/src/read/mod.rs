@@ -16,7 +16,7 @@ pub(crate) mod xml;
 
 use std::path::Path;
 
-use crate::decision::Log;
+use crate::decision::{At, Log};
 use crate::draft::Draft;
 use crate::error::ImportError;
 use crate::format::Format;
@@ -34,6 +34,13 @@ pub(crate) fn read(
     let shown = source.display(path);
     let mut reading = Reading { source, path: path.to_owned(), log: Log::new(&shown), mounted: 0 };
     let text = source.text(path, format.name())?;
+    if format != Format::Xacro && !options.xacro_arguments.is_empty() {
+        reading.log.dropped(
+            At::Hand,
+            "--arg",
+            format!("the file is {}, which has no arguments", format.name()),
+        );
+    }
     let draft = match format {
         Format::Urdf => urdf::read(&text, &mut reading)?,
         Format::Xacro => xacro::read(&mut reading, &options.xacro_arguments)?,

@@ -37,8 +37,16 @@ impl<'a> Reading<'a> {
         Reading { source: self.source, path: path.to_owned(), log, mounted: self.mounted + 1 }
     }
 
-    /// The mesh that the description calls `name`, or `None` with a problem in the log.
-    pub(crate) fn mesh(&mut self, name: &str, scale: [f64; 3], at: At, element: &str) -> Option<Mesh> {
+    /// The mesh that the description calls `name`, or `None` with a decision in the log: a problem, unless it is only a
+    /// picture of a link that has other shapes.
+    pub(crate) fn mesh(
+        &mut self,
+        name: &str,
+        scale: [f64; 3],
+        at: At,
+        element: &str,
+        picture: bool,
+    ) -> Option<Mesh> {
         match self.source.resolve(&self.path, name) {
             Ok(found) => {
                 if let Some(note) = found.note {
@@ -47,7 +55,12 @@ impl<'a> Reading<'a> {
                 Some(Mesh { triangles: Triangles::File(found.path), scale })
             }
             Err(problem) => {
-                self.log.problem(at, element, format!("mesh {problem}; the shape is left out"));
+                let text = format!("mesh {problem}; the shape is left out");
+                if picture {
+                    self.log.dropped(at, element, format!("picture: {text}"));
+                } else {
+                    self.log.problem(at, element, text);
+                }
                 None
             }
         }

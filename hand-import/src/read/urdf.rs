@@ -1,6 +1,7 @@
 //! URDF, with the extensions that published hands have: transmissions of ros_control, `ros2_control`, `gazebo`.
 
 mod actuation;
+mod elements;
 mod gazebo;
 mod links;
 
@@ -8,8 +9,9 @@ use std::collections::BTreeSet;
 
 use roxmltree::Node;
 
+use self::elements::{named, unread};
 use super::reading::{Reading, settings};
-use super::xml::{Element, child};
+use super::xml::{Element, child, children};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Joint, JointKind};
 use crate::error::ImportError;
@@ -54,11 +56,42 @@ pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, Impor
         reading.log.dropped(At::Hand, format!("<{name}>"), "is no element of URDF");
     }
     pair_by_name(&mut draft, reading);
+    floating(&draft, robot, reading);
     Ok(draft)
 }
 
+/// Joints of all six degrees of freedom: one between the world and the base is what the controller's arm does.
+fn floating(draft: &Draft, robot: Node<'_, '_>, reading: &mut Reading<'_>) {
+    for node in children(robot, "joint").filter(|node| node.attribute("type") == Some("floating")) {
+        let name = node.attribute("name").unwrap_or_default();
+        let Some(joint) = draft.joints.iter().find(|joint| joint.name == name) else { continue };
+        let (at, element) = (At::Joint(name.to_owned()), format!("joint '{name}'"));
+        let below = draft.joints.iter().any(|other| other.child == joint.parent);
+        if below {
+            let text = "is floating, which a joint of a hand cannot be; taken is a fixed joint";
+            reading.log.problem(at, element, text);
+        } else {
+            let text =
+                "is floating: the base of a hand moves with the controller's arm; taken is a fixed joint";
+            reading.log.taken(at, element, text);
+        }
+    }
+}
+
 fn joint(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) {
-    let name = node.attribute("name").unwrap_or_default().to_owned();
+    const READ: [&str; 9] = [
+        "origin",
+        "parent",
+        "child",
+        "axis",
+        "limit",
+        "dynamics",
+        "mimic",
+        "safety_controller",
+        "calibration",
+    ];
+    let name = named(node, reading);
+    unread(node, &READ, "joint", reading);
     let shown = format!("joint '{name}'");
     let at = At::Joint(name.clone());
     let link = |tag: &str| child(node, tag).and_then(|n| n.attribute("link")).unwrap_or_default().to_owned();
@@ -68,8 +101,12 @@ fn joint(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) {
         "continuous" => JointKind::Continuous,
         "prismatic" => JointKind::Prismatic,
         "spherical" | "ball" => JointKind::Ball,
+        "floating" => JointKind::Fixed,
         other => {
-            let problem = format!("is of type '{other}', which a hand does not have; taken is a fixed joint");
+            let valid = "fixed, revolute, continuous, prismatic, spherical";
+            let problem = format!(
+                "is of type '{other}', which a hand does not have; valid: {valid}; taken is a fixed joint"
+            );
             reading.log.problem(at.clone(), &shown, problem);
             JointKind::Fixed
         }
@@ -83,7 +120,8 @@ fn joint(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) {
     joint.axis = child(node, "axis").and_then(|axis| e.numbers(axis, "xyz")).unwrap_or([1.0, 0.0, 0.0]);
     if let Some(limit) = child(node, "limit") {
         let (lower, upper) = (e.attribute(limit, "lower"), e.attribute(limit, "upper"));
-        if lower.is_some() || upper.is_some() {
+        // URDF has no limits of a continuous joint, and many files state 0 and 0.
+        if kind != JointKind::Continuous && (lower.is_some() || upper.is_some()) {
             joint.limits = Some([lower.unwrap_or(0.0), upper.unwrap_or(0.0)]);
         }
         joint.effort = e.attribute(limit, "effort");

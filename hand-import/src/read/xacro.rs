@@ -2,8 +2,9 @@
 //!
 //! xacro evaluates Python expressions of the file; it is run only on a file that the user names.
 
+use std::ffi::OsStr;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -51,6 +52,9 @@ pub(crate) fn read(reading: &mut Reading<'_>, arguments: &[String]) -> Result<Dr
     if !file.is_file() {
         return Err(ImportError::unreadable(file, "is xacro in an archive; unpack it and import the folder"));
     }
+    if let Some(wrong) = arguments.iter().find(|argument| !argument.contains(":=")) {
+        return Err(ImportError::unreadable(file, format!("--arg '{wrong}'; valid: NAME:=VALUE")));
+    }
     let folders: Vec<String> = reading
         .source
         .packages()
@@ -60,8 +64,15 @@ pub(crate) fn read(reading: &mut Reading<'_>, arguments: &[String]) -> Result<Dr
     python.args(["-c", DRIVER, &folders.join("\n")]).arg(&file).args(arguments);
     let mut program = Command::new("xacro");
     program.arg(&file).args(arguments).env("ROS_PACKAGE_PATH", reading.source.root());
+    // The package of a program that is installed for itself is in a Python of its own.
+    let folders_of_programs = std::env::var_os("PATH").unwrap_or_default();
+    let mut own = python_of("xacro", &folders_of_programs).map(|name| {
+        let mut own = Command::new(name);
+        own.args(["-c", DRIVER, &folders.join("\n")]).arg(&file).args(arguments);
+        own
+    });
     let mut output = None;
-    for command in [&mut python, &mut program] {
+    for command in [Some(&mut python), own.as_mut(), Some(&mut program)].into_iter().flatten() {
         match run(command, &file)? {
             Some(Output { code, .. }) if code == Some(NOT_INSTALLED) => {}
             Some(found) => {
@@ -76,11 +87,25 @@ pub(crate) fn read(reading: &mut Reading<'_>, arguments: &[String]) -> Result<Dr
     };
     if code != Some(0) {
         let lines: Vec<&str> = errors.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-        let last = lines[lines.len().saturating_sub(3)..].join("; ");
+        let mut last = lines[lines.len().saturating_sub(3)..].join("; ");
+        if last.contains("substitution argument") {
+            last += "; --arg NAME:=VALUE states an argument";
+        }
         return Err(ImportError::unreadable(file, format!("xacro refuses it: {last}")));
     }
     reading.log.taken(At::Hand, "robot", "xacro's macros are expanded");
     urdf::read(&text, reading)
+}
+
+/// The Python in the first line of a program in one of the folders.
+fn python_of(program: &str, folders: &OsStr) -> Option<PathBuf> {
+    let file =
+        std::env::split_paths(folders).map(|folder| folder.join(program)).find(|file| file.is_file())?;
+    let mut line = [0; 512];
+    let length = std::fs::File::open(file).ok()?.read(&mut line).ok()?;
+    let line = std::str::from_utf8(line[..length].split(|byte| *byte == b'\n').next()?).ok()?;
+    let python = PathBuf::from(line.strip_prefix("#!")?.trim());
+    (python.is_absolute() && python.is_file()).then_some(python)
 }
 
 struct Output {
@@ -130,4 +155,25 @@ fn run(command: &mut Command, file: &Path) -> Result<Option<Output>, ImportError
     let text = String::from_utf8(text).map_err(|error| failed(format!("writes no UTF-8: {error}")))?;
     let errors = String::from_utf8_lossy(&errors.join().unwrap_or_default()).into_owned();
     Ok(Some(Output { code: status.code(), text, errors }))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_python_of_a_program_is_in_its_first_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (program, python) = (folder.path().join("xacro"), folder.path().join("python"));
+        std::fs::write(&python, "").expect("written");
+        let of = |first: &str| {
+            std::fs::write(&program, format!("{first}\nimport xacro\n")).expect("written");
+            python_of("xacro", folder.path().as_os_str())
+        };
+        assert_eq!(of(&format!("#!{}", python.display())), Some(python.clone()));
+        assert_eq!(of("#!/nowhere/python3"), None);
+        assert_eq!(of("#!/usr/bin/env python3"), None);
+        assert_eq!(of("\u{7f}ELF"), None);
+        assert_eq!(python_of("other", folder.path().as_os_str()), None);
+    }
 }

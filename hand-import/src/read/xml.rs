@@ -2,6 +2,7 @@
 
 use roxmltree::Node;
 
+use super::numbers::numbers;
 use crate::decision::{At, Log};
 
 /// The first child element of that name.
@@ -62,11 +63,11 @@ impl Element<'_> {
 
     /// The numbers in a text, if there are so many.
     pub(crate) fn list<const N: usize>(&mut self, what: &str, text: &str) -> Option<[f64; N]> {
-        let found: Vec<f64> = text.split_whitespace().map_while(|word| self.number(what, word)).collect();
-        let list = <[f64; N]>::try_from(found).ok();
+        let list = numbers(text).and_then(|found| <[f64; N]>::try_from(found).ok());
         if list.is_none() {
             let text: String = text.chars().take(40).collect();
-            let problem = format!("{what} is '{text}', not {N} numbers; not read");
+            let problem =
+                format!("{what} is '{text}'; valid: {N} finite numbers with spaces between them; not read");
             self.log.problem(self.at.clone(), self.name, problem);
         }
         list

@@ -170,6 +170,8 @@ fn numbers(list: &[f64]) -> String {
     list.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" ")
 }
 
+/// The text of an attribute. A tab or a new line in it would be read as a space.
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+    text.replace('\t', "&#9;").replace('\n', "&#10;").replace('\r', "&#13;")
 }

@@ -52,3 +52,21 @@ fn garbage_is_refused_or_a_problem() {
         }
     }
 }
+
+#[test]
+fn a_robot_of_very_many_links_is_refused_at_once() {
+    let links: String = (0..6000).map(|k| format!("<link name='l{k}'/>")).collect();
+    let joint = |k: usize| {
+        let parent = k / 2;
+        format!(
+            "<joint name='j{k}' type='fixed'><parent link='l{parent}'/><child link='l{0}'/></joint>",
+            k + 1
+        )
+    };
+    let joints: String = (0..5999).map(joint).collect();
+    let source = Source::new(&[("claw.urdf", &format!("<robot name='r'>{links}{joints}</robot>"))]);
+    let refusal = source.refusal("claw.urdf");
+    assert!(refusal.contains("6000 links and 5999 joints") && refusal.contains("--root"), "{refusal}");
+    let options = Options { root: Some("l5000".to_owned()), ..Options::default() };
+    has(&source.import_with("claw.urdf", &options), Kind::Taken, "robot", "1 of 6000 links");
+}

@@ -69,8 +69,8 @@ fn links_joints_and_drivers_are_read() {
     };
     let swivel = joint("swivel");
     near((swivel.parent_from_hinge.translation - Vec3::new(0.02, 0.0, 0.06)).length(), 0.0);
-    // A rotation is given by its columns: x of the link is -y of the base.
-    near((swivel.parent_from_hinge.rotation * Vec3::X - Vec3::new(0.0, -1.0, 0.0)).length(), 0.0);
+    // A rotation is given by its rows: x of the link is y of the base.
+    near((swivel.parent_from_hinge.rotation * Vec3::X - Vec3::new(0.0, 1.0, 0.0)).length(), 0.0);
     // q = scale x + offset for both links of the affine driver.
     let near_link = joint("near");
     near(near_link.ratio, -0.5);
@@ -78,11 +78,88 @@ fn links_joints_and_drivers_are_read() {
     assert_eq!(hand.coordinates.len(), 2);
     assert_eq!(hand.motors.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["swivel", "far"]);
     let swivel = &hand.tendons[0];
-    near(swivel.stiffness, 5.0);
-    near(swivel.force_limit, 10.0);
+    // Klamp't applies the driver's torque times its scale to each joint, and no joint has more than its own torque:
+    // 10 N·m here and 5 at half the ratio.
+    near(swivel.stiffness, 5.0 * 1.25);
+    near(swivel.force_limit, 12.5);
     // With the gram of the wire, which moves no shape and is fixed.
     near(hand.links.iter().map(|link| link.inertia.mass).sum(), 0.611);
-    near(hand.coordinates[0].damping, 0.5);
+    near(hand.coordinates[0].damping, 0.5 * 1.25);
+}
+
+#[test]
+fn a_base_that_moves_is_on_a_link_of_its_own() {
+    let (off, _) = cube();
+    let robot = |more: &str| {
+        format!(
+            "links one two\nparents -1 0\naxis 0 0 1 0 1 0\ntparent 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0.1\n\
+             qmin -1 -1\nqmax 1 1\ngeometry cube.off cube.off\ngeomscale 0.5\nmass 0.1 0.1\nautomass\n{more}"
+        )
+    };
+    let import = |more: &str| {
+        let source = Source::new(&[("two.rob", &robot(more)), ("cube.off", &off)]);
+        let imported = source.import("two.rob");
+        no_problems(&imported);
+        let hand = loaded(&imported);
+        (imported, hand)
+    };
+    // Without `joint` lines every link moves, and has a driver.
+    let (imported, hand) = import("drivers turn bend\nservoP 3 4\n");
+    assert_eq!(hand.coordinates.len(), 2);
+    assert_eq!(hand.motors.iter().map(|motor| motor.name.as_str()).collect::<Vec<_>>(), ["turn", "bend"]);
+    near(hand.tendons[1].stiffness, 4.0);
+    has(&imported, Kind::Guessed, "robot", "states no inertia for 2 links");
+    // One size counts for all shapes.
+    let text = String::from_utf8(imported.files[Path::new("hand.urdf")].clone()).expect("text");
+    assert_eq!(text.matches("scale=\"0.5 0.5 0.5\"").count(), 4, "{text}");
+    let (_, hand) = import("joint weld 0\njoint normal 1\n");
+    assert_eq!(hand.coordinates.len(), 1);
+}
+
+#[test]
+fn what_klampt_states_and_a_hand_has_not_is_named() {
+    let source = source();
+    let more = "accmax 1 1 1 1 1\nq 0 0.1 0 0 0\ngeommargin 0\nnocollision base\ndriver rotation 0 1\ndriver custom 1\n\
+                noselfcollision 0 9\n";
+    source.write("gripper.rob", format!("{ROBOT}{more}").as_bytes());
+    let imported = source.import("gripper.rob");
+    for (element, text) in [("`accmax`", "force"), ("`q`", "[start]"), ("`nocollision`", "world")] {
+        has(&imported, Kind::Dropped, element, text);
+    }
+    has(&imported, Kind::Dropped, "driver 3", "base");
+    has(&imported, Kind::Problem, "driver 4", "valid: normal");
+    has(&imported, Kind::Problem, "`noselfcollision`", "'0 9'");
+    assert!(imported.decisions.iter().all(|decision| decision.element != "`geommargin`"));
+}
+
+#[test]
+fn pairs_that_touch_are_those_of_selfcollision() {
+    let source = source();
+    source.write("gripper.rob", format!("{ROBOT}selfcollision 0 3\n").as_bytes());
+    let imported = source.import("gripper.rob");
+    has(&imported, Kind::Taken, "`selfcollision`", "only 1 pairs");
+    let hand = loaded(&imported);
+    let pair = |a: &str, b: &str| {
+        let index = |name: &str| hand.links.iter().position(|link| link.name == name).expect("is there");
+        let (a, b) = (index(a), index(b));
+        hand.no_collision.contains(&[a.min(b), a.max(b)])
+    };
+    assert!(pair("swivel", "far") && pair("base", "swivel"));
+}
+
+#[test]
+fn a_mounted_shape_is_one_of_its_link() {
+    let source = source();
+    // Turned by 90° about z: rows of the rotation, then the place.
+    let mount = "mount 3 \"cube.off\" 0 -1 0 1 0 0 0 0 1 0.1 0 0\n";
+    source.write("gripper.rob", format!("{ROBOT}{mount}").as_bytes());
+    let imported = source.import("gripper.rob");
+    no_problems(&imported);
+    let text = String::from_utf8(imported.files[Path::new("hand.urdf")].clone()).expect("text");
+    let far =
+        text.split("<link name=\"far\">").nth(1).and_then(|rest| rest.split("</link>").next()).expect("far");
+    assert_eq!(far.matches("<collision>").count(), 2, "{far}");
+    assert!(far.contains("xyz=\"0.1 0 0\"") && far.contains(" 1.57079632679489"), "{far}");
 }
 
 #[test]

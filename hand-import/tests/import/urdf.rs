@@ -38,7 +38,7 @@ fn transmissions_count_wherever_they_are_in_the_file() {
 fn all_problems_are_found_in_one_run() {
     let text = finger(
         "<joint name='a' type='planar'><parent link='palm'/><child link='none'/></joint>\
-         <transmission name='t'><type>x/FourBarLinkageTransmission</type><joint name='tip'/></transmission>\
+         <transmission name='t'><type>x/FourBarLinkageTransmission</type></transmission>\
          <link name='lonely'/>",
     )
     .replace(
@@ -51,7 +51,7 @@ fn all_problems_are_found_in_one_run() {
     for (element, text) in [
         ("joint 'a'", "planar"),
         ("joint 'a'", "names link 'none'"),
-        ("type 'FourBarLinkageTransmission'", "not known"),
+        ("transmission 't'", "names no <joint>"),
         ("link 'lonely'", "no joint connects it"),
         ("link 'palm'", "gone.stl"),
         ("link 'distal'", "gone.stl"),
@@ -278,6 +278,110 @@ fn an_existing_folder_is_only_replaced_by_force() {
     assert!(error.contains("--force"), "{error}");
     imported.write(out.path(), true).expect("written");
     assert!(out.path().join("hand.toml").is_file());
+}
+
+#[test]
+fn limits_of_a_continuous_joint_are_none() {
+    let text = finger("").replacen("type='revolute'", "type='continuous'", 1);
+    let text = text.replacen("lower='-0.2' upper='1.4'", "lower='0' upper='0'", 1);
+    let source = Source::new(&[("claw.urdf", &text)]);
+    let imported = source.import("claw.urdf");
+    no_problems(&imported);
+    let hand = loaded(&imported);
+    assert!(hand.coordinates[0].lower.is_infinite() && hand.motors[0].scaling > 6.0);
+}
+
+#[test]
+fn transmissions_of_other_types_give_each_joint_a_motor() {
+    let two = |kind: &str, joints: &str| {
+        format!(
+            "<transmission name='t'><type>maker/{kind}</type>{joints}<actuator name='m1'/><actuator name='m2'/></transmission>"
+        )
+    };
+    for (kind, text) in
+        [("DifferentialTransmission", "a motor of its own"), ("makersOwn", "'makersOwn' is not known")]
+    {
+        let source =
+            Source::new(&[("claw.urdf", &finger(&two(kind, "<joint name='base'/><joint name='tip'/>")))]);
+        let imported = source.import("claw.urdf");
+        no_problems(&imported);
+        has(&imported, Kind::Guessed, "transmission 't'", text);
+        let hand = loaded(&imported);
+        assert_eq!(hand.motors.iter().map(|motor| motor.name.as_str()).collect::<Vec<_>>(), ["m1", "m2"]);
+    }
+    let source = Source::new(&[("claw.urdf", &finger(&two("SimpleTransmission", "<joint name='tip'/>")))]);
+    has(&source.import("claw.urdf"), Kind::Dropped, "transmission 't'", "'m2'");
+    let source = Source::new(&[("claw.urdf", &finger(&two("makersOwn", "")))]);
+    has(&source.import("claw.urdf"), Kind::Problem, "transmission 't'", "names no <joint>");
+}
+
+#[test]
+fn elements_and_types_that_are_not_read_are_named() {
+    let text = finger("")
+        .replacen(
+            "<link name='distal'>",
+            "<link name='distal'><contact><lateral_friction value='0.8'/></contact><sensing/>",
+            1,
+        )
+        .replacen("type='revolute'", "type='planar'", 1)
+        .replacen("<joint name='tip'", "<joint", 1);
+    let text = text.replace(
+        "<robot name='claw'>",
+        "<robot name='claw'><link name='world'/>\
+        <joint name='free' type='floating'><parent link='world'/><child link='palm'/></joint>",
+    );
+    let source = Source::new(&[("claw.urdf", &text)]);
+    let imported = source.import("claw.urdf");
+    has(&imported, Kind::Taken, "link 'distal'", "lateral_friction 0.8");
+    has(&imported, Kind::Dropped, "<sensing> of a link", "no place");
+    has(&imported, Kind::Problem, "joint 'base'", "valid: fixed, revolute, continuous, prismatic");
+    has(&imported, Kind::Problem, "joint of line 1", "has no name");
+    has(&imported, Kind::Taken, "joint 'free'", "moves with the controller's arm");
+    let hand = loaded(&imported);
+    near(hand.links.iter().find(|link| link.name == "distal").expect("is there").geoms[0].friction, 0.8);
+}
+
+#[test]
+fn the_hand_of_an_arm_is_taken_by_its_root() {
+    let arm = "<link name='arm'/><joint name='elbow' type='revolute'><parent link='arm'/><child link='palm'/><axis xyz='0 0 1'/>\
+        <limit lower='-1' upper='1' effort='50' velocity='1'/></joint>\
+        <transmission name='e'><type>transmission_interface/SimpleTransmission</type><joint name='elbow'/><actuator name='e'/></transmission>\
+        <transmission name='t'><type>transmission_interface/SimpleTransmission</type><joint name='tip'/><actuator name='m'/></transmission>";
+    let arm = &format!("{arm}{SIMPLE}");
+    let source = Source::new(&[("claw.urdf", &finger(arm)), ("hand.toml", "servo_joints = \"all\"\n")]);
+    let options = Options { root: Some("palm".to_owned()), ..Options::default() };
+    let imported = source.import_with("claw.urdf", &options);
+    no_problems(&imported);
+    has(&imported, Kind::Taken, "robot", "3 of 4 links");
+    has(&imported, Kind::Dropped, "hand.toml", "whole robot");
+    let hand = loaded(&imported);
+    assert_eq!((hand.links[0].name.as_str(), hand.links.len(), hand.motors.len()), ("palm", 3, 2));
+    let none = Options { root: Some("hand".to_owned()), ..Options::default() };
+    let error = import(&source.path("claw.urdf"), &none).expect_err("refused").to_string();
+    assert!(error.contains("no link 'hand'") && error.contains("palm, proximal, distal, arm"), "{error}");
+}
+
+#[test]
+fn text_of_windows_comments_and_escaped_paths_are_read() {
+    let plain = finger("").replace(
+        "<robot",
+        "<?xml version='1.0' encoding='utf-16'?>\r\n<!-- made of <xacro:include> and <palm> -->\r\n<robot",
+    );
+    let plain = plain.replace("<box size='0.02 0.02 0.04'/>", "<mesh filename='file:meshes/my%20part.stl'/>");
+    let plain = plain.replace("file:meshes", "meshes");
+    let source = Source::new(&[]);
+    let words: Vec<u8> =
+        std::iter::once(0xfeff).chain(plain.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    source.write("claw.urdf", &words);
+    source.write("meshes/my part.stl", &cube_stl(0.02));
+    let imported = source.import("claw.urdf");
+    no_problems(&imported);
+    assert_eq!(imported.format, palmares_hand_import::format::Format::Urdf);
+    assert_eq!(loaded(&imported).links.len(), 3);
+    let entities = "<!DOCTYPE robot [ <!ENTITY a '<link/>'> ]>";
+    source.write("claw.urdf", finger("").replace("<robot", &format!("{entities}<robot")).as_bytes());
+    let refusal = source.refusal("claw.urdf");
+    assert!(refusal.contains("DTD") || refusal.contains("document type"), "{refusal}");
 }
 
 /// A binary STL of a cube.

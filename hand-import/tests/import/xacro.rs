@@ -46,6 +46,15 @@ fn macros_are_expanded_or_their_program_is_named() {
 }
 
 #[test]
+fn arguments_have_a_name_and_a_value() {
+    let options = Options { xacro_arguments: vec!["upper=1".to_owned()], ..Options::default() };
+    let error = import(&source().path("urdf/claw.urdf.xacro"), &options).expect_err("refused").to_string();
+    assert!(error.contains("--arg 'upper=1'; valid: NAME:=VALUE"), "{error}");
+    let urdf = Source::new(&[("claw.urdf", &finger(""))]);
+    has(&urdf.import_with("claw.urdf", &options), Kind::Dropped, "--arg", "the file is URDF");
+}
+
+#[test]
 fn what_xacro_refuses_is_passed_on() {
     if !installed() {
         return;
@@ -54,4 +63,9 @@ fn what_xacro_refuses_is_passed_on() {
     source.write("urdf/claw.urdf.xacro", ROBOT.replace("claw_description", "none").as_bytes());
     let refusal = source.refusal("urdf/claw.urdf.xacro");
     assert!(refusal.contains("xacro refuses it") && refusal.contains("none"), "{refusal}");
+    source.write(
+        "urdf/claw.urdf.xacro",
+        ROBOT.replace("<xacro:arg name='upper' default='1.0'/>", "").as_bytes(),
+    );
+    assert!(source.refusal("urdf/claw.urdf.xacro").contains("--arg NAME:=VALUE"));
 }

@@ -305,7 +305,12 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     check("tendons", &settings.tendons, transmissions.chain(own), at);
     let weighted = settings.tendons.values().flat_map(|tendon| tendon.motors.iter().flatten());
     let motors = tree.transmissions.iter().map(|t| t.actuator.as_str());
-    check("motors", &settings.motors, motors.chain(weighted.map(|(name, _)| name.as_str())), at);
+    let motors = motors.chain(weighted.map(|(name, _)| name.as_str()));
+    // The motor of a servo has the name of its actuator, or of its joint.
+    let servos = tree.servos.iter().map(|servo| servo.actuator.as_str());
+    let all = matches!(settings.servo_joints, Some(ServoJoints::Word(_)));
+    let stated = |name: &&str| all || listed.iter().any(|l| l == name) || settings.servos.contains_key(*name);
+    check("motors", &settings.motors, motors.chain(servos).chain(free().filter(stated)), at);
 }
 
 fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use super::report::Report;
 use super::servo_settings::{ServoJoints, ServoSettings};
-use super::settings::Settings;
+use super::settings::{MotorSettings, Settings};
 use super::urdf::reduce::Reduced;
 use super::urdf::tree::Urdf;
 use crate::error::ModelError;
@@ -63,12 +63,16 @@ pub(crate) fn add(
         };
         let actuator = in_urdf.map_or(name, |servo| &servo.actuator);
         let taken = motors.iter().any(|motor| motor.name == *actuator);
+        let motor = if taken { name } else { actuator };
         let scaling = to - from;
+        let of_joint =
+            MotorSettings { scaling, offset: -from / scaling, speed_limit: velocity / scaling.abs() };
+        let MotorSettings { scaling, offset, speed_limit } = settings.motors.get(motor).unwrap_or(&of_joint);
         motors.push(Motor {
-            name: if taken { name.clone() } else { actuator.clone() },
-            scaling,
-            offset: -from / scaling,
-            speed_limit: velocity / scaling.abs(),
+            name: motor.clone(),
+            scaling: *scaling,
+            offset: *offset,
+            speed_limit: *speed_limit,
         });
         tendons.push(Tendon {
             name: in_urdf.map_or(name, |servo| &servo.name).clone(),

@@ -116,6 +116,19 @@ fn one_line_gives_each_joint_a_servo_and_followers_follow() {
 }
 
 #[test]
+fn a_motor_of_a_servo_can_be_stated() {
+    let motor = "[motors.m]\nscaling = 0.5\noffset = 0.2\nspeed_limit = 4.0\n";
+    let hand = read(&urdf(&simple("s", "a", "m")), motor).unwrap().hand;
+    let [motor] = hand.motors.as_slice() else { panic!("{:?}", hand.motors) };
+    assert_eq!((motor.scaling, motor.offset, motor.speed_limit), (0.5, 0.2, 4.0));
+    // Its drive is as before.
+    assert_eq!((hand.tendons[0].stiffness, hand.tendons[0].force_limit), (20.0, 2.0));
+    let named = "servo_joints = ['b']\n[motors.b]\nscaling = 0.5\nspeed_limit = 4.0\n";
+    assert_eq!(read(&urdf(""), named).unwrap().hand.motors[0].speed_limit, 4.0);
+    fails("servo_joints = ['b']\n[motors.a]\nscaling = 1.0\nspeed_limit = 1.0", &["[motors.a]", "one of: b"]);
+}
+
+#[test]
 fn numbers_of_a_servo_can_be_stated() {
     let settings = "[every_servo]\neffort = 5.0\nstiffness = 8.0\n\
         [servos.a]\nrange = [0.0, -0.4]\nvelocity = 0.8\ndamping = 0.5\n[servos.b]\neffort = 1.0\n";

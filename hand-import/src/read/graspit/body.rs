@@ -64,7 +64,7 @@ pub(super) fn body(name: &str, file: &str, shapes: Origin, reading: &mut Reading
     let offset = offset.map_or(Pose::IDENTITY, |node| transform(node, &element, &at, &mut inner.log));
     match child_text(root, "geometryFile") {
         Some(file) => {
-            if let Some(mesh) = inner.mesh(file, scale.map(|s| s * MM), at.clone(), &element) {
+            if let Some(mesh) = inner.mesh(file, scale.map(|s| s * MM), at.clone(), &element, false) {
                 let origin = Origin::from_pose(&(shapes.pose() * offset));
                 let part = Part { origin, geometry: Geometry::Mesh(mesh) };
                 link.visuals.push(part.clone());

@@ -31,6 +31,14 @@ impl<'a> Robot<'a> {
             Some(list) => list.iter().map(|&p| (p >= 0.0).then_some(p as usize)).collect(),
             None => (0..names.len()).map(|i| i.checked_sub(1)).collect(),
         };
+        let stated = |keyword: &str| lines.iter().any(|line| line.keyword == keyword);
+        // Without `joint` lines every link moves, but for a base whose speed is 0. With them, those that they name.
+        let still = robot.angles("velmax", reading);
+        for i in (0..names.len()).filter(|&i| robot.parents[i].is_none()) {
+            if stated("joint") || still.as_ref().is_some_and(|list| list[i] == 0.0) {
+                robot.kinds[i] = "weld";
+            }
+        }
         for line in lines.iter().filter(|line| line.keyword == "joint") {
             let kind = line.words.first().map(|word| word.to_lowercase()).unwrap_or_default();
             let Some(index) = line.words.get(1).and_then(|word| robot.index(word)) else { continue };

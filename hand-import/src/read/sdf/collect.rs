@@ -11,13 +11,56 @@ use crate::read::element::{Element, Notes, parse};
 use crate::read::numbers::numbers;
 use crate::source::Source;
 
-/// A link or a joint with the names around it.
+/// A link, a joint or a plugin with the names around it.
 pub(super) struct Found {
     pub(super) element: Element,
-    /// Prefix of names in its model: `finger::`.
-    pub(super) prefix: String,
-    pub(super) file: PathBuf,
+    pub(super) around: Around,
 }
+
+/// The model that an element is in.
+#[derive(Clone)]
+pub(super) struct Around {
+    pub(super) file: PathBuf,
+    /// Prefix of names in it: `finger::`.
+    pub(super) prefix: String,
+    /// Full name of its frame; `None`: the outermost model.
+    pub(super) frame: Option<String>,
+    /// Whether axes are in the model's frame, as up to SDF 1.4.
+    pub(super) axes_in_model: bool,
+    pub(super) depth: usize,
+}
+
+impl Around {
+    /// The outermost model of a file.
+    pub(super) fn outermost(file: &Path, root: &Element) -> Around {
+        Around {
+            file: file.to_owned(),
+            prefix: String::new(),
+            frame: None,
+            axes_in_model: axes_in_model(root),
+            depth: 0,
+        }
+    }
+
+    /// Full name of what this model calls `name`; `None`: the outermost model.
+    pub(super) fn full(&self, name: &str) -> Option<String> {
+        if name == "__model__" { self.frame.clone() } else { Some(format!("{}{name}", self.prefix)) }
+    }
+}
+
+/// Until SDF 1.4 an axis is in the frame of its model, since then in that of its joint.
+fn axes_in_model(root: &Element) -> bool {
+    let minor = root.get("version").and_then(|version| version.strip_prefix("1."));
+    minor.and_then(|minor| minor.parse::<u32>().ok()).is_some_and(|minor| minor < 5)
+}
+
+/// Whether an attribute or a text says yes.
+pub(super) fn yes(text: Option<&str>) -> bool {
+    matches!(text, Some("1" | "true" | "True"))
+}
+
+/// Files that models include, all together.
+const MAX_INCLUDES: usize = 256;
 
 pub(super) struct Reader<'a> {
     pub(super) source: &'a Source,
@@ -26,56 +69,62 @@ pub(super) struct Reader<'a> {
     /// Full names of all links.
     pub(super) links: BTreeSet<String>,
     pub(super) parts: Vec<Found>,
+    pub(super) included: usize,
 }
 
 impl Reader<'_> {
     /// Collects links, joints and frames; the names of nested models come before theirs.
-    pub(super) fn model(&mut self, model: &Element, file: &Path, prefix: &str, pose: Pose, depth: usize) {
-        if depth > MAX_DEPTH {
+    pub(super) fn model(&mut self, model: &Element, around: &Around) {
+        if around.depth > MAX_DEPTH {
             self.log.bad(model, format!("more than {MAX_DEPTH} models are inside each other"));
             return;
         }
-        let around = prefix.strip_suffix("::").map(str::to_owned);
-        if let Some(name) = &around {
-            let outer = name.rsplit_once("::").map(|(outer, _)| outer.to_owned());
-            self.scope.frames.insert(name.clone(), Frame { pose, relative_to: outer });
+        let prefix = &around.prefix;
+        let own = around.frame.clone().unwrap_or_default();
+        let first = || model.child("link").or_else(|| model.child("model"))?.get("name");
+        if let Some(link) = model.get("canonical_link").filter(|link| !link.is_empty()).or_else(first) {
+            self.scope.canonical.entry(own.clone()).or_insert_with(|| format!("{prefix}{link}"));
         }
         for child in &model.children {
             let name = format!("{prefix}{}", child.get("name").unwrap_or_default());
             match child.name.as_str() {
                 "link" | "joint" | "frame" => {
                     let (pose, stated) = self.posed(child);
-                    let default = match child.name.as_str() {
-                        "joint" => child.child_text("child").map(|link| format!("{prefix}{link}")),
-                        "frame" => child.get("attached_to").map(|frame| format!("{prefix}{frame}")),
-                        _ => around.clone(),
+                    let attached = match child.name.as_str() {
+                        "joint" => child.child_text("child").and_then(|link| around.full(link)),
+                        "frame" => match child.get("attached_to") {
+                            None | Some("") => around.frame.clone(),
+                            Some(frame) => around.full(frame),
+                        },
+                        _ => around.frame.clone(),
                     };
                     let relative_to = match stated.as_deref() {
-                        None | Some("") => default.or(around.clone()),
-                        Some("__model__") => around.clone(),
-                        Some(frame) => Some(format!("{prefix}{frame}")),
+                        None | Some("") => attached.clone(),
+                        Some(frame) => around.full(frame),
                     };
                     if child.name == "link" {
                         self.links.insert(name.clone());
                     }
                     let key = if child.name == "joint" { joint_key(&name) } else { name };
-                    if self.scope.frames.insert(key, Frame { pose, relative_to }).is_some() {
+                    let attached_to = attached.unwrap_or_default();
+                    if self.scope.frames.insert(key, Frame { pose, relative_to, attached_to }).is_some() {
                         self.log.bad(child, "has the name of another element");
                     }
                     if child.name != "frame" {
-                        let (prefix, file) = (prefix.to_owned(), file.to_owned());
-                        self.parts.push(Found { element: child.clone(), prefix, file });
+                        self.parts.push(Found { element: child.clone(), around: around.clone() });
                     }
                 }
                 "model" => {
-                    let (pose, _) = self.posed(child);
-                    self.model(child, file, &format!("{name}::"), pose, depth + 1);
+                    let inside = Around {
+                        prefix: format!("{name}::"),
+                        frame: Some(name),
+                        depth: around.depth + 1,
+                        ..around.clone()
+                    };
+                    self.nested(child, child, child.get("placement_frame"), &inside, around);
                 }
-                "include" => self.include(child, file, prefix, depth),
-                "plugin" => {
-                    let (prefix, file) = (prefix.to_owned(), file.to_owned());
-                    self.parts.push(Found { element: child.clone(), prefix, file });
-                }
+                "include" => self.include(child, around),
+                "plugin" => self.parts.push(Found { element: child.clone(), around: around.clone() }),
                 "gripper" => {
                     self.log.lost(
                         At::Hand,
@@ -88,12 +137,62 @@ impl Reader<'_> {
         }
     }
 
+    /// A model in another one. `holder` has its pose, which is that of its frame `placed` if there is one.
+    fn nested(
+        &mut self,
+        model: &Element,
+        holder: &Element,
+        placed: Option<&str>,
+        inside: &Around,
+        around: &Around,
+    ) {
+        let own = inside.frame.clone().unwrap_or_default();
+        let (pose, stated) = self.posed(holder);
+        let relative_to = match stated.as_deref() {
+            None | Some("") => around.frame.clone(),
+            Some(frame) => around.full(frame),
+        };
+        let frame = Frame { pose, relative_to, attached_to: own.clone() };
+        self.scope.frames.insert(own.clone(), frame);
+        self.model(model, inside);
+        let Some(placed) = placed.filter(|placed| !placed.is_empty()) else { return };
+        let there = inside.full(placed).and_then(|name| self.scope.pose_in(&name, Some(&own)));
+        match (there, self.scope.frames.get_mut(&own)) {
+            (Some(there), Some(frame)) => frame.pose = pose * there.inverse(),
+            _ => self.log.bad(holder, format!("its placement frame '{placed}' is not in the model")),
+        }
+    }
+
     /// `<include><uri>model://name</uri></include>`: a model in a folder of the source.
-    pub(super) fn include(&mut self, element: &Element, file: &Path, prefix: &str, depth: usize) {
+    fn include(&mut self, element: &Element, around: &Around) {
+        let Some((root, path)) = self.included(element, &around.file) else { return };
+        let Some(model) = root.child("model") else { return };
+        let name = element.child_text("name").or(model.get("name")).unwrap_or_default();
+        let holder = if element.child("pose").is_some() { element } else { model };
+        let placed = element.child_text("placement_frame").or(model.get("placement_frame"));
+        // `merge` puts the parts into this model, without a prefix.
+        let (prefix, frame) = if yes(element.get("merge")) {
+            (around.prefix.clone(), format!("{}_merged__{name}__model__", around.prefix))
+        } else {
+            (format!("{}{name}::", around.prefix), format!("{}{name}", around.prefix))
+        };
+        let axes_in_model = axes_in_model(&root);
+        let inside =
+            Around { file: path, prefix, frame: Some(frame), axes_in_model, depth: around.depth + 1 };
+        self.nested(model, holder, placed, &inside, around);
+    }
+
+    /// The file that an `<include>` names, which has a model, or `None` with a problem in the log.
+    pub(super) fn included(&mut self, element: &Element, file: &Path) -> Option<(Element, PathBuf)> {
         let Some(uri) = element.child_text("uri") else {
             self.log.bad(element, "has no <uri>");
-            return;
+            return None;
         };
+        self.included += 1;
+        if self.included > MAX_INCLUDES {
+            self.log.bad(element, format!("is one of more than {MAX_INCLUDES}; it is left out"));
+            return None;
+        }
         let plain = uri.trim_end_matches('/');
         let tries = if plain.ends_with(".sdf") {
             vec![plain.to_owned()]
@@ -103,31 +202,21 @@ impl Reader<'_> {
         let found = tries.iter().find_map(|name| self.source.resolve(file, name).ok());
         let Some(found) = found else {
             self.log.bad(element, format!("'{uri}' is not in the source: put its folder beside this one"));
-            return;
+            return None;
         };
         let shown = self.source.display(&found.path);
         let text = self.source.text(&found.path, "source").map_err(|error| error.to_string());
-        let root = match text.and_then(|text| parse(&shown, &text)) {
-            Ok(root) => root,
-            Err(problem) => {
-                self.log.bad(element, format!("'{uri}': {problem}"));
-                return;
+        let root = text.and_then(|text| parse(&shown, &text));
+        let problem = match root {
+            Ok(root) if root.child("model").is_some() => {
+                self.log.kept(At::Hand, element, format!("'{uri}' is {}", found.path.display()));
+                return Some((root, found.path));
             }
+            Ok(_) => format!("'{uri}' has no <model>"),
+            Err(problem) => format!("'{uri}': {problem}"),
         };
-        let Some(model) = root.child("model") else {
-            self.log.bad(element, format!("'{uri}' has no <model>"));
-            return;
-        };
-        let name = element.child_text("name").or(model.get("name")).unwrap_or_default();
-        let holder = if element.child("pose").is_some() { element } else { model };
-        let (pose, _) = self.posed(holder);
-        self.log.kept(At::Hand, element, format!("'{uri}' is {}", found.path.display()));
-        // `merge` puts the parts into this model, without a prefix.
-        if element.get("merge") == Some("true") {
-            self.model(model, &found.path, prefix, pose, depth + 1);
-        } else {
-            self.model(model, &found.path, &format!("{prefix}{name}::"), pose, depth + 1);
-        }
+        self.log.bad(element, problem);
+        None
     }
 
     /// The file that a model folder's `model.config` names.
@@ -152,7 +241,7 @@ impl Reader<'_> {
             }
             [x, y, z, roll, pitch, yaw] => {
                 let rpy = [roll, pitch, yaw];
-                let rpy = if pose.get("degrees") == Some("true") { rpy.map(f64::to_radians) } else { rpy };
+                let rpy = if yes(pose.get("degrees")) { rpy.map(f64::to_radians) } else { rpy };
                 Pose::from_parts(Vec3::new(x, y, z), rotation::from_rpy(rpy))
             }
             _ => {

@@ -1,19 +1,18 @@
 //! From collected links and joints to a [`Draft`].
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use palmares_models::{Pose, Rotation, Vec3};
+use palmares_models::{Pose, Vec3};
 
-use super::collect::{Found, Reader};
-use super::scope::{Frame, MAX_DEPTH, joint_key};
+use super::collect::{Found, Reader, yes};
+use super::scope::joint_key;
 use crate::decision::At;
-use crate::draft::{
-    Actuator, Control, Coupling, Draft, Drive, Geometry, Inertial, Joint, JointKind, Link, Loop, Mesh,
-    Origin, Part, Triangles,
-};
+use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, Loop, Origin, Part};
 use crate::read::element::{Element, Notes};
 use crate::read::numbers::numbers;
+
+/// Density of a shape whose mass SDF leaves to it, kg/m³.
+const DENSITY: f64 = 1000.0;
 
 impl Reader<'_> {
     pub(super) fn draft(mut self) -> Draft {
@@ -24,6 +23,7 @@ impl Reader<'_> {
         // Frame of each link: that of the joint that leads to it.
         let mut led: BTreeMap<String, Pose> = BTreeMap::new();
         let mut tree = Vec::new();
+        let mut gears = Vec::new();
         for joint in joints {
             let name = |tag: &str| joint.element.child_text(tag).map(str::to_owned);
             let (Some(parent), Some(child)) = (name("parent"), name("child")) else {
@@ -38,8 +38,12 @@ impl Reader<'_> {
                 );
                 continue;
             }
-            let full = |name: &str| format!("{}{name}", joint.prefix);
+            let full = |name: &str| joint.around.full(name).unwrap_or_default();
             let (parent, child) = (self.link_of(&full(&parent)), self.link_of(&full(&child)));
+            if joint.element.get("type") == Some("gearbox") {
+                gears.push((joint, parent, child));
+                continue;
+            }
             let own = full(joint.element.get("name").unwrap_or_default());
             let Some(pose) = self.scope.pose(&joint_key(&own)) else {
                 self.log.bad(&joint.element, "its pose is relative to a frame that is not there");
@@ -53,14 +57,14 @@ impl Reader<'_> {
             tree.push((joint, own, parent, child, pose));
         }
         let mut frames: BTreeMap<String, Pose> = BTreeMap::new();
-        for link in links {
-            let name = format!("{}{}", link.prefix, link.element.get("name").unwrap_or_default());
+        for &link in &links {
+            let name = format!("{}{}", link.around.prefix, link.element.get("name").unwrap_or_default());
             let Some(pose) = self.scope.pose(&name) else {
                 self.log.bad(&link.element, "its pose is relative to a frame that is not there");
                 continue;
             };
             let frame = led.get(&name).copied().unwrap_or(pose);
-            let mapped = self.link(link, &name, frame.inverse() * pose);
+            let mapped = self.link(link, &name, frame.inverse(), pose);
             draft.links.push(mapped);
             frames.insert(name, frame);
         }
@@ -78,6 +82,10 @@ impl Reader<'_> {
             };
             self.joint(joint, &name, (&parent, &child), (from, &pose), &mut draft);
         }
+        for (joint, parent, child) in gears {
+            self.gear(joint, &parent, &child, &frames, &mut draft);
+        }
+        self.apart(&links, &mut draft);
         for part in parts.iter().filter(|part| part.element.name == "plugin") {
             self.plugin(part, &mut draft);
         }
@@ -93,29 +101,24 @@ impl Reader<'_> {
         draft
     }
 
-    /// The link that a joint's end means: a frame is attached to one.
+    /// The link that a joint's end means: a frame is attached to one, and a model moves with one.
     pub(super) fn link_of(&self, name: &str) -> String {
         let mut at = name.to_owned();
-        for _ in 0..MAX_DEPTH {
-            match self.scope.get(&at) {
-                Some(Frame { relative_to: Some(next), .. }) if !self.links.contains(&at) => {
-                    at.clone_from(next)
-                }
-                _ => break,
+        for _ in 0..=self.scope.frames.len() {
+            if self.links.contains(&at) {
+                break;
+            }
+            let next = self.scope.canonical.get(&at);
+            match next.or_else(|| self.scope.get(&at).map(|frame| &frame.attached_to)) {
+                Some(next) => at.clone_from(next),
+                None => break,
             }
         }
         at
     }
 
     /// A second joint that leads to one link closes a chain.
-    pub(super) fn close(
-        &mut self,
-        element: &Element,
-        parent: &str,
-        child: &str,
-        pose: Pose,
-        draft: &mut Draft,
-    ) {
+    fn close(&mut self, element: &Element, parent: &str, child: &str, pose: Pose, draft: &mut Draft) {
         let text = format!("closes a chain at link '{child}': its axis is a pin between the two links");
         self.log.kept(At::Hand, element, text);
         let point = pose.translation.to_array();
@@ -127,32 +130,44 @@ impl Reader<'_> {
         });
     }
 
-    pub(super) fn link(&mut self, found: &Found, name: &str, frame_from_link: Pose) -> Link {
+    /// A link whose frame in the hand is that of its joint; `pose` is that of the link itself.
+    fn link(&mut self, found: &Found, name: &str, from_model: Pose, pose: Pose) -> Link {
         let element = &found.element;
         let mut link = Link { name: name.to_owned(), ..Link::default() };
         if let Some(inertial) = element.child("inertial") {
-            let (pose, _) = self.posed(inertial);
+            let origin = self.placed(found, inertial, pose);
             let mass = self.number(inertial, &["mass"]);
-            if inertial.get("auto") == Some("true") {
-                self.log.bad(inertial, "auto: SDF leaves the mass to the density of its shapes; state it");
-            }
             let mut moment = |name: &str| self.number(inertial, &["inertia", name]).unwrap_or(0.0);
             let names = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
             let inertia = names.map(&mut moment);
-            link.inertial = mass.filter(|mass| *mass > 0.0).map(|mass| Inertial {
-                origin: Origin::from_pose(&(frame_from_link * pose)),
-                mass,
-                inertia,
-            });
+            if yes(inertial.get("auto")) {
+                let density = self.number(inertial, &["density"]);
+                let text = "auto: mass and inertia come from the shapes";
+                match density.filter(|density| *density != DENSITY) {
+                    Some(density) => {
+                        let text =
+                            format!("{text} at {DENSITY} kg/m³, not at its density {density}: state <mass>");
+                        self.log.bad(inertial, text);
+                    }
+                    None => self.log.kept(At::Link(plain(name)), inertial, text),
+                }
+            } else {
+                link.inertial = mass.filter(|mass| *mass > 0.0).map(|mass| Inertial {
+                    origin: Origin::from_pose(&(from_model * origin)),
+                    mass,
+                    inertia,
+                });
+            }
         }
         for child in &element.children {
             let touches = child.name == "collision";
             if !touches && child.name != "visual" {
                 continue;
             }
-            let (pose, _) = self.posed(child);
-            let Some(geometry) = self.geometry(child, &found.file, name) else { continue };
-            let part = Part { origin: Origin::from_pose(&(frame_from_link * pose)), geometry };
+            let origin = Origin::from_pose(&(from_model * self.placed(found, child, pose)));
+            let picture = !touches && element.child("collision").is_some();
+            let Some(geometry) = self.geometry(child, &found.around.file, name, picture) else { continue };
+            let part = Part { origin, geometry };
             if touches {
                 let friction = self.number(child, &["surface", "friction", "ode", "mu"]);
                 link.friction = link.friction.or(friction.filter(|mu| (0.0..100.0).contains(mu)));
@@ -167,57 +182,21 @@ impl Reader<'_> {
         link
     }
 
-    pub(super) fn geometry(&mut self, element: &Element, file: &Path, link: &str) -> Option<Geometry> {
-        let geometry = element.child("geometry")?;
-        let shape = geometry.children.first()?;
-        let length = |reader: &mut Self, name: &str| {
-            reader.number(shape, &[name]).unwrap_or_else(|| {
-                reader.log.bad(element, format!("<{}> has no {name}", shape.name));
-                0.0
-            })
-        };
-        let list = |text: Option<&str>| text.and_then(numbers).and_then(|x| <[f64; 3]>::try_from(x).ok());
-        Some(match shape.name.as_str() {
-            "box" => Geometry::Box(list(shape.child_text("size"))?),
-            "sphere" => Geometry::Sphere { radius: length(self, "radius") },
-            "cylinder" => {
-                Geometry::Cylinder { radius: length(self, "radius"), length: length(self, "length") }
+    /// Pose of a part of a link in the outermost model.
+    fn placed(&mut self, found: &Found, part: &Element, link: Pose) -> Pose {
+        let (pose, stated) = self.posed(part);
+        let Some(frame) = stated.filter(|frame| !frame.is_empty()) else { return link * pose };
+        let full = found.around.full(&frame);
+        match full.map_or(Some(Pose::IDENTITY), |full| self.scope.pose(&full)) {
+            Some(frame) => frame * pose,
+            None => {
+                self.log.bad(part, format!("its pose is relative to '{frame}', which is not there"));
+                link * pose
             }
-            "capsule" => Geometry::Capsule { radius: length(self, "radius"), length: length(self, "length") },
-            "ellipsoid" => Geometry::Ellipsoid(list(shape.child_text("radii"))?),
-            "mesh" => {
-                let at = At::Link(plain(link));
-                let uri = shape.child_text("uri").unwrap_or_default();
-                if shape.child("submesh").is_some() {
-                    self.log.lost(at.clone(), element, "<submesh>: the whole mesh is taken");
-                }
-                let scale = list(shape.child_text("scale")).unwrap_or([1.0; 3]);
-                match self.source.resolve(file, uri) {
-                    Ok(found) => {
-                        if let Some(note) = found.note {
-                            self.log.chose(at, element, note);
-                        }
-                        Geometry::Mesh(Mesh { triangles: Triangles::File(found.path), scale })
-                    }
-                    Err(problem) => {
-                        self.log.bad(element, format!("mesh {problem}; the shape is left out"));
-                        return None;
-                    }
-                }
-            }
-            "empty" => return None,
-            other => {
-                self.log.lost(
-                    At::Link(plain(link)),
-                    element,
-                    format!("a {other} has no counterpart; it is left out"),
-                );
-                return None;
-            }
-        })
+        }
     }
 
-    pub(super) fn joint(
+    fn joint(
         &mut self,
         found: &Found,
         name: &str,
@@ -234,9 +213,38 @@ impl Reader<'_> {
             "fixed" => {}
             "revolute" | "continuous" | "prismatic" => {
                 self.axis(found, "axis", pose, &mut joint, draft);
-                if kind == "prismatic" {
-                    joint.kind = JointKind::Prismatic;
+                match kind {
+                    "prismatic" => joint.kind = JointKind::Prismatic,
+                    "continuous" => (joint.kind, joint.limits) = (JointKind::Continuous, None),
+                    _ => {}
                 }
+            }
+            "screw" => {
+                let Some(lead) = self.lead(element) else {
+                    self.log.bad(element, "is a screw without <screw_thread_pitch>; it is fixed");
+                    draft.joints.push(joint);
+                    return;
+                };
+                let between = format!("{name}_nut");
+                joint.child.clone_from(&between);
+                self.axis(found, "axis", pose, &mut joint, draft);
+                let slide = Joint {
+                    kind: JointKind::Prismatic,
+                    axis: joint.axis,
+                    ..Joint::fixed(format!("{name}_slide"), between.clone(), child)
+                };
+                let text =
+                    format!("is a screw of {lead:.6} m/rad; taken are a hinge and a slide that follows it");
+                self.log.kept(At::Joint(name.clone()), element, text);
+                draft.couplings.push(Coupling {
+                    joint: slide.name.clone(),
+                    leader: name,
+                    coefficients: vec![0.0, lead],
+                });
+                draft.links.push(Link { name: between, ..Link::default() });
+                draft.joints.push(joint);
+                draft.joints.push(slide);
+                return;
             }
             "ball" => joint.kind = JointKind::Ball,
             "universal" | "revolute2" => {
@@ -254,7 +262,11 @@ impl Reader<'_> {
                 return;
             }
             other => {
-                self.log.bad(element, format!("is of type '{other}', which has no counterpart; it is fixed"));
+                let valid =
+                    "fixed, revolute, continuous, prismatic, ball, universal, revolute2, screw, gearbox";
+                let text =
+                    format!("is of type '{other}', which has no counterpart; it is fixed; valid: {valid}");
+                self.log.bad(element, text);
             }
         }
         draft.joints.push(joint);
@@ -278,30 +290,38 @@ impl Reader<'_> {
         let xyz = axis.child("xyz");
         let direction = xyz.and_then(|xyz| numbers(&xyz.text)).and_then(|x| <[f64; 3]>::try_from(x).ok());
         let direction = Vec3::from_array(direction.unwrap_or([0.0, 0.0, 1.0]));
-        let in_model =
-            axis.child_text("use_parent_model_frame").is_some_and(|text| ["1", "true"].contains(&text));
-        let around = found.prefix.strip_suffix("::");
-        let turned = match xyz.and_then(|xyz| xyz.get("expressed_in")) {
-            Some("__model__") => self.model_rotation(around),
-            Some(frame) if !frame.is_empty() => {
-                let full = format!("{}{frame}", found.prefix);
-                match self.scope.pose(&full) {
-                    Some(frame) => frame.rotation,
-                    None => {
-                        self.log
-                            .bad(element, format!("its axis is expressed in '{frame}', which is not there"));
-                        pose.rotation
-                    }
-                }
+        let around = &found.around;
+        let in_model = match axis.child_text("use_parent_model_frame") {
+            None => around.axes_in_model,
+            stated => yes(stated),
+        };
+        let frame = xyz.and_then(|xyz| xyz.get("expressed_in")).filter(|frame| !frame.is_empty());
+        let full = match frame {
+            Some(frame) => around.full(frame),
+            None if in_model => around.frame.clone(),
+            None => {
+                Some(joint_key(&around.full(element.get("name").unwrap_or_default()).unwrap_or_default()))
             }
-            _ if in_model => self.model_rotation(around),
-            _ => pose.rotation,
+        };
+        let turned = match full.map_or(Some(Pose::IDENTITY), |full| self.scope.pose(&full)) {
+            Some(frame) => frame.rotation,
+            None => {
+                let frame = frame.unwrap_or_default();
+                self.log.bad(element, format!("its axis is expressed in '{frame}', which is not there"));
+                pose.rotation
+            }
         };
         let direction = pose.rotation.inverse() * (turned * direction);
         joint.axis = direction.to_array();
         let endless = |x: f64| x.abs() >= 1e12;
         let lower = self.number(axis, &["limit", "lower"]).filter(|x| !endless(*x));
         let upper = self.number(axis, &["limit", "upper"]).filter(|x| !endless(*x));
+        if let (Some(only), None) | (None, Some(only)) = (lower, upper) {
+            let text = format!(
+                "has the limit {only} on one side only; a hand's joint has both or none: none is taken"
+            );
+            self.log.lost(At::Joint(joint.name.clone()), element, text);
+        }
         joint.limits = lower.zip(upper).map(|(lower, upper)| [lower, upper]);
         joint.kind = if joint.limits.is_some() { JointKind::Revolute } else { JointKind::Continuous };
         let positive = |x: &f64| *x > 0.0 && *x < 1e12;
@@ -318,50 +338,20 @@ impl Reader<'_> {
                 self.log.bad(element, "<mimic> names no joint");
                 return;
             };
+            let second = if mimic.get("axis") == Some("axis2") { "_2" } else { "" };
             let multiplier = self.number(mimic, &["multiplier"]).unwrap_or(1.0);
             let offset = self.number(mimic, &["offset"]).unwrap_or(0.0);
             let reference = self.number(mimic, &["reference"]).unwrap_or(0.0);
             draft.couplings.push(Coupling {
                 joint: joint.name.clone(),
-                leader: plain(&format!("{}{leader}", found.prefix)),
+                leader: plain(&format!("{}{leader}{second}", around.prefix)),
                 coefficients: vec![offset - multiplier * reference, multiplier],
-            });
-        }
-    }
-
-    pub(super) fn model_rotation(&self, around: Option<&str>) -> Rotation {
-        around.and_then(|name| self.scope.pose(name)).unwrap_or(Pose::IDENTITY).rotation
-    }
-
-    /// A controller of a joint is a motor; other plugins are left out by name.
-    pub(super) fn plugin(&mut self, found: &Found, draft: &mut Draft) {
-        let element = &found.element;
-        let file = element.get("filename").unwrap_or_default().to_lowercase().replace(['-', '_'], "");
-        let position = file.contains("jointpositioncontroller");
-        let speed = !position && file.contains("jointcontroller");
-        if !position && !speed {
-            let name = element.get("filename").unwrap_or("without a file");
-            self.log.lost(At::Hand, element, format!("plugin {name} is a program; it is left out"));
-            return;
-        }
-        let joints: Vec<String> = element.all("joint_name").map(|name| name.text.clone()).collect();
-        for name in joints {
-            let joint = plain(&format!("{}{name}", found.prefix));
-            let gain = self.number(element, &["p_gain"]).filter(|gain| *gain > 0.0);
-            let force = self.number(element, &["cmd_max"]).filter(|force| *force > 0.0);
-            self.log.kept(At::Motor(joint.clone()), element, format!("drives joint '{joint}'"));
-            draft.actuators.push(Actuator {
-                control: Some(if position { Control::Position } else { Control::Velocity }),
-                gain: gain.filter(|_| position),
-                damping: self.number(element, &["d_gain"]).filter(|gain| position && *gain > 0.0),
-                force_limit: force,
-                ..Actuator::of(&joint, Drive::Joint(joint.clone()))
             });
         }
     }
 }
 
 /// A full name as one that a hand can have.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     name.replace("::", "_")
 }

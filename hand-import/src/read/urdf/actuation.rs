@@ -17,12 +17,39 @@ pub(super) fn transmission(node: Node<'_, '_>, draft: &mut Draft, reading: &mut 
     match kind {
         "AdaptiveSynergyTransmission" => adaptive_synergy(node, &name, &shown, draft, reading),
         "SimpleTransmission" => simple(node, &name, &shown, draft, reading),
-        _ => {
-            // Once for all transmissions of the type.
-            let element = format!("transmissions of type '{kind}'");
-            let text = "are not known; their joints have no motor from them";
-            reading.log.problem(At::Hand, element, text);
+        "DifferentialTransmission" | "FourBarLinkageTransmission" => {
+            let text = "each joint has a motor of its own: motors that hold their positions move them alike";
+            each(node, &name, &shown, text, draft, reading);
         }
+        // Makers have types of their own.
+        _ => {
+            let text = format!("its type '{kind}' is not known; each of its joints has one motor");
+            each(node, &name, &shown, &text, draft, reading);
+        }
+    }
+}
+
+/// One motor for each joint of a transmission with a law of its own.
+fn each(
+    node: Node<'_, '_>,
+    name: &str,
+    shown: &str,
+    text: &str,
+    draft: &mut Draft,
+    reading: &mut Reading<'_>,
+) {
+    let joints: Vec<&str> = children(node, "joint").filter_map(|joint| joint.attribute("name")).collect();
+    if joints.is_empty() {
+        reading.log.problem(At::Hand, shown, "names no <joint>; it is left out");
+        return;
+    }
+    let actuators: Vec<&str> =
+        children(node, "actuator").filter_map(|actuator| actuator.attribute("name")).collect();
+    for (k, joint) in joints.iter().enumerate() {
+        let motor = actuators.get(k).copied().unwrap_or(if joints.len() == 1 { name } else { joint });
+        let interface = child_text(node, "hardwareInterface").and_then(control);
+        reading.log.guessed(At::Motor(motor.to_owned()), shown, text);
+        add(draft, Actuator { control: interface, ..Actuator::of(motor, Drive::Joint((*joint).to_owned())) });
     }
 }
 
@@ -103,6 +130,11 @@ fn simple(node: Node<'_, '_>, name: &str, shown: &str, draft: &mut Draft, readin
     };
     let joint_name = joint.attribute("name").unwrap_or_default().to_owned();
     let actuator = child(node, "actuator");
+    for other in children(node, "actuator").skip(1) {
+        let other = other.attribute("name").unwrap_or_default();
+        let text = format!("its second actuator '{other}' is left out: a SimpleTransmission has one");
+        reading.log.dropped(At::Motor(name.to_owned()), shown, text);
+    }
     let interface = |node| child_text(node, "hardwareInterface").and_then(control);
     let mut e = Element { name: shown, at: At::Motor(name.to_owned()), log: &mut reading.log };
     let reduction = actuator.and_then(|actuator| child_text(actuator, "mechanicalReduction"));

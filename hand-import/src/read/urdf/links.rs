@@ -4,19 +4,30 @@ use roxmltree::Node;
 
 use super::super::reading::Reading;
 use super::super::xml::{Element, child, children};
+use super::elements::{named, unread};
 use crate::decision::At;
 use crate::draft::{Geometry, Inertial, Link, Origin, Part};
 
+/// Elements of a link that are read.
+const READ: [&str; 4] = ["inertial", "visual", "collision", "contact"];
+
 /// Reads a `<link>`.
 pub(super) fn link(node: Node<'_, '_>, reading: &mut Reading<'_>) -> Link {
-    let name = node.attribute("name").unwrap_or_default().to_owned();
+    let name = named(node, reading);
     let shown = format!("link '{name}'");
     let at = At::Link(name.clone());
-    let mut e = Element { name: &shown, at, log: &mut reading.log };
+    let mut e = Element { name: &shown, at: at.clone(), log: &mut reading.log };
     let inertial = child(node, "inertial").map(|node| inertial(node, &mut e));
-    let collisions = parts(node, "collision", &shown, &name, reading);
-    let visuals = parts(node, "visual", &shown, &name, reading);
-    Link { name, inertial, collisions, visuals, friction: None }
+    // An extension of Bullet.
+    let contact = child(node, "contact").and_then(|contact| child(contact, "lateral_friction"));
+    let friction = contact.and_then(|friction| e.attribute(friction, "value"));
+    if let Some(mu) = friction {
+        e.log.taken(at, &shown, format!("lateral_friction {mu} is the link's friction"));
+    }
+    let collisions = parts(node, "collision", &shown, &name, false, reading);
+    let visuals = parts(node, "visual", &shown, &name, !collisions.is_empty(), reading);
+    unread(node, &READ, "link", reading);
+    Link { name, inertial, collisions, visuals, friction }
 }
 
 /// Reads an `<origin>`.
@@ -37,7 +48,15 @@ fn inertial(node: Node<'_, '_>, e: &mut Element<'_>) -> Inertial {
     }
 }
 
-fn parts(node: Node<'_, '_>, tag: &str, shown: &str, link: &str, reading: &mut Reading<'_>) -> Vec<Part> {
+/// The shapes of a link; a `picture` of a link that has others can be left out without harm.
+fn parts(
+    node: Node<'_, '_>,
+    tag: &str,
+    shown: &str,
+    link: &str,
+    picture: bool,
+    reading: &mut Reading<'_>,
+) -> Vec<Part> {
     let mut parts = Vec::new();
     for part in children(node, tag) {
         let mut e = Element { name: shown, at: At::Link(link.to_owned()), log: &mut reading.log };
@@ -47,14 +66,20 @@ fn parts(node: Node<'_, '_>, tag: &str, shown: &str, link: &str, reading: &mut R
             e.log.dropped(e.at.clone(), shown, format!("a <{tag}> has no geometry"));
             continue;
         };
-        if let Some(geometry) = geometry(shape, shown, link, reading) {
+        if let Some(geometry) = geometry(shape, shown, link, picture, reading) {
             parts.push(Part { origin, geometry });
         }
     }
     parts
 }
 
-fn geometry(node: Node<'_, '_>, shown: &str, link: &str, reading: &mut Reading<'_>) -> Option<Geometry> {
+fn geometry(
+    node: Node<'_, '_>,
+    shown: &str,
+    link: &str,
+    picture: bool,
+    reading: &mut Reading<'_>,
+) -> Option<Geometry> {
     let at = At::Link(link.to_owned());
     let mut e = Element { name: shown, at: at.clone(), log: &mut reading.log };
     match node.tag_name().name() {
@@ -77,10 +102,12 @@ fn geometry(node: Node<'_, '_>, shown: &str, link: &str, reading: &mut Reading<'
                 None => [1.0; 3],
             };
             let file = node.attribute("filename").unwrap_or_default().to_owned();
-            reading.mesh(&file, scale, at, shown).map(Geometry::Mesh)
+            reading.mesh(&file, scale, at, shown, picture).map(Geometry::Mesh)
         }
         other => {
-            reading.log.problem(at, shown, format!("has a <{other}>, no shape of URDF; it is left out"));
+            let valid = "box, sphere, cylinder, capsule, ellipsoid, mesh";
+            let text = format!("has a <{other}>, no shape of URDF; valid: {valid}; it is left out");
+            reading.log.problem(at, shown, text);
             None
         }
     }
