@@ -68,6 +68,9 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
     if draft.actuators.is_empty() && !kept {
         servos::everywhere(draft, log);
     }
+    if !kept {
+        stand_ins(draft, log);
+    }
     let servos = servos::complete(draft, log);
     let mut driven: BTreeSet<String> = servos.iter().map(|servo| servo.joint.clone()).collect();
     let (mut motors, mut wound) = (Vec::new(), Vec::new());
@@ -89,6 +92,30 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
         without_place(draft, log);
     }
     (motors, wound, servos)
+}
+
+/// Takes out gains and dampings that no hand may have: descriptions for pictures copy them from one kind of joint to another.
+fn stand_ins(draft: &mut Draft, log: &mut Log) {
+    let limits = HandLimits::default();
+    let mut check = |value: &mut Option<f64>, what: &str, most: f64, at: At, element: String| {
+        if let Some(x) = value.take_if(|x| *x > most) {
+            log.guessed(
+                at,
+                element,
+                format!("states {what} {x}, more than the {most} that a hand may have: a stand-in"),
+            );
+        }
+    };
+    for joint in &mut draft.joints {
+        let most = of_kind(joint, (limits.joint_damping_nms_rad, limits.slide_damping_ns_m));
+        let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
+        check(&mut joint.damping, "the damping", most, at, element);
+    }
+    for actuator in &mut draft.actuators {
+        let (at, element) = (At::Motor(actuator.name.clone()), format!("actuator '{}'", actuator.name));
+        check(&mut actuator.gain, "the gain", limits.tendon_stiffness, at.clone(), element.clone());
+        check(&mut actuator.damping, "the damping", limits.tendon_damping, at, element);
+    }
 }
 
 /// Value for a joint that turns, or for one that slides.
