@@ -34,6 +34,8 @@ pub struct Hull {
     free: Vec<usize>,
     /// Number of facets computed yet.
     computed: usize,
+    /// Largest number of them.
+    most: usize,
     sight: f64,
 }
 
@@ -59,6 +61,11 @@ impl Hull {
     /// # Errors
     /// Points in a hyperplane, or too many facets.
     pub fn new(points: &[DVector<f64>]) -> Result<Self, NoHull> {
+        Self::within(points, MAX_FACETS)
+    }
+
+    /// The hull, if no more facets than `most` are computed for it.
+    fn within(points: &[DVector<f64>], most: usize) -> Result<Self, NoHull> {
         let size = points.iter().map(|point| point.amax()).fold(0.0, f64::max);
         let corners = simplex(points, size).ok_or(NoHull::Flat)?;
         let dimension = corners.len() - 1;
@@ -69,6 +76,7 @@ impl Hull {
             facets: Vec::new(),
             free: Vec::new(),
             computed: 0,
+            most,
             sight: SIGHT * size,
         };
         for across in 0..=dimension {
@@ -123,7 +131,8 @@ impl Hull {
         // The facet that the point is farthest above; its visible neighbours are connected to it.
         let above = |facet: &Facet| facet.normal.dot(&self.points[point]) - facet.offset;
         let live = self.facets.iter().enumerate().filter(|(_, facet)| !facet.gone);
-        let Some((first, _)) = live.max_by(|a, b| above(a.1).total_cmp(&above(b.1))) else {
+        let heights = live.map(|(index, facet)| (index, above(facet)));
+        let Some((first, _)) = heights.max_by(|a, b| a.1.total_cmp(&b.1)) else {
             return Ok(false);
         };
         if !self.sees(point, &self.facets[first]) {
@@ -164,7 +173,7 @@ impl Hull {
             let count = points.len();
             let mut neighbours = vec![usize::MAX; count];
             neighbours[count - 1] = *beyond;
-            if self.computed >= MAX_FACETS {
+            if self.computed >= self.most {
                 return Err(NoHull::TooLarge);
             }
             let Some(index) = self.insert(points, neighbours) else { return Err(NoHull::Flat) };
@@ -346,6 +355,15 @@ mod tests {
         for facet in whole.facets() {
             assert!(points.iter().all(|p| facet.normal.dot(p) < facet.offset + 1e-9));
         }
+    }
+
+    #[test]
+    fn the_number_of_computed_facets_is_limited() {
+        let cube = all(6, |i, k| f64::from(u8::from(i >> k & 1 == 1)));
+        let whole = Hull::new(&cube).expect("a hull");
+        assert!(whole.computed > whole.facets().count() && whole.facets.len() < whole.computed);
+        assert!(Hull::within(&cube, whole.computed).is_ok());
+        assert_eq!(Hull::within(&cube, whole.computed - 1).map(|_| ()), Err(NoHull::TooLarge));
     }
 
     #[test]

@@ -4,7 +4,6 @@ use crate::closure::{PLANAR, force_closure, form_closure, frictional_closure};
 use crate::contact::{Contact, ContactModel};
 use crate::design::Design;
 use crate::grasp::grasp_matrix;
-use crate::hull::NoHull;
 use crate::linear::{null_space, rank};
 use crate::quality::{Norm, QualitySettings, quality};
 use nalgebra::{DMatrix, DVector};
@@ -243,7 +242,7 @@ fn epsilon_of_two_soft_fingers_on_a_ball() {
     assert!(fine.epsilon_bound >= fine.epsilon - 1e-9);
 }
 
-/// Soft fingers around a ball: pyramids of more edges come as near to round cones as wanted, and too many edges are refused soon.
+/// Soft fingers around a ball: pyramids of more edges come as near to round cones as wanted.
 #[test]
 fn epsilon_of_soft_fingers_reaches_round_cones() {
     let on = |[x, y, z]: [f64; 3]| {
@@ -254,14 +253,12 @@ fn epsilon_of_soft_fingers_reaches_round_cones() {
     let g = grasp_matrix(&contacts, Pose::IDENTITY);
     let at = |edges| {
         let settings = QualitySettings { norm: Norm::Total, edges, length: 1.0 };
-        quality(&contacts, &g, &[0, 1, 2, 3, 4, 5], settings)
+        quality(&contacts, &g, &[0, 1, 2, 3, 4, 5], settings).expect("a hull")
     };
     // The reach of round cones by adding the farthest wrench at the nearest facet, in another program: 0.40860 to 0.40866.
-    let found = [4, 8, 12].map(|edges| at(edges).expect("a hull"));
-    for (found, least) in found.iter().zip([0.3, 0.38, 0.4]) {
+    for (found, least) in [4, 8].map(at).iter().zip([0.3, 0.385]) {
         assert!((least..0.40866).contains(&found.epsilon) && found.epsilon_bound > 0.4086, "{found:?}");
     }
-    assert_eq!(at(100).map(|_| ()), Err(NoHull::TooLarge));
 }
 
 /// The definition again, in space: no direction of many has a smaller reach than ε.

@@ -85,7 +85,8 @@ impl Hand {
         self.close_chains_by(q, |_| 1.0);
     }
 
-    /// The same, where a coordinate moves in proportion to its mobility: one with a small mobility moves only where the others cannot close the pins.
+    /// The same, where a coordinate moves in proportion to its mobility: one with a small mobility moves only where the others
+    /// cannot close the pins.
     pub fn close_chains_by(&self, q: &mut [f64], mobility: impl Fn(usize) -> f64) {
         let rows = 3 * self.linkages.len();
         for _ in 0..if rows == 0 { 0 } else { CLOSING_STEPS } {
