@@ -166,6 +166,10 @@ fn virtual_leaders(draft: &mut Draft, log: &mut Log) {
             joint.effort = joint.effort.or(old.effort.map(|effort| effort / slope.abs()));
             joint.velocity = joint.velocity.or(old.velocity.map(|velocity| velocity * slope.abs()));
         }
+        // A motor of its own would be a second one.
+        if draft.actuators.iter().any(|actuator| actuator.drive == Drive::Joint(name.clone())) {
+            draft.actuators.retain(|actuator| actuator.drive != Drive::Joint(first.joint.clone()));
+        }
         for actuator in &mut draft.actuators {
             if actuator.drive == Drive::Joint(name.clone()) {
                 actuator.drive = Drive::Joint(first.joint.clone());
