@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use palmares_models::measure::HandLimits;
 
 use super::followers::length;
-use super::servos::{self, Servo};
+use super::servos::{self, Servo, of_kind};
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 
@@ -116,11 +116,6 @@ fn stand_ins(draft: &mut Draft, log: &mut Log) {
         check(&mut actuator.gain, "the gain", limits.tendon_stiffness, at.clone(), element.clone());
         check(&mut actuator.damping, "the damping", limits.tendon_damping, at, element);
     }
-}
-
-/// Value for a joint that turns, or for one that slides.
-pub(super) fn of_kind(joint: &Joint, (turns, slides): (f64, f64)) -> f64 {
-    if joint.kind == JointKind::Prismatic { slides } else { turns }
 }
 
 /// A tendon with its motors.
