@@ -57,6 +57,8 @@ const FORCE: (f64, f64) = (1.0, 20.0);
 const ERROR: (f64, f64) = (0.05, 5e-4);
 /// Damping over stiffness of a servo, s.
 const LAG: f64 = 0.02;
+/// Largest damping over stiffness of a servo that a description can mean, s.
+const SLOWEST: f64 = 1.0;
 /// Part of its travel by which a tendon stretches at its largest tension.
 const STRETCH: f64 = 0.002;
 /// Largest speed of a tendon's motor, 1/s: it closes in half a second.
@@ -147,7 +149,15 @@ fn stand_ins(draft: &mut Draft, log: &mut Log) {
     for actuator in &mut draft.actuators {
         let (at, element) = (At::Motor(actuator.name.clone()), format!("actuator '{}'", actuator.name));
         check(&mut actuator.gain, "the gain", limits.tendon_stiffness, at.clone(), element.clone());
-        check(&mut actuator.damping, "the damping", limits.tendon_damping, at, element);
+        check(&mut actuator.damping, "the damping", limits.tendon_damping, at.clone(), element.clone());
+        if let Some(gain) = actuator.gain.filter(|gain| *gain > 0.0)
+            && let Some(damping) = actuator.damping.take_if(|damping| *damping > SLOWEST * gain)
+        {
+            let text = format!(
+                "states the damping {damping}, more than {SLOWEST} s times its gain {gain}: it would creep; a stand-in"
+            );
+            log.guessed(at, element, text);
+        }
     }
 }
 
@@ -292,7 +302,8 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let actuator_of = |motor: &str| draft.actuators.iter().find(|actuator| actuator.name == motor);
     let first = tendon.motors.first().and_then(|(motor, _)| actuator_of(motor));
     let force = or(tendon.force_limit.or(first.and_then(|a| a.force_limit)), "largest tension", tension);
-    let stiffness = or(tendon.stiffness, "stiffness", force / (STRETCH * travel));
+    let stiffness =
+        or(tendon.stiffness, "stiffness", (force / (STRETCH * travel)).min(limits.tendon_stiffness));
     let weights: f64 = tendon.motors.iter().map(|(_, weight)| weight.abs()).sum();
     let scaling = travel / if weights > 0.0 { weights } else { 1.0 };
     let fastest = limits.motor_speed_per_s.min(limits.motor_power_w / (force * travel));
