@@ -300,7 +300,8 @@ impl FreeHand {
     /// Predicts the equilibrium at the base's current pose, with drives that no load turns back where they have stopped.
     pub(crate) fn predict(&self) -> Result<Equilibrium, NoPrediction> {
         let (config, state) = (self.world.model().config(), self.state());
-        solve_wound(config, &self.hand, state.base, &wound_in(&self.hand, state), &self.command.pushes)
+        let wound = wound_in(&self.hand, &state.motors, &state.locked);
+        solve_wound(config, &self.hand, state.base, &wound, &self.command.pushes)
     }
 
     /// The pin that is open most, with its gap, m.

@@ -406,7 +406,7 @@ fn a_motor_pulls_with_its_largest_force_and_no_more_at_any_speed() {
                 assert!((least..=10.0).contains(&state.tension[0]), "{speed}: {:?}", state.tension);
                 assert!(state.locked[0].is_some());
             }
-            let wound = palmares_sim::statics::drives::wound_in(&hand, state);
+            let wound = palmares_sim::statics::drives::wound_in(&hand, &state.motors, &state.locked);
             let again =
                 solve_wound(simulated.model().config(), &hand, state.base, &wound, &[]).expect("a rest");
             assert!((again.tension[0] - state.tension[0]).abs() < 1e-6, "{again:?} {:?}", state.tension);

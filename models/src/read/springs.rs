@@ -6,8 +6,8 @@ use super::settings::Settings;
 use super::urdf::reduce::Reduced;
 use super::urdf::tree::Urdf;
 use crate::Vec3;
-use crate::error::ModelError;
-use crate::hand::{Linkage, Spring};
+use crate::error::{LoadWarning, ModelError};
+use crate::hand::{Hand, Linkage, Spring};
 
 /// Springs across several joints, by name.
 pub(crate) fn springs(
@@ -65,4 +65,18 @@ pub(crate) fn linkages(
         });
     }
     Ok(out)
+}
+
+/// Pins that no position of the joints within their limits closes; `rest` closes the others.
+pub(crate) fn open_pins(hand: &Hand, rest: &[f64], at: &Report) -> Vec<LoadWarning> {
+    /// Gap above which a pin is open, m.
+    const OPEN: f64 = 1e-4;
+    let gap = |pin: &Linkage| pin.at(hand, rest).gap.length();
+    let open = hand.linkages.iter().map(|pin| (pin, gap(pin))).filter(|(_, gap)| *gap > OPEN);
+    open.map(|(pin, gap)| LoadWarning {
+        file: at.file.clone(),
+        element: format!("[linkages.{}]", pin.name),
+        message: format!("its points are {gap:.2e} m apart, and no position of the joints joins them: are points and limits right?"),
+    })
+    .collect()
 }

@@ -3,6 +3,8 @@
 
 use super::rest::{Equilibrium, NoPrediction};
 use crate::actuation::clutch;
+use crate::state::MotorState;
+#[cfg(doc)]
 use crate::state::State;
 use palmares_models::hand::Hand;
 
@@ -18,9 +20,9 @@ pub fn wound_lengths(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
     hand.tendons.iter().map(|tendon| tendon.wound(&hand.motors, |motor| sigma[motor])).collect()
 }
 
-/// Wound length of every tendon in a state: where its motors are, and where its clutch let go.
-pub fn wound_in(hand: &Hand, state: &State) -> Vec<f64> {
-    (0..hand.tendons.len()).map(|k| clutch::wound(hand, k, &state.motors, &state.locked)).collect()
+/// Wound length of every tendon where its motors are, and where its clutch let go: [`State::motors`] and [`State::locked`].
+pub fn wound_in(hand: &Hand, motors: &[MotorState], locked: &[Option<f64>]) -> Vec<f64> {
+    (0..hand.tendons.len()).map(|k| clutch::wound(hand, k, motors, locked)).collect()
 }
 
 /// Wound length of every tendon when all motors have gone together, slowly and without pushes, from the start of a run towards σ.
