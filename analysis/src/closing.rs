@@ -3,7 +3,8 @@
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_sim::Config;
-use palmares_sim::statics::prediction::{NoPrediction, solve_loaded};
+use palmares_sim::statics::prediction::solve_loaded;
+use palmares_sim::statics::rest::NoPrediction;
 
 /// Equilibria of a free hand while its motors wind.
 #[derive(Clone, Debug, PartialEq)]

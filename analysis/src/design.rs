@@ -7,7 +7,7 @@
 use crate::hand::{balanced_inverse, spring_stiffness};
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::Hand;
-use palmares_sim::statics::prediction::wound_lengths;
+use palmares_sim::statics::drives::wound_lengths;
 
 /// A number of a hand that a design may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,10 @@ use crate::hand::Posture;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::statics::constrained::{PointConstraint, Reaction, solve_constrained};
-use palmares_sim::statics::prediction::{Equilibrium, NoPrediction, solve_loaded};
+use palmares_sim::statics::constrained::solve_constrained;
+use palmares_sim::statics::energy::{PointConstraint, Reaction};
+use palmares_sim::statics::prediction::solve_loaded;
+use palmares_sim::statics::rest::{Equilibrium, NoPrediction};
 use palmares_sim::{Config, Push};
 
 /// A hand at rest.

@@ -9,7 +9,7 @@
 
 use nalgebra::DMatrix;
 use palmares_models::hand::Hand;
-use palmares_sim::statics::prediction::wound_lengths;
+use palmares_sim::statics::drives::wound_lengths;
 
 /// Compliance of the tendons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,7 +159,7 @@ impl CompliantHand {
         }
         let acts = |t: &usize| {
             let (tendon, f) = (&hand.tendons[*t], posture.tension[*t]);
-            f > tendon.least_force() && f < tendon.most_at_rest()
+            f > tendon.least_force() && f < tendon.most_held()
         };
         let acting: Vec<usize> = (0..hand.tendons.len()).filter(acts).collect();
         let give = |t: &usize| match tendons {

@@ -27,14 +27,23 @@ pub struct Draft {
     pub springs: Vec<Spring>,
     /// Points at which two links meet, in addition to the tree.
     pub loops: Vec<Loop>,
-    /// Coordinates at which a run begins, by joint.
-    pub start: Vec<(String, f64)>,
     /// Pairs of links that do not touch each other.
     pub exclusions: Vec<[String; 2]>,
     /// Coulomb coefficient between two surfaces of the hand's kind, if the source states it.
     pub friction: Option<f64>,
+    /// How the hand begins.
+    pub start: Start,
     /// The text of a `hand.toml` in the source. It is kept as it is, and nothing that it states is written again.
     pub settings: Option<String>,
+}
+
+/// Where joints and motors are at the start of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Start {
+    /// Coordinate by name of the joint; others are where their springs rest.
+    pub joints: Vec<(String, f64)>,
+    /// σ by name of the motor; others are at 0, or where they hold their joint.
+    pub motors: Vec<(String, f64)>,
 }
 
 /// A pose as URDF writes it; it maps the child's or the shape's coordinates to the link's.

@@ -3,6 +3,7 @@
 
 mod collada;
 mod gltf;
+mod merge;
 mod scene;
 mod stl;
 mod text;
@@ -30,6 +31,8 @@ pub(crate) struct Meshes {
     pub(crate) files: BTreeMap<PathBuf, Vec<u8>>,
     /// Volume of each file's convex hull, in its cubed unit.
     volumes: BTreeMap<PathBuf, f64>,
+    /// Corners of each file's convex hull, in its unit.
+    hulls: BTreeMap<PathBuf, Vec<Vec3>>,
 }
 
 impl Meshes {
@@ -39,22 +42,77 @@ impl Meshes {
         let volume = self.volumes.get(path).copied().unwrap_or_default();
         volume * mesh.scale.iter().product::<f64>().abs()
     }
+
+    /// Points whose convex hull is the shape, in the link's frame.
+    fn points(&self, part: &Part) -> Vec<Vec3> {
+        let pose = part.origin.pose();
+        let ball =
+            |radius: f64, z: f64| ellipsoid([radius; 3]).concat().into_iter().map(move |p| p + Vec3::Z * z);
+        let points: Vec<Vec3> = match &part.geometry {
+            Geometry::Box(size) => {
+                let half = Vec3::from_array(*size) * 0.5;
+                let sign = |k: usize, bit: usize| if k & bit == 0 { -1.0 } else { 1.0 };
+                (0..8).map(|k| half * Vec3::new(sign(k, 1), sign(k, 2), sign(k, 4))).collect()
+            }
+            Geometry::Sphere { radius } => ball(*radius, 0.0).collect(),
+            Geometry::Capsule { radius, length } => {
+                ball(*radius, 0.5 * length).chain(ball(*radius, -0.5 * length)).collect()
+            }
+            Geometry::Cylinder { radius, length } => (0..48)
+                .map(|k| {
+                    let (sin, cos) = (std::f64::consts::TAU * f64::from(k / 2) / 24.0).sin_cos();
+                    Vec3::new(radius * cos, radius * sin, if k % 2 == 0 { 0.5 } else { -0.5 } * length)
+                })
+                .collect(),
+            Geometry::Ellipsoid(radii) => ellipsoid(*radii).concat(),
+            Geometry::Mesh(mesh) => {
+                let Triangles::File(path) = &mesh.triangles else { return Vec::new() };
+                let scale = Vec3::from_array(mesh.scale);
+                self.hulls.get(path).into_iter().flatten().map(|p| *p * scale).collect()
+            }
+        };
+        points.into_iter().map(|point| pose * point).collect()
+    }
 }
 
 /// Converts all meshes of a draft; its shapes then name the written files. Meshes that cannot be read are left out.
 pub(crate) fn convert(draft: &mut Draft, source: &Source, log: &mut Log) -> Meshes {
-    let mut converter =
-        Converter { source, log, meshes: Meshes::default(), done: BTreeMap::new(), bytes: 0, vertices: 0 };
+    let mut converter = Converter {
+        source,
+        log,
+        meshes: Meshes::default(),
+        done: BTreeMap::new(),
+        bytes: 0,
+        vertices: 0,
+        replaced: Vec::new(),
+    };
     // Shapes that touch come first: if all meshes together are too large, pictures are left out.
     for link in &mut draft.links {
         let name = link.name.clone();
         link.collisions = converter.parts(std::mem::take(&mut link.collisions), &name, true);
     }
+    let most = converter.most_shapes(draft);
+    for link in draft.links.iter_mut().filter(|link| link.collisions.len() > most) {
+        let name = link.name.clone();
+        link.collisions = converter.merged(std::mem::take(&mut link.collisions), &name, most);
+    }
     for link in &mut draft.links {
         let name = link.name.clone();
         link.visuals = converter.parts(std::mem::take(&mut link.visuals), &name, false);
     }
-    converter.meshes
+    let Converter { replaced, mut meshes, .. } = converter;
+    for path in replaced {
+        let mut parts = draft.links.iter().flat_map(|link| link.collisions.iter().chain(&link.visuals));
+        if !parts.any(|part| names(part, &path)) {
+            meshes.files.remove(&path);
+        }
+    }
+    meshes
+}
+
+/// Whether a shape is the mesh of a file.
+fn names(part: &Part, path: &Path) -> bool {
+    matches!(&part.geometry, Geometry::Mesh(Mesh { triangles: Triangles::File(file), .. }) if file == path)
 }
 
 /// What a file of the source becomes.
@@ -76,11 +134,61 @@ struct Converter<'a> {
     bytes: u64,
     /// Of all written files that touch.
     vertices: usize,
+    /// Written files that some link no longer uses.
+    replaced: Vec<PathBuf>,
 }
 
 impl Converter<'_> {
     fn parts(&mut self, parts: Vec<Part>, link: &str, touches: bool) -> Vec<Part> {
         parts.into_iter().flat_map(|part| self.part(part, link, touches)).collect()
+    }
+
+    /// The largest number of shapes of each link with which a hand loads.
+    fn most_shapes(&self, draft: &Draft) -> usize {
+        let limits = Limits::default();
+        let total =
+            |most: usize| draft.links.iter().map(|link| link.collisions.len().min(most)).sum::<usize>();
+        (1..=limits.link_shapes).rev().find(|&most| total(most) <= limits.shapes).unwrap_or(1)
+    }
+
+    /// The shapes of a link with convex hulls instead of groups of near ones.
+    fn merged(&mut self, parts: Vec<Part>, link: &str, most: usize) -> Vec<Part> {
+        let (at, element) = (At::Link(link.to_owned()), format!("link '{link}'"));
+        let points: Vec<Vec<Vec3>> = parts.iter().map(|part| self.meshes.points(part)).collect();
+        let groups = merge::groups(&points, most);
+        let replaced: usize = groups.iter().filter(|group| group.len() > 1).map(Vec::len).sum();
+        let hulls = groups.iter().filter(|group| group.len() > 1).count();
+        let text = format!(
+            "has {} shapes, a hand at most {most}: the convex hulls of {hulls} groups replace {replaced} of them; their hollows are filled",
+            parts.len()
+        );
+        self.log.guessed(at.clone(), &element, text);
+        let hull = |group: &[usize]| {
+            let all: Vec<Vec3> = group.iter().flat_map(|&k| &points[k]).copied().collect();
+            let hull = TriangleMesh::hull(&all)?;
+            Some(hull.triangles.iter().map(|&t| hull.corners(t)).collect::<Vec<_>>())
+        };
+        let mut merged = Vec::new();
+        for group in &groups {
+            if let [one] = group.as_slice() {
+                merged.push(parts[*one].clone());
+                continue;
+            }
+            let Some(corners) = hull(group) else { continue };
+            let name = format!("{link}_group");
+            let file = self.write(&name, &corners, [1.0; 3], &at, &element, true);
+            merged.extend(file.map(|file| Part {
+                origin: Origin::default(),
+                geometry: Geometry::Mesh(Mesh { triangles: Triangles::File(file), scale: [1.0; 3] }),
+            }));
+        }
+        let used = |path: &PathBuf| merged.iter().any(|part| names(part, path));
+        let freed = parts.iter().filter_map(|part| match &part.geometry {
+            Geometry::Mesh(Mesh { triangles: Triangles::File(path), .. }) => Some(path),
+            _ => None,
+        });
+        self.replaced.extend(freed.filter(|path| !used(path)).cloned());
+        merged
     }
 
     fn part(&mut self, part: Part, link: &str, touches: bool) -> Vec<Part> {
@@ -248,6 +356,7 @@ impl Converter<'_> {
             .sum();
         debug_assert!(scale.iter().all(|s| s.is_finite()) || volume.is_finite());
         self.meshes.volumes.insert(path.clone(), volume.abs());
+        self.meshes.hulls.insert(path.clone(), hull.vertices);
         self.meshes.files.insert(path.clone(), bytes);
         Some(path)
     }

@@ -23,7 +23,7 @@ use palmares_analysis::quasistatic::{QuasiStatic, contact_stiffness};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::Config;
-use palmares_sim::statics::prediction::Method;
+use palmares_sim::statics::rest::Method;
 use serde_json::{Value, json as value};
 use std::fmt::Write as _;
 use std::io::Write as _;

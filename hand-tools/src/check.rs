@@ -11,7 +11,7 @@ use palmares_models::error::{LoadWarning, Refused};
 use palmares_models::hand::Hand;
 use palmares_models::hand::describe::HandDescription;
 use palmares_models::measure::HandLimits;
-use palmares_sim::statics::prediction::Method;
+use palmares_sim::statics::rest::Method;
 use palmares_tasks::Task;
 use palmares_tasks::inspect::{self, FigureRow};
 use serde::Serialize;

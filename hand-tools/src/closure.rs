@@ -3,13 +3,13 @@
 use crate::describe::short;
 use crate::progress::Progress;
 use palmares_models::Pose;
-use palmares_models::hand::Hand;
+use palmares_models::hand::{Hand, Linkage};
 use palmares_sim::Push;
 use palmares_sim::model::ModelError;
 use palmares_sim::state::MotorState;
-use palmares_sim::statics::prediction::{
-    Equilibrium, Method, NoPrediction, largest_difference, solve_loaded,
-};
+use palmares_sim::statics::drives::wound_in;
+use palmares_sim::statics::prediction::{largest_difference, solve_wound};
+use palmares_sim::statics::rest::{Equilibrium, Method, NoPrediction};
 use palmares_sim::{BaseCommand, Command, Config, Fault, Model, Owner, State, World};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
@@ -21,6 +21,8 @@ const TOLERANCE: f64 = 1e-12;
 pub(crate) const RAMP_S: f64 = 1.0;
 /// Joint speed below which a joint is at rest, rad/s.
 pub(crate) const REST_SPEED: f64 = 1e-10;
+/// Speed of σ below which a motor has stopped, 1/s.
+const STOPPED_SPEED: f64 = 1e-10;
 /// Joint speed below which no motion is visible, rad/s.
 pub(crate) const VISIBLE_SPEED: f64 = 2e-3;
 /// Time that all joints must stay below that speed, s.
@@ -29,6 +31,8 @@ const STILL_S: f64 = 0.1;
 const WARN_EXCESS: f64 = 0.05;
 /// Limit excess above which the hand is unusable, rad or m.
 const MAX_EXCESS: f64 = 0.5;
+/// Gap of a pin above which the hand is unusable, m: a thousand newtons at the default stiffness.
+const MAX_GAP: f64 = 1e-3;
 /// Maximum simulated time until the hand rests, s.
 const MAX_SETTLE_S: f64 = 60.0;
 /// Compute budget of all closures of a hand, in the unit of [`palmares_sim::bounds`]: about a minute.
@@ -70,6 +74,9 @@ pub(crate) struct Closure {
     pub(crate) fastest: Option<(String, f64, &'static str)>,
     /// The joint with the largest limit excess during the motion, the excess, and its unit.
     pub(crate) outside: Option<(String, f64, &'static str)>,
+    /// The pin that is open most at the end, with its gap, m; None without pins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) gap: Option<(String, f64)>,
     /// Reason why the simulation ended before the hand came to rest; None if it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) broken_off: Option<BrokenOff>,
@@ -164,6 +171,12 @@ impl Closure {
                 let why = format!("still creeps after {MAX_SETTLE_S} s; {because}");
                 out.push(Problem::Unusual { joint: joint.clone(), why });
             }
+        }
+        if let Some((pin, gap)) = self.gap.as_ref().filter(|(_, gap)| *gap > MAX_GAP) {
+            out.push(Problem::Unusable(format!(
+                "[linkages.{pin}]: its points are {gap:.2e} m apart; the links cannot reach each other, or the tendons are too strong \
+                 for the stiffness of the pin"
+            )));
         }
         if let Some((joint, by, unit)) = self.outside.clone() {
             if by > MAX_EXCESS {
@@ -262,7 +275,10 @@ impl FreeHand {
             }
             observe(self);
             self.report_progress(sigma);
-            let arrived = |(motor, s): (&MotorState, &f64)| (motor.position - s).abs() < 1e-12;
+            // A motor that its load has stopped stays where it is.
+            let arrived = |(motor, s): (&MotorState, &f64)| {
+                (motor.position - s).abs() < 1e-12 || motor.velocity.abs() < STOPPED_SPEED
+            };
             let winding = !self.state().motors.iter().zip(sigma).all(arrived);
             let moving = self.time_s() < RAMP_S || winding || self.speed() > speed;
             still = if moving { 0.0 } else { still + step_s };
@@ -281,10 +297,17 @@ impl FreeHand {
         });
     }
 
-    /// Predicts the equilibrium at the base's current pose.
-    pub(crate) fn predict(&self, sigma: &[f64]) -> Result<Equilibrium, NoPrediction> {
-        let config = self.world.model().config();
-        solve_loaded(config, &self.hand, self.state().base, sigma, &self.command.pushes)
+    /// Predicts the equilibrium at the base's current pose, with drives that no load turns back where they have stopped.
+    pub(crate) fn predict(&self) -> Result<Equilibrium, NoPrediction> {
+        let (config, state) = (self.world.model().config(), self.state());
+        let wound = wound_in(&self.hand, &state.motors, &state.locked);
+        solve_wound(config, &self.hand, state.base, &wound, &self.command.pushes)
+    }
+
+    /// The pin that is open most, with its gap, m.
+    fn widest_gap(&self) -> Option<(String, f64)> {
+        let gap = |pin: &Linkage| (pin.name.clone(), pin.at(&self.hand, &self.state().q).gap.length());
+        self.hand.linkages.iter().map(gap).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Largest unbalanced joint torque with the forces of the last step.
@@ -316,12 +339,12 @@ pub(crate) struct Comparison {
 }
 
 /// Compares the current state with the prediction; `rest` is the result of [`FreeHand::settle`].
-pub(crate) fn compare(free: &FreeHand, sigma: &[f64], rest: &Result<f64, NotSettled>) -> Comparison {
+pub(crate) fn compare(free: &FreeHand, rest: &Result<f64, NotSettled>) -> Comparison {
     let mut beyond = free.touching();
     if let Err(why) = rest {
         beyond.push(why.to_string());
     }
-    match free.predict(sigma) {
+    match free.predict() {
         Ok(predicted) => {
             let error = Some(largest_difference(&free.state().q, &predicted.q));
             Comparison { predicted: Some(predicted), error, beyond }
@@ -342,7 +365,7 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64], left: &mut u64) -> Result<C
             *most = f64::max(*most, f64::max(q - c.upper, c.lower - q));
         }
     });
-    let Comparison { predicted, error, beyond } = compare(&free, sigma, &rest);
+    let Comparison { predicted, error, beyond } = compare(&free, &rest);
     let state = free.state();
     let largest = |values: &[f64]| {
         let most = values.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -370,6 +393,7 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64], left: &mut u64) -> Result<C
         beyond,
         fastest: largest(&speeds),
         outside: largest(&outside).filter(|(_, by, _)| *by > 0.0),
+        gap: free.widest_gap(),
         broken_off: match rest {
             Err(NotSettled::BrokenOff(why)) => Some(why),
             _ => None,

@@ -15,7 +15,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use palmares_models::hand::Hand;
 use palmares_sim::Push;
-use palmares_sim::statics::prediction::{Equilibrium, Method};
+use palmares_sim::statics::rest::{Equilibrium, Method};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -136,7 +136,7 @@ fn stage(free: &mut FreeHand, name: &'static str, sigma: &[f64], trace: &mut Tra
         Err(NotSettled::BrokenOff(why)) => Some(why),
         _ => None,
     };
-    let Comparison { predicted, error, beyond } = compare(free, sigma, &rest);
+    let Comparison { predicted, error, beyond } = compare(free, &rest);
     free.restore(before);
     Stage { name, from, to, at_end, predicted, error, beyond, broken_off }
 }

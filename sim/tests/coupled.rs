@@ -7,7 +7,8 @@ use palmares_models::{Pose, Vec3};
 use palmares_sim::actuation::elastic;
 use palmares_sim::statics::constrained::solve_constrained;
 use palmares_sim::statics::equilibrium::{ClosedForm, NoClosedForm};
-use palmares_sim::statics::prediction::{Equilibrium, Method, NoPrediction, solve_loaded};
+use palmares_sim::statics::prediction::{solve_loaded, solve_wound};
+use palmares_sim::statics::rest::{Equilibrium, Method, NoPrediction};
 use palmares_sim::{Command, Config, Model, Push, State, World};
 use std::path::Path;
 use std::sync::Arc;
@@ -135,7 +136,7 @@ fn agrees(hand: &Arc<Hand>, sigma: &[f64]) -> Equilibrium {
 fn push_torques(world: &World, push: Push) -> Vec<f64> {
     let hand = world.model().hand().expect("a hand");
     let state = world.state();
-    palmares_sim::statics::prediction::torques(world.model().config(), hand, state.base, &state.q, &[push])
+    palmares_sim::statics::loads::torques(world.model().config(), hand, state.base, &state.q, &[push])
 }
 
 #[test]
@@ -371,6 +372,63 @@ fn a_worm_stops_at_its_limit_and_holds_what_it_could_not_move() {
     run(&mut world, &command, 2000);
     assert!(world.state().tension[0] > 1.5, "{:?}", world.state().tension);
     assert!((world.state().q[0] - before).abs() < 0.06, "{before} {:?}", world.state().q);
+}
+
+/// One joint with a spring of 0.2 N·m/rad on a pulley of 10 mm, whose motor pulls with at most 10 N: it can bend it by 0.5 rad.
+fn worm_finger(speed: f64, drive: &str) -> Arc<Hand> {
+    fingers(&format!(
+        "[motors.m]\nscaling = 0.02\nspeed_limit = {speed}\n\
+         [tendons.t]\nmotors.m = 1\njoints.a = 0.01\nstiffness = 2e4\nforce_limit = 10\nhold_limit = 60\n{drive}"
+    ))
+}
+
+#[test]
+fn a_motor_pulls_with_its_largest_force_and_no_more_at_any_speed() {
+    for drive in ["", "breakaway = true\n"] {
+        for speed in [0.02, 0.2, 1.0, 5.0] {
+            let hand = worm_finger(speed, drive);
+            let predicted =
+                solve_loaded(&Config::default(), &hand, Pose::IDENTITY, &[0.8], &[]).expect("a rest");
+            assert!((predicted.tension[0] - 10.0).abs() < 1e-6, "{predicted:?}");
+            assert!((predicted.q[hand.coordinate("a").expect("there")] - 0.5).abs() < 1e-6, "{predicted:?}");
+            // Below its largest force it goes where it should: s = R q + f/K.
+            let near = solve_loaded(&Config::default(), &hand, Pose::IDENTITY, &[0.1], &[]).expect("a rest");
+            let stiffness = 1.0 / (0.01 * 0.01 / 0.2 + 1.0 / 2e4);
+            assert!((near.tension[0] - 0.002 * stiffness).abs() < 1e-9, "{near:?}");
+            let simulated = rest(&hand, &[0.8], &[]);
+            let state = simulated.state();
+            if drive.is_empty() {
+                assert!((state.tension[0] - 10.0).abs() < 1e-6, "{speed}: {:?}", state.tension);
+                assert!(state.motors[0].velocity.abs() < 1e-9 && state.motors[0].position < 0.8);
+            } else {
+                // What damping and inertia took of the force at which it let go is missing.
+                let least = if speed < 0.1 { 9.85 } else { 0.0 };
+                assert!((least..=10.0).contains(&state.tension[0]), "{speed}: {:?}", state.tension);
+                assert!(state.locked[0].is_some());
+            }
+            let wound = palmares_sim::statics::drives::wound_in(&hand, &state.motors, &state.locked);
+            let again =
+                solve_wound(simulated.model().config(), &hand, state.base, &wound, &[]).expect("a rest");
+            assert!((again.tension[0] - state.tension[0]).abs() < 1e-6, "{again:?} {:?}", state.tension);
+        }
+    }
+}
+
+#[test]
+fn what_holds_more_than_it_pulls_is_pushed_back_only_by_its_own_compliance() {
+    let hand = worm_finger(1.0, "");
+    let a = hand.coordinate("a").expect("there");
+    let link =
+        hand.links.iter().position(|l| l.joint.as_ref().is_some_and(|j| j.coordinate == a)).expect("there");
+    let push = Push { link, point: Vec3::new(0.0, 0.05, 0.0), force: Vec3::new(4.0, 0.0, 0.0) };
+    let at = |pushes: &[Push]| {
+        solve_loaded(&Config::default(), &hand, Pose::IDENTITY, &[0.8], pushes).expect("a rest")
+    };
+    let (free, pushed) = (at(&[]), at(&[push]));
+    let more = pushed.tension[0] - free.tension[0];
+    // s_ref stays: the tendon gives by its own elasticity.
+    assert!(more.abs() > 1.0, "{free:?} {pushed:?}");
+    assert!((0.01 * (free.q[a] - pushed.q[a]) - more / 2e4).abs() < 1e-12, "{free:?} {pushed:?}");
 }
 
 #[test]

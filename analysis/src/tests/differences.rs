@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::{Hand, Spring};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::statics::prediction::{solve_loaded, wound_lengths};
+use palmares_sim::statics::drives::wound_lengths;
+use palmares_sim::statics::prediction::solve_loaded;
 use palmares_sim::{Config, Push};
 use std::sync::Arc;
 

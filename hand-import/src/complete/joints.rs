@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::followers::{Follows, length, relocate, shorten};
 use crate::decision::{At, Log};
 use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Origin};
 
@@ -166,13 +167,8 @@ fn virtual_leaders(draft: &mut Draft, log: &mut Log) {
             joint.effort = joint.effort.or(old.effort.map(|effort| effort / slope.abs()));
             joint.velocity = joint.velocity.or(old.velocity.map(|velocity| velocity * slope.abs()));
         }
-        for actuator in &mut draft.actuators {
-            if actuator.drive == Drive::Joint(name.clone()) {
-                actuator.drive = Drive::Joint(first.joint.clone());
-                actuator.force_limit = actuator.force_limit.map(|force| force / slope.abs());
-                actuator.speed_limit = actuator.speed_limit.map(|speed| speed * slope.abs());
-            }
-        }
+        let inverse = Follows { ratio: 1.0 / slope, offset: -constant / slope };
+        relocate(draft, (&name, &first.joint, inverse), log);
         let text = format!(
             "moves no shape, but {} joints follow it; '{}' leads the {others} others instead",
             others + 1,
@@ -208,7 +204,7 @@ pub(crate) fn idle(draft: &mut Draft, log: &mut Log) {
     }
     let idle = |name: &String| names.contains(name);
     draft.couplings.retain(|coupling| !idle(&coupling.joint));
-    draft.start.retain(|(joint, _)| !idle(joint));
+    draft.start.joints.retain(|(joint, _)| !idle(joint));
     for tendon in &mut draft.tendons {
         tendon.joints.retain(|(joint, _)| !idle(joint));
     }
@@ -243,9 +239,22 @@ fn range_of(draft: &Draft, joint: &str) -> [f64; 2] {
     found.and_then(|joint| joint.limits).unwrap_or([-WIDE, WIDE])
 }
 
-/// Replaces a joint by a fixed one at a coordinate.
+/// Replaces a joint by a fixed one at a coordinate. Tendons and springs over it keep the length that it takes up there.
 fn fix(draft: &mut Draft, name: &str, coordinate: f64) {
     use palmares_models::{Pose, Rotation, Vec3};
+    for index in 0..draft.tendons.len() {
+        let joints = &mut draft.tendons[index].joints;
+        if let Some(at) = joints.iter().position(|(joint, _)| joint == name) {
+            let (_, path) = joints.remove(at);
+            shorten(draft, index, length(&path, coordinate));
+        }
+    }
+    for spring in &mut draft.springs {
+        if let Some(at) = spring.joints.iter().position(|(joint, _)| joint == name) {
+            spring.rest -= spring.joints.remove(at).1 * coordinate;
+        }
+    }
+    draft.springs.retain(|spring| !spring.joints.is_empty());
     let Some(joint) = draft.joints.iter_mut().find(|joint| joint.name == name) else { return };
     let axis = Vec3::from_array(joint.axis).normalize_or_zero();
     if coordinate != 0.0 {

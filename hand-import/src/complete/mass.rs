@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use palmares_models::hand::Inertia;
+use palmares_models::measure::HandLimits;
 use palmares_models::{Mat3, Vec3};
 
 use crate::decision::{At, Log};
@@ -26,11 +27,19 @@ pub(crate) fn complete(draft: &mut Draft, meshes: &Meshes, log: &mut Log) {
             link.inertial = None;
         }
     }
+    let least = HandLimits::default().least_link_mass_kg;
     for body in bodies(draft) {
         let links = || draft.links.iter().filter(|link| body.contains(&link.name));
         let mass: f64 = links().filter_map(|link| link.inertial).map(|inertial| inertial.mass).sum();
-        if mass > 0.0 || is_coupler(draft, &body) {
+        if mass >= least || is_coupler(draft, &body) {
             continue;
+        }
+        if mass > 0.0
+            && let Some(name) = body.iter().next()
+        {
+            let text =
+                format!("weighs {mass:.3e} kg, less than the {least} kg that a link of a hand may have");
+            log.guessed(At::Link(name.clone()), format!("link '{name}'"), text);
         }
         let volumes: BTreeMap<String, f64> =
             links().map(|link| (link.name.clone(), volume(link, meshes))).filter(|(_, v)| *v > 0.0).collect();
@@ -49,8 +58,9 @@ pub(crate) fn complete(draft: &mut Draft, meshes: &Meshes, log: &mut Log) {
             continue;
         }
         for (name, volume) in volumes {
-            let mass = DENSITY * volume;
-            let text = format!("has no mass; taken are {mass:.4} kg, its shapes at {DENSITY} kg/m³");
+            let mass = (DENSITY * volume).max(LIGHT.0);
+            let text =
+                format!("has no mass; taken are {mass:.4} kg, its shapes at {DENSITY} kg/m³, at least 1 g");
             log.guessed(At::Link(name.clone()), format!("link '{name}'"), text);
             if let Some(link) = draft.links.iter_mut().find(|link| link.name == name) {
                 let inertial = link.inertial.unwrap_or_default();

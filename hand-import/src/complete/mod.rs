@@ -1,13 +1,16 @@
 //! Makes of a draft a hand that Palmares can load: fills what is missing, replaces what a hand does not have.
 //!
 //! 1. `tree.rs`: one tree with unique names.
-//! 2. `joints.rs`: ball joints become hinges, couplings linear, limits consistent.
+//! 2. `joints.rs`: ball joints become hinges, couplings linear, limits consistent. `followers.rs`: springs, tendons and motors of
+//!    a joint that follows another belong to its leader.
 //! 3. `shapes.rs`: shapes that touch. Joints without any are fixed. `mass.rs`: masses of moving links.
-//! 4. `motors.rs`: a motor for each actuator, and tendons between motors and joints.
+//! 4. `motors.rs`: tendons with their motors. `servos.rs`: motors of one joint.
 
+mod followers;
 mod joints;
 mod mass;
 mod motors;
+mod servos;
 mod shapes;
 mod tree;
 
@@ -18,6 +21,7 @@ use crate::options::Options;
 use crate::source::Source;
 
 pub(crate) use motors::{Motor, Wound};
+pub(crate) use servos::{Servo, ServoNumbers};
 
 /// A draft without gaps.
 pub(crate) struct Complete {
@@ -28,17 +32,26 @@ pub(crate) struct Complete {
     /// In the order of the source.
     pub(crate) motors: Vec<Motor>,
     pub(crate) tendons: Vec<Wound>,
+    /// In the order of the source.
+    pub(crate) servos: Vec<Servo>,
 }
 
 /// Completes a draft.
 pub(crate) fn complete(mut draft: Draft, source: &Source, options: &Options, log: &mut Log) -> Complete {
     tree::check(&mut draft, log);
     joints::complete(&mut draft, log);
+    followers::complete(&mut draft, log);
     shapes::complete(&mut draft, options, log);
     let meshes = meshes::convert(&mut draft, source, log);
     joints::idle(&mut draft, log);
+    // Only shapes can touch.
+    let touches = |name: &String| draft.links.iter().any(|l| l.name == *name && !l.collisions.is_empty());
+    let touching = |pair: &[String; 2]| pair.iter().all(touches);
+    let exclusions: Vec<[String; 2]> =
+        draft.exclusions.iter().filter(|pair| touching(pair)).cloned().collect();
+    draft.exclusions = exclusions;
     mass::complete(&mut draft, &meshes, log);
     let inertia_from_shapes = mass::implausible(&draft, log);
-    let (motors, tendons) = motors::complete(&mut draft, log);
-    Complete { draft, meshes, inertia_from_shapes, motors, tendons }
+    let (motors, tendons, servos) = motors::complete(&mut draft, log);
+    Complete { draft, meshes, inertia_from_shapes, motors, tendons, servos }
 }

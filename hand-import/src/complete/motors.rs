@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 
 use palmares_models::measure::HandLimits;
 
+use super::followers::length;
+use super::servos::{self, Servo};
 use crate::decision::{At, Log};
-use crate::draft::{Actuator, Draft, Drive, Joint, JointKind, Tendon, TendonPath};
+use crate::draft::{Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 
 /// A motor of the written hand.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,20 +45,12 @@ impl Wound {
     /// The motor of a tendon that a transmission of the URDF can state: one motor, constant moment arms.
     pub(crate) fn motor_in_urdf(&self) -> Option<&str> {
         match self.motors.as_slice() {
-            [(motor, weight)] if *weight == 1.0 && self.paths.is_empty() && self.rest == 0.0 => Some(motor),
+            [(motor, weight)] if *weight == 1.0 && self.paths.is_empty() => Some(motor),
             _ => None,
         }
     }
 }
 
-/// Speed of a servo that states none.
-const SPEED: (f64, f64) = (3.0, 0.1);
-/// Largest force of a servo that states none.
-const FORCE: (f64, f64) = (1.0, 20.0);
-/// Error of position at which a servo has its largest force.
-const ERROR: (f64, f64) = (0.05, 5e-4);
-/// Damping over stiffness of a servo, s.
-const LAG: f64 = 0.02;
 /// Part of its travel by which a tendon stretches at its largest tension.
 const STRETCH: f64 = 0.002;
 /// Largest speed of a tendon's motor, 1/s: it closes in half a second.
@@ -69,13 +63,17 @@ const SPRING_LAG: f64 = 0.05;
 const DAMPING: (f64, f64) = (0.01, 5.0);
 
 /// The motors and tendons of a draft.
-pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wound>) {
+pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wound>, Vec<Servo>) {
     let kept = draft.settings.is_some();
     if draft.actuators.is_empty() && !kept {
-        servos_everywhere(draft, log);
+        servos::everywhere(draft, log);
     }
+    if !kept {
+        stand_ins(draft, log);
+    }
+    let servos = servos::complete(draft, log);
+    let mut driven: BTreeSet<String> = servos.iter().map(|servo| servo.joint.clone()).collect();
     let (mut motors, mut wound) = (Vec::new(), Vec::new());
-    let mut driven = BTreeSet::new();
     for tendon in draft.tendons.clone() {
         if let Some((winding, cable)) = cable(&tendon, draft, log) {
             driven.extend(cable.arms.iter().map(|(joint, _)| joint.clone()));
@@ -88,126 +86,41 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
             wound.push(cable);
         }
     }
-    for actuator in draft.actuators.clone() {
-        let Drive::Joint(name) = &actuator.drive else { continue };
-        let (at, element) = (At::Motor(actuator.name.clone()), format!("actuator '{}'", actuator.name));
-        let Some(joint) = draft.joints.iter().find(|joint| joint.name == *name) else {
-            log.problem(
-                At::Hand,
-                element,
-                format!("drives joint '{name}', which is not there; it is left out"),
-            );
-            continue;
-        };
-        if joint.kind == JointKind::Fixed {
-            log.dropped(At::Hand, element, format!("drives joint '{name}', which is fixed"));
-            continue;
-        }
-        if let Some(coupling) = draft.couplings.iter().find(|coupling| coupling.joint == *name) {
-            let text = format!("drives joint '{name}', which follows '{}'", coupling.leader);
-            log.dropped(At::Hand, element, text);
-            continue;
-        }
-        if kept {
-            continue;
-        }
-        let (motor, servo) = servo(&actuator, joint, &at, &element, log);
-        driven.insert(name.clone());
-        motors.push(motor);
-        wound.push(servo);
-    }
     driven.extend(draft.springs.iter().flat_map(|spring| &spring.joints).map(|(joint, _)| joint.clone()));
     if !kept {
         dampers(draft, &driven, log);
         without_place(draft, log);
     }
-    (motors, wound)
+    (motors, wound, servos)
 }
 
-/// One motor for each joint that moves by itself.
-fn servos_everywhere(draft: &mut Draft, log: &mut Log) {
-    let follows: BTreeSet<&str> = draft.couplings.iter().map(|coupling| coupling.joint.as_str()).collect();
-    let own = |joint: &&Joint| joint.kind != JointKind::Fixed && !follows.contains(joint.name.as_str());
-    let names: Vec<String> = draft.joints.iter().filter(own).map(|joint| joint.name.clone()).collect();
-    if names.is_empty() {
-        log.problem(At::Hand, "robot", "has no joint that moves");
-        return;
+/// Takes out gains and dampings that no hand may have: descriptions for pictures copy them from one kind of joint to another.
+fn stand_ins(draft: &mut Draft, log: &mut Log) {
+    let limits = HandLimits::default();
+    let mut check = |value: &mut Option<f64>, what: &str, most: f64, at: At, element: String| {
+        if let Some(x) = value.take_if(|x| *x > most) {
+            log.guessed(
+                at,
+                element,
+                format!("states {what} {x}, more than the {most} that a hand may have: a stand-in"),
+            );
+        }
+    };
+    for joint in &mut draft.joints {
+        let most = of_kind(joint, (limits.joint_damping_nms_rad, limits.slide_damping_ns_m));
+        let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
+        check(&mut joint.damping, "the damping", most, at, element);
     }
-    let text = format!("names no motor; each of its {} independent joints gets one of its own", names.len());
-    log.guessed(At::Hand, "robot", text);
-    draft.actuators.extend(names.iter().map(|name| Actuator::of(name, Drive::Joint(name.clone()))));
+    for actuator in &mut draft.actuators {
+        let (at, element) = (At::Motor(actuator.name.clone()), format!("actuator '{}'", actuator.name));
+        check(&mut actuator.gain, "the gain", limits.tendon_stiffness, at.clone(), element.clone());
+        check(&mut actuator.damping, "the damping", limits.tendon_damping, at, element);
+    }
 }
 
 /// Value for a joint that turns, or for one that slides.
-fn of_kind(joint: &Joint, (turns, slides): (f64, f64)) -> f64 {
+pub(super) fn of_kind(joint: &Joint, (turns, slides): (f64, f64)) -> f64 {
     if joint.kind == JointKind::Prismatic { slides } else { turns }
-}
-
-/// A motor that turns one joint from its lower limit at σ = 0 to its upper one at σ = 1.
-fn servo(actuator: &Actuator, joint: &Joint, at: &At, element: &str, log: &mut Log) -> (Motor, Wound) {
-    let mut guesses = Vec::new();
-    let mut or = |value: Option<f64>, name: &str, guess: f64| {
-        value.filter(|x| x.is_finite() && *x > 0.0).unwrap_or_else(|| {
-            guesses.push(format!("{name} {guess:.4}"));
-            guess
-        })
-    };
-    let limits = HandLimits::default();
-    let [low, high] = joint.limits.unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
-    let range = high - low;
-    // Descriptions for pictures state 100 or 1000 as a stand-in.
-    let most = of_kind(joint, (limits.joint_torque_nm, limits.slide_force_n)).min(limits.tendon_force);
-    let stated = actuator.force_limit.or(joint.effort);
-    if let Some(force) = stated.filter(|force| *force > most && force.is_finite()) {
-        let text = format!(
-            "states the largest force {force}, more than the {most} that a hand may have: a stand-in"
-        );
-        log.guessed(at.clone(), element, text);
-    }
-    let stated = stated.filter(|force| *force <= most);
-    let force = or(stated, "largest force", of_kind(joint, FORCE));
-    let fastest = (limits.motor_speed_per_s * range).min(limits.motor_power_w / force);
-    let stated = actuator.speed_limit.or(joint.velocity);
-    if let Some(speed) = stated.filter(|speed| *speed > fastest && speed.is_finite()) {
-        let text =
-            format!("states the largest speed {speed}, more than the {fastest:.4} that a hand may have");
-        log.guessed(at.clone(), element, text);
-    }
-    let stated = stated.filter(|speed| *speed <= fastest);
-    let speed = or(stated, "largest speed", of_kind(joint, SPEED).min(fastest));
-    let stiffness = or(actuator.gain, "stiffness", force / of_kind(joint, ERROR));
-    let damping = match actuator.damping.filter(|b| *b > 0.0) {
-        Some(damping) => damping,
-        None if joint.damping.is_some_and(|d| d > 0.0) => 0.0,
-        None => or(None, "damping", LAG * stiffness),
-    };
-    if !guesses.is_empty() {
-        log.guessed(
-            at.clone(),
-            element,
-            format!("its servo on joint '{}' has {}", joint.name, guesses.join(", ")),
-        );
-    }
-    let motor = Motor {
-        name: actuator.name.clone(),
-        scaling: range,
-        offset: -low / range,
-        speed_limit: speed / range,
-    };
-    let servo = Wound {
-        name: joint.name.clone(),
-        motors: vec![(actuator.name.clone(), 1.0)],
-        arms: vec![(joint.name.clone(), 1.0)],
-        paths: Vec::new(),
-        rest: 0.0,
-        stiffness,
-        damping,
-        force_limit: force,
-        both_ways: true,
-        hold_limit: None,
-        breakaway: false,
-    };
-    (motor, servo)
 }
 
 /// A tendon with its motors.
@@ -233,7 +146,17 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
         .iter()
         .map(|(joint, path)| limits_of(joint).map(|q| length(path, q)).into_iter().fold(f64::MIN, f64::max))
         .sum();
-    let travel = if closed > at_rest { closed - at_rest } else { 1.0 };
+    let actuator_of = |motor: &str| draft.actuators.iter().find(|actuator| actuator.name == motor);
+    let first = tendon.motors.first().and_then(|(motor, _)| actuator_of(motor));
+    let commands = first.filter(|_| tendon.motors.len() == 1).and_then(|actuator| actuator.range);
+    let commands = commands.filter(|[from, to]| from != to && tendon.rest.is_none());
+    // A motor's commands are lengths of its own; its weight makes them the tendon's.
+    let weight = tendon.motors.first().map_or(1.0, |(_, weight)| *weight);
+    let [from, to] = match commands {
+        Some(commands) => commands.map(|length| weight * length),
+        None => [at_rest, if closed > at_rest { closed } else { at_rest + 1.0 }],
+    };
+    let travel = (to - from).abs();
     let mut guesses = Vec::new();
     let mut or = |value: Option<f64>, name: &str, guess: f64| {
         value.filter(|x| x.is_finite() && *x > 0.0).unwrap_or_else(|| {
@@ -264,27 +187,30 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let most = limits.tendon_force.min(limits.joint_torque_nm / largest);
     let tension =
         middle(springs.collect()).or_else(|| middle(efforts.collect())).unwrap_or(TENSION).min(most);
-    let actuator_of = |motor: &str| draft.actuators.iter().find(|actuator| actuator.name == motor);
-    let first = tendon.motors.first().and_then(|(motor, _)| actuator_of(motor));
     let force = or(tendon.force_limit.or(first.and_then(|a| a.force_limit)), "largest tension", tension);
     let stiffness = or(tendon.stiffness, "stiffness", force / (STRETCH * travel));
     let weights: f64 = tendon.motors.iter().map(|(_, weight)| weight.abs()).sum();
-    let scaling = travel / if weights > 0.0 { weights } else { 1.0 };
+    let scaling = match commands {
+        Some([from, to]) => to - from,
+        None => (to - from) / if weights > 0.0 { weights } else { 1.0 },
+    };
+    let (offset, wound_at_0) = counted([from, to]);
     let fastest = limits.motor_speed_per_s.min(limits.motor_power_w / (force * travel));
     let mut motors = Vec::new();
     for (name, _) in &tendon.motors {
         let actuator = actuator_of(name);
-        let (scaling, offset) = match actuator.and_then(|a| a.range).filter(|[low, high]| low < high) {
-            Some([low, high]) => (high - low, -low / (high - low)),
-            None => (scaling, -at_rest / travel),
-        };
-        let speed = actuator.and_then(|a| a.speed_limit).map(|speed| speed / scaling);
+        // Several motors each have a range of their own.
+        let own = actuator.and_then(|a| a.range).filter(|[low, high]| tendon.motors.len() > 1 && low < high);
+        let (scaling, offset) =
+            own.map_or((scaling, offset), |[low, high]| (high - low, -low / (high - low)));
+        let speed = actuator.and_then(|a| a.speed_limit).map(|speed| speed / scaling.abs());
         let speed = or(speed.filter(|speed| *speed <= fastest), "speed limit", CLOSING.min(fastest));
         motors.push(Motor { name: name.clone(), scaling, offset, speed_limit: speed });
     }
     if !guesses.is_empty() && draft.settings.is_none() {
         let winds = match motors.len() {
             0 => "it is passive",
+            1 if commands.is_some() => "its motor winds over the range of its command",
             1 => "its motor winds from the springs' rest at σ = 0 to the joints' limits at σ = 1",
             _ => "its motors together wind from the springs' rest to the joints' limits",
         };
@@ -307,7 +233,7 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
         motors: tendon.motors.clone(),
         arms,
         paths,
-        rest: tendon.rest.unwrap_or_default() - constant,
+        rest: tendon.rest.unwrap_or_default() + if motors.is_empty() { 0.0 } else { wound_at_0 } - constant,
         stiffness,
         damping: tendon.damping.unwrap_or_default(),
         force_limit: force,
@@ -318,27 +244,18 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     Some((motors, wound))
 }
 
+/// The offset of a motor that winds from one length to another, and the length wound without it: a range far from 0 counts from
+/// its first end, as the offset would be many ranges.
+pub(super) fn counted([from, to]: [f64; 2]) -> (f64, f64) {
+    if from.abs() > (to - from).abs() { (0.0, from) } else { (-from / (to - from), 0.0) }
+}
+
 /// Whether a path never changes the tendon's length.
 fn is_flat(path: &TendonPath) -> bool {
     match path {
         TendonPath::Arm(r) => *r == 0.0,
         TendonPath::Polynomial(coefficients) => coefficients.iter().skip(1).all(|c| *c == 0.0),
         TendonPath::Table(points) => points.windows(2).all(|pair| pair[0][1] == pair[1][1]),
-    }
-}
-
-/// Length that a joint at q takes up.
-fn length(path: &TendonPath, q: f64) -> f64 {
-    match path {
-        TendonPath::Arm(r) => r * q,
-        TendonPath::Polynomial(coefficients) => coefficients.iter().rev().fold(0.0, |sum, c| sum * q + c),
-        TendonPath::Table(points) => {
-            let after = points.partition_point(|[x, _]| *x <= q).clamp(1, points.len().max(2) - 1);
-            match (points.get(after - 1), points.get(after)) {
-                (Some([a, s]), Some([b, t])) if b > a => s + (t - s) * (q - a) / (b - a),
-                _ => 0.0,
-            }
-        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! A hand as an MJCF document: the tree of its URDF, with the numbers of the loaded hand.
 //!
 //! `<custom>` has what MJCF has no place for and the reader of this crate understands: the motors of a tendon, its constant moment
-//! arms where others change with the angle, the name of a link between two joints.
+//! arms where others change with the angle, the name of a link between two joints, effort and velocity of a joint's servo.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -41,8 +41,13 @@ pub(super) fn document(complete: &Complete, hand: &Hand, log: &mut Log) -> Strin
         let _ = writeln!(out, "  <!-- {text} -->");
     }
     out.push_str("  <compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\" balanceinertia=\"true\"/>\n");
-    // Tendons are stiff: an implicit integrator.
-    out.push_str("  <option integrator=\"implicitfast\" cone=\"elliptic\"/>\n");
+    // Tendons are stiff and links light. The integrator is implicit in position and velocity, limits and couplings are nearly rigid.
+    out.push_str(
+        "  <!-- `discrete` needs MuJoCo 4; with an earlier one: implicitfast, and timestep=\"0.0002\" -->\n",
+    );
+    out.push_str("  <option integrator=\"discrete\" cone=\"elliptic\"/>\n");
+    out.push_str("  <default>\n    <joint solimplimit=\"0.9999 0.9999 0.001\"/>\n");
+    out.push_str("    <equality solimp=\"0.999 0.999 0.001\"/>\n  </default>\n");
     if !meshes.is_empty() {
         out.push_str("  <asset>\n");
         for ((file, scale), name) in &meshes {
@@ -156,6 +161,13 @@ impl<'a> Writer<'a> {
         let _ = write!(self.out, "{indent}  <joint name=\"{}\" type=\"{kind}\"", escaped(&joint.name));
         if body_from_joint.translation != Vec3::ZERO {
             let _ = write!(self.out, " pos=\"{}\"", vector(body_from_joint.translation));
+        }
+        let limits = [("effort", joint.effort), ("velocity", joint.velocity)];
+        let limits =
+            limits.into_iter().filter_map(|(name, x)| Some(format!("{name}={:?}", x.filter(|x| *x > 0.0)?)));
+        let limits: Vec<String> = limits.collect();
+        if !limits.is_empty() {
+            self.texts.push((format!("limit:{}", joint.name), limits.join(" ")));
         }
         let _ = write!(self.out, " axis=\"{}\"", vector(axis));
         match joint.limits.filter(|_| joint.kind != JointKind::Continuous) {
@@ -299,8 +311,11 @@ impl<'a> Writer<'a> {
                 let far = if tendon.both_ways { tendon.rest } else { FAR };
                 return_spring(tendon.stiffness, tendon.damping, tendon.rest, far)
             } else {
-                let low = if tendon.both_ways { -limit } else { 0.0 };
-                (1.0, format!(" actuatorfrclimited=\"true\" actuatorfrcrange=\"{low:?} {limit:?}\""))
+                // The damping is the tendon's: MuJoCo would clamp an actuator's before its implicit step, and oscillate.
+                let (low, damping) = (if tendon.both_ways { -limit } else { 0.0 }, tendon.damping);
+                let damping =
+                    if damping == 0.0 { String::new() } else { format!(" damping=\"{damping:?}\"") };
+                (1.0, format!(" actuatorfrclimited=\"true\" actuatorfrcrange=\"{low:?} {limit:?}\"{damping}"))
             };
             fixed(&mut tendons, &tendon.name, &arms, more);
             self.actuators(tendon, &mut actuators);
@@ -312,8 +327,10 @@ impl<'a> Writer<'a> {
             fixed(&mut tendons, &spring.name, &arms, more);
         }
         let drawn = |name: &str| self.draft.tendons.iter().any(|tendon| tendon.name == name);
-        let stated: Vec<&str> =
-            hand.tendons.iter().map(|t| t.name.as_str()).filter(|name| !drawn(name)).collect();
+        // Servos are imported as what they are.
+        let listed = |name: &str| self.settings.get("tendons").is_some_and(|own| own.get(name).is_some());
+        let stated = hand.tendons.iter().map(|t| t.name.as_str());
+        let stated: Vec<&str> = stated.filter(|name| !drawn(name) && listed(name)).collect();
         if !stated.is_empty() {
             self.texts.push((STATED.to_owned(), stated.join(" ")));
         }
@@ -356,7 +373,7 @@ impl<'a> Writer<'a> {
         arms
     }
 
-    /// ctrl is σ: f = K (rest + Σ w scaling (σ − offset) − s) − b ṡ. The first motor has the cable's law, the others only pull.
+    /// ctrl is σ: f = K (rest + Σ w scaling (σ − offset) − s). The first motor has the cable's law, the others only pull.
     fn actuators(&mut self, tendon: &Tendon, out: &mut String) {
         let hand = self.hand;
         let drawn = self.draft.tendons.iter().find(|other| other.name == tendon.name);
@@ -376,7 +393,7 @@ impl<'a> Writer<'a> {
             let name =
                 if alone(m) { motor.name.clone() } else { format!("{}_of_{}", motor.name, tendon.name) };
             let law = if place == 0 {
-                format!(" biastype=\"affine\" biasprm=\"{:?} {:?} {:?}\"", k * start, -k, -tendon.damping)
+                format!(" biastype=\"affine\" biasprm=\"{:?} {:?} 0\"", k * start, -k)
             } else {
                 String::new()
             };

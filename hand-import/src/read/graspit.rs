@@ -6,8 +6,12 @@
 mod body;
 mod chain;
 mod dofs;
+mod tendons;
 mod transform;
 
+use std::collections::BTreeMap;
+
+use palmares_models::Pose;
 use roxmltree::Node;
 
 use self::body::body;
@@ -42,23 +46,31 @@ pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, Impor
     let palm = child_text(robot, "palm").unwrap_or_default();
     draft.links.push(body("palm", palm, Origin::default(), reading));
     let mut moved: Vec<Vec<Moved>> = children(robot, "dof").map(|_| Vec::new()).collect();
+    let mut frames = BTreeMap::from([("palm".to_owned(), Pose::IDENTITY)]);
     for (k, node) in children(robot, "chain").enumerate() {
-        chain(node, k, &mut moved, &mut draft, reading);
+        chain(node, k, &mut moved, &mut frames, &mut draft, reading);
     }
+    let pulled = tendons::tendons(robot, &frames, &moved, &mut draft, reading);
     for (d, (node, joints)) in children(robot, "dof").zip(moved).enumerate() {
+        if joints.iter().any(|moved| pulled.contains(&moved.joint)) {
+            reading.log.dropped(
+                At::Hand,
+                format!("dof {d}"),
+                "moves a joint that a tendon pulls; it gets no motor",
+            );
+            continue;
+        }
         dofs::dof(node, d, &joints, &mut draft, reading);
     }
     untouched(robot, &mut draft, reading);
-    let silent = ["palm", "dof", "chain", "name", "disableCollision"];
+    let silent = ["palm", "dof", "chain", "name", "disableCollision", "tendon"];
     for other in robot.children().filter(Node::is_element) {
         let tag = other.tag_name().name();
         if !silent.contains(&tag) {
             let text = match tag {
                 "eigenGrasps" => "are directions of GraspIt!'s search, no motors; they are left out",
                 "virtualContacts" => "are for GraspIt!'s grasp quality",
-                "tendon" | "tendonWrapper" => {
-                    "over points of links and cylinders is not read: state its row of R"
-                }
+                "tendonWrapper" => "is a cylinder around which tendons run, which is not read",
                 "filter" => "is a tactile sensor; `[[tactile]]` has a hand's",
                 _ => "is for GraspIt! only",
             };

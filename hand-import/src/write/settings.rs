@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Comments, number};
-use crate::complete::Complete;
+use crate::complete::{Complete, ServoNumbers};
 use crate::decision::At;
 use crate::draft::{JointKind, TendonPath};
 
@@ -11,7 +11,8 @@ use crate::draft::{JointKind, TendonPath};
 pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> String {
     let draft = &hand.draft;
     let mut out = format!("# {head}\n");
-    let motors: Vec<&str> = hand.motors.iter().map(|motor| motor.name.as_str()).collect();
+    let of_joints = hand.servos.iter().map(|servo| servo.motor.as_str());
+    let motors: Vec<&str> = hand.motors.iter().map(|motor| motor.name.as_str()).chain(of_joints).collect();
     let kept = draft.settings.is_some();
     let tables: Vec<&str> = hand.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
     let here = |at: &At| match at {
@@ -40,9 +41,7 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         }
         out.push_str("]\n");
     }
-    if !draft.start.is_empty() {
-        let _ = writeln!(out, "\n[start]\njoints = {}", inline(&draft.start));
-    }
+    start(&mut out, hand);
     for motor in &hand.motors {
         out.push('\n');
         comment(&mut out, comments.at(&At::Motor(motor.name.clone())));
@@ -64,9 +63,9 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
             if !tendon.arms.is_empty() {
                 let _ = writeln!(out, "joints = {}", inline(&tendon.arms));
             }
-            if tendon.rest != 0.0 {
-                let _ = writeln!(out, "rest = {}", number(tendon.rest));
-            }
+        }
+        if tendon.rest != 0.0 {
+            let _ = writeln!(out, "rest = {}", number(tendon.rest));
         }
         let _ = writeln!(out, "stiffness = {}", number(tendon.stiffness));
         if tendon.damping != 0.0 {
@@ -96,6 +95,7 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
             };
         }
     }
+    servos(&mut out, hand, comments);
     for spring in &draft.springs {
         let _ = writeln!(out, "\n[springs.{}]\njoints = {}", key(&spring.name), inline(&spring.joints));
         let _ = writeln!(out, "stiffness = {}", number(spring.stiffness));
@@ -124,6 +124,75 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         }
     }
     out
+}
+
+/// How the hand begins, as far as its joints and motors are still there.
+fn start(out: &mut String, hand: &Complete) {
+    let draft = &hand.draft;
+    let follows = |name: &str| draft.couplings.iter().any(|coupling| coupling.joint == name);
+    let moves = |name: &str| draft.joints.iter().any(|j| j.name == name && j.kind != JointKind::Fixed);
+    let motor = |name: &str| {
+        hand.motors.iter().any(|motor| motor.name == name) || hand.servos.iter().any(|s| s.motor == name)
+    };
+    let (mut joints, mut motors) = (draft.start.joints.clone(), draft.start.motors.clone());
+    joints.retain(|(name, _)| moves(name) && !follows(name));
+    motors.retain(|(name, _)| motor(name));
+    if joints.is_empty() && motors.is_empty() {
+        return;
+    }
+    out.push_str("\n[start]\n");
+    for (field, list) in [("joints", joints), ("motors", motors)] {
+        if !list.is_empty() {
+            let _ = writeln!(out, "{field} = {}", inline(&list));
+        }
+    }
+}
+
+/// The servos: what all have in common, and what each has of its own.
+fn servos(out: &mut String, hand: &Complete, comments: &mut Comments<'_>) {
+    let pairs = || hand.servos.iter().filter_map(|servo| Some((servo, servo.numbers?)));
+    let same = |of: fn(&ServoNumbers) -> f64| {
+        let mut all = pairs().map(|(_, numbers)| of(&numbers));
+        let first = all.next()?;
+        (pairs().count() > 1 && all.all(|other| other == first)).then_some(first)
+    };
+    let (stiffness, damping) = (same(|servo| servo.stiffness), same(|servo| servo.damping));
+    if stiffness.is_some() || damping.is_some() {
+        out.push_str("\n[every_servo]\n");
+        for (field, value) in [("stiffness", stiffness), ("damping", damping)] {
+            if let Some(value) = value {
+                let _ = writeln!(out, "{field} = {}", number(value));
+            }
+        }
+    }
+    for (servo, numbers) in pairs() {
+        let lines = comments.at(&At::Motor(servo.motor.clone()));
+        let mut own = String::new();
+        if let Some(range) = numbers.range {
+            let _ = writeln!(own, "range = {}", array(&range));
+        }
+        if let Some([effort, velocity]) = numbers.limits {
+            let _ = writeln!(own, "effort = {}\nvelocity = {}", number(effort), number(velocity));
+        }
+        if stiffness.is_none() {
+            let _ = writeln!(own, "stiffness = {}", number(numbers.stiffness));
+        }
+        if damping.is_none() {
+            let _ = writeln!(own, "damping = {}", number(numbers.damping));
+        }
+        if !lines.is_empty() || !own.is_empty() {
+            out.push('\n');
+        }
+        comment(out, lines);
+        // A joint with a tendon has a servo only if its table says so.
+        let of_joint = |(joint, _): &(String, f64)| *joint == servo.joint;
+        let pulled = hand.tendons.iter().any(|tendon| {
+            tendon.arms.iter().any(of_joint) || tendon.paths.iter().any(|(joint, _)| *joint == servo.joint)
+        });
+        if !own.is_empty() || pulled {
+            let _ = write!(out, "[servos.{}]\n{own}", key(&servo.joint));
+        }
+    }
 }
 
 /// Tables for every coordinate and link, as comments to fill in.

@@ -51,6 +51,15 @@ pub(crate) fn urdf(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> 
         }
         out.push_str("  </transmission>\n");
     }
+    for servo in &hand.servos {
+        let (name, joint, motor) = (escaped(&servo.name), escaped(&servo.joint), escaped(&servo.motor));
+        // The numbers are in the joint's <limit> and in hand.toml.
+        let _ = writeln!(
+            out,
+            "  <transmission name=\"{name}\">\n    <type>transmission_interface/SimpleTransmission</type>\n    \
+             <joint name=\"{joint}\"/>\n    <actuator name=\"{motor}\"/>\n  </transmission>"
+        );
+    }
     out.push_str("</robot>\n");
     out
 }

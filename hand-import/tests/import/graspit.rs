@@ -205,6 +205,79 @@ fn a_fixed_link_is_in_the_frame_of_the_joint_before_it() {
 }
 
 #[test]
+fn a_fixed_link_can_have_a_joint_that_it_holds() {
+    let held = "<joint type='Revolute'><theta>d0+90</theta><d>10</d><a>20</a><alpha>0</alpha><minValue>0</minValue>\
+                <maxValue>0</maxValue></joint>";
+    let chain = format!(
+        "<chain>{held}{}<link dynamicJointType='Fixed'>link.xml</link>{LINK}</chain>",
+        revolute("d1", "")
+    );
+    let imported = files(&robot("<dof type='r'/><dof type='r'/>", &chain)).import("claw.xml");
+    no_problems(&imported);
+    has(&imported, Kind::Dropped, "dof 0", "moves no joint");
+    let hand = loaded(&imported);
+    assert_eq!((hand.links.len(), hand.links[0].geoms.len()), (2, 2));
+    near((hand.links[0].geoms[1].link_from_geom.translation - Vec3::new(0.0, 0.02, 0.01)).length(), 0.0);
+    near((hand.base_from_links(&[0.0])[1].translation - Vec3::new(0.0, 0.02, 0.01)).length(), 0.0);
+}
+
+#[test]
+fn a_tendon_over_points_is_a_cable_with_a_motor() {
+    let spring = "<springStiffness>200</springStiffness>";
+    let joints = revolute("d0", spring) + &revolute("d1+20", spring);
+    let point = |chain: i32, link: i32, at: &str| {
+        format!(
+            "<insertionPoint><chain>{chain}</chain><link>{link}</link><position>{at}</position></insertionPoint>"
+        )
+    };
+    // Link frames are 50 mm behind their joints.
+    let points = point(-1, -1, "-40 8 3")
+        + &point(-1, -1, "-10 6 0")
+        + &point(0, 0, "-41 8 2")
+        + &point(0, 0, "-5 7 0")
+        + &point(0, 1, "-45 9 0");
+    let dofs = "<dof type='r'/><dof type='r'/>";
+    let chain = format!("<chain>{joints}{LINK}{LINK}</chain>");
+    let text = robot(dofs, &format!("{chain}<tendon name='Finger 0'>{points}</tendon>"));
+    let imported = files(&text).import("claw.xml");
+    no_problems(&imported);
+    has(&imported, Kind::Dropped, "dof 1", "a tendon pulls");
+    let hand = loaded(&imported);
+    assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.tendons.len()), (2, 1, 1));
+    let distance = |a: [f64; 3], b: [f64; 3]| (Vec3::from_array(a) - Vec3::from_array(b)).length();
+    let turned = |[x, y, z]: [f64; 3], angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        [x * cos - y * sin, x * sin + y * cos, z]
+    };
+    let length = |q: [f64; 2]| {
+        distance([-0.01, 0.006, 0.0], turned([0.009, 0.008, 0.002], q[0]))
+            + distance([-0.005, 0.007, 0.0], turned([0.005, 0.009, 0.0], q[1] + 20f64.to_radians()))
+    };
+    for q in [[0.0, 0.0], [0.4, 0.0], [0.3, 1.1], [1.5, 0.7]] {
+        // The motor takes the cable in by as much as it gets shorter.
+        let shorter = length([0.0, 0.0]) - length(q);
+        let off = hand.tendons[0].length(&q) - hand.tendons[0].length(&[0.0, 0.0]) - shorter;
+        assert!(off.abs() < 2e-7, "{q:?}: {off}");
+    }
+    // Over joints without springs, over two joints at once, and around a cylinder it is left out by name.
+    let wrapper = "<tendonWrapper><chain>0</chain><link>0</link></tendonWrapper>";
+    let bare = format!("<chain>{}{}{LINK}{LINK}</chain>", revolute("d0", ""), revolute("d1", ""));
+    let far = point(-1, -1, "0 9 0") + &point(0, 1, "0 9 0");
+    for (chain, points, extra, reason) in [
+        (&bare, &points, "", "no spring"),
+        (&chain, &far, "", "straight over 2 joints"),
+        (&chain, &points, wrapper, "<tendonWrapper>"),
+        (&chain, &point(7, 0, "0 0 0"), "", "not read"),
+        (&chain, &String::new(), "", "over no joint"),
+    ] {
+        let text = robot(dofs, &format!("{chain}<tendon name='Finger 0'>{points}</tendon>{extra}"));
+        let imported = files(&text).import("claw.xml");
+        has(&imported, Kind::Dropped, "tendon 'Finger 0'", reason);
+        assert_eq!(loaded(&imported).motors.len(), 2);
+    }
+}
+
+#[test]
 fn geometry_has_its_own_scale_and_offset() {
     let body = BODY.replace(
         "</root>",
@@ -267,6 +340,22 @@ fn slides_springs_and_starts_have_their_units() {
     near(hand.base_from_links(&[0.0, 0.0])[1].translation.z, 0.008);
     let settings = String::from_utf8(imported.files[Path::new("hand.toml")].clone()).expect("text");
     assert!(settings.contains("[start]\njoints = { chain0_joint1 = 0.349"), "{settings}");
+}
+
+#[test]
+fn gains_of_another_kind_of_joint_are_stand_ins() {
+    let joint = "<joint type='Prismatic'><theta>0</theta><d>d0</d><a>0</a><alpha>0</alpha><minValue>0</minValue>\
+                 <maxValue>20</maxValue><viscousFriction>1e+8</viscousFriction></joint>";
+    let dof = "<dof type='r'><maxEffort>2e+7</maxEffort><Kp>1e+11</Kp><Kd>1e+7</Kd></dof>";
+    let text =
+        robot(dof, &format!("<chain>{joint}<link dynamicJointType='Prismatic'>link.xml</link></chain>"));
+    let imported = files(&text).import("claw.xml");
+    no_problems(&imported);
+    has(&imported, Kind::Guessed, "joint 'chain0_joint0'", "the damping 100000");
+    has(&imported, Kind::Guessed, "actuator 'd0'", "the gain 100000000");
+    let hand = loaded(&imported);
+    assert!(hand.tendons[0].stiffness <= 1e6 && hand.coordinates[0].damping <= 1e3);
+    near(hand.tendons[0].force_limit, 20.0);
 }
 
 #[test]

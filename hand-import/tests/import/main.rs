@@ -4,6 +4,7 @@ mod graspit;
 mod hostile;
 mod klampt;
 mod meshes;
+mod mjcf;
 mod round_trip;
 mod urdf;
 mod xacro;

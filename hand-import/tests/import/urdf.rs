@@ -159,6 +159,29 @@ fn stand_ins_for_efforts_and_speeds_are_replaced() {
 }
 
 #[test]
+fn figures_that_no_hand_may_have_are_replaced() {
+    let text = finger("").replacen("damping='0.01'", "damping='100'", 1).replace(
+        "<link name='distal'><inertial><mass value='0.05'/>",
+        "<link name='distal'><inertial><mass value='1e-8'/>",
+    );
+    // The second joint never comes to 0: its motor's offset would be beyond its travel.
+    let second = text.rfind("lower='-0.2' upper='1.4'").expect("limits");
+    let text = format!("{}lower='-1.4' upper='-0.2'{}", &text[..second], &text[second + 24..]);
+    let imported = Source::new(&[("claw.urdf", &text)]).import("claw.urdf");
+    no_problems(&imported);
+    has(&imported, Kind::Guessed, "joint 'base'", "the damping 100");
+    has(&imported, Kind::Guessed, "link 'distal'", "weighs 1.000e-8 kg");
+    let hand = loaded(&imported);
+    assert!(hand.coordinates[0].damping < 5.0);
+    near(hand.links[2].inertia.mass, 0.016);
+    let drive = hand.tendons.iter().find(|tendon| tendon.name == "tip").expect("a drive");
+    for (sigma, angle) in [(0.0, -1.4), (0.5, -0.8), (1.0, -0.2)] {
+        near(drive.wound(&hand.motors, |_| sigma), angle);
+    }
+    assert!(hand.motors.iter().all(|motor| motor.offset.abs() <= 1.0));
+}
+
+#[test]
 fn limits_of_a_mimic_that_contradict_its_leader_are_named_and_replaced() {
     let joint = "<mimic joint='base' multiplier='-1'/><dynamics damping='0.01'/></joint></robot>";
     let text = finger("").replace("<dynamics damping='0.01'/></joint></robot>", joint);

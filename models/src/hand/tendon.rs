@@ -79,11 +79,6 @@ impl Tendon {
         self.hold_limit.unwrap_or(self.force_limit)
     }
 
-    /// Largest force at rest: f_max where a clutch lets go, else what it holds.
-    pub fn most_at_rest(&self) -> f64 {
-        if self.breakaway { self.force_limit } else { self.most_held() }
-    }
-
     /// s(q), in the tendon's unit.
     pub fn length(&self, q: &[f64]) -> f64 {
         let mut s: f64 = self.moment_arms.iter().map(|&(c, r)| r * q[c]).sum();

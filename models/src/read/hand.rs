@@ -222,6 +222,7 @@ fn build(
     hand.no_collision.dedup();
     let mut warnings = std::mem::take(&mut report.warnings);
     warnings.extend(oddities(&hand, &report.file));
+    warnings.extend(springs::open_pins(&hand, &rest, at));
     let sources = Sources { urdf: report.file.clone(), settings: at.file.clone(), stated: settings.stated() };
     Ok(Some(Loaded { hand, sources, warnings }))
 }

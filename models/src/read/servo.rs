@@ -65,9 +65,12 @@ pub(crate) fn add(
         let taken = motors.iter().any(|motor| motor.name == *actuator);
         let motor = if taken { name } else { actuator };
         let scaling = to - from;
-        let of_joint =
-            MotorSettings { scaling, offset: -from / scaling, speed_limit: velocity / scaling.abs() };
-        let MotorSettings { scaling, offset, speed_limit } = settings.motors.get(motor).unwrap_or(&of_joint);
+        let stated = settings.motors.get(motor);
+        // A range far from 0 counts from its first end: the offset would be many ranges.
+        let far = stated.is_none() && from.abs() > scaling.abs();
+        let offset = if far { 0.0 } else { -from / scaling };
+        let of_joint = MotorSettings { scaling, offset, speed_limit: velocity / scaling.abs() };
+        let MotorSettings { scaling, offset, speed_limit } = stated.unwrap_or(&of_joint);
         motors.push(Motor {
             name: motor.clone(),
             scaling: *scaling,
@@ -77,7 +80,7 @@ pub(crate) fn add(
         tendons.push(Tendon {
             name: in_urdf.map_or(name, |servo| &servo.name).clone(),
             motors: vec![(motors.len() - 1, 1.0)],
-            rest: 0.0,
+            rest: if far { from } else { 0.0 },
             moment_arms: vec![(c, 1.0)],
             elements: Vec::new(),
             both_ways: true,

@@ -6,8 +6,8 @@ use super::settings::Settings;
 use super::urdf::reduce::Reduced;
 use super::urdf::tree::Urdf;
 use crate::Vec3;
-use crate::error::ModelError;
-use crate::hand::{Linkage, Spring};
+use crate::error::{LoadWarning, ModelError};
+use crate::hand::{Hand, Linkage, Spring};
 
 /// Springs across several joints, by name; those with a problem, which is kept, are left out.
 pub(crate) fn springs(tree: &Urdf, reduced: &Reduced, settings: &Settings, at: &Report) -> Vec<Spring> {
@@ -62,4 +62,18 @@ pub(crate) fn linkages(tree: &Urdf, reduced: &Reduced, settings: &Settings, at: 
 /// The error about a link that is not there.
 pub(super) fn unknown_link(link: &str, element: &str, at: &Report) -> ModelError {
     at.bad(element, format!("names link '{link}'"), "a <link> of the URDF")
+}
+
+/// Pins that no position of the joints within their limits closes; `rest` closes the others.
+pub(crate) fn open_pins(hand: &Hand, rest: &[f64], at: &Report) -> Vec<LoadWarning> {
+    /// Gap above which a pin is open, m.
+    const OPEN: f64 = 1e-4;
+    let gap = |pin: &Linkage| pin.at(hand, rest).gap.length();
+    let open = hand.linkages.iter().map(|pin| (pin, gap(pin))).filter(|(_, gap)| *gap > OPEN);
+    open.map(|(pin, gap)| LoadWarning {
+        file: at.file.clone(),
+        element: format!("[linkages.{}]", pin.name),
+        message: format!("its points are {gap:.2e} m apart, and no position of the joints joins them: are points and limits right?"),
+    })
+    .collect()
 }

@@ -94,8 +94,8 @@ pub(crate) fn start(
         .map(|(m, motor)| {
             let servo = servo_of(m, tendons);
             let placed =
-                servo.filter(|&c| own.joints.contains_key(&coordinates[c].name) || own.sigma.is_none());
-            let of_servo = placed.map(|c| q[c] / motor.scaling + motor.offset);
+                servo.filter(|&(c, _)| own.joints.contains_key(&coordinates[c].name) || own.sigma.is_none());
+            let of_servo = placed.map(|(c, rest)| (q[c] - rest) / motor.scaling + motor.offset);
             let sigma = own.motors.get(&motor.name).copied().or(of_servo).or(own.sigma);
             sigma.unwrap_or(0.0).clamp(0.0, 1.0)
         })
@@ -106,15 +106,15 @@ pub(crate) fn start(
     }
 }
 
-/// The coordinate whose position a motor holds, if it is a servo.
-fn servo_of(motor: usize, tendons: &[Tendon]) -> Option<usize> {
+/// The coordinate whose position a motor holds, if it is a servo, and the position at which it has wound nothing.
+fn servo_of(motor: usize, tendons: &[Tendon]) -> Option<(usize, f64)> {
     let mut own = tendons.iter().filter(|tendon| tendon.motors.iter().any(|(m, _)| *m == motor));
     match (own.next(), own.next()) {
         (Some(tendon), None)
             if tendon.both_ways && tendon.elements.is_empty() && tendon.motors == [(motor, 1.0)] =>
         {
             match tendon.moment_arms.as_slice() {
-                &[(coordinate, 1.0)] => Some(coordinate),
+                &[(coordinate, 1.0)] => Some((coordinate, tendon.rest)),
                 _ => None,
             }
         }

@@ -74,6 +74,20 @@ fn stated_pairs_never_touch() {
 }
 
 #[test]
+fn a_pin_that_cannot_close_is_told() {
+    let warnings = |y: f64| {
+        let toml = format!("[linkages.pin]\nlinks = ['one', 'tip']\npoints = [[0, {y}, 0], [0, 0.01, 0]]\n");
+        let settings = Some((Path::new("hand.toml"), toml.as_str()));
+        let loaded = from_text((Path::new("hand.urdf"), URDF), settings, None, &LoadOptions::default());
+        loaded.expect("a sound hand").warnings
+    };
+    let open = warnings(0.5);
+    let found = open.iter().find(|warning| warning.element == "[linkages.pin]").expect("a warning");
+    assert!(found.message.contains("no position of the joints joins them"), "{found:?}");
+    assert!(warnings(0.04).iter().all(|warning| warning.element != "[linkages.pin]"));
+}
+
+#[test]
 fn wrong_couplings_are_named() {
     let own = format!("[tendons.t]\n{TENDON}");
     refused(

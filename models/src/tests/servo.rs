@@ -158,6 +158,18 @@ fn numbers_of_a_servo_can_be_stated() {
 }
 
 #[test]
+fn a_servo_far_from_zero_counts_from_its_first_end() {
+    let far = urdf("").replace(r#"lower="0" upper="1" effort"#, r#"lower="1.2" upper="1.5" effort"#);
+    let hand = read(&far, "servo_joints = ['b']\n[start]\njoints = { b = 1.35 }").unwrap().hand;
+    let wound = |sigma: f64| hand.tendons[0].wound(&hand.motors, |_| sigma);
+    near(wound(0.0), 1.2);
+    near(wound(1.0), 1.5);
+    near(hand.start.sigma_of(0), 0.5);
+    let excesses = HandLimits::default().excesses(&hand.figures(), &Sources::of_urdf(Path::new("x")));
+    assert!(excesses.iter().all(|excess| !excess.to_string().contains("motor_offset")), "{excesses:?}");
+}
+
+#[test]
 fn a_run_begins_where_the_settings_say() {
     let begin = |start: &str| {
         let hand = read(&urdf(""), &format!("servo_joints = 'all'\n{start}")).unwrap().hand;

@@ -15,8 +15,11 @@ use palmares_models::{Pose, Rotation, Vec3};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::statics::constrained::{ConstrainedEquilibrium, PointConstraint, solve_constrained};
-use palmares_sim::statics::prediction::{Method, solve_loaded, torques};
+use palmares_sim::statics::constrained::{ConstrainedEquilibrium, solve_constrained};
+use palmares_sim::statics::energy::PointConstraint;
+use palmares_sim::statics::loads::torques;
+use palmares_sim::statics::prediction::solve_loaded;
+use palmares_sim::statics::rest::Method;
 use palmares_sim::{Config, Push};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -282,8 +285,8 @@ pub(super) async fn equilibrium(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use palmares_sim::statics::drives::wound_lengths;
     use palmares_sim::statics::equilibrium::ClosedForm;
-    use palmares_sim::statics::prediction::wound_lengths;
     use serde_json::{Value, json};
     use std::sync::Arc;
 

@@ -12,8 +12,10 @@ fn clutches(hand: &Hand) -> impl Iterator<Item = (usize, &Tendon)> {
 pub(crate) fn advance(hand: &Hand, state: &mut State) {
     for (locked, (k, tendon)) in state.locked.iter_mut().zip(clutches(hand)) {
         let wound = tendon.wound(&hand.motors, |motor| state.motors[motor].position);
+        let excess = state.tension[k] - tendon.force_limit;
         *locked = match *locked {
-            None if state.tension[k] >= tendon.force_limit => Some(wound),
+            // Where the force was the largest: the last step has gone beyond.
+            None if excess >= 0.0 => Some(wound - excess / tendon.stiffness),
             Some(at) if wound < at => None,
             kept => kept,
         };
@@ -30,11 +32,18 @@ pub(crate) fn wound(hand: &Hand, tendon: usize, motors: &[MotorState], locked: &
     slot.and_then(|slot| locked[slot]).map_or(wound, |at| at.min(wound))
 }
 
-/// Whether a motor cannot go on in the direction of `change`: a tendon that no load turns back pulls with its largest force.
-pub(crate) fn stalls(hand: &Hand, motor: usize, change: f64, tension: &[f64]) -> bool {
-    let scaling = hand.motors[motor].scaling;
-    hand.tendons.iter().zip(tension).any(|(tendon, f)| {
-        let holds = tendon.hold_limit.is_some() && !tendon.breakaway;
-        holds && f * (tendon.weight(motor) * scaling * change).signum() >= tendon.force_limit
-    })
+/// The part of a motor's `change` of σ that its drives allow: one that no load turns back pulls with its largest force at most. `tension`
+/// is that of the last step.
+pub(crate) fn allowed(hand: &Hand, motor: usize, change: f64, tension: &[f64]) -> f64 {
+    let mut change = change;
+    for (tendon, f) in hand.tendons.iter().zip(tension) {
+        let stiffness = tendon.stiffness * tendon.weight(motor) * hand.motors[motor].scaling;
+        if tendon.hold_limit.is_none() || tendon.breakaway || stiffness * change == 0.0 {
+            continue;
+        }
+        let left = tendon.force_limit - f * (stiffness * change).signum();
+        let most = left.max(0.0) / stiffness.abs();
+        change = change.clamp(-most, most);
+    }
+    change
 }

@@ -173,6 +173,9 @@ const MAX_WORK: u64 = 50_000_000;
 /// Newton's method ends when the torques balance to this part of their magnitudes.
 const BALANCE: f64 = 1e-13;
 
+/// Rounding of the gap of a pin between links of the size of a hand, m.
+const GAP_ROUNDING: f64 = 1e-15;
+
 /// Role of a tendon in a balance of torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pull {
@@ -235,7 +238,7 @@ fn search(
         let mut right = true;
         for (t, tendon) in hand.tendons.iter().enumerate() {
             let f = tendon.stiffness * (s[t] - tendon.length(&q));
-            let clamped = f.clamp(tendon.least_force(), tendon.most_at_rest());
+            let clamped = f.clamp(tendon.least_force(), tendon.most_held());
             let now = if f == clamped { Pull::Taut } else { Pull::Held(clamped) };
             right &= now == pulls[t];
             pulls[t] = now;
@@ -255,7 +258,7 @@ fn search(
 
 /// The equilibrium, if the torques balance.
 fn rest(hand: &Hand, q: Vec<f64>, found: Balance) -> Result<FreeEquilibrium, NoEquilibrium> {
-    if found.residual > 1e-9 * found.size.max(1e-3) || q.iter().any(|q| q.is_nan()) {
+    if found.residual > 1e-9 * found.size.max(1e-3) + found.rounding || q.iter().any(|q| q.is_nan()) {
         return Err(NoEquilibrium { residual: found.residual });
     }
     let coordinates = hand.coordinates.iter().zip(&q).enumerate();
@@ -278,7 +281,7 @@ pub fn elastic_energy(hand: &Hand, s: &[f64], q: &[f64]) -> f64 {
     }
     for (tendon, s) in hand.tendons.iter().zip(s) {
         let stretch = s - tendon.length(q);
-        let f = (tendon.stiffness * stretch).clamp(tendon.least_force(), tendon.most_at_rest());
+        let f = (tendon.stiffness * stretch).clamp(tendon.least_force(), tendon.most_held());
         // ∫f: a parabola, continued linearly where f is clamped.
         energy += f * stretch - 0.5 * f * f / tendon.stiffness;
     }
@@ -340,6 +343,8 @@ struct Balance {
     residual: f64,
     /// Largest torque in it.
     size: f64,
+    /// Torque of pins whose gaps are at the rounding of the links' poses.
+    rounding: f64,
 }
 
 impl Balance {
@@ -366,8 +371,11 @@ impl Balance {
                 }
             }
         }
+        let mut rounding = 0.0;
         for pin in &hand.linkages {
             let (at, k) = (pin.at(hand, q), pin.stiffness);
+            let lever = at.gradient.iter().map(|(_, a)| a.length()).fold(0.0, f64::max);
+            rounding = f64::max(rounding, k * lever * GAP_ROUNDING);
             energy += 0.5 * k * at.gap.length_squared();
             for &(i, a) in &at.gradient {
                 let torque = k * a.dot(at.gap);
@@ -385,7 +393,7 @@ impl Balance {
             let mut row: DVector<f64> = DVector::zeros(n);
             tendon.gradient(q, |c, r| row[c] += r);
             let linear = tendon.stiffness * stretch;
-            let within = linear.clamp(tendon.least_force(), tendon.most_at_rest());
+            let within = linear.clamp(tendon.least_force(), tendon.most_held());
             let pull = match pulls[t] {
                 Pull::Clamped if within == linear => Pull::Taut,
                 Pull::Clamped => {
@@ -417,7 +425,7 @@ impl Balance {
             tension.push(f);
         }
         let residual = gradient.iter().fold(0.0, |most, g| g.abs().max(most));
-        Balance { energy, gradient, hessian, tension, residual, size }
+        Balance { energy, gradient, hessian, tension, residual, size, rounding }
     }
 
     /// `H⁻¹ g`, with H stiffened until it is positive definite, and the number of factorisations; `None` when

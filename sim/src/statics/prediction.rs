@@ -3,13 +3,14 @@
 use crate::bounds::LINK_WORK;
 use crate::command::Push;
 use crate::config::Config;
-use crate::dynamics::jacobian::add_point_force;
-use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoEquilibrium, solve_free_within, stiffness};
-use nalgebra::DVector;
+use crate::statics::drives::wound_slowly;
+use crate::statics::energy::minimum;
+use crate::statics::equilibrium::{ClosedForm, NoClosedForm, solve_free_within};
+use crate::statics::loads::{torque_work, torques};
+use crate::statics::loose::loose;
+use crate::statics::rest::{Equilibrium, Method, NoPrediction, beyond_tendons, spend};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_models::measure::LOOSE;
 
 /// Largest computing of a prediction, in the unit of [`crate::bounds`]: a second. The built-in hands need a
 /// thousandth of it.
@@ -22,45 +23,6 @@ const SETTLED: f64 = 1e-14;
 const NEARLY_SETTLED: f64 = 1e-9;
 /// A joint is at a limit if its springs and tendons pull it this far beyond, rad.
 const BEYOND: f64 = 1e-12;
-
-/// Method by which an equilibrium was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Closed form of adaptive synergies.
-    ClosedForm,
-    /// Newton's method, where the closed form does not hold.
-    Newton,
-}
-
-/// Coordinates and tensions at rest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Equilibrium {
-    /// q, rad or m.
-    pub q: Vec<f64>,
-    /// One per tendon, in its own unit.
-    pub tension: Vec<f64>,
-    /// Method.
-    pub method: Method,
-    /// Features outside the closed form: joints at limits, tendons slack or at limits, varying moment arms.
-    pub beyond_closed_form: Vec<String>,
-}
-
-/// Reason why there is no prediction.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoPrediction {
-    /// There is no stable equilibrium, or none was found.
-    #[error(transparent)]
-    NoEquilibrium(#[from] NoEquilibrium),
-    /// A joint is unconstrained: nothing determines its position.
-    #[error("joint '{0}' has no spring: where it rests depends on how it got there")]
-    Loose(String),
-    /// The search exceeded its budget.
-    #[error("the search for the equilibrium exceeded its computing budget")]
-    WorkExhausted,
-    /// The torques of weight and pushes lead to a cycle.
-    #[error("weight and pushes leave no equilibrium to iterate to")]
-    Unsettled,
-}
 
 /// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: by the closed form if
 /// every tendon is taut and below its limit and no joint is at one, else by Newton's method.
@@ -90,7 +52,7 @@ fn solve_limited_within(
         let (q, tension) = form.solve(s_ref, tau);
         let inside = hand.coordinates.iter().zip(&q).all(|(c, q)| (c.lower..=c.upper).contains(q));
         let taut =
-            hand.tendons.iter().zip(&tension).all(|(t, f)| (t.least_force()..=t.most_at_rest()).contains(f));
+            hand.tendons.iter().zip(&tension).all(|(t, f)| (t.least_force()..=t.most_held()).contains(f));
         if inside && taut {
             return Ok(Equilibrium {
                 q,
@@ -114,68 +76,6 @@ fn solve_limited_within(
         Err(NoClosedForm::NoSpring { .. }) | Ok(_) => {}
     }
     Ok(found)
-}
-
-/// Subtracts work from the remaining budget.
-pub(super) fn spend(left: &mut u64, work: u64) -> Result<(), NoPrediction> {
-    *left = left.checked_sub(work).ok_or(NoPrediction::WorkExhausted)?;
-    Ok(())
-}
-
-/// The tendons that are slack or at their limits.
-pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item = String> {
-    hand.tendons.iter().zip(tension).filter_map(|(t, &f)| {
-        if f.abs() >= t.most_at_rest() {
-            Some(format!("tendon '{}' is at its limit of {}", t.name, t.most_at_rest()))
-        } else if f <= 0.0 && !t.both_ways {
-            Some(format!("tendon '{}' is slack", t.name))
-        } else {
-            None
-        }
-    })
-}
-
-/// The first joint that nothing holds: springs, drives that push and pull, and pins leave the stiffness matrix at rest without a
-/// pivot there.
-pub(super) fn loose(hand: &Hand) -> Option<&str> {
-    if hand.coordinates.iter().all(|c| c.stiffness >= LOOSE) {
-        return None;
-    }
-    let rest = hand.open();
-    let mut e = stiffness(hand);
-    for tendon in hand.tendons.iter().filter(|tendon| tendon.both_ways) {
-        let mut row = vec![0.0; rest.len()];
-        tendon.gradient(&rest, |c, r| row[c] += r);
-        let row = DVector::from_vec(row);
-        e.ger(tendon.stiffness, &row, &row, 1.0);
-    }
-    for pin in &hand.linkages {
-        let gap = pin.at(hand, &rest);
-        for &(i, a) in &gap.gradient {
-            for &(j, b) in &gap.gradient {
-                e[(i, j)] += pin.stiffness * a.dot(b);
-            }
-        }
-    }
-    // Elimination, largest pivot first.
-    let mut left: Vec<usize> = (0..rest.len()).collect();
-    while let Some((at, &pivot)) =
-        left.iter().enumerate().max_by(|a, b| e[(*a.1, *a.1)].total_cmp(&e[(*b.1, *b.1)]))
-    {
-        let size = e[(pivot, pivot)];
-        if size < LOOSE {
-            left.sort_unstable();
-            return Some(hand.coordinates[left[0]].name.as_str());
-        }
-        left.swap_remove(at);
-        for &i in &left {
-            let factor = e[(i, pivot)] / size;
-            for &j in &left {
-                e[(i, j)] -= factor * e[(pivot, j)];
-            }
-        }
-    }
-    None
 }
 
 /// The equilibrium with joints held at limits that they would exceed, by the spring of a limit in a
@@ -232,13 +132,8 @@ fn held_at_limits(
     Err(NoPrediction::Unsettled)
 }
 
-/// Wound length of every tendon at motor positions σ.
-pub fn wound_lengths(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
-    hand.tendons.iter().map(|tendon| tendon.wound(&hand.motors, |motor| sigma[motor])).collect()
-}
-
-/// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Their torques
-/// depend on the links' poses: q = equilibrium(τ(q)) is iterated to its fixed point.
+/// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Motors that no load turns back have gone to σ
+/// slowly before the pushes act: they may have stopped on the way, and clutches may have let go.
 pub fn solve_loaded(
     config: &Config,
     hand: &Hand,
@@ -246,12 +141,37 @@ pub fn solve_loaded(
     sigma: &[f64],
     pushes: &[Push],
 ) -> Result<Equilibrium, NoPrediction> {
-    let s_ref = wound_lengths(hand, sigma);
     let mut left = MAX_WORK;
+    let s_ref =
+        wound_slowly(hand, sigma, |s_ref| solve_wound_within(config, hand, base, s_ref, &[], &mut left))?;
+    solve_wound_within(config, hand, base, &s_ref, pushes, &mut left)
+}
+
+/// The same at wound lengths `s_ref`, one per tendon.
+pub fn solve_wound(
+    config: &Config,
+    hand: &Hand,
+    base: Pose,
+    s_ref: &[f64],
+    pushes: &[Push],
+) -> Result<Equilibrium, NoPrediction> {
+    solve_wound_within(config, hand, base, s_ref, pushes, &mut { MAX_WORK })
+}
+
+/// The torques of pushes and weight depend on the links' poses: q = equilibrium(τ(q)) is iterated to its fixed point. Where that
+/// does not settle, the energy is minimised.
+fn solve_wound_within(
+    config: &Config,
+    hand: &Hand,
+    base: Pose,
+    s_ref: &[f64],
+    pushes: &[Push],
+    left: &mut u64,
+) -> Result<Equilibrium, NoPrediction> {
     let torque_work = torque_work(hand, pushes.len());
     let mut predict = |tau: &[f64]| {
-        spend(&mut left, torque_work)?;
-        solve_limited_within(hand, config.limit_stiffness, &s_ref, tau, &mut left)
+        spend(left, torque_work)?;
+        solve_limited_within(hand, config.limit_stiffness, s_ref, tau, left)
     };
     let mut found = predict(&vec![0.0; hand.coordinates.len()])?;
     if pushes.is_empty() && hand.gravity_compensation {
@@ -260,7 +180,10 @@ pub fn solve_loaded(
     let mut weight = 1.0;
     let mut last = f64::INFINITY;
     for _ in 0..ITERATIONS {
-        let next = predict(&torques(config, hand, base, &found.q, pushes))?;
+        let next = match predict(&torques(config, hand, base, &found.q, pushes)) {
+            Err(NoPrediction::NoEquilibrium(_) | NoPrediction::Unsettled) => break,
+            next => next?,
+        };
         let change = largest_difference(&next.q, &found.q);
         // A strong push on a soft finger oscillates about its fixed point: take smaller steps then.
         if change >= last {
@@ -274,31 +197,10 @@ pub fn solve_loaded(
             return Ok(found);
         }
     }
-    if last < NEARLY_SETTLED { Ok(found) } else { Err(NoPrediction::Unsettled) }
-}
-
-/// Jᵀ of pushes and of uncompensated weight at coordinates q: a torque on each coordinate.
-pub fn torques(config: &Config, hand: &Hand, base: Pose, q: &[f64], pushes: &[Push]) -> Vec<f64> {
-    let mut kin = Kinematics::default();
-    kin.update(hand, base, q);
-    let mut tau = vec![0.0; 6 + hand.coordinates.len()];
-    for push in pushes {
-        let at = kin.pose[push.link].transform_point(push.point);
-        add_point_force(hand, &kin, push.link, at, push.force, 1.0, &mut tau);
+    if last < NEARLY_SETTLED {
+        return Ok(found);
     }
-    if !hand.gravity_compensation {
-        for (i, link) in hand.links.iter().enumerate() {
-            let at = kin.pose[i].transform_point(link.inertia.com);
-            add_point_force(hand, &kin, i, at, config.gravity * link.inertia.mass, 1.0, &mut tau);
-        }
-    }
-    tau.split_off(6)
-}
-
-/// Largest computing of [`torques`]: every force goes down the tree to the base.
-pub(super) fn torque_work(hand: &Hand, pushes: usize) -> u64 {
-    let forces = (hand.links.len() + pushes) as u64;
-    LINK_WORK * hand.links.len() as u64 + 10 * forces * hand.coordinates.len() as u64
+    minimum(config, hand, base, s_ref, pushes)
 }
 
 /// max |aᵢ − bᵢ|

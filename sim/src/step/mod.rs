@@ -42,7 +42,7 @@ use crate::command::{BaseCommand, Command};
 use crate::contact::collide::collide;
 use crate::model::Model;
 use crate::outcome::{PhaseTimer, StepOutcome, StepPhase};
-use crate::state::{BaseReference, MotorState, State};
+use crate::state::{BaseReference, State};
 use drive::Drive;
 use palmares_models::Vec3;
 use work::Work;
@@ -112,11 +112,9 @@ fn actuate(model: &Model, state: &mut State, drive: &mut Drive, command: &Comman
     for (i, motor) in hand.motors.iter().enumerate() {
         let motor_state = &mut state.motors[i];
         let sigma = command.sigma.get(i).copied().unwrap_or(motor_state.command);
-        if clutch::stalls(hand, i, sigma - motor_state.position, &state.tension) {
-            *motor_state = MotorState { command: sigma.clamp(0.0, 1.0), velocity: 0.0, ..*motor_state };
-            continue;
-        }
-        motor::advance(motor, motor_state, sigma, model.config().step_s);
+        motor::advance(motor, motor_state, sigma, model.config().step_s, |change| {
+            clutch::allowed(hand, i, change, &state.tension)
+        });
     }
 }
 

@@ -17,6 +17,7 @@ impl Run {
         let state = self.world.state();
         RunSample {
             motors: state.motors.clone(),
+            locked: state.locked.clone(),
             tension: state.tension.clone(),
             motor_work_j: self.motor_work_j.clone(),
             base: state.base,

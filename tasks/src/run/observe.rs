@@ -51,7 +51,7 @@ impl Run {
                 velocity: Numbers(state.v[6..6 + n].to_vec()),
             },
             contacts: self.observe_contacts(),
-            predicted_equilibrium: Numbers(self.telemetry_model.predict(&state.motors)),
+            predicted_equilibrium: Numbers(self.telemetry_model.predict(&state.motors, &state.locked)),
         }
     }
 

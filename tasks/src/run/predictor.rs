@@ -1,4 +1,4 @@
-//! Equilibrium of the free hand: a function of the motors' positions alone, which another thread than the world's can compute.
+//! Equilibrium of the free hand: a function of the tendons' wound lengths alone, which another thread than the world's can compute.
 
 use palmares_models::hand::Hand;
 use palmares_sim::statics::equilibrium::{ClosedForm, solve_free};
@@ -16,17 +16,15 @@ impl Predictor {
         Predictor { closed_form: ClosedForm::new(&hand).ok(), hand }
     }
 
-    /// Equilibrium of the free hand at these positions of the motors, σ, kept within the joint limits: the closed form
+    /// Equilibrium of the free hand at these wound lengths, one per tendon, kept within the joint limits: the closed form
     /// where there is one. Empty if it is not defined.
-    pub(crate) fn predict(&self, positions: impl Fn(usize) -> f64) -> Vec<f64> {
-        let s: Vec<f64> =
-            self.hand.tendons.iter().map(|tendon| tendon.wound(&self.hand.motors, &positions)).collect();
+    pub(crate) fn predict(&self, s: &[f64]) -> Vec<f64> {
         let free = vec![0.0; self.hand.coordinates.len()];
         let q = match &self.closed_form {
-            Some(form) => form.solve(&s, &free).0,
+            Some(form) => form.solve(s, &free).0,
             None => {
                 let open: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest).collect();
-                match solve_free(&self.hand, &s, &free, &open) {
+                match solve_free(&self.hand, s, &free, &open) {
                     Ok(rest) => rest.q,
                     Err(_) => return Vec::new(),
                 }

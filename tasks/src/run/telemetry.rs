@@ -10,6 +10,7 @@ use palmares_models::hand::fingers::Finger;
 use palmares_models::{Pose, Vec3};
 use palmares_senses::channels::touch;
 use palmares_sim::state::MotorState;
+use palmares_sim::statics::drives::wound_in;
 use palmares_sim::{ContactForce, Model, Owner};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,6 +21,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSample {
     pub(super) motors: Vec<MotorState>,
+    /// Wound lengths at which clutches let go.
+    pub(super) locked: Vec<Option<f64>>,
     pub(super) tension: Vec<f64>,
     pub(super) motor_work_j: Vec<f64>,
     pub(super) base: Pose,
@@ -147,7 +150,7 @@ impl TelemetryModel {
             motors: motors.collect(),
             tension: seen.tension.clone(),
             q: seen.q.clone(),
-            predicted: self.predict(&seen.motors),
+            predicted: self.predict(&seen.motors, &seen.locked),
             fingers: self.fingers.iter().map(|finger| wrench(finger, seen)).collect(),
             touch: self.touch(seen),
             readings: seen.readings.clone(),
@@ -182,8 +185,8 @@ impl TelemetryModel {
     }
 
     /// The predicted equilibrium of the free hand.
-    pub(super) fn predict(&self, motors: &[MotorState]) -> Vec<f64> {
-        self.predictor.predict(|motor| motors[motor].position)
+    pub(super) fn predict(&self, motors: &[MotorState], locked: &[Option<f64>]) -> Vec<f64> {
+        self.predictor.predict(&wound_in(&self.hand, motors, locked))
     }
 }
 

@@ -3,13 +3,15 @@
 use crate::run::predictor::Predictor;
 use palmares_models::Vec3;
 use palmares_models::hand::Hand;
+use palmares_sim::statics::drives::wound_lengths;
 use std::sync::Arc;
 
 /// The grasp centre in the frame of the hand's base, m: amid the fingertips when all motors are half closed and nothing is
 /// touched. The mean of the centres of mass of those links that carry no other.
 pub fn grasp_centre(hand: &Arc<Hand>) -> Vec3 {
     const HALF: f64 = 0.5;
-    let mut q = Predictor::new(Arc::clone(hand)).predict(|_| HALF);
+    let mut q =
+        Predictor::new(Arc::clone(hand)).predict(&wound_lengths(hand, &vec![HALF; hand.motors.len()]));
     if q.is_empty() {
         q = hand.coordinates.iter().map(|c| c.rest).collect();
     }

@@ -16,8 +16,8 @@ use palmares_analysis::hand::{CompliantHand, Posture, Tendons, moment_arms, spri
 use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
-use palmares_sim::statics::constrained::PointConstraint;
-use palmares_sim::statics::prediction::Method;
+use palmares_sim::statics::energy::PointConstraint;
+use palmares_sim::statics::rest::Method;
 use palmares_sim::{Config, Push};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

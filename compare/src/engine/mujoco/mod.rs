@@ -163,7 +163,7 @@ impl MuJoCo {
         }
         for (i, motor) in hand.motors.iter().enumerate() {
             let sigma = command.sigma.get(i).copied().unwrap_or(self.state.motors[i].command);
-            motor::advance(motor, &mut self.state.motors[i], sigma, config.step_s);
+            motor::advance(motor, &mut self.state.motors[i], sigma, config.step_s, |change| change);
         }
         for tendon in &hand.tendons {
             let wound = tendon.wound(&hand.motors, |motor| self.state.motors[motor].position);

@@ -131,7 +131,7 @@ impl HandBody {
         base::advance(config, state.base, &mut state.reference, &command.base);
         for (i, motor) in self.hand.motors.iter().enumerate() {
             let sigma = command.sigma.get(i).copied().unwrap_or(state.motors[i].command);
-            motor::advance(motor, &mut state.motors[i], sigma, config.step_s);
+            motor::advance(motor, &mut state.motors[i], sigma, config.step_s, |change| change);
         }
         for push in &command.pushes {
             if let Some(body) = world.bodies.get_mut(self.bodies[push.link]) {

@@ -1,5 +1,7 @@
 //! A chain of joints and links, from the palm outwards.
 
+use std::collections::BTreeMap;
+
 use palmares_models::{Pose, Rotation, Vec3};
 use roxmltree::Node;
 
@@ -40,11 +42,12 @@ struct ChainJoint {
     dof: Option<(usize, f64)>,
 }
 
-/// Reads a chain, and lists the joints of each degree of freedom.
+/// Reads a chain, and lists the joints of each degree of freedom. `frames` gets GraspIt!'s frame of each link in the draft's.
 pub(super) fn chain(
     node: Node<'_, '_>,
     k: usize,
     moved_by: &mut [Vec<Moved>],
+    frames: &mut BTreeMap<String, Pose>,
     draft: &mut Draft,
     reading: &mut Reading<'_>,
 ) {
@@ -57,28 +60,34 @@ pub(super) fn chain(
         .enumerate()
         .map(|(j, node)| joint(node, format!("chain{k}_joint{j}"), reading))
         .collect();
+    let count_of = |link: Node<'_, '_>| match link.attribute("dynamicJointType").map(str::trim) {
+        Some("Ball") => 3,
+        Some("Universal") => 2,
+        Some("Fixed") => 0,
+        _ => 1,
+    };
+    // In some files a fixed link has a joint, which it holds at 0.
+    let fixed_have_joints = children(node, "link").map(count_of).sum::<usize>() < joints.len();
     let mut joints = joints.into_iter();
     let mut parent = "palm".to_owned();
     for (l, link) in children(node, "link").enumerate() {
         let name = format!("chain{k}_link{l}");
         let kind = link.attribute("dynamicJointType").unwrap_or("Revolute").trim();
-        let count = match kind.to_lowercase().as_str() {
-            "ball" => 3,
-            "universal" => 2,
-            "fixed" => 0,
-            "revolute" | "prismatic" => 1,
-            _ => {
-                let text = format!("link {l} has the unknown dynamicJointType '{kind}'; taken is Revolute");
-                reading.log.problem(At::Hand, &element, text);
-                1
-            }
-        };
+        if !["Ball", "Universal", "Fixed", "Revolute", "Prismatic"].contains(&kind) {
+            let text = format!("link {l} has the unknown dynamicJointType '{kind}'; taken is Revolute");
+            reading.log.problem(At::Hand, &element, text);
+        }
+        let count = count_of(link);
         if count == 0 {
+            let held = if fixed_have_joints { joints.next() } else { None };
+            let (turned, moved) =
+                held.map_or((Pose::IDENTITY, Pose::IDENTITY), |joint| (joint.turned, joint.moved));
+            let origin = at * turned;
             let fixed = Joint::fixed(format!("{name}_fixed"), &parent, &name);
-            draft.joints.push(Joint { origin: Origin::from_pose(&at), ..fixed });
-            in_palm *= at;
+            draft.joints.push(Joint { origin: Origin::from_pose(&origin), ..fixed });
+            in_palm *= origin;
             // The link's frame is the next joint's.
-            at = Pose::IDENTITY;
+            at = moved;
         }
         for i in 0..count {
             let Some(joint) = joints.next() else {
@@ -106,6 +115,7 @@ pub(super) fn chain(
             // The next joint is in the frame after this joint's own lengths.
             at = joint.moved;
         }
+        frames.insert(name.clone(), at);
         let mut body =
             body(&name, link.text().map(str::trim).unwrap_or_default(), Origin::from_pose(&at), reading);
         collisions(link, k, &mut body, draft, reading);

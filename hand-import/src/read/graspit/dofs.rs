@@ -66,7 +66,7 @@ pub(super) fn dof(
     if let Some(start) = start.filter(|x| *x != 0.0) {
         let [low, high] = range.unwrap_or([start; 2]);
         for moved in if kind == "r" { &joints[..1] } else { joints } {
-            draft.start.push((moved.joint.clone(), moved.factor * start.clamp(low, high)));
+            draft.start.joints.push((moved.joint.clone(), moved.factor * start.clamp(low, high)));
         }
     }
     match (kind, breakaway) {

@@ -1,7 +1,9 @@
 //! Tendons and actuators of a document.
 
+use std::collections::BTreeMap;
+
 use super::compile::{Reader, limited};
-use super::inertia::dof_inertia;
+use super::length::arms_at_start;
 use super::model::{Actuator, Model, Path, Target, Tendon, Way};
 use crate::decision::At;
 use crate::read::element::{Element, Notes};
@@ -104,6 +106,15 @@ impl Reader<'_> {
     pub(super) fn actuators(&mut self, root: &Element) {
         for element in root.all("actuator").flat_map(|actuator| &actuator.children) {
             let mut spec = self.defaults.actuator(element, self.log);
+            if let Some(settings) = pid(root, element) {
+                let number = |key: &str| settings.get(key).copied();
+                let ignored: Vec<&str> =
+                    ["ki", "imax"].into_iter().filter(|key| number(key).is_some()).collect();
+                spec.regulates(number("kp").unwrap_or(0.0), number("kd").unwrap_or(0.0), number("slewmax"));
+                let text =
+                    format!("mujoco.pid: a servo has no integral part ({} are left out)", ignored.join(", "));
+                self.log.lost(At::Hand, element, text);
+            }
             let target = if let Some(name) = element.get("joint").or(element.get("jointinparent")) {
                 self.model.joint(name).map(Target::Joint)
             } else if let Some(name) = element.get("tendon") {
@@ -134,15 +145,18 @@ impl Reader<'_> {
             range.filter(|r| flag.unwrap_or(auto) && r[0] < r[1])
         };
         let mut range = on(spec.ctrl_limited, spec.ctrl_range);
-        if spec.inherit_range > 0.0 && range.is_none() {
+        let integrates = spec.kind == "intvelocity";
+        let stated = if integrates { spec.act_range } else { range };
+        if spec.inherit_range > 0.0 && stated.is_none() {
             let moved = match target {
                 Target::Joint(j) => self.model.joints[j].range,
                 Target::Tendon(t) => self.model.tendons[t].range,
             };
-            range = moved.map(|[low, high]| {
+            let inherited = moved.map(|[low, high]| {
                 let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * spec.inherit_range);
                 [middle - half, middle + half]
             });
+            *(if integrates { &mut spec.act_range } else { &mut range }) = inherited;
         }
         spec.ctrl_range = range;
         let own = on(spec.force_limited, spec.force_range);
@@ -160,17 +174,14 @@ impl Reader<'_> {
             (one, other) => one.or(other),
         };
         if let Some(ratio) = spec.damping_ratio.take() {
-            let inertia = match target {
-                Target::Joint(j) => dof_inertia(&self.model, j) / (spec.gear * spec.gear),
-                Target::Tendon(t) => match &self.model.tendons[t].path {
-                    Path::Fixed(joints) => joints
-                        .iter()
-                        .filter(|(_, c)| *c != 0.0)
-                        .map(|&(j, c)| dof_inertia(&self.model, j) / (c * c * spec.gear * spec.gear))
-                        .sum(),
-                    Path::Spatial(_) => 0.0,
-                },
+            let levers: Vec<(usize, f64)> = match target {
+                Target::Joint(joint) => vec![(joint, spec.gear)],
+                Target::Tendon(tendon) => {
+                    let arms = arms_at_start(&self.model, &self.model.tendons[tendon]);
+                    arms.into_iter().map(|(joint, arm)| (joint, spec.gear * arm)).collect()
+                }
             };
+            let inertia = self.inertia(&levers);
             spec.bias[2] = -ratio * 2.0 * (spec.gain.max(0.0) * inertia).sqrt();
             self.log.kept(
                 At::Hand,
@@ -179,4 +190,18 @@ impl Reader<'_> {
             );
         }
     }
+}
+
+/// Settings of a `mujoco.pid` actuator: its own, or those of the instance that it names.
+fn pid(root: &Element, element: &Element) -> Option<BTreeMap<String, f64>> {
+    if element.name != "plugin" || element.get("plugin") != Some("mujoco.pid") {
+        return None;
+    }
+    let plugins = root.all("extension").flat_map(|extension| extension.all("plugin"));
+    let named =
+        |instance: &&Element| element.get("instance").is_some_and(|name| instance.get("name") == Some(name));
+    let instance = plugins.flat_map(|plugin| plugin.all("instance")).find(named);
+    let setting =
+        |config: &Element| Some((config.get("key")?.to_owned(), config.get("value")?.trim().parse().ok()?));
+    Some(instance.unwrap_or(element).all("config").filter_map(setting).collect())
 }

@@ -23,11 +23,15 @@ pub(crate) struct ActuatorSpec {
     pub(crate) gear: f64,
     pub(crate) ctrl_range: Option<[f64; 2]>,
     pub(crate) ctrl_limited: Option<bool>,
+    /// Of the integrated command.
+    pub(crate) act_range: Option<[f64; 2]>,
     pub(crate) force_range: Option<[f64; 2]>,
     pub(crate) force_limited: Option<bool>,
     /// Fraction of the range of what it moves that the control has.
     pub(crate) inherit_range: f64,
     pub(crate) velocity: bool,
+    /// Largest speed of the position that it regulates to, rad/s or m/s.
+    pub(crate) slew: Option<f64>,
 }
 
 impl Default for ActuatorSpec {
@@ -43,10 +47,12 @@ impl Default for ActuatorSpec {
             gear: 1.0,
             ctrl_range: None,
             ctrl_limited: None,
+            act_range: None,
             force_range: None,
             force_limited: None,
             inherit_range: 0.0,
             velocity: false,
+            slew: None,
         }
     }
 }
@@ -93,6 +99,7 @@ impl ActuatorSpec {
         }
         self.ctrl_range = pair(list("ctrlrange")).or(self.ctrl_range);
         self.force_range = pair(list("forcerange")).or(self.force_range);
+        self.act_range = pair(list("actrange")).or(self.act_range);
         let flag = |name: &str, old: Option<bool>| match element.get(name) {
             Some("true") => Some(true),
             Some("false") => Some(false),
@@ -160,6 +167,13 @@ impl ActuatorSpec {
             }
             _ => self.plain_gain = false,
         }
+    }
+
+    /// Makes it a regulator of position.
+    pub(crate) fn regulates(&mut self, proportional: f64, derivative: f64, slew: Option<f64>) {
+        (self.gain, self.bias) = (proportional, [0.0, -proportional, -derivative]);
+        (self.affine, self.plain_gain, self.plain_bias) = (true, true, true);
+        self.slew = slew;
     }
 
     /// b₀, b₁, b₂ of its law.

@@ -5,8 +5,9 @@ use std::path::Path as FilePath;
 use palmares_models::{Mat3, Pose, Vec3};
 
 use super::compiler::{Compiler, FromGeom, z_to};
+use super::copies::{Copies, MOST_COPIES, copies, size};
 use super::defaults::{Attributes, Defaults};
-use super::inertia::{self, dof_inertia};
+use super::inertia::{self, Response};
 use super::mesh::{Mesh, read_meshes};
 use super::model::{Body, Geom, GeomShape, Joint, JointKind, Mass, Model, Site};
 use crate::decision::{At, Log};
@@ -21,8 +22,15 @@ pub(crate) fn compile(source: &Source, main: &FilePath, root: &Element, log: &mu
     let compiler = Compiler::read(root, log);
     let defaults = Defaults::read(root, log);
     let meshes = read_meshes(source, main, root, &compiler, &defaults, log);
-    let mut reader =
-        Reader { compiler: &compiler, defaults: &defaults, meshes: &meshes, log, model: Model::default() };
+    let mut reader = Reader {
+        compiler: &compiler,
+        defaults: &defaults,
+        meshes: &meshes,
+        log,
+        model: Model::default(),
+        copies: Copies::default(),
+        response: None,
+    };
     for text in root.all("custom").flat_map(|custom| custom.all("text")) {
         if let (Some(name), Some(data)) = (text.get("name"), text.get("data")) {
             reader.model.texts.insert(name.to_owned(), data.to_owned());
@@ -41,16 +49,18 @@ pub(crate) fn compile(source: &Source, main: &FilePath, root: &Element, log: &mu
     for world in root.all("worldbody") {
         reader.content(world, 0, Pose::IDENTITY, None);
     }
-    reader.pairs(root);
+    let sections = reader.copies.expanded(root);
+    reader.pairs(&sections);
     reader.masses();
     reader.springs_and_dampers();
-    reader.tendons(root);
-    reader.actuators(root);
-    reader.equalities(root);
-    reader.excludes(root);
+    reader.tendons(&sections);
+    reader.actuators(&sections);
+    reader.equalities(&sections);
+    reader.excludes(&sections);
     reader.keys(root);
     for dropped in ["deformable", "flex", "extension"] {
-        for element in root.all(dropped) {
+        let pid = |plugin: &Element| plugin.get("plugin") == Some("mujoco.pid");
+        for element in root.all(dropped).filter(|element| !element.children.iter().all(pid)) {
             reader.log.lost(
                 At::Hand,
                 element,
@@ -67,6 +77,9 @@ pub(super) struct Reader<'a> {
     pub(super) meshes: &'a [Mesh],
     pub(super) log: &'a mut Log,
     pub(super) model: Model,
+    pub(super) copies: Copies,
+    /// Once something needs it.
+    response: Option<Response>,
 }
 
 impl Reader<'_> {
@@ -95,12 +108,13 @@ impl Reader<'_> {
                         }
                         None => self.pose(&at),
                     };
-                    let name = child.get("name").unwrap_or_default().to_owned();
+                    let name = self.tree_name(child).unwrap_or_default();
                     self.model.sites.push(Site { name, body, pose: frame * pose });
                 }
                 "joint" if body != 0 => self.joint(child, body, frame, class),
                 "freejoint" if body != 0 => self.free(child, body),
-                "replicate" | "composite" | "flexcomp" | "attach" => {
+                "replicate" => self.replicate(child, body, frame, class),
+                "composite" | "flexcomp" | "attach" => {
                     self.log.bad(
                         child,
                         format!(
@@ -114,12 +128,44 @@ impl Reader<'_> {
         }
     }
 
+    /// Copies of the content, each moved by the same step; their names end with their number.
+    fn replicate(&mut self, element: &Element, body: usize, frame: Pose, class: Option<&str>) {
+        let at = self.defaults.of(element, "replicate", None, self.log);
+        let count = copies(element);
+        if self.copies.suffix.is_empty() {
+            self.copies.made = self.copies.made.saturating_add(size(element));
+        }
+        if count == 0 || self.copies.made > MOST_COPIES {
+            self.log
+                .bad(element, format!("count is {count}; valid: 1 to {MOST_COPIES} elements in all copies"));
+            return;
+        }
+        let offset = at.array::<3>("offset", self.log).map_or(Vec3::ZERO, Vec3::from_array);
+        // Of the orientations, MuJoCo takes this one here: each copy turns by its number times the angles.
+        let angles = at.array::<3>("euler", self.log).unwrap_or_default();
+        let separator = element.get("sep").unwrap_or_default();
+        let digits = count.to_string().len();
+        let (outer, mut position) = (self.copies.suffix.clone(), Vec3::ZERO);
+        for number in 0..count {
+            self.copies.suffix = format!("{separator}{number:0digits$}{outer}");
+            let turn = self.compiler.euler_angles(angles.map(|angle| number as f64 * angle));
+            self.content(element, body, frame * Pose::from_parts(position, turn), class);
+            position += turn * offset;
+        }
+        self.copies.suffix = outer;
+    }
+
+    /// The name of an element of the tree; a copy's ends with its number.
+    fn tree_name(&mut self, element: &Element) -> Option<String> {
+        element.get("name").map(|name| self.copies.name(name))
+    }
+
     fn body(&mut self, element: &Element, parent: usize, frame: Pose, class: Option<&str>) {
         let inner = element.get("childclass").or(class);
         let at = self.defaults.of(element, "body", None, self.log);
         let pose = frame * self.pose(&at);
         let index = self.model.bodies.len();
-        let name = element.get("name").map_or_else(|| format!("body_{index}"), str::to_owned);
+        let name = self.tree_name(element).unwrap_or_else(|| format!("body_{index}"));
         if self.model.body(&name).is_some() {
             self.log.bad(element, "has the name of another body");
         }
@@ -141,18 +187,11 @@ impl Reader<'_> {
 
     fn push_joint(&mut self, element: &Element, body: usize, kind: JointKind, at: Vec3, axis: Vec3) -> usize {
         let index = self.model.joints.len();
-        let name = element.get("name").map_or_else(
-            || {
-                let own = &self.model.bodies[body];
-                let number = own.joints.len();
-                if number == 0 {
-                    format!("{}_joint", own.name)
-                } else {
-                    format!("{}_joint_{number}", own.name)
-                }
-            },
-            str::to_owned,
-        );
+        let name = self.tree_name(element).unwrap_or_else(|| {
+            let own = &self.model.bodies[body];
+            let number = own.joints.len();
+            if number == 0 { format!("{}_joint", own.name) } else { format!("{}_joint_{number}", own.name) }
+        });
         self.model.joints.push(Joint {
             name,
             body,
@@ -280,11 +319,12 @@ impl Reader<'_> {
         let contact = [bits("contype", self.log), bits("conaffinity", self.log)];
         let friction = at.list("friction", self.log).and_then(|list| list.first().copied());
         let geom = Geom {
-            name: element.get("name").map(str::to_owned),
+            name: self.tree_name(element),
             body,
             pose: frame * pose,
             shape,
             collides: contact != [0, 0],
+            masks: contact,
             group: at.number("group", self.log).unwrap_or(0.0) as i32,
             friction: friction.unwrap_or(1.0),
             mass: at.number("mass", self.log),
@@ -299,12 +339,13 @@ impl Reader<'_> {
     /// Geoms of an explicit pair touch, whatever their masks say.
     fn pairs(&mut self, root: &Element) {
         for pair in root.all("contact").flat_map(|contact| contact.all("pair")) {
-            for name in ["geom1", "geom2"] {
-                let named = pair.get(name);
-                let found = self.model.geoms.iter_mut().find(|geom| geom.name.as_deref() == named);
-                if let Some(geom) = found {
-                    geom.collides = true;
-                }
+            let geom = |model: &Model, name: &str| {
+                model.geoms.iter().position(|geom| geom.name.as_deref() == Some(name))
+            };
+            let found = ["geom1", "geom2"].map(|name| self.named(pair, name, geom));
+            if let [Some(a), Some(b)] = found {
+                self.model.pairs.push([a, b]);
+                [a, b].into_iter().for_each(|g| self.model.geoms[g].collides = true);
             }
         }
     }
@@ -328,15 +369,16 @@ impl Reader<'_> {
     fn mass(&mut self, index: usize) -> Mass {
         let body = self.model.bodies[index].clone();
         let Some(element) = &body.element else { return Mass::default() };
+        let [low, high] = self.compiler.inertia_groups;
+        let geoms = body.geoms.iter().map(|&g| &self.model.geoms[g]);
+        let counted: Vec<&Geom> = geoms.filter(|g| (low..=high).contains(&g.group)).collect();
+        let from_geoms = self.compiler.inertia_from_geom;
         let stated =
-            element.child("inertial").filter(|_| self.compiler.inertia_from_geom != FromGeom::Always);
+            element.child("inertial").filter(|_| from_geoms != FromGeom::Always || counted.is_empty());
         let mut mass = match stated {
             Some(stated) => self.inertial(stated),
-            None if self.compiler.inertia_from_geom == FromGeom::Never => Mass::default(),
+            None if from_geoms == FromGeom::Never => Mass::default(),
             None => {
-                let [low, high] = self.compiler.inertia_groups;
-                let geoms = body.geoms.iter().map(|&g| &self.model.geoms[g]);
-                let counted: Vec<&Geom> = geoms.filter(|g| (low..=high).contains(&g.group)).collect();
                 if let Some(shell) = counted.iter().find(|geom| geom.shell) {
                     self.log.bad(&shell.element, "shellinertia: the inertia is computed as that of a solid");
                 }
@@ -363,6 +405,12 @@ impl Reader<'_> {
         Mass { mass, com: pose.translation, about_com: inertia::turned(&own, pose.rotation) }
     }
 
+    /// Inertia in the start pose against a force on hinges and slides.
+    pub(super) fn inertia(&mut self, levers: &[(usize, f64)]) -> f64 {
+        let model = &self.model;
+        self.response.get_or_insert_with(|| Response::of(model)).inertia(levers)
+    }
+
     /// `springdamper`: time constant and damping ratio instead of stiffness and damping.
     fn springs_and_dampers(&mut self) {
         for index in 0..self.model.joints.len() {
@@ -370,7 +418,7 @@ impl Reader<'_> {
             let Some(text) = element.get("springdamper") else { continue };
             let Some(&[time, ratio]) = crate::read::numbers::numbers(text).as_deref() else { continue };
             if time > 0.0 && ratio > 0.0 {
-                let inertia = dof_inertia(&self.model, index);
+                let inertia = self.inertia(&[(index, 1.0)]);
                 let joint = &mut self.model.joints[index];
                 joint.stiffness = inertia / (time * time * ratio * ratio);
                 joint.damping = 2.0 * inertia / time;

@@ -146,7 +146,7 @@ impl Compiler {
     }
 
     /// Lower-case axes turn with the frame, upper-case ones are fixed.
-    fn euler_angles(&self, angles: [f64; 3]) -> Rotation {
+    pub(crate) fn euler_angles(&self, angles: [f64; 3]) -> Rotation {
         self.euler.chars().zip(angles).fold(Rotation::IDENTITY, |turned, (axis, angle)| {
             let unit = match axis.to_ascii_lowercase() {
                 'x' => Vec3::X,

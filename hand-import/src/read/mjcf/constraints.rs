@@ -65,6 +65,12 @@ impl Reader<'_> {
         };
         let anchor = at.array::<3>("anchor", self.log).map_or(Vec3::ZERO, Vec3::from_array);
         let first_from_second = poses[first].inverse() * poses[second];
+        let stated =
+            at.array::<7>("relpose", self.log).filter(|r| welded && r[3..].iter().any(|x| *x != 0.0));
+        let first_from_second = stated.map_or(first_from_second, |[x, y, z, w, i, j, k]| {
+            let turn = palmares_models::Rotation::from_xyzw(i, j, k, w).normalize();
+            Pose::from_parts(Vec3::new(x, y, z), turn)
+        });
         // A connect's anchor is in the first body's frame, a weld's in the second's.
         Some(if welded {
             Law::Weld([first, second], [first_from_second * anchor, anchor])
@@ -105,7 +111,8 @@ impl Reader<'_> {
                 values.push(if own.len() == 1 { own[0] - joint.reference } else { 0.0 });
                 rest = others;
             }
-            self.model.keys.push(Key { name, x: values });
+            let commands = element.get("ctrl").and_then(crate::read::numbers::numbers);
+            self.model.keys.push(Key { name, x: values, commands });
         }
     }
 }

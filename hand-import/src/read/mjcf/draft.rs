@@ -1,11 +1,14 @@
 //! From an MJCF document to the [`Draft`] of a hand.
 
+use std::collections::BTreeSet;
+
+use palmares_models::read::Limits;
 use palmares_models::{Pose, Vec3};
 
 use super::frames::Frames;
 use super::mesh::Mesh;
-use super::model::{Geom, GeomShape, Joint, JointKind, Key, Law, Model};
-use super::tendons;
+use super::model::{Geom, GeomShape, Joint, JointKind, Law, Model};
+use super::{start, tendons};
 use crate::decision::{At, Log};
 use crate::draft;
 use crate::draft::{Coupling, Draft, Geometry, Inertial, Link, Loop, Origin, Part, Triangles};
@@ -26,10 +29,9 @@ pub(crate) fn draft(model: &Model, meshes: &[Mesh], log: &mut Log) -> Draft {
             draft.exclusions.push([model.bodies[a].name.clone(), model.bodies[b].name.clone()]);
         }
     }
-    tendons::map(model, &frames, &mut draft, log);
-    for key in &model.keys {
-        start_pose(model, &frames, key, log);
-    }
+    never_touch(model, &frames, &mut draft, log);
+    let commands = tendons::map(model, &frames, &mut draft, log);
+    start::start(model, &frames, &commands, &mut draft, log);
     if model.geoms.iter().any(|geom| frames.has(geom.body) && geom.collides) {
         let text = "MuJoCo takes the larger friction of two surfaces, Palmares the geometric mean of both";
         log.taken(At::Hand, "geom", text);
@@ -37,16 +39,37 @@ pub(crate) fn draft(model: &Model, meshes: &[Mesh], log: &mut Log) -> Draft {
     draft
 }
 
-/// A keyframe, in words that an author can copy.
-fn start_pose(model: &Model, frames: &Frames, key: &Key, log: &mut Log) {
-    let own = model.joints.iter().zip(&key.x).filter(|(joint, x)| frames.has(joint.body) && **x != 0.0);
-    let pose: Vec<String> = own.map(|(joint, x)| format!("{} = {x:.4}", joint.name)).collect();
-    let text = if pose.is_empty() {
-        "has all joints at 0, as a hand starts".to_owned()
-    } else {
-        format!("a hand starts with its joints at rest; this key has {}", pose.join(", "))
-    };
-    log.dropped(At::Hand, format!("key '{}'", key.name), text);
+/// Bodies whose masks keep them from each other.
+fn never_touch(model: &Model, frames: &Frames, draft: &mut Draft, log: &mut Log) {
+    let solid = |&body: &usize| model.bodies[body].geoms.iter().any(|&g| model.geoms[g].collides);
+    let bodies: Vec<usize> = frames.bodies.iter().copied().filter(|&body| body != 0).filter(solid).collect();
+    // A hand has no more links.
+    if bodies.len() > Limits::default().links {
+        return;
+    }
+    let masks: Vec<[u32; 2]> = bodies.iter().map(|&body| model.masks(body)).collect();
+    let pairs: BTreeSet<[usize; 2]> =
+        model.pairs.iter().map(|pair| pair.map(|g| model.geoms[g].body)).collect();
+    let mut found = 0;
+    for (k, &a) in bodies.iter().enumerate() {
+        for (l, &b) in bodies.iter().enumerate().skip(k + 1) {
+            let ([types, with], [others, their]) = (masks[k], masks[l]);
+            let touch = types & their != 0 || others & with != 0;
+            let touch = touch || pairs.contains(&[a, b]) || pairs.contains(&[b, a]);
+            let pair = [a, b].map(|body| model.bodies[body].name.clone());
+            // Neighbours never touch.
+            let near = model.bodies[b].parent == a || model.bodies[a].parent == b;
+            if !near && !touch && !draft.exclusions.contains(&pair) {
+                draft.exclusions.push(pair);
+                found += 1;
+            }
+        }
+    }
+    if found > 0 {
+        let text =
+            format!("contype and conaffinity keep {found} pairs of links from each other: no_collision");
+        log.taken(At::Hand, "geom", text);
+    }
 }
 
 struct Mapper<'a> {
@@ -137,6 +160,8 @@ impl Mapper<'_> {
         }
         let limits = joint.range.map(|range| range.map(|x| x - joint.reference));
         let some = |x: f64| (x != 0.0).then_some(x);
+        let stated = self.model.stated(&format!("limit:{}", joint.name)).unwrap_or_default();
+        let stated = |name: &str| stated.iter().find(|(other, _)| other == name).map(|(_, x)| *x);
         let (kind, limits) = match (joint.kind, limits) {
             (JointKind::Hinge, None) => (draft::JointKind::Continuous, None),
             (JointKind::Hinge, limits) => (draft::JointKind::Revolute, limits),
@@ -147,6 +172,8 @@ impl Mapper<'_> {
             kind,
             axis: joint.axis.to_array(),
             limits,
+            effort: stated("effort"),
+            velocity: stated("velocity"),
             damping: some(joint.damping),
             friction: some(joint.friction),
             armature: some(joint.armature),
@@ -190,7 +217,7 @@ impl Mapper<'_> {
             match &equality.law {
                 Law::Joint(first, second, coefficients) => {
                     let follower = &self.model.joints[*first];
-                    if !self.frames.has(follower.body) {
+                    if !self.frames.moves(follower.body) {
                         continue;
                     }
                     let Some(second) = second else {

@@ -38,7 +38,12 @@ impl Frames {
             // Fingers that stand on the world have it as their base.
             _ => 0,
         };
-        let base = if chosen != 0 && hinges(model, chosen) > 0 { 0 } else { chosen };
+        let placed = places(model, chosen);
+        let base = if chosen != 0 && hinges(model, chosen) > 0 && !placed { 0 } else { chosen };
+        if placed && let Some(element) = &model.bodies[chosen].element {
+            let text = "slides and turns as a whole by joints of its own; the base of a hand is moved by its servo, so that they are left out";
+            log.lost(At::Hand, element, text);
+        }
         let of_hand = |body: usize| match (base, chosen) {
             (0, 0) => body == 0 || fixed.iter().any(|&top| inside(model, body, top)),
             (0, chosen) => body == 0 || inside(model, body, chosen),
@@ -79,10 +84,21 @@ impl Frames {
         self.bodies.first().copied().unwrap_or(0)
     }
 
+    /// Whether the joints of the body are part of the hand: the base has none.
+    pub(crate) fn moves(&self, body: usize) -> bool {
+        self.has(body) && body != self.base()
+    }
+
     /// Whether the body is part of the hand.
     pub(crate) fn has(&self, body: usize) -> bool {
         self.link_from_body[body].is_some()
     }
+}
+
+/// Whether the joints of a body put the whole hand to its place: several, and one at least slides.
+fn places(model: &Model, body: usize) -> bool {
+    let slide = |&j: &usize| model.joints[j].kind == JointKind::Slide;
+    body != 0 && hinges(model, body) >= 3 && model.bodies[body].joints.iter().any(slide)
 }
 
 /// Joints of a body that are no free joint.

@@ -1,5 +1,6 @@
 //! Mass properties of geoms and bodies, as MuJoCo computes them.
 
+use nalgebra::DMatrix;
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 use std::f64::consts::PI;
 
@@ -85,22 +86,69 @@ pub(crate) fn bounded(inertia: &Mat3, least: f64) -> Mat3 {
     turned(&diagonal(lifted), axes)
 }
 
-/// Inertia that a joint feels in the start pose, its own rotor included.
-pub(crate) fn dof_inertia(model: &Model, joint: usize) -> f64 {
-    let own = &model.joints[joint];
-    let poses = model.world_from_bodies(&vec![0.0; model.joints.len()]);
-    let carried = (1..model.bodies.len()).filter(|&body| {
-        let mut at = body;
-        while at != own.body && at != 0 {
-            at = model.bodies[at].parent;
+/// Largest number of degrees of freedom of a matrix that is inverted; a hand has at most 256 joints.
+const MOST_FREEDOMS: usize = 512;
+
+/// How a document accelerates under forces in the start pose: M⁻¹.
+#[derive(Clone, Debug)]
+pub(crate) struct Response {
+    /// First degree of freedom of each joint.
+    first: Vec<usize>,
+    inverse: Option<DMatrix<f64>>,
+}
+
+impl Response {
+    pub(crate) fn of(model: &Model) -> Response {
+        let poses = model.world_from_bodies(&vec![0.0; model.joints.len()]);
+        // Each degree of freedom: its joint, its axis, and the point about which it turns.
+        let mut freedoms: Vec<(usize, Vec3, Option<Vec3>)> = Vec::new();
+        let mut first = Vec::new();
+        for (index, own) in model.joints.iter().enumerate() {
+            let (pose, at) = (poses[own.body], poses[own.body] * own.at);
+            first.push(freedoms.len());
+            match own.kind {
+                JointKind::Hinge => freedoms.push((index, pose.rotation * own.axis, Some(at))),
+                JointKind::Slide => freedoms.push((index, pose.rotation * own.axis, None)),
+                JointKind::Ball => freedoms.extend(Vec3::AXES.map(|axis| (index, axis, Some(at)))),
+                JointKind::Free => {
+                    freedoms.extend(Vec3::AXES.map(|axis| (index, axis, None)));
+                    freedoms.extend(Vec3::AXES.map(|axis| (index, axis, Some(at))));
+                }
+            }
         }
-        at == own.body
-    });
-    let (at, axis) = (poses[own.body] * own.at, poses[own.body].rotation * own.axis);
-    let moved = carried.map(|body| placed(&model.bodies[body].inertia, &poses[body]));
-    let felt: f64 = match own.kind {
-        JointKind::Slide => moved.map(|mass| mass.mass).sum(),
-        _ => moved.map(|mass| axis.dot(self::about(&mass, at) * axis)).sum(),
-    };
-    felt + own.armature
+        let n = freedoms.len();
+        if n > MOST_FREEDOMS {
+            return Response { first, inverse: None };
+        }
+        let mut mass: DMatrix<f64> = DMatrix::zeros(n, n);
+        for (body, pose) in poses.iter().enumerate().skip(1) {
+            let own = placed(&model.bodies[body].inertia, pose);
+            let chain = model.chain(body);
+            let carried: Vec<usize> = (0..n).filter(|&k| chain.contains(&freedoms[k].0)).collect();
+            let motion = |k: usize| match freedoms[k] {
+                (_, axis, Some(at)) => (axis.cross(own.com - at), axis),
+                (_, axis, None) => (axis, Vec3::ZERO),
+            };
+            for &i in &carried {
+                for &j in &carried {
+                    let ((v, w), (u, x)) = (motion(i), motion(j));
+                    mass[(i, j)] += own.mass * v.dot(u) + w.dot(own.about_com * x);
+                }
+            }
+        }
+        for (k, (index, ..)) in freedoms.iter().enumerate() {
+            mass[(k, k)] += model.joints[*index].armature;
+        }
+        Response { first, inverse: mass.try_inverse() }
+    }
+
+    /// Inertia against a force that acts on hinges and slides with these levers: (J M⁻¹ Jᵀ)⁻¹; 0 if nothing resists.
+    pub(crate) fn inertia(&self, levers: &[(usize, f64)]) -> f64 {
+        let Some(inverse) = &self.inverse else { return 0.0 };
+        let yields = |&(i, a): &(usize, f64)| {
+            levers.iter().map(|&(j, b)| a * b * inverse[(self.first[i], self.first[j])]).sum::<f64>()
+        };
+        let sum: f64 = levers.iter().map(yields).sum();
+        if sum > 0.0 { 1.0 / sum } else { 0.0 }
+    }
 }

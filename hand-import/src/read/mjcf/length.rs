@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use palmares_models::{Pose, Vec3};
 
-use super::model::{GeomShape, Model, Path, Tendon, Way};
+use super::model::{GeomShape, JointKind, Model, Path, Tendon, Way};
+use super::motions::{Motion, Motions};
 use super::wrap::{Round, length as wrapped};
 
 /// Poses at which a spatial tendon is measured.
@@ -42,6 +43,28 @@ pub(crate) fn length(model: &Model, tendon: &Tendon, x: &[f64]) -> f64 {
     }
 }
 
+/// Moment arms on hinges and slides, each by itself, in the start pose.
+pub(crate) fn arms_at_start(model: &Model, tendon: &Tendon) -> Vec<(usize, f64)> {
+    const STEP: f64 = 1e-6;
+    let mut x = vec![0.0; model.joints.len()];
+    let moves = |joint: &usize| matches!(model.joints[*joint].kind, JointKind::Hinge | JointKind::Slide);
+    let mut joints: Vec<usize> = match &tendon.path {
+        Path::Fixed(joints) => return joints.clone(),
+        Path::Spatial(ways) => passed(model, ways).into_iter().filter(moves).collect(),
+    };
+    joints.dedup();
+    let mut arm = |joint: usize| {
+        let mut at = |step: f64| {
+            x[joint] = step;
+            length(model, tendon, &x)
+        };
+        let arm = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+        x[joint] = 0.0;
+        (joint, arm)
+    };
+    joints.into_iter().map(&mut arm).collect()
+}
+
 fn spatial(model: &Model, ways: &[Way], poses: &[Pose]) -> f64 {
     let site = |s: usize| poses[model.sites[s].body] * model.sites[s].pose.translation;
     let (mut sum, mut divisor) = (0.0, 1.0);
@@ -75,12 +98,8 @@ fn spatial(model: &Model, ways: &[Way], poses: &[Pose]) -> f64 {
     sum
 }
 
-/// Joints that change the length.
-pub(crate) fn joints(model: &Model, tendon: &Tendon) -> Vec<usize> {
-    let ways = match &tendon.path {
-        Path::Fixed(joints) => return joints.iter().filter(|(_, c)| *c != 0.0).map(|(j, _)| *j).collect(),
-        Path::Spatial(ways) => ways,
-    };
+/// Joints that change the length, ascending.
+fn passed(model: &Model, ways: &[Way]) -> Vec<usize> {
     let body = |way: &Way| match *way {
         Way::Site(s) => Some(model.sites[s].body),
         Way::Wrap(g, _) => Some(model.geoms[g].body),
@@ -98,28 +117,36 @@ pub(crate) fn joints(model: &Model, tendon: &Tendon) -> Vec<usize> {
     found
 }
 
+/// Joints that change the length and move by themselves.
+fn joints(model: &Model, motions: &Motions, ways: &[Way]) -> Vec<usize> {
+    let own = |joint: &usize| match motions.joint(*joint) {
+        Motion::Own => Some(*joint),
+        Motion::Held(_) => None,
+        Motion::Follows(leader, _) => Some(*leader),
+    };
+    let mut found: Vec<usize> = passed(model, ways).iter().filter_map(own).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
 /// Length over the range of its joints, as a sum of polynomials of one joint each: linear where that is exact, else by least
-/// squares with the error said.
-pub(crate) fn fit(model: &Model, tendon: &Tendon) -> Fit {
-    let joints = joints(model, tendon);
-    if let Path::Fixed(all) = &tendon.path {
-        let terms = all.iter().map(|&(j, c)| (j, vec![c])).collect();
-        let constant = length(model, tendon, &vec![0.0; model.joints.len()]);
-        return Fit { constant, terms, error: 0.0, stroke: 0.0 };
-    }
-    let ranges: Vec<[f64; 2]> = joints
-        .iter()
-        .map(|&j| {
-            let joint = &model.joints[j];
-            joint.range.map_or([-UNLIMITED, UNLIMITED], |r| r.map(|x| x - joint.reference))
-        })
-        .collect();
+/// squares with the error said. A joint that follows another counts for its leader.
+pub(crate) fn fit(model: &Model, motions: &Motions, tendon: &Tendon) -> Fit {
+    let ways = match &tendon.path {
+        Path::Fixed(all) => return fixed(model, motions, tendon, all),
+        Path::Spatial(ways) => ways,
+    };
+    let joints = joints(model, motions, ways);
+    let ranges: Vec<[f64; 2]> =
+        joints.iter().map(|&j| motions.range(model, j).unwrap_or([-UNLIMITED, UNLIMITED])).collect();
     let mut rows = Vec::with_capacity(SAMPLES);
     let mut x = vec![0.0; model.joints.len()];
     for k in 0..SAMPLES {
         for (d, (&j, [low, high])) in joints.iter().zip(&ranges).enumerate() {
             x[j] = low + (high - low) * fraction(k, d);
         }
+        motions.fill(&mut x);
         rows.push((joints.iter().map(|&j| x[j]).collect::<Vec<f64>>(), length(model, tendon, &x)));
     }
     let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), row| (l.min(row.1), h.max(row.1)));
@@ -136,6 +163,30 @@ pub(crate) fn fit(model: &Model, tendon: &Tendon) -> Fit {
         }
     }
     best.unwrap_or(Fit { constant: 0.0, terms: Vec::new(), error: 0.0, stroke })
+}
+
+/// A sum of joints: exact, in the order in which it names the joints that move.
+fn fixed(model: &Model, motions: &Motions, tendon: &Tendon, all: &[(usize, f64)]) -> Fit {
+    let mut terms: Vec<(usize, Vec<f64>)> = Vec::new();
+    for &(joint, factor) in all {
+        let (joint, law) = match motions.joint(joint) {
+            Motion::Own => (joint, vec![factor]),
+            Motion::Follows(leader, law) if factor != 0.0 => {
+                (*leader, law[1..].iter().map(|c| factor * c).collect())
+            }
+            _ => continue,
+        };
+        match terms.iter_mut().find(|(other, _)| *other == joint) {
+            Some((_, sum)) => {
+                sum.resize(sum.len().max(law.len()), 0.0);
+                sum.iter_mut().zip(&law).for_each(|(sum, c)| *sum += c);
+            }
+            None => terms.push((joint, law)),
+        }
+    }
+    let mut x = vec![0.0; model.joints.len()];
+    motions.fill(&mut x);
+    Fit { constant: length(model, tendon, &x), terms, error: 0.0, stroke: 0.0 }
 }
 
 /// Evenly spread numbers in 0..1, one sequence a joint (multiples of the inverses of the generalised golden ratio), and the corners

@@ -2,14 +2,17 @@
 //!
 //! 1. `include.rs`: the XML with its includes. `defaults.rs`, `compiler.rs`: classes, units, orientations.
 //! 2. `compile.rs` makes a [`Model`](model::Model) of it: bodies, joints and geoms. `actuation.rs` adds tendons and actuators,
-//!    `constraints.rs` equalities, exclusions and keyframes. `mesh.rs`, `inertia.rs` and `actuator.rs` compute what MuJoCo derives.
-//! 3. `length.rs` and `wrap.rs`: lengths of tendons. `frames.rs`, `draft.rs` and `tendons.rs`: the hand in it.
+//!    `constraints.rs` equalities, exclusions and keyframes. `mesh.rs`, `inertia.rs` and `actuator.rs` compute what MuJoCo derives,
+//!    `copies.rs` names what it copies.
+//! 3. `length.rs`, `wrap.rs` and `motions.rs`: lengths of tendons, also over joints that follow others. `frames.rs`, `draft.rs`,
+//!    `start.rs` and `tendons.rs`: the hand in it.
 
 mod actuation;
 mod actuator;
 mod compile;
 mod compiler;
 mod constraints;
+mod copies;
 mod defaults;
 mod draft;
 mod frames;
@@ -18,7 +21,9 @@ mod inertia;
 mod length;
 mod mesh;
 mod model;
+mod motions;
 mod principal;
+mod start;
 mod stated;
 mod tendons;
 #[cfg(test)]

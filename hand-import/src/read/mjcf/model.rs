@@ -21,6 +21,8 @@ pub(crate) struct Model {
     pub(crate) equalities: Vec<Equality>,
     /// Pairs of bodies.
     pub(crate) excludes: Vec<[usize; 2]>,
+    /// Pairs of geoms that touch, whatever their masks say.
+    pub(crate) pairs: Vec<[usize; 2]>,
     pub(crate) keys: Vec<Key>,
     /// `<custom>` texts by name.
     pub(crate) texts: BTreeMap<String, String>,
@@ -97,6 +99,8 @@ pub(crate) struct Geom {
     pub(crate) pose: Pose,
     pub(crate) shape: GeomShape,
     pub(crate) collides: bool,
+    /// `contype` and `conaffinity`: two geoms touch if a bit is in the first of one and the second of the other.
+    pub(crate) masks: [u32; 2],
     pub(crate) group: i32,
     pub(crate) friction: f64,
     pub(crate) mass: Option<f64>,
@@ -181,6 +185,8 @@ pub(crate) struct Key {
     pub(crate) name: String,
     /// Position of each joint from its reference.
     pub(crate) x: Vec<f64>,
+    /// Command of each actuator, if the key states them.
+    pub(crate) commands: Option<Vec<f64>>,
 }
 
 impl Model {
@@ -204,6 +210,12 @@ impl Model {
             Some((name.to_owned(), number.parse().ok()?))
         };
         self.texts.get(name)?.split_whitespace().map(entry).collect()
+    }
+
+    /// The masks of all geoms of a body together.
+    pub(crate) fn masks(&self, body: usize) -> [u32; 2] {
+        let masks = self.bodies[body].geoms.iter().map(|&g| self.geoms[g].masks);
+        masks.fold([0, 0], |[a, b], [c, d]| [a | c, b | d])
     }
 
     /// Index of the body of that name.

@@ -2,10 +2,15 @@
 //!
 //! MuJoCo's force acts along the length L of a joint or tendon; a cable of a hand is wound in, s = L₀ − L, and only pulls.
 
+use std::f64::consts::PI;
+
+use palmares_models::measure::HandLimits;
+
 use super::actuator::ActuatorSpec;
 use super::frames::Frames;
 use super::length::{Fit, fit};
-use super::model::{Actuator, Model, Path, Target, Tendon};
+use super::model::{Actuator, JointKind, Model, Path, Target, Tendon};
+use super::motions::{Motion, Motions, value};
 use crate::decision::{At, Log};
 use crate::draft::{self, Control, Draft, Drive, Spring, TendonPath};
 use crate::read::element::Notes;
@@ -15,9 +20,19 @@ const LIMIT_STIFFNESS: f64 = 10.0;
 /// Largest force of a passive cable, in terms of its largest force between the joints' limits.
 const MARGIN: f64 = 2.0;
 
-/// Adds actuators, tendons and springs to a draft that has the links and joints.
-pub(crate) fn map(model: &Model, frames: &Frames, draft: &mut Draft, log: &mut Log) {
-    let mut mapper = Mapper { model, frames, draft, log };
+/// Position that a command sets, in the coordinate of the motor's joint or the wound length of its tendon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Command {
+    /// Index of the actuator in the document.
+    pub(crate) actuator: usize,
+    pub(crate) at_0: f64,
+    pub(crate) per_unit: f64,
+}
+
+/// Adds actuators, tendons and springs to a draft that has the links and joints; returns what commands of its motors mean.
+pub(crate) fn map(model: &Model, frames: &Frames, draft: &mut Draft, log: &mut Log) -> Vec<Command> {
+    let motions = Motions::of(model, frames);
+    let mut mapper = Mapper { model, frames, motions: &motions, draft, log, commands: Vec::new() };
     for actuator in &model.actuators {
         if let Target::Joint(joint) = actuator.target {
             mapper.servo(actuator, joint);
@@ -26,13 +41,16 @@ pub(crate) fn map(model: &Model, frames: &Frames, draft: &mut Draft, log: &mut L
     for (index, tendon) in model.tendons.iter().enumerate() {
         mapper.tendon(index, tendon);
     }
+    mapper.commands
 }
 
 struct Mapper<'a> {
     model: &'a Model,
     frames: &'a Frames,
+    motions: &'a Motions,
     draft: &'a mut Draft,
     log: &'a mut Log,
+    commands: Vec<Command>,
 }
 
 /// An actuator's law without its gear: `f = K (s_ref − s) − b ṡ` at the joint or the tendon.
@@ -42,6 +60,8 @@ struct Drawn {
     damping: Option<f64>,
     /// s_ref at the ends of the control's range.
     range: Option<[f64; 2]>,
+    /// s_ref at the control 0, and per unit of it.
+    target: [f64; 2],
     /// Least and largest force.
     force: Option<[f64; 2]>,
     speed: Option<f64>,
@@ -55,19 +75,23 @@ impl Drawn {
         let force = spec.force_range.map(|range| ordered(range.map(|f| f * gear)));
         let damping = (b2 < 0.0).then_some(-b2 * gear * gear);
         if b1 < 0.0 {
-            let target = |ctrl: f64| (spec.gain * ctrl + b0) / (-b1 * gear);
+            let target = [b0, spec.gain].map(|x| x / (-b1 * gear));
+            let commands = if spec.kind == "intvelocity" { spec.act_range } else { spec.ctrl_range };
+            let fastest = |[a, b]: [f64; 2]| a.abs().max(b.abs()) / gear.abs();
             return Drawn {
                 control: Control::Position,
                 stiffness: Some(-b1 * gear * gear),
                 damping,
-                range: spec.ctrl_range.map(|range| ordered(range.map(target))),
+                range: commands.map(|range| ordered(range.map(|ctrl| target[0] + target[1] * ctrl))),
+                target,
                 force,
-                speed: None,
+                speed: spec.slew.or(spec.ctrl_range.filter(|_| spec.kind == "intvelocity").map(fastest)),
             };
         }
         if spec.velocity {
             let speed = spec.ctrl_range.map(|[a, b]| a.abs().max(b.abs()) / gear.abs());
-            return Drawn { control: Control::Velocity, stiffness: None, damping, range: None, force, speed };
+            let control = Control::Velocity;
+            return Drawn { control, stiffness: None, damping, range: None, target: [0.0; 2], force, speed };
         }
         // A force: the control's range limits it.
         let by_control =
@@ -76,7 +100,15 @@ impl Drawn {
             (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].min(b[1])]),
             (one, other) => one.or(other),
         };
-        Drawn { control: Control::Force, stiffness: None, damping: None, range: None, force, speed: None }
+        Drawn {
+            control: Control::Force,
+            stiffness: None,
+            damping: None,
+            range: None,
+            target: [0.0; 2],
+            force,
+            speed: None,
+        }
     }
 }
 
@@ -97,7 +129,7 @@ impl Mapper<'_> {
         actuator.spec.is_plain()
     }
 
-    fn explain(&mut self, actuator: &Actuator, drawn: &Drawn) {
+    fn explain(&mut self, actuator: &Actuator, drawn: &Drawn, factor: f64) {
         let (at, element) = (At::Motor(actuator.name.clone()), &actuator.element);
         match drawn.control {
             Control::Force => self.log.chose(
@@ -114,9 +146,11 @@ impl Mapper<'_> {
             }
             Control::Position => {
                 if let (Some([low, high]), Some(ctrl)) = (drawn.range, actuator.spec.ctrl_range) {
+                    let reversed = drawn.target[1] * factor < 0.0;
+                    let [first, last] = if reversed { [ctrl[1], ctrl[0]] } else { ctrl };
+                    let [low, high] = if factor < 0.0 { [high, low] } else { [low, high] };
                     let text = format!(
-                        "σ from 0 to 1 is ctrl between {} and {}: position {low:.6} to {high:.6}",
-                        ctrl[0], ctrl[1]
+                        "σ from 0 to 1 is ctrl from {first} to {last}: position {low:.6} to {high:.6}"
                     );
                     self.log.kept(at, element, text);
                 }
@@ -124,19 +158,25 @@ impl Mapper<'_> {
         }
     }
 
-    fn servo(&mut self, actuator: &Actuator, joint: usize) {
+    fn servo(&mut self, actuator: &Actuator, index: usize) {
         if !self.usable(actuator) {
             return;
         }
-        let joint = &self.model.joints[joint];
-        if !self.frames.has(joint.body) {
+        let joint = &self.model.joints[index];
+        if !self.frames.moves(joint.body) {
             self.log.lost(At::Hand, &actuator.element, "drives a joint outside the hand; it is left out");
             return;
         }
         let drawn = Drawn::of(&actuator.spec);
-        self.explain(actuator, &drawn);
+        self.explain(actuator, &drawn, 1.0);
         let range = drawn.range.map(|range| range.map(|x| x - joint.reference));
-        let limit = drawn.force.map(largest).or_else(|| self.unlimited(actuator, &drawn, range));
+        self.command(actuator, &drawn, 1.0, joint.reference);
+        let turns = (joint.kind == JointKind::Hinge).then_some([-PI, PI]);
+        let moved = self.motions.range(self.model, index).or(turns).or(range).unwrap_or_default();
+        let limits = HandLimits::default();
+        let most = if joint.kind == JointKind::Slide { limits.slide_force_n } else { limits.joint_torque_nm };
+        let limit = drawn.force.map(largest);
+        let limit = limit.or_else(|| self.unlimited(actuator, &drawn, range, moved, most));
         if let Some(mapped) = self.draft.joints.iter_mut().find(|mapped| mapped.name == joint.name) {
             mapped.effort = limit.or(mapped.effort);
             mapped.velocity = drawn.speed.or(mapped.velocity);
@@ -154,18 +194,36 @@ impl Mapper<'_> {
         });
     }
 
-    /// Force of an actuator without a limit: it never needs more than its stiffness times its range.
-    fn unlimited(&mut self, actuator: &Actuator, drawn: &Drawn, range: Option<[f64; 2]>) -> Option<f64> {
-        let ([low, high], stiffness) = (range?, drawn.stiffness?);
-        let force = stiffness * (high - low);
-        let text = format!("has no forcerange; taken is its stiffness over its whole range, {force:.4}");
+    fn command(&mut self, actuator: &Actuator, drawn: &Drawn, factor: f64, constant: f64) {
+        let index = self.model.actuators.iter().position(|other| other.name == actuator.name);
+        if let (Some(actuator), Some(_)) = (index, drawn.range) {
+            let [at_0, per_unit] = drawn.target;
+            let (at_0, per_unit) = (factor * (at_0 - constant), factor * per_unit);
+            self.commands.push(Command { actuator, at_0, per_unit });
+        }
+    }
+
+    /// Force of an actuator without a limit: its stiffness over the largest error between its commands and what it moves, but
+    /// not more than a hand may have.
+    fn unlimited(
+        &mut self,
+        actuator: &Actuator,
+        drawn: &Drawn,
+        commands: Option<[f64; 2]>,
+        moved: [f64; 2],
+        most: f64,
+    ) -> Option<f64> {
+        let ([from, to], stiffness) = (commands?, drawn.stiffness?);
+        let error = (to - moved[0]).max(moved[1] - from).max(to - from);
+        let force = (stiffness * error).min(most);
+        let text = format!("has no forcerange; taken is its stiffness over its largest error, {force:.4}");
         self.log.chose(At::Motor(actuator.name.clone()), &actuator.element, text);
         Some(force)
     }
 
     fn tendon(&mut self, index: usize, tendon: &Tendon) {
-        let fit = fit(self.model, tendon);
-        let outside = fit.terms.iter().find(|(j, _)| !self.frames.has(self.model.joints[*j].body));
+        let fit = fit(self.model, self.motions, tendon);
+        let outside = fit.terms.iter().find(|(j, _)| !self.frames.moves(self.model.joints[*j].body));
         if outside.is_some() || fit.terms.is_empty() {
             let text = "passes no joint of the hand, or one outside it; it is left out";
             self.log.lost(At::Hand, &tendon.element, text);
@@ -193,6 +251,7 @@ impl Mapper<'_> {
                 self.log.kept(at.clone(), &tendon.element, text);
             }
         }
+        self.folded(tendon);
         if tendon.friction != 0.0 {
             self.log.lost(
                 at.clone(),
@@ -215,12 +274,31 @@ impl Mapper<'_> {
         let driven = names.is_empty();
         if tendon.stiffness > 0.0 {
             let name = if driven { format!("{}_spring", tendon.name) } else { tendon.name.clone() };
-            self.spring(tendon, &moving, name, spatial);
+            // The damping of a driven tendon is in its cable.
+            let damping = if driven { 0.0 } else { tendon.damping };
+            self.spring(&Tendon { damping, ..tendon.clone() }, &moving, name, spatial);
         } else if tendon.damping > 0.0 && !driven {
             self.log.lost(at, &tendon.element, "a damper across joints without a spring has no counterpart");
         }
         if let Some(range) = tendon.range {
             self.limits(tendon, &moving, range);
+        }
+    }
+
+    /// Says which joints of a sum follow others.
+    fn folded(&mut self, tendon: &Tendon) {
+        let Path::Fixed(joints) = &tendon.path else { return };
+        for (joint, factor) in joints {
+            let name = &self.model.joints[*joint].name;
+            let text = match self.motions.joint(*joint) {
+                Motion::Follows(leader, law) => format!(
+                    "joint '{name}' follows '{}': its part, {factor} times the polynomial {law:?}, counts there",
+                    self.model.joints[*leader].name
+                ),
+                Motion::Held(at) => format!("joint '{name}' is held at {at}: its part is constant"),
+                Motion::Own => continue,
+            };
+            self.log.kept(At::Tendon(tendon.name.clone()), &tendon.element, text);
         }
     }
 
@@ -247,13 +325,14 @@ impl Mapper<'_> {
 
     fn cable(&mut self, actuator: &Actuator, tendon: &Tendon, fit: &Fit, name: String, spatial: bool) {
         let drawn = Drawn::of(&actuator.spec);
-        self.explain(actuator, &drawn);
         let only_pulls = drawn.force.is_some_and(|force| force[1] <= 0.0);
         let factor = if spatial || only_pulls { -1.0 } else { 1.0 };
+        self.explain(actuator, &drawn, factor);
         let range = drawn.range.map(|range| {
             let [a, b] = range.map(|length| factor * (length - fit.constant));
             [a.min(b), a.max(b)]
         });
+        self.command(actuator, &drawn, factor, fit.constant);
         let both_ways = !spatial && drawn.force.is_none_or(|force| force[0] < 0.0 && force[1] > 0.0);
         if spatial && !only_pulls {
             let text = "MuJoCo lets it push the tendon as well; a cable only pulls";
@@ -264,7 +343,10 @@ impl Mapper<'_> {
             (false, true) => -force[0],
             (false, false) => force[1],
         });
-        let limit = limit.filter(|f| *f > 0.0).or_else(|| self.unlimited(actuator, &drawn, range));
+        let lengths = self.lengths(fit).map(|length| factor * (length - fit.constant));
+        let moved = [lengths[0].min(lengths[1]), lengths[0].max(lengths[1])];
+        let limit = limit.filter(|f| *f > 0.0);
+        let limit = limit.or_else(|| self.unlimited(actuator, &drawn, range, moved, f64::INFINITY));
         let damping = drawn.damping.unwrap_or(0.0) + tendon.damping;
         let damping = (damping > 0.0).then_some(damping);
         self.draft.tendons.push(draft::Tendon {
@@ -294,9 +376,11 @@ impl Mapper<'_> {
 
     /// The elastic part of a tendon: a spring across joints, or a cable that pulls beyond a length.
     fn spring(&mut self, tendon: &Tendon, fit: &Fit, name: String, spatial: bool) {
-        let start = fit.constant;
-        let [low, high] = tendon.spring_length.unwrap_or([start, start]);
-        if low == high && !spatial && fit.terms.len() > 1 {
+        // Without a length of its own it rests where all joints are at their springs' rest.
+        let slack: Vec<f64> = self.model.joints.iter().map(|joint| joint.rest - joint.reference).collect();
+        let slack = super::length::length(self.model, tendon, &slack);
+        let [low, high] = tendon.spring_length.unwrap_or([slack, slack]);
+        if low == high && !spatial && fit.terms.len() > 1 && fit.is_linear() {
             self.draft.springs.push(Spring {
                 name,
                 joints: fit.terms.iter().map(|(j, c)| (self.model.joints[*j].name.clone(), c[0])).collect(),
@@ -347,10 +431,9 @@ impl Mapper<'_> {
     fn lengths(&self, fit: &Fit) -> [f64; 2] {
         let mut ends = [fit.constant; 2];
         for (joint, coefficients) in &fit.terms {
-            let joint = &self.model.joints[*joint];
-            let [low, high] = joint.range.map_or([-1.0, 1.0], |range| range.map(|x| x - joint.reference));
-            let length = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * x);
-            let at = (0..=20).map(|k| length(low + (high - low) * f64::from(k) / 20.0));
+            let [low, high] = self.motions.range(self.model, *joint).unwrap_or([-1.0, 1.0]);
+            let at = (0..=20).map(|k| low + (high - low) * f64::from(k) / 20.0);
+            let at = at.map(|x| x * value(coefficients, x));
             let (least, most) = at.fold((f64::MAX, f64::MIN), |(l, m), x| (l.min(x), m.max(x)));
             ends = [ends[0] + least, ends[1] + most];
         }

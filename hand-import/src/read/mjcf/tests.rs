@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use palmares_models::{Pose, Rotation, Vec3};
 
 use super::compile::compile;
+use super::frames::Frames;
 use super::length::{fit, length};
 use super::model::Model;
+use super::motions::Motions;
 use crate::decision::{Kind, Log};
 use crate::draft::{Draft, Drive, Geometry, JointKind, TendonPath};
 use crate::read::reading::Reading;
@@ -230,7 +232,9 @@ fn a_spatial_tendon_over_pulleys_has_their_radii_as_moment_arms() {
     // Bending away from the cable's side winds it around the pulleys.
     assert!((at(0.6, 0.0) - at(0.0, 0.0) - 0.6 * 0.005).abs() < 1e-9, "{}", at(0.6, 0.0) - at(0.0, 0.0));
     assert!((at(0.3, 1.0) - at(0.3, 0.0) - 0.004).abs() < 1e-9);
-    let fit = fit(&model, &model.tendons[0]);
+    let mut log = Log::new(Path::new("hand.xml"));
+    let motions = Motions::of(&model, &Frames::choose(&model, &mut log));
+    let fit = fit(&model, &motions, &model.tendons[0]);
     assert!(fit.is_linear() && fit.error < 1e-8, "{fit:?}");
     let (draft, _) = draft(&text);
     let tendon = &draft.tendons[0];

@@ -71,8 +71,9 @@ fn outer(p: Point, q: Point, r: f64, side: Option<Point>) -> Option<(f64, f64, f
     if dp < r || dq < r || r < 1e-12 || norm([q[0] - p[0], q[1] - p[1]]) < 1e-12 {
         return None;
     }
-    let near = nearest(p, q);
-    if norm(near) > r && side.is_none_or(|s| s[0] * near[0] + s[1] * near[1] >= 0.0) {
+    // A side counts only opposite to both ends: else the cable takes the short way, as without one.
+    let side = side.filter(|s| opposite(*s, p, q));
+    if norm(nearest(p, q)) > r && side.is_none() {
         return None;
     }
     let (ap, aq) = (libm::acos((r / dp).min(1.0)), libm::acos((r / dq).min(1.0)));
@@ -141,6 +142,14 @@ fn nearest(p: Point, q: Point) -> Point {
     [p[0] + along * d[0], p[1] + along * d[1]]
 }
 
+/// Whether a direction is between those from p and q through the origin.
+fn opposite(s: Point, p: Point, q: Point) -> bool {
+    let cross = |a: Point, b: Point| a[0] * b[1] - a[1] * b[0];
+    // The origin is in the triangle of all three.
+    let (a, b, c) = (cross(p, q), cross(q, s), cross(s, p));
+    a != 0.0 && a * b > 0.0 && a * c > 0.0
+}
+
 /// Whether the segments a–b and c–d cross.
 fn cross(a: Point, b: Point, c: Point, d: Point) -> bool {
     let (u, v) = ([b[0] - a[0], b[1] - a[1]], [d[0] - c[0], d[1] - c[1]]);
@@ -168,6 +177,21 @@ mod tests {
         assert!((right - (0.6 + 0.1 * PI)).abs() < 1e-12, "{right}");
         let left = over(from, to, None, Round::Cylinder(0.1));
         assert!((left - 0.2).abs() < 1e-12, "without a side the cable is straight: {left}");
+    }
+
+    #[test]
+    fn a_side_counts_only_opposite_to_both_ends() {
+        // MuJoCo 4.0: between 180° + 21.8° and 360° − 21.8°, the directions away from the ends.
+        let (from, to) = (Vec3::new(-0.3, 0.12, 0.0), Vec3::new(0.3, 0.12, 0.0));
+        let at = |degrees: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            over(from, to, Some(Vec3::new(cos, sin, 0.0)), Round::Cylinder(0.1))
+        };
+        let d = 0.3f64.hypot(0.12);
+        let apart = TAU - 2.0 * libm::atan2(0.3, 0.12) - 2.0 * libm::acos(0.1 / d);
+        let around = 2.0 * (d * d - 0.01f64).sqrt() + 0.1 * apart;
+        assert!((at(203.0) - around).abs() < 1e-12 && (at(337.0) - around).abs() < 1e-12, "{}", at(203.0));
+        assert!((at(200.0) - 0.6).abs() < 1e-12 && (at(340.0) - 0.6).abs() < 1e-12, "{}", at(200.0));
     }
 
     #[test]
