@@ -74,8 +74,7 @@ impl Source {
             let paths = entries.keys().cloned().collect();
             return Source::new(files, paths, None);
         }
-        let real =
-            path.canonicalize().map_err(|error| ModelError::Read { file: path.to_owned(), error })?;
+        let real = path.canonicalize().map_err(|error| ModelError::Read { file: path.to_owned(), error })?;
         let folder = real.parent().unwrap_or(Path::new("/"));
         let root = package_above(folder).unwrap_or_else(|| beside(folder).to_owned());
         let named = real.strip_prefix(&root).map(Path::to_owned).unwrap_or_else(|_| real.clone());
