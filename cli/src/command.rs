@@ -156,7 +156,8 @@ mod tests {
     fn help_has_at_most_80_columns() {
         fn check(command: &mut clap::Command) {
             let help = command.render_long_help().to_string();
-            for line in help.lines() {
+            // The synopsis is one line, to copy.
+            for line in help.lines().filter(|line| !line.starts_with("Usage: ")) {
                 assert!(line.chars().count() <= 80, "{}: {line}", command.get_name());
             }
             command.get_subcommands_mut().for_each(check);
