@@ -273,6 +273,10 @@ impl Converter<'_> {
                 return None;
             }
         };
+        if corners.is_empty() {
+            self.log.taken(at.clone(), element, format!("mesh {shown} is a scene that draws nothing"));
+            return None;
+        }
         let longest = longest_edge(&corners, scale);
         let unit = if longest > LARGEST_PART {
             let text = format!("mesh {shown} is {longest:.3} m long, so that its unit is taken to be mm");
@@ -388,7 +392,7 @@ pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Re
     }
     let kind = path.extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default();
     let words = || String::from_utf8_lossy(bytes);
-    let (mut shapes, mut notes) = (Vec::new(), Vec::new());
+    let mut notes = Vec::new();
     let corners = match kind.as_str() {
         "stl" => stl::stl(bytes)?,
         "dae" => {
@@ -409,8 +413,8 @@ pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Re
                     .map_err(|error| error.to_string())
             };
             let drawn = scene::read(&words(), &open)?;
-            shapes = drawn.shapes;
-            drawn.corners
+            // A scene may draw nothing: a link without a shape has such a file.
+            return Ok(Read { corners: drawn.corners, shapes: drawn.shapes, notes });
         }
         _ => {
             let known = "STL, OBJ, COLLADA (.dae), binary glTF (.glb), OFF, Open Inventor (.iv) and VRML (.wrl) as text";
@@ -420,7 +424,7 @@ pub(crate) fn triangles(bytes: &[u8], path: &Path, source: &Source) -> Result<Re
     if corners.is_empty() {
         return Err("has no triangles".to_owned());
     }
-    Ok(Read { corners, shapes, notes })
+    Ok(Read { corners, shapes: Vec::new(), notes })
 }
 
 /// Longest edge of the bounding box, m.

@@ -4,7 +4,7 @@ use crate::closure::{AGREEMENT, CLOSING_BUDGET, Closure, Problem, close};
 use crate::describe::{describe, short};
 use crate::figures::figures;
 use crate::load::{Found, LimitsOf, examine_hand, hint, parse_sigma};
-use crate::table::{columns, table, widest};
+use crate::table::{columns, table, widest, wrapped};
 use crate::views::draw_hand;
 use clap::Args;
 use palmares_models::error::{LoadWarning, Refused};
@@ -268,19 +268,18 @@ fn kind_of(message: &str) -> String {
         .collect()
 }
 
+/// Columns of the short table of closures that stay together.
+const OF_A_CLOSURE: usize = 4;
+
 fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) -> String {
     if closures.is_empty() {
         return "\nFree closure: not simulated, the hand has no motor\n".to_owned();
     }
-    let head = |more: Vec<String>| -> Vec<String> {
-        let first = ["σ", "rest (s)", "law", "max |q - predicted|"].map(str::to_owned);
-        first.into_iter().chain(more).collect()
-    };
-    let each = hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "predicted".to_owned()]);
-    let mut rows = vec![head(each.collect())];
+    let head = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+    let mut rows = vec![head(&["σ", "rest (s)", "law", "max |q - predicted|"])];
+    rows[0].extend(hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "predicted".to_owned()]));
     // Of many tendons: the largest tension.
-    let largest = ["largest f", "of", "max |f - predicted|"].map(str::to_owned);
-    let mut short_rows = vec![head(largest.to_vec())];
+    let mut largest = vec![head(&["σ", "rest (s)", "law", "max |Δq|", "max |Δf|", "max f", "of tendon"])];
     let mut notes = String::new();
     // Reasons that hold at every σ are printed once.
     let always = |reason: &String| closures.iter().all(|c| c.beyond_closed_form.contains(reason));
@@ -304,28 +303,18 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) 
             None => "-",
         };
         let rest = c.rest_s.map_or("-".to_owned(), |t| format!("{t:.2}"));
-        let mut row = vec![sigmas(&c.sigma), rest, law.to_owned(), error];
+        let mut row = vec![label(hand, &c.sigma), rest, law.to_owned(), error];
+        largest.push(row.iter().cloned().chain(largest_tension(hand, c)).collect());
         for (k, f) in c.tension.iter().enumerate() {
             row.push(tension(*f));
             row.push(c.predicted_tension.as_ref().map_or("-".to_owned(), |p| tension(p[k])));
         }
         rows.push(row);
-        let mut row = vec![label(hand, &c.sigma), rows[rows.len() - 1][1].clone()];
-        row.extend([rows[rows.len() - 1][2].clone(), rows[rows.len() - 1][3].clone()]);
-        let most = (0..c.tension.len()).max_by(|a, b| c.tension[*a].abs().total_cmp(&c.tension[*b].abs()));
-        row.push(most.map_or("-".to_owned(), |k| tension(c.tension[k])));
-        row.push(most.map_or("-".to_owned(), |k| hand.tendons[k].name.clone()));
-        let off = c
-            .predicted_tension
-            .as_ref()
-            .map(|predicted| c.tension.iter().zip(predicted).map(|(f, p)| (f - p).abs()).fold(0.0, f64::max));
-        row.push(off.map_or("-".to_owned(), |off| format!("{off:.1e}")));
-        short_rows.push(row);
         let mut explain = |heading: &str, reasons: &[String]| {
             if reasons.is_empty() {
                 return;
             }
-            let _ = writeln!(notes, "  σ = {}: {heading}", sigmas(&c.sigma));
+            let _ = writeln!(notes, "  σ = {}: {heading}", label(hand, &c.sigma));
             let lines = reasons.iter().map(|reason| (reason.as_str(), reason.clone()));
             for reason in if all { reasons.to_vec() } else { first_of_each_kind(lines) } {
                 let _ = writeln!(notes, "    {reason}");
@@ -339,11 +328,29 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) 
         };
         explain(&format!("no prediction applies{balance}:"), &c.beyond);
     }
-    let mut rows = table(&rows);
-    if width.is_some_and(|width| widest(&rows) > width) {
-        rows = table(&short_rows) + "  --json has all tensions\n";
+    let whole = table(&rows);
+    if width.is_none_or(|width| widest(&whole) <= width) {
+        return format!("\nFree closure, simulated and predicted (f: tensions)\n{whole}{notes}");
     }
-    format!("\nFree closure, simulated and predicted (f: tensions)\n{rows}{notes}")
+    let rows = wrapped(&largest, OF_A_CLOSURE, 1, width);
+    format!(
+        "\nFree closure, simulated and predicted (f: tensions, Δ: difference); --json has all\n{rows}{notes}"
+    )
+}
+
+/// The largest error of a tension, and the largest tension with its tendon.
+fn largest_tension(hand: &Hand, closure: &Closure) -> [String; 3] {
+    let f = &closure.tension;
+    let off = closure.predicted_tension.as_ref().map(|predicted| {
+        f.iter().zip(predicted).map(|(f, predicted)| (f - predicted).abs()).fold(0.0, f64::max)
+    });
+    let most = (0..f.len()).max_by(|a, b| f[*a].abs().total_cmp(&f[*b].abs()));
+    let or = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
+    [
+        or(off.map(|off| format!("{off:.1e}"))),
+        or(most.map(|k| tension(f[k]))),
+        or(most.map(|k| hand.tendons[k].name.clone())),
+    ]
 }
 
 /// The motors' positions, shorter for many motors: those of all, or of the one that moves.

@@ -159,7 +159,8 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
         for decision in found.iter().take(most) {
             let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
             let line = format!("{file}: {}: {}", decision.element, decision.text);
-            let _ = writeln!(out, "  {}", printable(&line));
+            let lines: Vec<_> = line.lines().map(printable).collect();
+            let _ = writeln!(out, "  {}", lines.join("\n    "));
         }
         if found.len() > most {
             let _ = writeln!(

@@ -61,8 +61,9 @@ test('a person drives a hand, and the recording repeats the run', async ({ page,
 
   // Keys move the hand.
   const first = await onScreen(page, 'base');
-  await hold(page, 'd', 500);
-  await expect.poll(async () => { const now = await onScreen(page, 'base'); return Math.hypot(now.x - first.x, now.y - first.y); }).toBeGreaterThan(10);
+  await page.keyboard.down('d');
+  await expect.poll(async () => { const now = await onScreen(page, 'base'); return Math.hypot(now.x - first.x, now.y - first.y); }, { timeout: 20_000 }).toBeGreaterThan(10);
+  await page.keyboard.up('d');
   for (const key of ['w', 'q', 'j', 'k', 'o']) await hold(page, key, 250);
 
   // Handles.

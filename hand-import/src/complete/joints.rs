@@ -167,6 +167,10 @@ fn virtual_leaders(draft: &mut Draft, log: &mut Log) {
             joint.effort = joint.effort.or(old.effort.map(|effort| effort / slope.abs()));
             joint.velocity = joint.velocity.or(old.velocity.map(|velocity| velocity * slope.abs()));
         }
+        // A motor of its own would be a second one.
+        if draft.actuators.iter().any(|actuator| actuator.drive == Drive::Joint(name.clone())) {
+            draft.actuators.retain(|actuator| actuator.drive != Drive::Joint(first.joint.clone()));
+        }
         let inverse = Follows { ratio: 1.0 / slope, offset: -constant / slope };
         relocate(draft, (&name, &first.joint, inverse), log);
         let text = format!(

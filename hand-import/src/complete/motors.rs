@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use palmares_models::measure::HandLimits;
 
 use super::followers::length;
-use super::servos::{self, Servo};
+use super::servos::{self, Servo, of_kind};
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 
@@ -51,6 +51,8 @@ impl Wound {
     }
 }
 
+/// Largest damping over stiffness of a servo that a description can mean, s.
+const SLOWEST: f64 = 1.0;
 /// Part of its travel by which a tendon stretches at its largest tension.
 const STRETCH: f64 = 0.002;
 /// Largest speed of a tendon's motor, 1/s: it closes in half a second.
@@ -97,30 +99,30 @@ pub(crate) fn complete(draft: &mut Draft, log: &mut Log) -> (Vec<Motor>, Vec<Wou
 /// Takes out gains and dampings that no hand may have: descriptions for pictures copy them from one kind of joint to another.
 fn stand_ins(draft: &mut Draft, log: &mut Log) {
     let limits = HandLimits::default();
-    let mut check = |value: &mut Option<f64>, what: &str, most: f64, at: At, element: String| {
+    let check = |log: &mut Log, value: &mut Option<f64>, what: &str, most: f64, at: &At, element: &str| {
         if let Some(x) = value.take_if(|x| *x > most) {
-            log.guessed(
-                at,
-                element,
-                format!("states {what} {x}, more than the {most} that a hand may have: a stand-in"),
-            );
+            let text = format!("states {what} {x}, more than the {most} that a hand may have: a stand-in");
+            log.guessed(at.clone(), element, text);
         }
     };
     for joint in &mut draft.joints {
         let most = of_kind(joint, (limits.joint_damping_nms_rad, limits.slide_damping_ns_m));
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
-        check(&mut joint.damping, "the damping", most, at, element);
+        check(log, &mut joint.damping, "the damping", most, &at, &element);
     }
     for actuator in &mut draft.actuators {
         let (at, element) = (At::Motor(actuator.name.clone()), format!("actuator '{}'", actuator.name));
-        check(&mut actuator.gain, "the gain", limits.tendon_stiffness, at.clone(), element.clone());
-        check(&mut actuator.damping, "the damping", limits.tendon_damping, at, element);
+        check(log, &mut actuator.gain, "the gain", limits.tendon_stiffness, &at, &element);
+        check(log, &mut actuator.damping, "the damping", limits.tendon_damping, &at, &element);
+        if let Some(gain) = actuator.gain.filter(|gain| *gain > 0.0)
+            && let Some(damping) = actuator.damping.take_if(|damping| *damping > SLOWEST * gain)
+        {
+            let text = format!(
+                "states the damping {damping}, more than {SLOWEST} s times its gain {gain}: it would creep; a stand-in"
+            );
+            log.guessed(at, element, text);
+        }
     }
-}
-
-/// Value for a joint that turns, or for one that slides.
-pub(super) fn of_kind(joint: &Joint, (turns, slides): (f64, f64)) -> f64 {
-    if joint.kind == JointKind::Prismatic { slides } else { turns }
 }
 
 /// A tendon with its motors.
@@ -188,7 +190,8 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let tension =
         middle(springs.collect()).or_else(|| middle(efforts.collect())).unwrap_or(TENSION).min(most);
     let force = or(tendon.force_limit.or(first.and_then(|a| a.force_limit)), "largest tension", tension);
-    let stiffness = or(tendon.stiffness, "stiffness", force / (STRETCH * travel));
+    let stiffness =
+        or(tendon.stiffness, "stiffness", (force / (STRETCH * travel)).min(limits.tendon_stiffness));
     let weights: f64 = tendon.motors.iter().map(|(_, weight)| weight.abs()).sum();
     let scaling = match commands {
         Some([from, to]) => to - from,

@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 
 use palmares_models::measure::HandLimits;
 
-use super::motors::of_kind;
 use crate::decision::{At, Log};
 use crate::draft::{Actuator, Control, Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 
@@ -41,6 +40,11 @@ const ERROR: (f64, f64) = (0.05, 5e-4);
 const LAG: f64 = 0.02;
 /// Commands beyond the limits of a joint by more than this part of its range have no use.
 const BEYOND: f64 = 0.5;
+
+/// Value for a joint that turns, or for one that slides.
+pub(super) fn of_kind(joint: &Joint, (turns, slides): (f64, f64)) -> f64 {
+    if joint.kind == JointKind::Prismatic { slides } else { turns }
+}
 
 /// One motor for each joint that moves by itself.
 pub(super) fn everywhere(draft: &mut Draft, log: &mut Log) {

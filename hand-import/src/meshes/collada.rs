@@ -2,6 +2,7 @@
 //!
 //! mesh-loader's reader places each geometry once, knows no `<instance_node>`, and panics at indices that are not there.
 
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
@@ -175,10 +176,10 @@ impl<'a, 'input> Scene<'a, 'input> {
             let Some((vertices, offset)) = vertex else {
                 return Err(format!("<{kind}> has no <input semantic='VERTEX'>"));
             };
-            if !positions.contains_key(&vertices.id()) {
-                positions.insert(vertices.id(), self.points(vertices)?);
-            }
-            let points = &positions[&vertices.id()];
+            let points = match positions.entry(vertices.id()) {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => entry.insert(self.points(vertices)?),
+            };
             let mut faces = Vec::new();
             for list in set.descendants().filter(|node| node.is_element() && node.tag_name().name() == "p") {
                 let list = list.text().unwrap_or_default().split_whitespace();

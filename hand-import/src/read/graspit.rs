@@ -72,6 +72,7 @@ pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, Impor
                 "virtualContacts" => "are for GraspIt!'s grasp quality",
                 "tendonWrapper" => "is a cylinder around which tendons run, which is not read",
                 "filter" => "is a tactile sensor; `[[tactile]]` has a hand's",
+                "approachDirection" => "is the palm's normal; [base] turns a hand's palm towards +x",
                 _ => "is for GraspIt! only",
             };
             reading.log.dropped(At::Hand, format!("<{tag}>"), text);

@@ -244,6 +244,8 @@ fn a_tendon_over_points_is_a_cable_with_a_motor() {
     has(&imported, Kind::Dropped, "dof 1", "a tendon pulls");
     let hand = loaded(&imported);
     assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.tendons.len()), (2, 1, 1));
+    // What is guessed is within the limits of a hand.
+    assert!(hand.tendons[0].stiffness <= 1e6);
     let distance = |a: [f64; 3], b: [f64; 3]| (Vec3::from_array(a) - Vec3::from_array(b)).length();
     let turned = |[x, y, z]: [f64; 3], angle: f64| {
         let (sin, cos) = angle.sin_cos();
@@ -317,6 +319,19 @@ fn links_of_solids_have_their_own_shapes() {
 }
 
 #[test]
+fn a_scene_that_draws_nothing_is_a_link_without_a_shape() {
+    let chain = format!("<chain>{}{}{LINK}{LINK}</chain>", revolute("d0", ""), revolute("d1", ""));
+    let text = robot("<dof type='r'/><dof type='r'/>", &chain.replacen("link.xml", "faux.xml", 1));
+    let source = files(&text);
+    source.write("iv/faux.xml", BODY.replace("box.iv", "faux.iv").as_bytes());
+    source.write("iv/faux.iv", b"#Inventor V2.1 ascii\nSeparator { Material { } }");
+    let imported = source.import("claw.xml");
+    no_problems(&imported);
+    has(&imported, Kind::Taken, "link 'chain0_link0'", "draws nothing");
+    assert_eq!(loaded(&imported).coordinates.len(), 2);
+}
+
+#[test]
 fn slides_springs_and_starts_have_their_units() {
     let joint = "<joint type='Prismatic'><theta>0</theta><d>d0*-1+8</d><a>0</a><alpha>0</alpha><minValue>0</minValue>\
                  <maxValue>-20</maxValue><viscousFriction>3e+5</viscousFriction>\
@@ -356,6 +371,18 @@ fn gains_of_another_kind_of_joint_are_stand_ins() {
     let hand = loaded(&imported);
     assert!(hand.tendons[0].stiffness <= 1e6 && hand.coordinates[0].damping <= 1e3);
     near(hand.tendons[0].force_limit, 20.0);
+}
+
+#[test]
+fn exchanged_gains_do_not_make_a_motor_creep() {
+    let dof = "<dof type='r'><maxEffort>1e+8</maxEffort><Kp>1e+8</Kp><Kd>1e+11</Kd></dof>";
+    let text = robot(dof, &format!("<chain>{}{LINK}</chain>", revolute("d0", "")));
+    let imported = files(&text).import("claw.xml");
+    no_problems(&imported);
+    has(&imported, Kind::Guessed, "actuator 'd0'", "it would creep");
+    let hand = loaded(&imported);
+    near(hand.tendons[0].stiffness, 0.1);
+    near(hand.tendons[0].damping, 0.002);
 }
 
 #[test]

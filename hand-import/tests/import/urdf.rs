@@ -298,14 +298,15 @@ fn transmissions_of_other_types_give_each_joint_a_motor() {
             "<transmission name='t'><type>maker/{kind}</type>{joints}<actuator name='m1'/><actuator name='m2'/></transmission>"
         )
     };
-    for (kind, text) in
-        [("DifferentialTransmission", "a motor of its own"), ("makersOwn", "'makersOwn' is not known")]
-    {
+    for (kind, element, text) in [
+        ("DifferentialTransmission", "transmission 't'", "a motor of its own"),
+        ("makersOwn", "transmissions of type 'makersOwn'", "are not known"),
+    ] {
         let source =
             Source::new(&[("claw.urdf", &finger(&two(kind, "<joint name='base'/><joint name='tip'/>")))]);
         let imported = source.import("claw.urdf");
         no_problems(&imported);
-        has(&imported, Kind::Guessed, "transmission 't'", text);
+        has(&imported, Kind::Guessed, element, text);
         let hand = loaded(&imported);
         assert_eq!(hand.motors.iter().map(|motor| motor.name.as_str()).collect::<Vec<_>>(), ["m1", "m2"]);
     }
@@ -313,6 +314,19 @@ fn transmissions_of_other_types_give_each_joint_a_motor() {
     has(&source.import("claw.urdf"), Kind::Dropped, "transmission 't'", "'m2'");
     let source = Source::new(&[("claw.urdf", &finger(&two("makersOwn", "")))]);
     has(&source.import("claw.urdf"), Kind::Problem, "transmission 't'", "names no <joint>");
+    // Also where a joint without a shape leads: its motor is that of its first follower.
+    let virtual_joint = "<link name='virtual'/><joint name='synergy' type='revolute'><parent link='palm'/><child link='virtual'/>\
+         <axis xyz='0 0 1'/><limit lower='0' upper='1' effort='2' velocity='4'/></joint>";
+    let all = ["synergy", "base", "tip"].map(|joint| {
+        format!("<transmission name='{joint}_t'><type>maker/own</type><joint name='{joint}'/><actuator name='{joint}'/></transmission>")
+    });
+    let text = finger(&(virtual_joint.to_owned() + &all.concat()))
+        .replace("<dynamics damping='0.01'/></joint>", "<mimic joint='synergy'/></joint>");
+    let source = Source::new(&[("claw.urdf", &text)]);
+    let imported = source.import("claw.urdf");
+    no_problems(&imported);
+    let hand = loaded(&imported);
+    assert_eq!(hand.motors.iter().map(|motor| motor.name.as_str()).collect::<Vec<_>>(), ["synergy"]);
 }
 
 #[test]

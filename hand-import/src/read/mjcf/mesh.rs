@@ -111,7 +111,11 @@ fn from_file(
     }
     let bytes = source.bytes(&found, "mesh", limits().mesh_bytes).map_err(|error| error.to_string());
     match bytes.and_then(|bytes| triangles(&bytes, &found, source)) {
-        Ok(read) => Some((read.corners, Some(found))),
+        Ok(read) if !read.corners.is_empty() => Some((read.corners, Some(found))),
+        Ok(_) => {
+            log.bad(element, format!("mesh {} draws nothing", found.display()));
+            None
+        }
         Err(problem) => {
             log.bad(element, format!("mesh {} {problem}", found.display()));
             None

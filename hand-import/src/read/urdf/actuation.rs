@@ -23,8 +23,10 @@ pub(super) fn transmission(node: Node<'_, '_>, draft: &mut Draft, reading: &mut 
         }
         // Makers have types of their own.
         _ => {
-            let text = format!("its type '{kind}' is not known; each of its joints has one motor");
-            each(node, &name, &shown, &text, draft, reading);
+            // Once for all transmissions of the type.
+            let element = format!("transmissions of type '{kind}'");
+            let text = "are not known; each joint of them that follows no other has one motor";
+            each(node, &name, &element, text, draft, reading);
         }
     }
 }
@@ -40,15 +42,18 @@ fn each(
 ) {
     let joints: Vec<&str> = children(node, "joint").filter_map(|joint| joint.attribute("name")).collect();
     if joints.is_empty() {
-        reading.log.problem(At::Hand, shown, "names no <joint>; it is left out");
+        let element = format!("transmission '{name}'");
+        reading.log.problem(At::Hand, element, "names no <joint>; it is left out");
         return;
     }
     let actuators: Vec<&str> =
         children(node, "actuator").filter_map(|actuator| actuator.attribute("name")).collect();
-    for (k, joint) in joints.iter().enumerate() {
+    reading.log.guessed(At::Hand, shown, text);
+    let follows = |joint: &str| draft.couplings.iter().any(|coupling| coupling.joint == joint);
+    let own: Vec<bool> = joints.iter().map(|joint| !follows(joint)).collect();
+    for (k, joint) in joints.iter().enumerate().filter(|(k, _)| own[*k]) {
         let motor = actuators.get(k).copied().unwrap_or(if joints.len() == 1 { name } else { joint });
         let interface = child_text(node, "hardwareInterface").and_then(control);
-        reading.log.guessed(At::Motor(motor.to_owned()), shown, text);
         add(draft, Actuator { control: interface, ..Actuator::of(motor, Drive::Joint((*joint).to_owned())) });
     }
 }
