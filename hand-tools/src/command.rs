@@ -23,7 +23,7 @@ Exit code: 0 if the hand is usable, 1 if it is not, 2 with --strict if there are
 warnings.
 
 Examples:
-  palmares hand check my-hand/        a folder with hand.urdf, hand.toml and meshes
+  palmares hand check my-hand/        a folder: hand.urdf, hand.toml, meshes
   palmares hand check my-hand.zip     the same folder, packed
   palmares hand check my-hand/hand.urdf
   palmares hand check softhand --json a built-in hand, output for programs
@@ -41,7 +41,7 @@ Exit code: 1 if the hand could not be simulated until it rests (the simulated
 part is drawn), 0 otherwise.
 
 Examples:
-  palmares hand show softhand            links, joints, motors and sensors as text
+  palmares hand show softhand            links, joints, motors, sensors
   palmares hand show softhand --output softhand.svg
   palmares hand show my-hand/ --sigma 0.4 --output my-hand.png
   palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 \\

@@ -15,8 +15,8 @@ const CHECK_HELP: &str = "\
 Exit code: 0 if the task is usable, 1 if not, 2 with --strict and warnings.
 
 Examples:
-  palmares task check my-task/            a folder with task.toml, and the meshes
-                                          and URDFs that it names
+  palmares task check my-task/            a folder with task.toml, and the
+                                          meshes and URDFs that it names
   palmares task check my-task/task.toml --scenes 100 --hand my-hand/
   palmares task check balls --json        a built-in task; output for programs";
 
@@ -43,8 +43,8 @@ const DECOMPOSE_HELP: &str = "\
 Examples:
   palmares task decompose my-task/mug.stl           writes my-task/mug_pieces/
   palmares task decompose my-task/mug.stl --pieces 32 --resolution 128 --force
-  palmares task decompose mug.stl --scale 0.001     a mesh in millimetres that no
-                                                    task.toml names yet";
+  palmares task decompose mug.stl --scale 0.001     a mesh in millimetres that
+                                                    no task.toml names yet";
 
 /// The commands for tasks.
 #[derive(Debug, Subcommand)]
