@@ -77,7 +77,7 @@ fn size(value: &Value, or: usize) -> Result<usize, String> {
     }
 }
 
-/// So many numbers, if the value is there.
+/// `N` numbers, if the value is there.
 fn numbers<const N: usize>(value: &Value) -> Result<Option<[f64; N]>, String> {
     if value.is_null() {
         return Ok(None);

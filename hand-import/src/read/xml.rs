@@ -54,14 +54,14 @@ impl Element<'_> {
         self.number(&format!("{name} of <{}>", node.tag_name().name()), text)
     }
 
-    /// The numbers in an attribute, if it is there and has so many.
+    /// The `N` numbers in an attribute, if it is there.
     pub(crate) fn numbers<const N: usize>(&mut self, node: Node<'_, '_>, name: &str) -> Option<[f64; N]> {
         let text = node.attribute(name)?;
         let what = format!("{name} of <{}>", node.tag_name().name());
         self.list(&what, text)
     }
 
-    /// The numbers in a text, if there are so many.
+    /// The `N` numbers in a text; anything else is a problem, and `None`.
     pub(crate) fn list<const N: usize>(&mut self, what: &str, text: &str) -> Option<[f64; N]> {
         let list = numbers(text).and_then(|found| <[f64; N]>::try_from(found).ok());
         if list.is_none() {
