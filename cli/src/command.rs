@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 /// Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
 #[derive(Debug, Parser)]
-#[command(version, about, propagate_version = true, arg_required_else_help = true, after_help = AFTER_HELP)]
+#[command(version, about, propagate_version = true, arg_required_else_help = true, max_term_width = 80, after_help = AFTER_HELP)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -21,17 +21,18 @@ Quick start:
   open http://127.0.0.1:8080/    the leaderboard
 
 The Python package (pip install palmares-*.whl) adds two commands:
-  palmares demo                  a server, one run of an example controller, its score
+  palmares demo                  a server, one run of an example, its score
   palmares evaluate FILE         play a controller over many scenes
 
-Guides: docs/teams.md (writing a controller), docs/hands.md (your own hand), docs/tasks.md (your own task),
-docs/organizers.md (a competition).
+Guides: docs/teams.md (writing a controller), docs/hands.md (your own hand),
+docs/tasks.md (your own task), docs/organizers.md (a competition).
 Log lines go to stderr; RUST_LOG=palmares=debug shows more.";
 
 const SERVE_HELP: &str = "\
-When the server is ready, it prints one line on stdout: `listening on http://ADDRESS:PORT`. Ctrl-C (or SIGTERM) stops it: open
-runs are stopped and scored first, within --shutdown-grace-s. The exit code is then 0, or 3 if some runs did not finish: they are
-aborted at the next start.
+When the server is ready, it prints one line on stdout: `listening on
+http://ADDRESS:PORT`. Ctrl-C (or SIGTERM) stops it: open runs are stopped and
+scored first, within --shutdown-grace-s. The exit code is then 0, or 3 if some
+runs did not finish: they are aborted at the next start.
 
 Examples:
   palmares serve
@@ -43,22 +44,24 @@ Examples:
 
 const ADMIN_HELP: &str = "\
 Examples, on the server's machine:
-  palmares admin team add crabs                           prints the team's token, once
+  palmares admin team add crabs             prints the team's token, once
   palmares admin open
-  palmares admin session list                             sessions with their ids and clocks
+  palmares admin session list               sessions with their ids and clocks
   palmares admin session grant ses_1f… --seconds 60 --reason \"late start\"
   palmares admin run void run_7c… --reason \"the network failed\"
   palmares admin export leaderboard -o leaderboard.csv
 Example with a URL and the token in a file:
-  palmares admin --url http://127.0.0.1:9000 --token-file organizer.token status";
+  palmares admin --url http://127.0.0.1:9000 --token-file organizer.token \\
+      status";
 
 const VERIFY_HELP: &str = "\
 Examples:
   palmares verify run_7c3d8eb479d7f8ab.mcap --key 3b6a…
   palmares verify run_7c3d8eb479d7f8ab.mcap --task my-task/
-  palmares verify season/ --json > verdicts.jsonl        all .mcap files below a folder
+  palmares verify season/ --json > verdicts.jsonl    all .mcap files in a folder
   palmares verify season/ --json --resume verdicts.jsonl > rest.jsonl
-  palmares verify s3://cup/2026 --ray=FIRST:6379         a bucket, on a Ray cluster (docs/replays.md)";
+  palmares verify s3://cup/2026 --ray=FIRST:6379     a bucket, on a Ray cluster
+                                                     (docs/replays.md)";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -147,6 +150,21 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn help_has_at_most_80_columns() {
+        fn check(command: &mut clap::Command) {
+            let help = command.render_long_help().to_string();
+            // The synopsis is one line, to copy.
+            for line in help.lines().filter(|line| !line.starts_with("Usage: ")) {
+                assert!(line.chars().count() <= 80, "{}: {line}", command.get_name());
+            }
+            command.get_subcommands_mut().for_each(check);
+        }
+        let mut command = Cli::command();
+        command.build();
+        check(&mut command);
     }
 
     #[test]

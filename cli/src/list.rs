@@ -44,13 +44,34 @@ pub(crate) fn hands(json: bool) -> anyhow::Result<()> {
                 grasp.mean
             )
         });
-        writeln!(
-            out,
-            "{:<14} {motors}, {} joint coordinates. {}{grasp}",
-            hand.name, hand.joints, hand.description
-        )?;
+        let text = format!("{motors}, {} joint coordinates. {}{grasp}", hand.joints, hand.description);
+        write!(out, "{}", listed_item(&hand.name, 15, &text))?;
     }
     Ok(())
+}
+
+/// Columns of a line, on a terminal and in a file.
+const COLUMNS: usize = 80;
+
+/// A name and its text, which begins at a column and is wrapped.
+fn listed_item(name: &str, column: usize, text: &str) -> String {
+    let mut out = format!("{name:<column$}");
+    let mut used = out.chars().count();
+    let first = used;
+    for word in text.split_whitespace() {
+        let width = word.chars().count();
+        if used > first && used + width > COLUMNS {
+            out.truncate(out.trim_end().len());
+            out += &format!("\n{:column$}", "");
+            used = column;
+        }
+        out += word;
+        out.push(' ');
+        used += width + 1;
+    }
+    out.truncate(out.trim_end().len());
+    out.push('\n');
+    out
 }
 
 /// Prints the tasks.
@@ -58,7 +79,8 @@ pub(crate) fn tasks() -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     for task in Task::builtin() {
         let (tick_ms, limit_s) = (task.tick_s * 1e3, task.time_limit_s);
-        writeln!(out, "{:<12} ticks of {tick_ms} ms, at most {limit_s} s. {}", task.name, task.description)?;
+        let text = format!("ticks of {tick_ms} ms, at most {limit_s} s. {}", task.description);
+        write!(out, "{}", listed_item(&task.name, 13, &text))?;
     }
     Ok(())
 }
@@ -79,4 +101,26 @@ pub(crate) fn objects() -> anyhow::Result<()> {
         writeln!(out, "{note}")?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_text_is_wrapped_below_its_beginning() {
+        let text = "word ".repeat(30);
+        let item = listed_item("softhand_skin", 15, &text);
+        let lines: Vec<&str> = item.lines().collect();
+        assert_eq!(lines.len(), 3, "{item}");
+        assert!(
+            lines.iter().all(|line| line.len() <= COLUMNS && line.len() == line.trim_end().len()),
+            "{item}"
+        );
+        assert!(
+            lines[0].starts_with("softhand_skin  word") && lines[1].starts_with(&format!("{:15}word", ""))
+        );
+        assert_eq!(item.split_whitespace().count(), 31);
+        assert_eq!(listed_item("a", 4, "b"), "a   b\n");
+    }
 }

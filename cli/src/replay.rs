@@ -15,7 +15,8 @@ const EXAMPLES: &str = "\
 Examples:
   palmares replay run_7c3d8eb479d7f8ab.mcap
   palmares replay run_7c3d8eb479d7f8ab.mcap --csv > trajectories.csv
-  palmares replay run_7c3d8eb479d7f8ab.mcap --cameras wrist,box_a.rgb --output images.mcap";
+  palmares replay run_7c3d8eb479d7f8ab.mcap --cameras wrist,box_a.rgb \\
+      --output images.mcap";
 
 /// Options of `palmares replay`.
 #[derive(Args, Debug)]

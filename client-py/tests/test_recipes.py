@@ -39,3 +39,10 @@ def test_a_hand_grasps_by_its_recipe() -> None:
     assert summary.hand == "yale_t42"
     assert summary.kept == 1
     assert summary.score > 8.0
+
+
+def test_the_softhand_plays_its_own_grasps() -> None:
+    with palmares.Client("local") as client:
+        summary = grasp.run(client, 3, "softhand")
+    assert summary.hand == "softhand"
+    assert summary.kept == 1

@@ -74,8 +74,7 @@ impl Source {
             let paths = entries.keys().cloned().collect();
             return Source::new(files, paths, None);
         }
-        let real =
-            path.canonicalize().map_err(|source| ModelError::Read { file: path.to_owned(), source })?;
+        let real = path.canonicalize().map_err(|error| ModelError::Read { file: path.to_owned(), error })?;
         let folder = real.parent().unwrap_or(Path::new("/"));
         let root = package_above(folder).unwrap_or_else(|| beside(folder).to_owned());
         let named = real.strip_prefix(&root).map(Path::to_owned).unwrap_or_else(|_| real.clone());
@@ -97,7 +96,7 @@ impl Source {
         let mut open = vec![(PathBuf::new(), 0)];
         while let Some((folder, depth)) = open.pop() {
             let place = root.join(&folder);
-            let failed = |source| ModelError::Read { file: place.clone(), source };
+            let failed = |error| ModelError::Read { file: place.clone(), error };
             for entry in std::fs::read_dir(&place).map_err(failed)? {
                 let entry = entry.map_err(failed)?;
                 let path = folder.join(entry.file_name());

@@ -11,6 +11,7 @@ use palmares_models::error::{LoadWarning, Refused};
 use palmares_models::hand::Hand;
 use palmares_models::hand::describe::HandDescription;
 use palmares_models::measure::HandLimits;
+use palmares_sim::statics::equilibrium::{ClosedForm, NoClosedForm};
 use palmares_sim::statics::rest::Method;
 use palmares_tasks::Task;
 use palmares_tasks::inspect::{self, FigureRow};
@@ -285,6 +286,12 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) 
     for reason in closures[0].beyond_closed_form.iter().filter(|reason| always(reason)) {
         let _ = writeln!(notes, "  at every σ the closed form does not apply: {reason}");
     }
+    if let Err(NoClosedForm::NoSpring { coordinate, .. }) = ClosedForm::new(hand) {
+        let _ = writeln!(
+            notes,
+            "  at every σ the closed form does not apply: joint '{coordinate}' has no spring"
+        );
+    }
     for c in closures {
         let error = match c.error {
             Some(error) if c.beyond.is_empty() => format!("{error:.1e}"),
@@ -376,4 +383,21 @@ fn conclusion(name: &str, report: &Report) -> String {
         (Usability::Usable, n) => writeln!(out, "\n{name}: {usable}, with {n} warnings"),
     };
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn newton_has_a_reason_also_for_servos() {
+        let hand = Hand::builtin("leap").expect("it is built in");
+        let closure = Closure {
+            law: Some(Method::Newton),
+            ..close(&hand, &vec![0.5; hand.motors.len()], &mut 1).expect("played")
+        };
+        let text = closures(&hand, &[closure], false, Some(80));
+        assert!(text.contains("at every σ the closed form does not apply: joint '"), "{text}");
+        assert!(text.contains("has no spring"), "{text}");
+    }
 }

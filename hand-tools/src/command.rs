@@ -19,65 +19,77 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 const CHECK_HELP: &str = "\
-Exit code: 0 if the hand is usable, 1 if it is not, 2 with --strict if there are warnings.
+Exit code: 0 if the hand is usable, 1 if it is not, 2 with --strict if there are
+warnings.
 
 Examples:
-  palmares hand check my-hand/            a folder with hand.urdf, hand.toml and meshes
-  palmares hand check my-hand.zip         the same folder, packed
+  palmares hand check my-hand/        a folder: hand.urdf, hand.toml, meshes
+  palmares hand check my-hand.zip     the same folder, packed
   palmares hand check my-hand/hand.urdf
-  palmares hand check softhand --json     a built-in hand, output for programs
+  palmares hand check softhand --json a built-in hand, output for programs
   palmares hand check my-hand/ --config competition.toml --output sides.png";
 const TRY_HELP: &str = "\
-Exit code: 0 if the hand was played to the end in every task, 1 if it does not fit, its world fails or needs too
-much computing.
+Exit code: 0 if the hand was played to the end in every task, 1 if it does not
+fit, its world fails or needs too much computing.
 
 Examples:
   palmares hand try softhand
   palmares hand try my-hand.zip --only shelf";
 
 const SHOW_HELP: &str = "\
-Exit code: 1 if the hand could not be simulated until it rests (the simulated part is drawn), 0 otherwise.
+Exit code: 1 if the hand could not be simulated until it rests (the simulated
+part is drawn), 0 otherwise.
 
 Examples:
-  palmares hand show softhand                     links, joints, motors and sensors as text
+  palmares hand show softhand            links, joints, motors, sensors
   palmares hand show softhand --output softhand.svg
   palmares hand show my-hand/ --sigma 0.4 --output my-hand.png
-  palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --output pushed.png";
+  palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 \\
+      --output pushed.png";
 const ANALYSE_HELP: &str = "\
 Examples:
-  palmares hand analyse softhand                  synergies, compliance, order of closing
+  palmares hand analyse softhand       synergies, compliance, order of closing
   palmares hand analyse pinch --sigma 0.3,0.35 --json
-  palmares hand analyse pinch --contact left_distal:0,-0.006,0.02:0,-1,0 --contact right_distal:0,0.006,0.02:0,1,0 \\
+  palmares hand analyse pinch --contact left_distal:0,-0.006,0.02:0,-1,0 \\
+      --contact right_distal:0,0.006,0.02:0,1,0 \\
       --model soft-finger --friction 0.8 --figure pinch.svg";
 const DECOMPOSE_HELP: &str = "\
 Examples:
-  palmares hand decompose my-hand/meshes/palm.stl           writes my-hand/meshes/palm_pieces/palm_01.stl and so on
-  palmares hand decompose my-hand/meshes/palm.stl --pieces 12 --resolution 128 --force";
+  palmares hand decompose my-hand/meshes/palm.stl     writes
+      my-hand/meshes/palm_pieces/palm_01.stl and so on
+  palmares hand decompose my-hand/meshes/palm.stl --pieces 12 \\
+      --resolution 128 --force";
 
 const IMPORT_HELP: &str = "\
-Exit code: 0 if the hand is written without problems, 2 if it is written with problems, 1 if nothing is written.
+Exit code: 0 if the hand is written without problems, 2 if it is written with
+problems, 1 if nothing is written.
 
 Examples:
-  palmares hand import robotiq.urdf --out my-hand/                  a file; its ROS package has the meshes
+  palmares hand import robotiq.urdf --out my-hand/
+                                      a file; its ROS package has the meshes
   palmares hand import some_description/ --robot left --out my-hand/
   palmares hand import hand.zip --visual-as-collision --out my-hand/
-  palmares hand import arm.urdf --root palm_link --out my-hand/     the hand of an arm
+  palmares hand import arm.urdf --root palm_link --out my-hand/
+                                      the hand of an arm
   palmares hand check my-hand/";
 
 const NEW_HELP: &str = "\
 Exit code: as of `palmares hand import`.
 
 Examples:
-  palmares hand new claw --from claw.urdf        writes claw/hand.urdf and claw/hand.toml; edit it, then
+  palmares hand new claw --from claw.urdf    writes claw/hand.urdf and
+                                             claw/hand.toml; edit it, then
   palmares hand check claw/";
 const COPY_HELP: &str = "\
 Examples:
-  palmares hand copy pinch                       writes my-pinch/hand.urdf and my-pinch/hand.toml; edit them, then
+  palmares hand copy pinch                   writes my-pinch/hand.urdf and
+                                             my-pinch/hand.toml; edit them, then
   palmares hand check my-pinch/
   palmares hand copy softhand --out soft3/ --name soft3";
 const EXPORT_HELP: &str = "\
 Examples:
-  palmares hand export softhand --format mjcf --out softhand-mjcf/    hand.xml, meshes and hand.toml
+  palmares hand export softhand --format mjcf --out softhand-mjcf/
+                                      hand.xml, meshes and hand.toml
   palmares hand export my-hand/ --format urdf --out my-hand-urdf/";
 
 /// Commands for a hand.

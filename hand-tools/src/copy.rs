@@ -51,7 +51,7 @@ pub(crate) fn run(args: &CopyArgs) -> anyhow::Result<ExitCode> {
     if folder.exists() && !args.force {
         bail!("{} exists; nothing was written (--force replaces its files)", folder.display());
     }
-    let own = settings.replacen(&format!("name = \"{}\"", args.hand), &format!("name = \"{name}\""), 1);
+    let own = renamed(&settings, &args.hand, name);
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (file, text) in [("hand.urdf", urdf), ("hand.toml", &own)] {
         let path = folder.join(file);
@@ -64,4 +64,29 @@ pub(crate) fn run(args: &CopyArgs) -> anyhow::Result<ExitCode> {
         args.hand
     )?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The `hand.toml` of a built-in hand for its copy.
+fn renamed(settings: &str, hand: &str, name: &str) -> String {
+    let own = settings.replacen(&format!("name = \"{hand}\""), &format!("name = \"{name}\""), 1);
+    // The README stays behind: it is about the built-in hand.
+    own.replacen(
+        "Where each number comes from: README.md.",
+        &format!("A copy of the built-in hand `{hand}`."),
+        1,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_copy_names_no_file_that_is_not_copied() {
+        for hand in builtin_hands() {
+            let (_, settings) = builtin_texts(&hand.name).expect("it is built in");
+            let own = renamed(&settings, &hand.name, "mine");
+            assert!(own.contains("name = \"mine\"") && !own.contains("README"), "{own}");
+        }
+    }
 }

@@ -15,8 +15,10 @@ pub struct Camera {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<String>,
     /// Origin of the optical frame, m: in the world for a camera of a task, in its link for one of a hand.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub position: [f64; 3],
     /// Orientation of the optical frame, x, y, z, w.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub quat_xyzw: [f64; 4],
     /// Pixels in a row.
     pub width: u32,

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
     /// The file does not exist or is not readable.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: {error}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
+        /// Error of the operating system. It is no `source`: a chain of errors would print it twice.
+        error: std::io::Error,
     },
     /// The file exceeds a limit that no sound description needs; it may be hostile.
     #[error("{}: {element}: {found} {what}; the limit is {limit}", file.display())]

@@ -12,6 +12,7 @@ pub mod camera;
 pub mod catalogue;
 pub mod content;
 pub mod error;
+mod exact;
 pub mod hand;
 pub mod measure;
 pub mod object;

@@ -15,7 +15,8 @@ const CHECK_HELP: &str = "\
 Exit code: 0 if the task is usable, 1 if not, 2 with --strict and warnings.
 
 Examples:
-  palmares task check my-task/            a folder with task.toml, and the meshes and URDFs that it names
+  palmares task check my-task/            a folder with task.toml, and the
+                                          meshes and URDFs that it names
   palmares task check my-task/task.toml --scenes 100 --hand my-hand/
   palmares task check balls --json        a built-in task; output for programs";
 
@@ -26,21 +27,24 @@ Examples:
 
 const COPY_HELP: &str = "\
 Examples:
-  palmares task copy balls my-balls/              writes my-balls/task.toml; edit it, then
+  palmares task copy balls my-balls/        writes my-balls/task.toml; edit it
   palmares task check my-balls/";
 
 const PLAY_HELP: &str = "\
 Examples:
-  palmares task play my-task/                     the hand reaches out, closes, lifts and sweeps
+  palmares task play my-task/                     the hand reaches out, closes,
+                                                  lifts and sweeps
   palmares task play my-task/ --script idle --replay idle.mcap
   palmares verify idle.mcap --task my-task/
-To play it yourself in a browser: palmares serve --task my-task/, then http://127.0.0.1:8080/drive";
+To play it yourself in a browser: palmares serve --task my-task/, then
+http://127.0.0.1:8080/drive";
 
 const DECOMPOSE_HELP: &str = "\
 Examples:
-  palmares task decompose my-task/mug.stl                   writes my-task/mug_pieces/mug_01.stl and so on
+  palmares task decompose my-task/mug.stl           writes my-task/mug_pieces/
   palmares task decompose my-task/mug.stl --pieces 32 --resolution 128 --force
-  palmares task decompose mug.stl --scale 0.001             a mesh in millimetres that no task.toml names yet";
+  palmares task decompose mug.stl --scale 0.001     a mesh in millimetres that
+                                                    no task.toml names yet";
 
 /// The commands for tasks.
 #[derive(Debug, Subcommand)]

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{Comments, number};
 use crate::complete::{Complete, ServoNumbers};
 use crate::decision::At;
-use crate::draft::{JointKind, TendonPath};
+use crate::draft::{Draft, JointKind, TendonPath};
 
 /// The text of `hand.toml`.
 pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> String {
@@ -136,6 +136,9 @@ fn start(out: &mut String, hand: &Complete) {
     };
     let (mut joints, mut motors) = (draft.start.joints.clone(), draft.start.motors.clone());
     joints.retain(|(name, _)| moves(name) && !follows(name));
+    for (name, q) in &mut joints {
+        *q = limits(draft, name).into_iter().fold(*q, |q, [low, high]| q.max(low).min(high));
+    }
     motors.retain(|(name, _)| motor(name));
     if joints.is_empty() && motors.is_empty() {
         return;
@@ -146,6 +149,21 @@ fn start(out: &mut String, hand: &Complete) {
             let _ = writeln!(out, "{field} = {}", inline(&list));
         }
     }
+}
+
+/// Limits of a joint: its own, and those that the joints that follow it give it. A start of the source may be beyond them.
+fn limits(draft: &Draft, name: &str) -> Vec<[f64; 2]> {
+    let of =
+        |name: &str| draft.joints.iter().find(|joint| joint.name == *name).and_then(|joint| joint.limits);
+    let followers = draft.couplings.iter().filter(|coupling| coupling.leader == name);
+    let given = followers.filter_map(|coupling| {
+        let (&[offset, ratio], [low, high]) = (coupling.coefficients.as_slice(), of(&coupling.joint)?) else {
+            return None;
+        };
+        let ends = [(low - offset) / ratio, (high - offset) / ratio];
+        (ratio != 0.0).then_some([ends[0].min(ends[1]), ends[0].max(ends[1])])
+    });
+    of(name).into_iter().chain(given).collect()
 }
 
 /// The servos: what all have in common, and what each has of its own.

@@ -159,6 +159,10 @@ fn the_home_keyframe_is_the_start() {
         <keyframe><key qpos='0.5 0' ctrl='0.5'/></keyframe>";
     let (_, hand) = read(&document(["range='-1 1'", "range='-1 1' stiffness='0.1'"], tail));
     near(hand.start.sigma_of(0), 0.75);
+    // A key beyond the limits begins at the limit.
+    let beyond = tail.replace("qpos='0.5 0' ctrl='0.5'", "qpos='0.5 -1.2'");
+    let (_, hand) = read(&document(["range='-1 1'", "range='-1 1' stiffness='0.1'"], &beyond));
+    assert_eq!(hand.beginning(), [0.5, -1.0]);
 }
 
 #[test]

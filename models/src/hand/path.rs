@@ -40,7 +40,7 @@ pub struct Polynomial {
 }
 
 /// Largest degree of a [`Polynomial`].
-const MAX_DEGREE: usize = 8;
+pub(crate) const MAX_DEGREE: usize = 8;
 
 impl Polynomial {
     /// Checks that the coefficients are finite, and one at least is not zero.
@@ -50,10 +50,10 @@ impl Polynomial {
     pub fn check(self) -> Result<Self, String> {
         let c = &self.coefficients;
         if c.is_empty() || c.len() > MAX_DEGREE || !c.iter().all(|c| c.is_finite()) {
-            return Err(format!("a polynomial has 1 to {MAX_DEGREE} finite coefficients"));
+            return Err(format!("has {} coefficients, or one that is not finite", c.len()));
         }
         if c.iter().all(|c| *c == 0.0) {
-            return Err("all coefficients are 0".to_owned());
+            return Err("all its coefficients are 0".to_owned());
         }
         Ok(self)
     }
@@ -89,7 +89,7 @@ pub struct TablePoints {
 }
 
 /// Largest number of points of a [`Table`].
-const MAX_POINTS: usize = 256;
+pub(crate) const MAX_POINTS: usize = 256;
 
 impl Table {
     /// The spline through the points.
@@ -100,13 +100,10 @@ impl Table {
         let (x, y) = (&points.at, &points.length);
         let n = x.len();
         if !(2..=MAX_POINTS).contains(&n) || y.len() != n {
-            return Err(format!(
-                "has {n} coordinates and {} lengths; valid: as many, 2 to {MAX_POINTS}",
-                y.len()
-            ));
+            return Err(format!("has {n} coordinates and {} lengths", y.len()));
         }
         if !x.iter().chain(y).all(|x| x.is_finite()) || !x.windows(2).all(|w| w[0] < w[1]) {
-            return Err("coordinates must be finite and ascend, lengths be finite".to_owned());
+            return Err("its coordinates do not ascend, or a number is not finite".to_owned());
         }
         // The tridiagonal system of a natural spline, by elimination.
         let mut bend = vec![0.0; n];
@@ -161,8 +158,10 @@ impl Table {
 #[serde(deny_unknown_fields)]
 pub struct EyeletPositions {
     /// Eyelet on the link before the joint.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub before: [f64; 2],
     /// Eyelet on the link behind the joint, at coordinate 0.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub after: [f64; 2],
 }
 

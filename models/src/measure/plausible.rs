@@ -20,9 +20,10 @@ const LARGE_M: f64 = 0.3;
 const DENSITY: std::ops::RangeInclusive<f64> = 20.0..=16_000.0;
 /// Ratio of the masses of two links above which it is odd, and hard on the solver.
 const MASS_RATIO: f64 = 1000.0;
-/// Ratio of a motor's winding to the length that its joints can take up above which it is odd; the inverse
-/// for too little.
+/// Ratio of a motor's winding to the length that its joints can take up above which it is odd.
 const WINDING: f64 = 5.0;
+/// Ratio below which it is odd. Many motors wind less than their joints' whole range; a wrong unit is a factor of 50 or more.
+const TOO_LITTLE: f64 = 1.0 / 30.0;
 
 /// Warnings about the finished hand; warnings about its files are reported while reading.
 pub fn oddities(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
@@ -147,11 +148,16 @@ fn windings(hand: &Hand) -> Vec<(Part, String)> {
     };
     let odd = |(m, motor): (usize, &Motor)| {
         let own = |t: &&Tendon| t.weight(m) != 0.0;
-        let most = hand.tendons.iter().filter(own).map(|t| Some(taken_up(t)? / t.weight(m).abs()));
-        let most = most.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
+        let each = hand.tendons.iter().filter(own).map(|t| Some(taken_up(t)? / t.weight(m).abs()));
+        let each = each.collect::<Option<Vec<f64>>>()?;
+        let (least, most) =
+            each.iter().fold((f64::INFINITY, 0.0), |(a, b), x| (f64::min(a, *x), f64::max(b, *x)));
         let (wound, part) = (motor.scaling.abs(), Part::Motor(motor.name.clone()));
-        if most > 0.0 && !(most / WINDING..=most * WINDING).contains(&wound) {
-            let (wound, most) = (number(wound), number(most));
+        // The range of a servo is stated in the unit of its joint.
+        let servo =
+            hand.tendons.iter().filter(own).all(|t| t.both_ways && matches!(t.moment_arms[..], [(_, 1.0)]));
+        if most > 0.0 && (wound > most * WINDING || wound < least * TOO_LITTLE && !servo) {
+            let (wound, most) = (number(wound), number(if wound > most { most } else { least }));
             return Some((
                 part,
                 format!(
@@ -206,6 +212,14 @@ mod tests {
         let wound = advised(|h| h.motors[0].scaling = 1e8);
         assert!(wound.contains("actuator 'motor': winds 1e8") && wound.contains("scaling"), "{wound}");
         assert!(advised(|h| h.motors[0].scaling = 1e-3).contains("is scaling in the unit of R?"));
+        // A motor that closes the hand in part, and one that also helps another by a small weight.
+        assert_eq!(advised(|h| h.motors[0].scaling *= 0.1), "");
+        let helps = |h: &mut Hand| {
+            let helped =
+                Tendon { motors: vec![(0, 0.01)], name: "helped".to_owned(), ..h.tendons[0].clone() };
+            h.tendons.push(helped);
+        };
+        assert_eq!(advised(helps), "");
         let tip = |x: f64, y: f64, z: f64| [12.0 * x, 0.1 * y, 0.1 * z];
         let points = vec![tip(0.0, 0.0, 0.0), tip(1.0, 0.0, 0.0), tip(0.0, 1.0, 0.0), tip(0.0, 0.0, 1.0)];
         let long = advised(|h| h.links[5].geoms[0].shape = Shape::Hull { points, rounding: 0.0 });

@@ -9,7 +9,7 @@ use super::urdf::transmission::Transmission;
 use super::urdf::tree::Urdf;
 use crate::error::ModelError;
 use crate::hand::da_vinci::DaVinci;
-use crate::hand::path::{Eyelets, Table, TendonPath};
+use crate::hand::path::{Eyelets, MAX_DEGREE, MAX_POINTS, Table, TendonPath};
 use crate::hand::tendon::TendonElement;
 use crate::hand::{Motor, Tendon};
 
@@ -34,30 +34,40 @@ static DEFAULT_TENDON: TendonSettings = TendonSettings {
     eyelets: BTreeMap::new(),
 };
 
-/// Motors and tendons: those of the URDF's transmissions in their order, then those that `hand.toml` alone names, by name.
+/// Motors and tendons: those of the URDF's transmissions in their order, then those that `hand.toml` alone names, by name. Problems are
+/// kept; a tendon with one is left out.
 pub(crate) fn actuation(
     tree: &Urdf,
     reduced: &Reduced,
     settings: &Settings,
     report: &mut Report,
     at: &Report,
-) -> Result<(Vec<Motor>, Vec<Tendon>), ModelError> {
+) -> (Vec<Motor>, Vec<Tendon>) {
     let mut motors: Vec<Motor> = Vec::new();
     let mut tendons = Vec::new();
     for transmission in &tree.transmissions {
-        tendons.push(from_transmission(transmission, (tree, reduced, settings), &mut motors, report, at)?);
+        tendons.extend(from_transmission(transmission, (tree, reduced, settings), &mut motors, report, at));
     }
     for (name, own) in &settings.tendons {
         if tree.transmissions.iter().any(|transmission| transmission.name == *name) {
             continue;
         }
+        // Without a path it is reported with the names.
+        if !own.has_arms() {
+            continue;
+        }
         let element = format!("[tendons.{name}]");
-        let moment_arms = arms(tree, reduced, &own.joints, &element, at)?;
-        let elements = elements(tree, reduced, own, &element, at)?;
-        let wound_by = weights(own, settings, &mut motors, &element, at)?.unwrap_or_default();
-        tendons.push(tendon(name, wound_by, moment_arms, elements, own));
+        let moment_arms = arms(tree, reduced, &own.joints, &element, at);
+        let elements = elements(tree, reduced, own, name, at);
+        let wound_by = weights(own, settings, &mut motors, &element, at).map(Option::unwrap_or_default);
+        let (Some(moment_arms), Some(elements), Some(wound_by)) = (moment_arms, elements, wound_by) else {
+            continue;
+        };
+        let made = tendon(name, wound_by, moment_arms, elements, own);
+        check(&made, &|c| format!("`joints.{}`", tree.robot.joints[reduced.coordinates[c]].name), at);
+        tendons.push(made);
     }
-    Ok((motors, tendons))
+    (motors, tendons)
 }
 
 fn from_transmission(
@@ -66,36 +76,33 @@ fn from_transmission(
     motors: &mut Vec<Motor>,
     report: &mut Report,
     at: &Report,
-) -> Result<Tendon, ModelError> {
+) -> Option<Tendon> {
     let element = format!("transmission '{}'", transmission.name);
     let mut moment_arms = Vec::new();
+    let mut known = true;
     for entry in &transmission.joints {
-        let coordinate = coordinate(tree, reduced, &entry.joint, || element.clone(), report)?;
-        if entry.moment_arm != 0.0 {
-            moment_arms.push((coordinate, entry.moment_arm));
-        }
+        let found = coordinate(tree, reduced, &entry.joint, &element, report);
+        known &= found.is_some();
+        moment_arms.extend(found.filter(|_| entry.moment_arm != 0.0).map(|c| (c, entry.moment_arm)));
     }
     moment_arms.sort_by_key(|&(coordinate, _)| coordinate);
     let own = settings.tendons.get(&transmission.name);
-    if moment_arms.is_empty() && own.is_none_or(|own| !own.has_arms()) {
+    let toml = format!("[tendons.{}]", transmission.name);
+    if known && moment_arms.is_empty() && own.is_none_or(|own| !own.has_arms()) {
         let valid =
             "at least one <mechanicalReduction> other than 0: without a moment arm it pulls on nothing";
-        return Err(report.bad(element, "every <mechanicalReduction> is 0", valid));
+        report.keep::<()>(Err(report.bad(&element, "every <mechanicalReduction> is 0", valid)));
+        known = false;
     }
     if own.is_some_and(|own| !own.joints.is_empty()) {
         let problem = "has `joints`, and the URDF has a transmission of this name";
-        return Err(at.bad(
-            format!("[tendons.{}]", transmission.name),
-            problem,
-            "one source of its row of R",
-        ));
+        at.keep::<()>(Err(at.bad(&toml, problem, "one source of its row of R")));
+        known = false;
     }
-    let toml = format!("[tendons.{}]", transmission.name);
-    let weighted = own.map(|own| weights(own, settings, motors, &toml, at)).transpose()?.flatten();
-    let wound_by = match weighted {
-        Some(weighted) => weighted,
-        None => vec![(motor_of(transmission, settings, motors, report), 1.0)],
-    };
+    let weighted = own.map_or(Some(None), |own| weights(own, settings, motors, &toml, at));
+    let wound_by = weighted.map(|weighted| {
+        weighted.unwrap_or_else(|| vec![(motor_of(transmission, settings, motors, report), 1.0)])
+    });
     let own = own.unwrap_or_else(|| {
         report.warn(
             element.clone(),
@@ -106,8 +113,42 @@ fn from_transmission(
         );
         &DEFAULT_TENDON
     });
-    let elements = elements(tree, reduced, own, &element, report)?;
-    Ok(tendon(&transmission.name, wound_by, moment_arms, elements, own))
+    let elements = elements(tree, reduced, own, &transmission.name, at);
+    let (Some(elements), Some(wound_by), true) = (elements, wound_by, known) else { return None };
+    let made = tendon(&transmission.name, wound_by, moment_arms, elements, own);
+    let joint = |c: usize| &tree.robot.joints[reduced.coordinates[c]].name;
+    check(&made, &|c| format!("<mechanicalReduction> of joint '{}' in the URDF", joint(c)), at);
+    Some(made)
+}
+
+/// Keeps an error for numbers of a tendon that contradict each other. `arm` says where a coordinate's entry of R is.
+fn check(tendon: &Tendon, arm: &dyn Fn(usize) -> String, at: &Report) {
+    let element = || format!("[tendons.{}]", tendon.name);
+    let bad = |problem: String, valid: &str| at.keep::<()>(Err(at.bad(element(), problem, valid)));
+    for (c, _) in
+        tendon.moment_arms.iter().filter(|(c, _)| tendon.elements.iter().any(|e| e.coordinate == *c))
+    {
+        bad(
+            format!("has {}, and a path of its own over the same joint", arm(*c)),
+            "one of them: a path has all of the length, also its linear part",
+        );
+    }
+    match tendon.hold_limit {
+        Some(hold) if tendon.motors.is_empty() => {
+            bad(format!("has hold_limit {hold}, but no motor that it holds"), "hold_limit with motors");
+        }
+        Some(hold) if hold < tendon.force_limit => {
+            let limit = tendon.force_limit;
+            bad(format!("has hold_limit {hold}"), &format!("at least its force_limit, {limit}"));
+        }
+        None if tendon.breakaway => {
+            bad(
+                "has breakaway, but no hold_limit".to_owned(),
+                "breakaway with hold_limit, which keeps it locked",
+            );
+        }
+        _ => {}
+    }
 }
 
 fn tendon(
@@ -164,16 +205,16 @@ fn add_motor(name: &str, own: &MotorSettings, motors: &mut Vec<Motor>) -> usize 
     motors.len() - 1
 }
 
-/// The motors that the settings name for a tendon, with their weights; None if they name none.
+/// The motors that the settings name for a tendon, with their weights, `Some(None)` if they name none; `None` if one is unknown.
 fn weights(
     own: &TendonSettings,
     settings: &Settings,
     motors: &mut Vec<Motor>,
     element: &str,
     at: &Report,
-) -> Result<Option<Vec<(usize, f64)>>, ModelError> {
-    let Some(named) = &own.motors else { return Ok(None) };
-    let mut out = Vec::new();
+) -> Option<Option<Vec<(usize, f64)>>> {
+    let Some(named) = &own.motors else { return Some(None) };
+    let (mut out, mut known_all) = (Vec::new(), true);
     for (name, &weight) in named {
         let known = motors.iter().position(|motor| motor.name == *name);
         let motor = match (known, settings.motors.get(name)) {
@@ -181,76 +222,89 @@ fn weights(
             (None, Some(settings)) => add_motor(name, settings, motors),
             (None, None) => {
                 let problem = format!("names motor '{name}', which has no entry");
-                return Err(at.bad(element, problem, format!("a table [motors.{name}]")));
+                at.keep::<()>(Err(at.bad(element, problem, format!("a table [motors.{name}]"))));
+                known_all = false;
+                continue;
             }
         };
         out.push((motor, weight));
     }
     out.sort_by_key(|entry| entry.0);
-    Ok(Some(out))
+    known_all.then_some(Some(out))
 }
 
-/// A row of R by names of joints.
+/// A row of R by names of joints; `None` if one is unknown.
 pub(super) fn arms(
     tree: &Urdf,
     reduced: &Reduced,
     joints: &BTreeMap<String, f64>,
     element: &str,
     at: &Report,
-) -> Result<Vec<(usize, f64)>, ModelError> {
-    let one = |(joint, arm): (&String, &f64)| {
-        Ok((coordinate(tree, reduced, joint, || element.to_owned(), at)?, *arm))
-    };
-    let mut arms: Vec<(usize, f64)> = joints.iter().map(one).collect::<Result<_, ModelError>>()?;
+) -> Option<Vec<(usize, f64)>> {
+    let one = |(joint, arm): (&String, &f64)| Some((coordinate(tree, reduced, joint, element, at)?, *arm));
+    // All unknown names are reported.
+    let found: Vec<Option<(usize, f64)>> = joints.iter().map(one).collect();
+    let mut arms = found.into_iter().collect::<Option<Vec<(usize, f64)>>>()?;
     arms.sort_by_key(|&(coordinate, _)| coordinate);
-    Ok(arms)
+    Some(arms)
 }
 
-/// The paths of one tendon that are not linear, by coordinate of each kind.
+/// The paths of one tendon that are not linear, by coordinate of each kind; `None` if one is wrong.
 fn elements(
     tree: &Urdf,
     reduced: &Reduced,
     own: &TendonSettings,
-    element: &str,
-    report: &Report,
-) -> Result<Vec<TendonElement>, ModelError> {
-    let mut out = Vec::new();
+    tendon: &str,
+    at: &Report,
+) -> Option<Vec<TendonElement>> {
+    let mut out: Vec<(String, TendonElement)> = Vec::new();
+    let mut sound = true;
     let mut add = |kind: &str, joint: &str, path: Result<TendonPath, String>, valid: &str| {
-        let element = || format!("{element}, {kind}.{joint}");
-        let coordinate = coordinate(tree, reduced, joint, element, report)?;
-        let path = path.map_err(|problem| report.bad(element(), problem, valid))?;
-        out.push(TendonElement { coordinate, path });
-        Ok(())
+        let element = format!("[tendons.{tendon}.{kind}.{joint}]");
+        let coordinate = coordinate(tree, reduced, joint, &element, at);
+        let path = at.keep(path.map_err(|problem| at.bad(&element, problem, valid)));
+        let (Some(coordinate), Some(path)) = (coordinate, path) else {
+            sound = false;
+            return;
+        };
+        if let Some((other, _)) = out.iter().find(|(_, other)| other.coordinate == coordinate) {
+            let problem = format!("is a second path over its joint, beside {other}");
+            at.keep::<()>(Err(at.bad(&element, problem, "one path of a tendon over each joint")));
+            sound = false;
+        }
+        out.push((element, TendonElement { coordinate, path }));
     };
     for (joint, geometry) in &own.da_vinci {
         let path = DaVinci::new(*geometry).map(TendonPath::DaVinci);
-        add("da_vinci", joint, path, "pulleys that never overlap")?;
+        add("da_vinci", joint, path, "pulleys that never overlap");
     }
     for (joint, polynomial) in &own.polynomial {
         let path = polynomial.clone().check().map(TendonPath::Polynomial);
-        add("polynomial", joint, path, "coefficients = [c1, c2, …] of q, q², …")?;
+        let valid = format!("coefficients = [c1, c2, …] of q, q², …: 1 to {MAX_DEGREE}, not all 0");
+        add("polynomial", joint, path, &valid);
     }
     for (joint, points) in &own.table {
         let path = Table::new(points.clone()).map(TendonPath::Table);
-        add("table", joint, path, "at = [q, …] ascending, and a length for each")?;
+        let valid = format!("at = [q, …] ascending, and as many in length = [s, …], 2 to {MAX_POINTS}");
+        add("table", joint, path, &valid);
     }
     for (joint, positions) in &own.eyelets {
         let path = Eyelets::new(*positions).map(TendonPath::Eyelets);
-        add("eyelets", joint, path, "eyelets at different distances from the joint")?;
+        add("eyelets", joint, path, "eyelets at different distances from the joint");
     }
-    Ok(out)
+    sound.then(|| out.into_iter().map(|(_, element)| element).collect())
 }
 
-/// Index of the coordinate that a URDF joint carries.
-fn coordinate(
-    tree: &Urdf,
-    reduced: &Reduced,
-    joint: &str,
-    element: impl FnOnce() -> String,
-    report: &Report,
-) -> Result<usize, ModelError> {
+/// Index of the coordinate that a URDF joint carries; an unknown joint is kept as an error.
+fn coordinate(tree: &Urdf, reduced: &Reduced, joint: &str, element: &str, report: &Report) -> Option<usize> {
     let found = reduced.coordinates.iter().position(|&c| tree.robot.joints[c].name == joint);
-    found.ok_or_else(|| {
-        report.bad(element(), format!("names joint '{joint}'"), "joints that move and mimic no other")
-    })
+    if found.is_none() {
+        report.keep::<()>(Err(unknown_joint(joint, element, report)));
+    }
+    found
+}
+
+/// The error about a joint that is not there, or has no motion of its own.
+pub(super) fn unknown_joint(joint: &str, element: &str, report: &Report) -> ModelError {
+    report.bad(element, format!("names joint '{joint}'"), "joints that move and mimic no other")
 }

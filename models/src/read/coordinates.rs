@@ -17,7 +17,7 @@ pub(crate) fn coordinates(
     reduced: &Reduced,
     settings: &Settings,
     report: &mut Report,
-) -> Result<Vec<Coordinate>, ModelError> {
+) -> Vec<Coordinate> {
     let none = CoordinateSettings::default();
     let mut out = Vec::new();
     for &leader in &reduced.coordinates {
@@ -70,7 +70,7 @@ pub(crate) fn coordinates(
             upper,
         });
     }
-    Ok(out)
+    out
 }
 
 /// A number that transmissions state for a joint; 0 if none does. Two different ones are an error.

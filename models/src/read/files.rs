@@ -113,7 +113,7 @@ impl Files {
     pub(crate) fn find_urdf(&mut self) -> Result<PathBuf, ModelError> {
         let mut found = match self {
             Files::Folder(folder) => {
-                let failed = |source| ModelError::Read { file: folder.clone(), source };
+                let failed = |error| ModelError::Read { file: folder.clone(), error };
                 let mut found = Vec::new();
                 for entry in std::fs::read_dir(&*folder).map_err(failed)? {
                     let name = PathBuf::from(entry.map_err(failed)?.file_name());
@@ -177,11 +177,11 @@ impl Files {
     /// it has more than `limit` bytes; `element` is the element that names it.
     pub fn read(&self, relative: &Path, element: &str, limit: u64) -> Result<Vec<u8>, ModelError> {
         let file = self.display(relative);
-        let missing = |kind: std::io::ErrorKind| ModelError::Read { file: file.clone(), source: kind.into() };
+        let missing = |kind: std::io::ErrorKind| ModelError::Read { file: file.clone(), error: kind.into() };
         let clean = inside(relative).ok_or_else(|| outside(&file, element))?;
         match self {
             Files::Folder(folder) => {
-                let failed = |source| ModelError::Read { file: file.clone(), source };
+                let failed = |error| ModelError::Read { file: file.clone(), error };
                 let real = file.canonicalize().map_err(failed)?;
                 let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder.as_path() };
                 if !real.starts_with(root.canonicalize().map_err(failed)?) {
@@ -233,7 +233,7 @@ pub(crate) fn has_extension(path: &Path, kind: &str) -> bool {
 /// # Errors
 /// It cannot be read, is no plain file, or is larger; `element` is the element that names it.
 pub fn read_limited(file: &Path, element: &str, limit: u64) -> Result<Vec<u8>, ModelError> {
-    let failed = |source| ModelError::Read { file: file.to_owned(), source };
+    let failed = |error| ModelError::Read { file: file.to_owned(), error };
     // Opening a pipe would wait for ever.
     if !std::fs::metadata(file).map_err(failed)?.is_file() {
         return Err(failed(std::io::Error::other("not a plain file")));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use urdf_rs::JointType;
 
-use super::actuation::actuation;
+use super::actuation::{actuation, unknown_joint};
 use super::coordinates::coordinates;
 use super::files::{Files, has_extension, read_limited};
 use super::foreign::check_urdf;
@@ -17,7 +17,7 @@ use super::sensors;
 use super::servo;
 use super::servo_settings::ServoJoints;
 use super::settings::Settings;
-use super::springs;
+use super::springs::{self, unknown_link};
 use super::start;
 use super::tactile;
 use super::urdf::link::LinkReader;
@@ -145,7 +145,7 @@ fn build(
 ) -> Result<Option<Loaded>, ModelError> {
     let tree = tree::parse(urdf, &options.limits, report);
     let parsed = settings.map(|text| toml::from_str(text).map_err(|e| at.syntax("TOML", e)));
-    let settings: Settings = match parsed {
+    let mut settings: Settings = match parsed {
         Some(parsed) => match at.keep(parsed) {
             Some(settings) => settings,
             // The URDF's error, if there is one, comes first.
@@ -153,12 +153,8 @@ fn build(
         },
         None => Settings::default(),
     };
-    settings.check(&options.limits, at)?;
+    settings.check(&options.limits, at);
     let Some(tree) = tree? else { return Ok(None) };
-    // Nothing is computed from invalid numbers.
-    if at.kept() > 0 {
-        return Ok(None);
-    }
     check_names(&settings, &tree, at);
     let name = settings.name.clone().unwrap_or_else(|| tree.robot.name.clone());
     let named_in = if settings.name.is_some() { &*at } else { &*report };
@@ -166,32 +162,30 @@ fn build(
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
     let root_from_base = at.keep(start::root_from_base(&settings.base, &tree, at)).unwrap_or(Pose::IDENTITY);
     let base_from_root = base_from_root(root_from_base);
-    let reduced = reduce::reduce(&tree, base_from_root, &mut reader, report)?;
-    let Some(reduced) = reduced else { return Ok(None) };
+    // Nothing is computed from invalid numbers of the URDF.
+    let reduced = match tree.sound {
+        true => reduce::reduce(&tree, base_from_root, &mut reader, report)?,
+        false => None,
+    };
+    let Some(reduced) = reduced else {
+        check_further_names(&settings, &tree, at);
+        return Ok(None);
+    };
     let coordinates = coordinates(&tree, &reduced, &settings, report);
-    let coordinates = report.keep(coordinates);
-    let driven = actuation(&tree, &reduced, &settings, report, at);
-    let driven = report.keep(driven);
-    at.limit("tendons", "tendons", driven.as_ref().map_or(0, |(_, t)| t.len()), options.limits.tendons)?;
+    let (mut motors, mut tendons) = actuation(&tree, &reduced, &settings, report, at);
+    at.limit("tendons", "tendons", tendons.len(), options.limits.tendons)?;
     at.limit("springs", "springs", settings.springs.len(), options.limits.tendons)?;
     at.limit("linkages", "linkages", settings.linkages.len(), options.limits.tendons)?;
-    let springs = at.keep(springs::springs(&tree, &reduced, &settings, at));
-    let linkages = at.keep(springs::linkages(&tree, &reduced, &settings, at));
-    let apart = at.keep(no_collision::pairs(&tree, &reduced, &settings, at)).unwrap_or_default();
+    let springs = springs::springs(&tree, &reduced, &settings, at);
+    let linkages = springs::linkages(&tree, &reduced, &settings, at);
+    let apart = no_collision::pairs(&tree, &reduced, &settings, at);
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
-    let tactile = at.keep(tactile::patches(&settings.tactile, &tree, &reduced, at));
-    let sensors = at.keep(sensors::mounted(&settings.sensors, &tree, &reduced, at));
-    let (Some(coordinates), Some((mut motors, mut tendons))) = (coordinates, driven) else {
-        return Ok(None);
-    };
+    let tactile = tactile::patches(&settings.tactile, &tree, &reduced, at);
+    let sensors = sensors::mounted(&settings.sensors, &tree, &reduced, at);
     servo::add((&tree, &reduced, &settings), &coordinates, &mut motors, &mut tendons, (report, at));
     let start = start::start(&settings, &coordinates, &motors, &tendons, at);
-    let (Some(springs), Some(linkages), Some(tactile), Some(sensors)) = (springs, linkages, tactile, sensors)
-    else {
-        return Ok(None);
-    };
     if report.kept() + at.kept() > 0 {
         return Ok(None);
     }
@@ -244,14 +238,15 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let urdf_file = files.display(&urdf);
     let text = read_text(files.read(&urdf, "URDF", options.limits.text_bytes)?, &urdf_file)?;
     let mut report = Report::new(&urdf_file);
-    let tree = tree::parse(&text, &options.limits, &mut report)?.ok_or_else(|| report.refusal())?;
+    let tree = tree::parse(&text, &options.limits, &mut report)?;
+    let tree = tree.filter(|_| report.kept() == 0).ok_or_else(|| report.refusal())?;
     // Settings name joints that would otherwise be dropped; links must have the numbers of the hand.
     let settings: Settings =
         settings_of(&files, options)?.and_then(|(text, _)| toml::from_str(&text).ok()).unwrap_or_default();
     let root_from_base = start::root_from_base(&settings.base, &tree, &report).unwrap_or(Pose::IDENTITY);
     let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
-    let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, &mut report)?
-        .ok_or_else(|| report.refusal())?;
+    let reduced = reduce::reduce(&tree, base_from_root(root_from_base), &mut reader, &mut report)?;
+    let reduced = reduced.filter(|_| report.kept() == 0).ok_or_else(|| report.refusal())?;
     Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
 }
 
@@ -303,9 +298,17 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     check("servo_joints", &listed.iter().map(|name| (name.clone(), ())).collect(), free(), at);
     check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at);
     let transmissions = tree.transmissions.iter().map(|t| t.name.as_str());
-    // A tendon with moment arms of its own needs no transmission.
-    let own = settings.tendons.iter().filter(|(_, tendon)| tendon.has_arms()).map(|(name, _)| name.as_str());
-    check("tendons", &settings.tendons, transmissions.chain(own), at);
+    let transmissions: Vec<&str> = transmissions.collect();
+    for (name, tendon) in &settings.tendons {
+        if !tendon.has_arms() && !transmissions.contains(&name.as_str()) {
+            let mut valid = "`joints`, `polynomial`, `table`, `eyelets` or `da_vinci` of its own".to_owned();
+            if !transmissions.is_empty() {
+                valid += &format!(", or the name of a transmission: {}", transmissions.join(", "));
+            }
+            let problem = "has no <transmission> in the URDF, and pulls on no joint";
+            at.keep::<()>(Err(at.bad(format!("[tendons.{name}]"), problem, valid)));
+        }
+    }
     let weighted = settings.tendons.values().flat_map(|tendon| tendon.motors.iter().flatten());
     let motors = tree.transmissions.iter().map(|t| t.actuator.as_str());
     let motors = motors.chain(weighted.map(|(name, _)| name.as_str()));
@@ -314,6 +317,34 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let all = matches!(settings.servo_joints, Some(ServoJoints::Word(_)));
     let stated = |name: &&str| all || listed.iter().any(|l| l == name) || settings.servos.contains_key(*name);
     check("motors", &settings.motors, motors.chain(servos).chain(free().filter(stated)), at);
+}
+
+/// Keeps an error for each name in the settings that is checked while the hand is built, for a URDF that cannot be.
+fn check_further_names(settings: &Settings, tree: &Urdf, at: &Report) {
+    let free =
+        |name: &str| tree.robot.joints.iter().any(|j| j.name == *name && j.joint_type != JointType::Fixed);
+    let tendons = settings.tendons.iter().flat_map(|(tendon, own)| {
+        let paths =
+            own.paths().map(move |(kind, joint)| (format!("[tendons.{tendon}.{kind}.{joint}]"), joint));
+        own.joints.keys().map(move |joint| (format!("[tendons.{tendon}]"), joint)).chain(paths)
+    });
+    let springs = settings
+        .springs
+        .iter()
+        .flat_map(|(spring, own)| own.joints.keys().map(move |joint| (format!("[springs.{spring}]"), joint)));
+    let start = settings.start.joints.keys().map(|joint| ("[start]".to_owned(), joint));
+    for (element, joint) in tendons.chain(springs).chain(start).filter(|(_, joint)| !free(joint)) {
+        at.keep::<()>(Err(unknown_joint(joint, &element, at)));
+    }
+    let pins = settings.linkages.iter();
+    let pins =
+        pins.flat_map(|(pin, own)| own.links.iter().map(move |link| (format!("[linkages.{pin}]"), link)));
+    let apart = settings.no_collision.iter().flatten().map(|link| ("no_collision".to_owned(), link));
+    let touch = settings.tactile.iter().map(|group| (format!("tactile '{}'", group.name), &group.link));
+    let known = |name: &String| tree.robot.links.iter().any(|link| link.name == *name);
+    for (element, link) in pins.chain(apart).chain(touch).filter(|(_, link)| !known(link)) {
+        at.keep::<()>(Err(unknown_link(link, &element, at)));
+    }
 }
 
 fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {

@@ -76,9 +76,9 @@ impl<'a> MeshReader<'a> {
         let limits = &self.options.limits;
         report.limit(element, "mesh files up to here", self.hulls.len() + 1, limits.meshes)?;
         let bytes = files.read(&relative, element, limits.mesh_bytes).map_err(|error| match error {
-            ModelError::Read { file, source } => report.bad(
+            ModelError::Read { file, error } => report.bad(
                 element,
-                format!("names mesh '{name}', but {} cannot be read: {source}", file.display()),
+                format!("names mesh '{name}', but {} cannot be read: {error}", file.display()),
                 "an .stl file in the folder of the file that names it, or under it",
             ),
             error => error,

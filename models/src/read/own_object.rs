@@ -164,7 +164,8 @@ impl OwnObject {
         let bytes = files.read(relative, &element, options.limits.text_bytes)?;
         let mut report = Report::new(&files.display(relative));
         let text = String::from_utf8(bytes).map_err(|e| report.syntax("UTF-8", e))?;
-        let tree = tree::parse(&text, &options.limits, &mut report)?.ok_or_else(|| report.refusal())?;
+        let tree = tree::parse(&text, &options.limits, &mut report)?;
+        let tree = tree.filter(|_| report.kept() == 0).ok_or_else(|| report.refusal())?;
         let [link] = tree.robot.links.as_slice() else {
             let problem = format!("has {} links", tree.robot.links.len());
             return Err(report.bad("robot", problem, "one link: an object is rigid"));

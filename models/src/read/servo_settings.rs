@@ -18,6 +18,7 @@ pub(crate) struct ServoSettings {
     /// N·m·s/rad (N·s/m)
     pub(crate) damping: Option<f64>,
     /// Positions of the joint at σ = 0 and at σ = 1, rad (m).
+    #[serde(default, deserialize_with = "crate::exact::optional")]
     pub(crate) range: Option<[f64; 2]>,
 }
 

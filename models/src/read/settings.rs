@@ -9,7 +9,6 @@ use super::options::InertiaPolicy;
 use super::report::Report;
 use super::servo_settings::{ServoJoints, ServoSettings};
 use super::start_settings::{BaseSettings, StartSettings};
-use crate::error::ModelError;
 use crate::hand::da_vinci::DaVinciGeometry;
 use crate::hand::path::{EyeletPositions, Polynomial, TablePoints};
 use crate::hand::{Pad, Sensors};
@@ -32,7 +31,7 @@ pub(crate) struct Settings {
     #[serde(default)]
     pub(crate) tendons: BTreeMap<String, TendonSettings>,
     /// Pairs of URDF links that never touch each other.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::list")]
     pub(crate) no_collision: Vec<[String; 2]>,
     /// Springs across several joints.
     #[serde(default)]
@@ -68,135 +67,195 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Rejects numbers that are not finite, absurdly large or of the wrong sign, before anything is computed
-    /// from them.
-    pub(crate) fn check(&self, limits: &Limits, at: &Report) -> Result<(), ModelError> {
-        let check = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64, sign: Sign| {
-            let Some(value) = value else { return Ok(()) };
-            let element = || if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
-            let allowed = at.number(element, what, value, most).and_then(|()| {
-                let wrong =
-                    || at.bad(element(), format!("has {what} {value}"), format!("{what} {}", sign.words()));
+    /// Keeps an error for each number that is not finite, absurdly large or of the wrong sign. Nothing is computed from such a number: a
+    /// plain one takes its place, so that names and other files can be checked in the same run.
+    pub(crate) fn check(&mut self, limits: &Limits, at: &Report) {
+        let check = |element: &str, what: &str, value: Option<f64>, most: f64, sign: Sign| -> bool {
+            let Some(value) = value else { return true };
+            let allowed = at.number(|| element.to_owned(), what, value, most).and_then(|()| {
+                let valid = || format!("{what} {}", sign.words());
+                let wrong = || at.bad(element, format!("has {what} {value}"), valid());
                 if sign.allows(value) { Ok(()) } else { Err(wrong()) }
             });
-            // The other numbers are checked, too.
-            at.keep(allowed);
-            Ok::<(), ModelError>(())
+            at.keep(allowed).is_some()
         };
         let most = limits.number;
-        check("settings", "", "friction", self.friction, most, Sign::NotNegative)?;
-        for (name, m) in &self.motors {
-            check("motors", name, "scaling", Some(m.scaling), most, Sign::NotZero)?;
-            check("motors", name, "offset", Some(m.offset), most, Sign::Any)?;
-            check("motors", name, "speed_limit", Some(m.speed_limit), most, Sign::Positive)?;
+        if !check("settings", "friction", self.friction, most, Sign::NotNegative) {
+            self.friction = None;
         }
-        for (name, t) in &self.tendons {
-            check("tendons", name, "stiffness", Some(t.stiffness), most, Sign::Positive)?;
-            check("tendons", name, "damping", Some(t.damping), most, Sign::NotNegative)?;
-            check("tendons", name, "force_limit", Some(t.force_limit), most, Sign::Positive)?;
-            for (joint, g) in &t.da_vinci {
-                let what = format!("da_vinci.{joint}");
-                for x in [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2] {
-                    check("tendons", name, &what, Some(x), limits.length_m, Sign::Any)?;
-                }
-            }
-            check("tendons", name, "rest", Some(t.rest), most, Sign::Any)?;
-            check("tendons", name, "hold_limit", t.hold_limit, most, Sign::Positive)?;
-            for (motor, weight) in t.motors.iter().flatten() {
-                check("tendons", name, &format!("motors.{motor}"), Some(*weight), most, Sign::NotZero)?;
-            }
-            for (joint, arm) in &t.joints {
-                check("tendons", name, &format!("joints.{joint}"), Some(*arm), most, Sign::NotZero)?;
-            }
-            for (joint, path) in &t.polynomial {
-                for c in &path.coefficients {
-                    check("tendons", name, &format!("polynomial.{joint}"), Some(*c), most, Sign::Any)?;
-                }
-            }
-            for (joint, path) in &t.table {
-                for x in path.at.iter().chain(&path.length) {
-                    check("tendons", name, &format!("table.{joint}"), Some(*x), most, Sign::Any)?;
-                }
-            }
-            for (joint, path) in &t.eyelets {
-                for x in path.before.iter().chain(&path.after) {
-                    check(
-                        "tendons",
-                        name,
-                        &format!("eyelets.{joint}"),
-                        Some(*x),
-                        limits.length_m,
-                        Sign::Any,
-                    )?;
-                }
+        for (name, m) in &mut self.motors {
+            let table = format!("[motors.{name}]");
+            let sound = [
+                check(&table, "scaling", Some(m.scaling), most, Sign::NotZero),
+                check(&table, "offset", Some(m.offset), most, Sign::Any),
+                check(&table, "speed_limit", Some(m.speed_limit), most, Sign::Positive),
+            ];
+            if sound.contains(&false) {
+                *m = MotorSettings { scaling: 1.0, offset: 0.0, speed_limit: 1.0 };
             }
         }
-        for (name, s) in &self.springs {
-            check("springs", name, "stiffness", Some(s.stiffness), most, Sign::Positive)?;
-            check("springs", name, "damping", Some(s.damping), most, Sign::NotNegative)?;
-            check("springs", name, "rest", Some(s.rest), most, Sign::Any)?;
-            for (joint, arm) in &s.joints {
-                check("springs", name, &format!("joints.{joint}"), Some(*arm), most, Sign::NotZero)?;
+        for (name, t) in &mut self.tendons {
+            let table = format!("[tendons.{name}]");
+            let sound = [
+                check(&table, "stiffness", Some(t.stiffness), most, Sign::Positive),
+                check(&table, "damping", Some(t.damping), most, Sign::NotNegative),
+                check(&table, "force_limit", Some(t.force_limit), most, Sign::Positive),
+                check(&table, "rest", Some(t.rest), most, Sign::Any),
+                check(&table, "hold_limit", t.hold_limit, most, Sign::Positive),
+            ];
+            if sound.contains(&false) {
+                (t.stiffness, t.damping, t.force_limit, t.rest) = (1.0, 0.0, 1.0, 0.0);
+                t.hold_limit = t.hold_limit.map(|_| 1.0);
+            }
+            for (motor, weight) in t.motors.iter_mut().flatten() {
+                if !check(&table, &format!("motors.{motor}"), Some(*weight), most, Sign::NotZero) {
+                    *weight = 1.0;
+                }
+            }
+            for (joint, arm) in &mut t.joints {
+                if !check(&table, &format!("joints.{joint}"), Some(*arm), most, Sign::NotZero) {
+                    *arm = 1.0;
+                }
+            }
+            let all = |kind: &str, joint: &str, numbers: &[f64], most: f64| {
+                let what = format!("{kind}.{joint}");
+                // One error for each path.
+                numbers.iter().all(|x| check(&table, &what, Some(*x), most, Sign::Any))
+            };
+            for (joint, g) in &mut t.da_vinci {
+                let numbers = [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2];
+                if !all("da_vinci", joint, &numbers, limits.length_m) {
+                    *g = PLAIN_PULLEYS;
+                }
+            }
+            for (joint, path) in &mut t.polynomial {
+                if !all("polynomial", joint, &path.coefficients, most) {
+                    path.coefficients = vec![1.0];
+                }
+            }
+            for (joint, path) in &mut t.table {
+                if !all("table", joint, &path.at, most) || !all("table", joint, &path.length, most) {
+                    *path = TablePoints { at: vec![0.0, 1.0], length: vec![0.0, 1.0] };
+                }
+            }
+            for (joint, path) in &mut t.eyelets {
+                let numbers = [path.before, path.after];
+                if !all("eyelets", joint, numbers.as_flattened(), limits.length_m) {
+                    *path = EyeletPositions { before: [1.0, 0.0], after: [2.0, 0.0] };
+                }
             }
         }
-        for (name, pin) in &self.linkages {
-            check("linkages", name, "stiffness", Some(pin.stiffness), most, Sign::Positive)?;
-            check("linkages", name, "damping", Some(pin.damping), most, Sign::NotNegative)?;
-            for x in pin.points.iter().flatten() {
-                check("linkages", name, "points", Some(*x), limits.length_m, Sign::Any)?;
+        for (name, s) in &mut self.springs {
+            let table = format!("[springs.{name}]");
+            let sound = [
+                check(&table, "stiffness", Some(s.stiffness), most, Sign::Positive),
+                check(&table, "damping", Some(s.damping), most, Sign::NotNegative),
+                check(&table, "rest", Some(s.rest), most, Sign::Any),
+            ];
+            if sound.contains(&false) {
+                (s.stiffness, s.damping, s.rest) = (1.0, 0.0, 0.0);
+            }
+            for (joint, arm) in &mut s.joints {
+                if !check(&table, &format!("joints.{joint}"), Some(*arm), most, Sign::NotZero) {
+                    *arm = 1.0;
+                }
             }
         }
-        let every = [("every", &self.every_coordinate)];
-        let coordinates = self.coordinates.iter().map(|(name, c)| (name.as_str(), c));
-        for (name, c) in coordinates.chain(every) {
-            check("coordinates", name, "stiffness", c.stiffness, most, Sign::NotNegative)?;
-            check("coordinates", name, "damping", c.damping, most, Sign::NotNegative)?;
-            check("coordinates", name, "rest", c.rest, most, Sign::Any)?;
+        for (name, pin) in &mut self.linkages {
+            let table = format!("[linkages.{name}]");
+            let mut points = pin.points.iter().flatten();
+            let sound = [
+                check(&table, "stiffness", Some(pin.stiffness), most, Sign::Positive),
+                check(&table, "damping", Some(pin.damping), most, Sign::NotNegative),
+                points.all(|x| check(&table, "points", Some(*x), limits.length_m, Sign::Any)),
+            ];
+            if sound.contains(&false) {
+                (pin.points, pin.stiffness, pin.damping) = ([[0.0; 3]; 2], 1.0, 0.0);
+            }
+        }
+        let every = [("[every_coordinate]".to_owned(), &mut self.every_coordinate)];
+        let each = self.coordinates.iter_mut().map(|(name, c)| (format!("[coordinates.{name}]"), c));
+        for (table, c) in each.chain(every) {
+            let sound = [
+                check(&table, "stiffness", c.stiffness, most, Sign::NotNegative),
+                check(&table, "damping", c.damping, most, Sign::NotNegative),
+                check(&table, "rest", c.rest, most, Sign::Any),
+            ];
+            if sound.contains(&false) {
+                *c = CoordinateSettings::default();
+            }
         }
         at.keep(self.servo_joints.as_ref().map_or(Ok(()), |joints| joints.check(at)));
-        let servos = self.servos.iter().map(|(name, s)| (name.as_str(), s));
-        for (name, s) in servos.chain([("every", &self.every_servo)]) {
-            check("servos", name, "effort", s.effort, most, Sign::Positive)?;
-            check("servos", name, "velocity", s.velocity, most, Sign::Positive)?;
-            check("servos", name, "stiffness", s.stiffness, most, Sign::Positive)?;
-            check("servos", name, "damping", s.damping, most, Sign::NotNegative)?;
-            for x in s.range.into_iter().flatten() {
-                check("servos", name, "range", Some(x), most, Sign::Any)?;
-            }
-            check(
-                "servos",
-                name,
-                "range, end minus begin,",
-                s.range.map(|[a, b]| b - a),
-                most,
-                Sign::NotZero,
-            )?;
-        }
-        for x in self.base.numbers() {
-            check("[base]", "", "a number", Some(x), limits.length_m, Sign::Any)?;
-        }
-        let starts =
-            self.start.motors.values().chain(self.start.joints.values()).copied().chain(self.start.sigma);
-        for x in starts {
-            check("[start]", "", "a number", Some(x), most, Sign::Any)?;
-        }
-        for (name, l) in &self.links {
-            check("links", name, "mass", l.mass, limits.mass_kg, Sign::NotNegative)?;
-            check("links", name, "rounding", l.rounding, limits.length_m, Sign::NotNegative)?;
-            check("links", name, "mesh_rounding", l.mesh_rounding, limits.length_m, Sign::NotNegative)?;
-            check("links", name, "friction", l.friction, most, Sign::NotNegative)?;
-            if let Some(Pad { thickness, modulus }) = l.pad {
-                check("links", name, "pad.thickness", thickness, limits.length_m, Sign::Positive)?;
-                check("links", name, "pad.modulus", Some(modulus), MAX_MODULUS, Sign::Positive)?;
+        let every = [("[every_servo]".to_owned(), &mut self.every_servo)];
+        let each = self.servos.iter_mut().map(|(name, s)| (format!("[servos.{name}]"), s));
+        for (table, s) in each.chain(every) {
+            let mut ends = s.range.into_iter().flatten();
+            let difference = s.range.map(|[a, b]| b - a);
+            let sound = [
+                check(&table, "effort", s.effort, most, Sign::Positive),
+                check(&table, "velocity", s.velocity, most, Sign::Positive),
+                check(&table, "stiffness", s.stiffness, most, Sign::Positive),
+                check(&table, "damping", s.damping, most, Sign::NotNegative),
+                ends.all(|x| check(&table, "range", Some(x), most, Sign::Any))
+                    && check(&table, "range, end minus begin,", difference, most, Sign::NotZero),
+            ];
+            if sound.contains(&false) {
+                // A stated effort or velocity needs none of the URDF.
+                *s = ServoSettings {
+                    effort: s.effort.map(|_| 1.0),
+                    velocity: s.velocity.map(|_| 1.0),
+                    ..ServoSettings::default()
+                };
             }
         }
-        for patches in &self.tactile {
-            for x in patches.lengths() {
-                check("tactile", &patches.name, "size or centers", Some(x), limits.length_m, Sign::Any)?;
+        let base = &mut self.base;
+        for (field, x) in base.numbers() {
+            if !check("[base]", field, Some(x), limits.length_m, Sign::Any) {
+                *base = BaseSettings { link: base.link.take(), ..BaseSettings::default() };
+                break;
             }
         }
-        self.sensors.check().map_err(|problem| at.bad("[sensors]", problem, "numbers in their ranges"))?;
-        Ok(())
+        let start = &mut self.start;
+        if !check("[start]", "sigma", start.sigma, most, Sign::Part) {
+            start.sigma = None;
+        }
+        for (motor, sigma) in &mut start.motors {
+            if !check("[start]", &format!("motors.{motor}"), Some(*sigma), most, Sign::Part) {
+                *sigma = 0.0;
+            }
+        }
+        for (joint, q) in &mut start.joints {
+            if !check("[start]", &format!("joints.{joint}"), Some(*q), most, Sign::Any) {
+                // Within the limits of every joint.
+                *q = f64::NAN;
+            }
+        }
+        for (name, l) in &mut self.links {
+            let table = format!("[links.{name}]");
+            let pad = l.pad.map(|pad| (pad.thickness, Some(pad.modulus)));
+            let (thickness, modulus) = pad.unwrap_or_default();
+            let sound = [
+                check(&table, "mass", l.mass, limits.mass_kg, Sign::NotNegative),
+                check(&table, "rounding", l.rounding, limits.length_m, Sign::NotNegative),
+                check(&table, "mesh_rounding", l.mesh_rounding, limits.length_m, Sign::NotNegative),
+                check(&table, "friction", l.friction, most, Sign::NotNegative),
+                check(&table, "pad.thickness", thickness, limits.length_m, Sign::Positive),
+                check(&table, "pad.modulus", modulus, MAX_MODULUS, Sign::Positive),
+            ];
+            if sound.contains(&false) {
+                *l = LinkSettings::default();
+            }
+        }
+        for patches in &mut self.tactile {
+            let element = format!("tactile '{}'", patches.name);
+            let sound = |x| check(&element, "size or centers", Some(x), limits.length_m, Sign::Any);
+            if !patches.lengths().all(sound) {
+                patches.size = [1.0; 2];
+                patches.centers.fill([0.0; 3]);
+            }
+        }
+        let sensors = self.sensors.check();
+        at.keep(sensors.map_err(|problem| at.bad("[sensors]", problem, "numbers in their ranges")));
     }
 
     /// Whether a tendon or a spring acts on the joint of this name.
@@ -221,7 +280,7 @@ impl Settings {
         let mut state = |table: String, field: &'static str, value: Option<f64>| {
             stated.extend(value.map(|value| ((table, field), value)));
         };
-        state("settings".to_owned(), "friction", self.friction);
+        state("friction".to_owned(), "friction", self.friction);
         let every = ("[every_coordinate]".to_owned(), &self.every_coordinate);
         let each = self.coordinates.iter().map(|(name, c)| (format!("[coordinates.{name}]"), c));
         for (table, c) in each.chain([every]) {
@@ -246,6 +305,10 @@ impl Settings {
     }
 }
 
+/// Takes the place of pulleys with an invalid number.
+const PLAIN_PULLEYS: DaVinciGeometry =
+    DaVinciGeometry { r0: 1.0, r1: 0.0, r2: 0.0, a1: 0.0, b1: 0.0, l1: 2.0, a2: 1.0, b2: 0.0 };
+
 /// Largest modulus, Pa: diamond has 1.2e12.
 const MAX_MODULUS: f64 = 1e13;
 
@@ -256,6 +319,8 @@ enum Sign {
     Positive,
     NotNegative,
     NotZero,
+    /// From 0 to 1.
+    Part,
 }
 
 impl Sign {
@@ -265,6 +330,7 @@ impl Sign {
             Sign::Positive => value > 0.0,
             Sign::NotNegative => value >= 0.0,
             Sign::NotZero => value != 0.0,
+            Sign::Part => (0.0..=1.0).contains(&value),
         }
     }
 
@@ -274,6 +340,7 @@ impl Sign {
             Sign::Positive => "of more than 0",
             Sign::NotNegative => "of at least 0",
             Sign::NotZero => "other than 0",
+            Sign::Part => "from 0 to 1",
         }
     }
 }
@@ -326,18 +393,22 @@ pub(crate) struct TendonSettings {
 }
 
 impl TendonSettings {
+    /// Its paths that are not linear: their kind, and the joint that they cross.
+    pub(crate) fn paths(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let da_vinci = self.da_vinci.keys().map(|joint| ("da_vinci", joint));
+        let polynomial = self.polynomial.keys().map(|joint| ("polynomial", joint));
+        let table = self.table.keys().map(|joint| ("table", joint));
+        let eyelets = self.eyelets.keys().map(|joint| ("eyelets", joint));
+        da_vinci.chain(polynomial).chain(table).chain(eyelets)
+    }
+
     /// Whether it states moment arms of its own.
     pub(crate) fn has_arms(&self) -> bool {
-        let paths = self.da_vinci.len() + self.polynomial.len() + self.table.len() + self.eyelets.len();
-        paths + self.joints.len() > 0
+        !self.joints.is_empty() || self.paths().next().is_some()
     }
 
     fn names_joint(&self, joint: &str) -> bool {
-        self.joints.contains_key(joint)
-            || self.da_vinci.contains_key(joint)
-            || self.polynomial.contains_key(joint)
-            || self.table.contains_key(joint)
-            || self.eyelets.contains_key(joint)
+        self.joints.contains_key(joint) || self.paths().any(|(_, name)| name == joint)
     }
 }
 
@@ -359,8 +430,10 @@ pub(crate) struct SpringSettings {
 #[serde(deny_unknown_fields)]
 pub(crate) struct LinkageSettings {
     /// Names of URDF links.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub(crate) links: [String; 2],
     /// Position of the pin in each link's frame, m.
+    #[serde(deserialize_with = "crate::exact::arrays")]
     pub(crate) points: [[f64; 3]; 2],
     /// N/m
     #[serde(default = "pin_stiffness")]
@@ -410,15 +483,19 @@ pub(crate) struct TactileSettings {
     /// URDF link whose frame the vectors are in.
     pub(crate) link: String,
     /// Direction of the patches' first extent.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub(crate) along: [f64; 3],
     /// Direction out of the hand.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub(crate) normal: [f64; 3],
     /// Extents along `along` and across it, m.
+    #[serde(deserialize_with = "crate::exact::array")]
     pub(crate) size: [f64; 2],
     /// Centre of each patch, m.
+    #[serde(deserialize_with = "crate::exact::list")]
     pub(crate) centers: Vec<[f64; 3]>,
     /// Number of taxels of each patch along its extents.
-    #[serde(default = "one_taxel")]
+    #[serde(default = "one_taxel", deserialize_with = "crate::exact::array")]
     pub(crate) taxels: [usize; 2],
 }
 

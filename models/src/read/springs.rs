@@ -9,19 +9,15 @@ use crate::Vec3;
 use crate::error::{LoadWarning, ModelError};
 use crate::hand::{Hand, Linkage, Spring};
 
-/// Springs across several joints, by name.
-pub(crate) fn springs(
-    tree: &Urdf,
-    reduced: &Reduced,
-    settings: &Settings,
-    at: &Report,
-) -> Result<Vec<Spring>, ModelError> {
+/// Springs across several joints, by name; those with a problem, which is kept, are left out.
+pub(crate) fn springs(tree: &Urdf, reduced: &Reduced, settings: &Settings, at: &Report) -> Vec<Spring> {
     let mut out = Vec::new();
     for (name, own) in &settings.springs {
         let element = format!("[springs.{name}]");
-        let arms = arms(tree, reduced, &own.joints, &element, at)?;
+        let Some(arms) = arms(tree, reduced, &own.joints, &element, at) else { continue };
         if arms.is_empty() {
-            return Err(at.bad(element, "acts on no joint", "joints = { joint = entry, … }"));
+            at.keep::<()>(Err(at.bad(element, "acts on no joint", "joints = { joint = entry, … }")));
+            continue;
         }
         out.push(Spring {
             name: name.clone(),
@@ -31,30 +27,26 @@ pub(crate) fn springs(
             rest: own.rest,
         });
     }
-    Ok(out)
+    out
 }
 
-/// Pins, by name.
-pub(crate) fn linkages(
-    tree: &Urdf,
-    reduced: &Reduced,
-    settings: &Settings,
-    at: &Report,
-) -> Result<Vec<Linkage>, ModelError> {
+/// Pins, by name; those with a problem, which is kept, are left out.
+pub(crate) fn linkages(tree: &Urdf, reduced: &Reduced, settings: &Settings, at: &Report) -> Vec<Linkage> {
     let mut out = Vec::new();
     for (name, own) in &settings.linkages {
-        let element = || format!("[linkages.{name}]");
+        let element = format!("[linkages.{name}]");
         let end = |side: usize| {
             let link = tree.robot.links.iter().position(|link| link.name == own.links[side]);
-            let (link, pose) = link.and_then(|link| reduced.merged_into[link]).ok_or_else(|| {
-                at.bad(element(), format!("names link '{}'", own.links[side]), "a <link> of the URDF")
-            })?;
-            Ok((link, pose.transform_point(Vec3::from_array(own.points[side]))))
+            let place = link.and_then(|link| reduced.merged_into[link]);
+            let place = place.ok_or_else(|| unknown_link(&own.links[side], &element, at));
+            let (link, pose) = at.keep(place)?;
+            Some((link, pose.transform_point(Vec3::from_array(own.points[side]))))
         };
-        let ((a, near), (b, far)) = (end(0)?, end(1)?);
+        let (Some((a, near)), Some((b, far))) = (end(0), end(1)) else { continue };
         if a == b {
             let problem = format!("links '{}' and '{}' are one body", own.links[0], own.links[1]);
-            return Err(at.bad(element(), problem, "two links that move against each other"));
+            at.keep::<()>(Err(at.bad(element, problem, "two links that move against each other")));
+            continue;
         }
         out.push(Linkage {
             name: name.clone(),
@@ -64,7 +56,12 @@ pub(crate) fn linkages(
             damping: own.damping,
         });
     }
-    Ok(out)
+    out
+}
+
+/// The error about a link that is not there.
+pub(super) fn unknown_link(link: &str, element: &str, at: &Report) -> ModelError {
+    at.bad(element, format!("names link '{link}'"), "a <link> of the URDF")
 }
 
 /// Pins that no position of the joints within their limits closes; `rest` closes the others.

@@ -43,6 +43,9 @@ pub(crate) fn root_from_base(base: &BaseSettings, tree: &Urdf, at: &Report) -> R
     Ok(root_from_base)
 }
 
+/// A start may be beyond a limit by the rounding of its file, rad (m).
+const BEYOND_LIMIT: f64 = 1e-6;
+
 /// How the hand begins. Problems are kept. Without `[start]`, each servo begins where its joint's spring rests.
 pub(crate) fn start(
     settings: &Settings,
@@ -65,10 +68,26 @@ pub(crate) fn start(
     for name in own.joints.keys().filter(|name| !joint_names().contains(&name.as_str())) {
         unknown("joints", name, joint_names());
     }
-    let q: Vec<f64> = coordinates
-        .iter()
-        .map(|c| own.joints.get(&c.name).copied().unwrap_or(c.rest).clamp(c.lower, c.upper))
-        .collect();
+    for c in coordinates {
+        let Some(&q) = own.joints.get(&c.name) else { continue };
+        let beyond = f64::max(c.lower - q, q - c.upper);
+        if beyond > BEYOND_LIMIT {
+            let valid = format!("{} to {}, the limits of the joint", c.lower, c.upper);
+            at.keep::<()>(Err(at.bad("[start]", format!("has joints.{} {q}", c.name), valid)));
+        }
+    }
+    // `clamp` panics at the limits of a joint that is in error.
+    let within = |c: &Coordinate, q: f64| {
+        if q < c.lower {
+            c.lower
+        } else if q > c.upper {
+            c.upper
+        } else {
+            q
+        }
+    };
+    let of_joint = |c: &Coordinate| own.joints.get(&c.name).copied().unwrap_or(c.rest);
+    let q: Vec<f64> = coordinates.iter().map(|c| within(c, of_joint(c))).collect();
     let sigma: Vec<f64> = motors
         .iter()
         .enumerate()

@@ -11,10 +11,12 @@ pub(crate) struct BaseSettings {
     /// The link whose frame `position` and the turn are in; else the root. Fixed joints lead to it.
     pub(crate) link: Option<String>,
     /// m
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::array")]
     pub(crate) position: [f64; 3],
+    #[serde(default, deserialize_with = "crate::exact::optional")]
     pub(crate) quat_xyzw: Option<[f64; 4]>,
     /// Fixed-axis roll, pitch, yaw, rad.
+    #[serde(default, deserialize_with = "crate::exact::optional")]
     pub(crate) rpy: Option<[f64; 3]>,
 }
 
@@ -33,9 +35,11 @@ pub(crate) struct StartSettings {
 }
 
 impl BaseSettings {
-    /// Every number in it.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let turn = self.quat_xyzw.into_iter().flatten().chain(self.rpy.into_iter().flatten());
-        self.position.into_iter().chain(turn)
+    /// Every number in it, with its field.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
+        let position = self.position.into_iter().map(|x| ("position", x));
+        let quat = self.quat_xyzw.into_iter().flatten().map(|x| ("quat_xyzw", x));
+        let rpy = self.rpy.into_iter().flatten().map(|x| ("rpy", x));
+        position.chain(quat).chain(rpy)
     }
 }

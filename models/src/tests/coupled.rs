@@ -95,19 +95,35 @@ fn wrong_couplings_are_named() {
         "[tendons.t]: names motor 'm', which has no entry",
     );
     refused(&format!("{own}joints.c = 1\n"), "[tendons.t]: names joint 'c'");
-    refused(&own, "[tendons.t]: names nothing in the URDF");
+    refused(&own, "[tendons.t]: has no <transmission> in the URDF, and pulls on no joint; valid: `joints`");
     refused("[motors.m]\nscaling = 1\nspeed_limit = 1\n", "[motors.m]: names nothing in the URDF");
     refused(&format!("{own}joints.a = 0\n"), "joints.a 0");
-    refused(&format!("{own}joints.a = 1\nhold_limit = 1\n"), "hold limit 1");
-    refused(&format!("{own}joints.a = 1\nbreakaway = true\n"), "no hold limit");
+    let wound = format!("[motors.m]\nscaling = 1\nspeed_limit = 1\n{own}motors.m = 1\njoints.a = 1\n");
+    refused(&format!("{wound}hold_limit = 1\n"), "hand.toml: [tendons.t]: has hold_limit 1; valid: at least");
+    refused(
+        &format!("{wound}breakaway = true\n"),
+        "hand.toml: [tendons.t]: has breakaway, but no hold_limit",
+    );
+    refused(&format!("{own}joints.a = 1\nhold_limit = 3\n"), "has hold_limit 3, but no motor");
     refused(
         &format!("{own}table.a = {{ at = [0, 1], length = [0] }}\n"),
-        "table.a: has 2 coordinates and 1 lengths",
+        "hand.toml: [tendons.t.table.a]: has 2 coordinates and 1 lengths; valid: at = [q, …] ascending, and as many",
     );
-    refused(&format!("{own}polynomial.a.coefficients = []\n"), "polynomial.a: a polynomial has 1 to 8");
+    refused(
+        &format!("{own}polynomial.a.coefficients = []\n"),
+        "hand.toml: [tendons.t.polynomial.a]: has 0 coefficients",
+    );
     refused(
         &format!("{own}eyelets.a = {{ before = [0.01, 0], after = [0, 0.01] }}\n"),
         "they meet at some angle",
+    );
+    refused(
+        &format!("{own}joints.a = 1\npolynomial.a.coefficients = [1]\n"),
+        "[tendons.t]: has `joints.a`, and a path of its own over the same joint; valid: one of them",
+    );
+    refused(
+        &format!("{own}polynomial.a.coefficients = [1]\ntable.a = {{ at = [0, 1], length = [0, 1] }}\n"),
+        "[tendons.t.table.a]: is a second path over its joint, beside [tendons.t.polynomial.a]",
     );
     refused("[springs.s]\njoints = {}\nstiffness = 1\n", "[springs.s]: acts on no joint");
     refused("[springs.s]\njoints.a = 1\nstiffness = 0\n", "[springs.s]: has stiffness 0");
@@ -118,16 +134,123 @@ fn wrong_couplings_are_named() {
 }
 
 #[test]
+fn lists_of_another_length_are_refused() {
+    let own = format!("[tendons.t]\n{TENDON}");
+    let eyelets = |before: &str| format!("{own}eyelets.a = {{ before = {before}, after = [0, 0.02] }}\n");
+    read(&eyelets("[0.01, 0]")).expect("a pair of numbers");
+    for (toml, length) in [
+        (eyelets("[0.01, 0, 0.1]"), "3, expected a list of 2"),
+        (eyelets("[0.01]"), "1, expected a list of 2"),
+        (
+            "[linkages.p]\nlinks = ['one', 'two']\npoints = [[0, 0, 0, 5], [0, 0, 0]]\n".to_owned(),
+            "4, expected a list of 3",
+        ),
+        (
+            "[linkages.p]\nlinks = ['one', 'two']\npoints = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]\n".to_owned(),
+            "3, expected a list of 2",
+        ),
+        (
+            "[linkages.p]\nlinks = ['one', 'two', 'tip']\npoints = [[0, 0, 0], [0, 0, 0]]\n".to_owned(),
+            "3, expected a list of 2",
+        ),
+        ("no_collision = [['one', 'two', 'tip']]\n".to_owned(), "3, expected a list of 2"),
+        ("[base]\nposition = [0, 0, 0, 1]\n".to_owned(), "4, expected a list of 3"),
+        ("[base]\nrpy = [0, 0]\n".to_owned(), "2, expected a list of 3"),
+        ("[servos.a]\nrange = [0, 1, 2]\n".to_owned(), "3, expected a list of 2"),
+    ] {
+        refused(&toml, &format!("invalid length {length}"));
+    }
+}
+
+#[test]
+fn a_start_is_within_its_range() {
+    let motor = format!(
+        "[motors.m]\nscaling = 1\nspeed_limit = 1\n[tendons.t]\n{TENDON}motors.m = 1\njoints.a = 1\n"
+    );
+    refused(
+        &format!("{motor}[start]\nsigma = 3\n"),
+        "hand.toml: [start]: has sigma 3; valid: sigma from 0 to 1",
+    );
+    refused(
+        &format!("{motor}[start]\nmotors.m = -2\n"),
+        "[start]: has motors.m -2; valid: motors.m from 0 to 1",
+    );
+    refused(
+        &format!("{motor}[start]\njoints.a = 9\n"),
+        "[start]: has joints.a 9; valid: -1 to 1, the limits of the joint",
+    );
+    read(&format!("{motor}[start]\njoints.a = 1.0000000001\n")).expect("a start at the limit, rounded");
+}
+
+#[test]
+fn one_run_names_all_problems() {
+    // Numbers, names, and joints of the URDF.
+    let toml = format!(
+        "[motors.m]\nscaling = 0\nspeed_limit = 1\n[tendons.t]\nstiffness = -5\nforce_limit = 2\nmotors.no = 1\njoints.a = 1\n\
+         [tendons.u]\n{TENDON}joints.x = 1\n[coordinates.b9]\nrest = 0\n[springs.s]\nstiffness = 1\njoints.y = 1\n\
+         [linkages.l]\nlinks = ['here', 'there']\npoints = [[0, 0, 0], [0, 0, 0]]\n[base]\nlink = 'away'\n[start]\njoints.z = 1\n"
+    );
+    let of_settings = [
+        "[motors.m]: has scaling 0",
+        "[motors.m]: names nothing in the URDF",
+        "[tendons.t]: has stiffness -5",
+        "[tendons.t]: names motor 'no'",
+        "[tendons.u]: names joint 'x'",
+        "[coordinates.b9]",
+        "[springs.s]: names joint 'y'",
+        "[linkages.l]: names link 'here'",
+        "[linkages.l]: names link 'there'",
+        "[base]: names link 'away'",
+        "[start]",
+    ];
+    let turned = URDF.replacen("lower='-1'", "lower='2'", 1).replacen("value='0.03'", "value='-0.03'", 1);
+    let endless = URDF.replacen("value='0.03'", "value='nan'", 1);
+    for (urdf, more, left_out) in [
+        (URDF, vec![], None),
+        (turned.as_str(), vec!["joint 'a': has limits 2 to 1", "link 'one': has the negative mass"], None),
+        // Its motors depend on what is not computed.
+        (endless.as_str(), vec!["link 'one': has a mass (kg) of NaN"], Some("[tendons.t]: names motor 'no'")),
+    ] {
+        let settings = Some((Path::new("hand.toml"), toml.as_str()));
+        let error = from_text((Path::new("hand.urdf"), urdf), settings, None, &LoadOptions::default())
+            .expect_err("refused");
+        let error = error.to_string();
+        for words in of_settings.iter().chain(&more).filter(|words| Some(**words) != left_out) {
+            assert_eq!(error.matches(words).count(), 1, "{words}: {error}");
+        }
+        let expected = of_settings.len() + more.len() - usize::from(left_out.is_some());
+        assert_eq!(error.lines().count(), expected, "{error}");
+    }
+}
+
+#[test]
+fn limits_that_leave_no_range_are_an_error_beside_others() {
+    let servo = "servo_joints = ['a']\n[start]\njoints.b = 0.5\n";
+    let urdf = URDF.replacen("lower='-1' upper='1'", "lower='0.5' upper='1'", 1);
+    let urdf = urdf
+        .replacen("<origin xyz='0.04 0 0'/>", "<origin xyz='0.04 0 0'/><mimic joint='a' multiplier='-1'/>", 1)
+        .replacen("lower='-1' upper='1'", "lower='0' upper='1'", 1);
+    let settings = Some((Path::new("hand.toml"), servo));
+    let error = from_text((Path::new("hand.urdf"), &urdf), settings, None, &LoadOptions::default())
+        .expect_err("refused");
+    assert!(error.to_string().contains("joint 'b': mimics 'a'"), "{error}");
+}
+
+#[test]
 fn every_coupling_counts_in_the_content_hash() {
     let plain = read("").expect("a sound hand").content_hash();
+    let wound = format!(
+        "[motors.m]\nscaling = 1\nspeed_limit = 1\n[tendons.t]\n{TENDON}joints.a = 1\nmotors.m = 1\n"
+    );
     let mut hashes = vec![plain];
     for toml in [
         "[springs.s]\njoints.a = 1\nstiffness = 1\n".to_owned(),
         "[linkages.p]\nlinks = ['one', 'two']\npoints = [[0, 0, 0], [0, 0, 0]]\n".to_owned(),
         format!("[tendons.t]\n{TENDON}joints.a = 1\n"),
         format!("[tendons.t]\n{TENDON}joints.a = 1\nrest = 1\n"),
-        format!("[tendons.t]\n{TENDON}joints.a = 1\nhold_limit = 3\n"),
-        format!("[tendons.t]\n{TENDON}joints.a = 1\nhold_limit = 3\nbreakaway = true\n"),
+        wound.clone(),
+        format!("{wound}hold_limit = 3\n"),
+        format!("{wound}hold_limit = 3\nbreakaway = true\n"),
         format!("[tendons.t]\n{TENDON}polynomial.a.coefficients = [1]\n"),
         format!("[tendons.t]\n{TENDON}table.a = {{ at = [0, 1], length = [0, 1] }}\n"),
         format!("[tendons.t]\n{TENDON}eyelets.a = {{ before = [0.01, 0], after = [0, 0.02] }}\n"),

@@ -55,6 +55,7 @@ fn files_that_are_not_there_too_large_or_not_text() {
     assert!(
         matches!(&missing, ModelError::Read { .. }) && missing.to_string().contains("/no/such/hand.urdf")
     );
+    assert!(std::error::Error::source(&missing).is_none(), "a chain of errors would name the reason twice");
 
     let ours = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/hands/softhand/hand.urdf"));
     let with = |limits: Limits| read::hand(ours, &LoadOptions { limits, ..LoadOptions::default() });

@@ -65,7 +65,7 @@ fn machines_are_refused_with_number_bound_and_place() {
     refused(
         "friction = 0.9",
         "friction = 1e9",
-        "x/hand.toml: settings: Coulomb coefficient of a surface is 1e9; valid: at most 2.5 (hand_limits.friction)",
+        "x/hand.toml: friction: Coulomb coefficient of a surface is 1e9; valid: at most 2.5 (hand_limits.friction)",
     );
     refused(
         "0.08 0.08 0.04",

@@ -232,5 +232,5 @@ fn the_base_frame_can_be_a_link_or_a_pose() {
         &["[base]: has quat_xyzw and rpy"],
     );
     fails("[base]\nquat_xyzw = [0.0, 0.0, 0.0, 0.0]", &["[base]: has quat_xyzw without a direction"]);
-    fails("[base]\nposition = [inf, 0.0, 0.0]", &["[base]: has a number inf"]);
+    fails("[base]\nposition = [inf, 0.0, 0.0]", &["[base]: has position inf"]);
 }

@@ -4,7 +4,7 @@
 
 The hand comes down on the object, closes, lifts and waits. The server then shakes it. If the object stays on
 the table or falls, the hand tries again, turned or higher. `palmares.skills.recipes` has the numbers of each
-hand.
+hand; the SoftHand plays `grasp_softhand`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 import palmares
+from palmares.examples import grasp_softhand
 from palmares.rotation import quat_of
 from palmares.skills.holding import GraspSummary, grasp_summary, lift_and_hold
 from palmares.skills.motion import UP, Mover, RunOverError
@@ -24,6 +25,9 @@ from palmares.skills.recipes import RECIPES, Recipe
 from palmares.skills.runs import play
 
 LOG = logging.getLogger(__name__)
+
+SOFTHANDS = ["softhand", "softhand_skin"]
+"""Hands with several grasps of their own, in `grasp_softhand`"""
 
 VARIATIONS = [
     (0.0, 0.0),
@@ -64,6 +68,8 @@ def run(
     client: palmares.Client, seed: int | None, hand: str = "yale_t42", recipe: Recipe | None = None
 ) -> GraspSummary:
     """Play one run; `hand` may be a path where the client is local, and then needs a `recipe`."""
+    if recipe is None and hand in SOFTHANDS:
+        return grasp_softhand.run(client, seed, hand=hand)
     mover = RecipeMover(client, client.reset("grasp", hand, sensing="truth", seed=seed))
     mover.recipe, mover.sigma = recipe or RECIPES[hand], 0.0
     first, _ = upright_box(client.scene, mover.obs, 0)
@@ -80,4 +86,4 @@ def run(
 
 
 if __name__ == "__main__":
-    play(run, __doc__, hands=RECIPES)
+    play(run, __doc__, hands=[*RECIPES, *SOFTHANDS])

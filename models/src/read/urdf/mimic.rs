@@ -24,6 +24,7 @@ pub(crate) fn motions(
     report: &mut Report,
 ) -> Result<Option<Vec<Option<Motion>>>, ModelError> {
     let joints = &urdf.robot.joints;
+    let before = report.kept();
     let index = |name: &str| joints.iter().position(|j| j.name == name);
     let in_transmission =
         |name: &str| urdf.transmissions.iter().any(|t| t.joints.iter().any(|j| j.joint == name));
@@ -71,7 +72,7 @@ pub(crate) fn motions(
         }
     }
 
-    if report.kept() > 0 {
+    if report.kept() > before {
         return Ok(None);
     }
     // Follows mimics of mimics to the independent joint, which leads itself.

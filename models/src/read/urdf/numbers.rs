@@ -6,14 +6,29 @@ use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
 
-/// Keeps an error for each link and joint with an invalid number.
-pub(crate) fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) {
+/// Keeps an error for each link and joint with an invalid number. Returns whether all numbers are finite and within the limits; a
+/// wrong sign does no harm.
+pub(crate) fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) -> bool {
+    let mut sound = true;
     for link in &robot.links {
-        report.keep(check_link(link, limits, report));
+        sound &= report.keep(check_link(link, limits, report)).is_some();
+        let mass = link.inertial.mass.value;
+        if mass < 0.0 {
+            let problem = format!("has the negative mass {mass} kg");
+            let element = format!("link '{}'", link.name);
+            report.keep::<()>(Err(report.bad(element, problem, "a mass of at least 0 kg")));
+        }
     }
     for joint in &robot.joints {
-        report.keep(check_joint(joint, limits, report));
+        sound &= report.keep(check_joint(joint, limits, report)).is_some();
+        let damping = joint.dynamics.as_ref().map_or(0.0, |d| d.damping);
+        if damping < 0.0 {
+            let problem = format!("has damping {damping}");
+            let element = format!("joint '{}'", joint.name);
+            report.keep::<()>(Err(report.bad(element, problem, "finite damping of at least 0")));
+        }
     }
+    sound
 }
 
 fn check_origin(
@@ -28,12 +43,7 @@ fn check_origin(
 
 fn check_link(link: &urdf_rs::Link, limits: &Limits, report: &Report) -> Result<(), ModelError> {
     let element = || format!("link '{}'", link.name);
-    let mass = link.inertial.mass.value;
-    if mass < 0.0 {
-        let problem = format!("has the negative mass {mass} kg");
-        return Err(report.bad(element(), problem, "a mass of at least 0 kg"));
-    }
-    report.number(element, "a mass (kg) of", mass, limits.mass_kg)?;
+    report.number(element, "a mass (kg) of", link.inertial.mass.value, limits.mass_kg)?;
     let i = &link.inertial.inertia;
     for moment in [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz] {
         report.number(element, "a moment of inertia (kg·m²) of", moment, limits.number)?;
@@ -56,10 +66,6 @@ fn check_joint(joint: &urdf_rs::Joint, limits: &Limits, report: &Report) -> Resu
     report.number(element, "damping", damping, limits.number)?;
     let friction = joint.dynamics.as_ref().map_or(0.0, |d| d.friction);
     report.number(element, "friction", friction, limits.number)?;
-    if damping < 0.0 {
-        let problem = format!("has damping {damping}");
-        return Err(report.bad(element(), problem, "finite damping of at least 0"));
-    }
     if let Some(m) = &joint.mimic {
         let (multiplier, offset) = (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0));
         let usable = 1.0 / limits.number..=limits.number;

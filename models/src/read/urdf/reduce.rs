@@ -30,7 +30,8 @@ pub(crate) struct Reduced {
     pub(crate) pads: Vec<PadOn>,
 }
 
-/// Reduces a URDF's tree to the moving links and their coordinates; `None` if errors were kept. The frame of the base is
+/// Reduces a URDF's tree to the moving links and their coordinates; `None` if the joints' motions are in error. Errors of links are
+/// kept. The frame of the base is
 /// at `base_from_root`.
 pub(crate) fn reduce(
     urdf: &Urdf,
@@ -45,7 +46,7 @@ pub(crate) fn reduce(
         .iter()
         .map(|link| reader.read(link, report))
         .collect::<Result<Vec<LinkBody>, ModelError>>()?;
-    let Some(motions) = motions.filter(|_| report.kept() == 0) else { return Ok(None) };
+    let Some(motions) = motions else { return Ok(None) };
     let coordinates: Vec<usize> =
         (0..motions.len()).filter(|&j| motions[j].is_some_and(|m| m.leader == j)).collect();
     let base = Link {
@@ -82,7 +83,7 @@ pub(crate) fn reduce(
             }
             let Some(motion) = motions[j] else { continue };
             let coordinate = coordinates.iter().position(|&c| c == motion.leader).unwrap_or_default();
-            let mut hinges = vec![hinge(urdf, j, motion, child_from_origin, report)?];
+            let mut hinges = vec![hinge(urdf, j, motion, child_from_origin, report)];
             let mut child = urdf.child_link[j];
             if let Some(second) = outer_hinge(urdf, &motions, &bodies, j) {
                 let coupler = &urdf.robot.links[child];
@@ -93,7 +94,7 @@ pub(crate) fn reduce(
                 }
                 let joint = &urdf.robot.joints[second];
                 if let Some(motion) = motions[second] {
-                    hinges.push(hinge(urdf, second, motion, pose(&joint.origin), report)?);
+                    hinges.push(hinge(urdf, second, motion, pose(&joint.origin), report));
                 }
                 child = urdf.child_link[second];
             }
@@ -138,22 +139,16 @@ fn depth_first(links: Vec<Link>, merged_into: &mut [Option<(usize, Pose)>], pads
         .collect()
 }
 
-fn hinge(
-    urdf: &Urdf,
-    j: usize,
-    motion: Motion,
-    parent_from_hinge: Pose,
-    report: &Report,
-) -> Result<Hinge, ModelError> {
+fn hinge(urdf: &Urdf, j: usize, motion: Motion, parent_from_hinge: Pose, report: &Report) -> Hinge {
     let joint = &urdf.robot.joints[j];
     let axis = Vec3::from_array(*joint.axis.xyz);
     if axis.length() < 1e-9 {
         let element = format!("joint '{}'", joint.name);
-        return Err(report.bad(element, "has the axis 0 0 0", "an axis with a direction"));
+        report.keep::<()>(Err(report.bad(element, "has the axis 0 0 0", "an axis with a direction")));
     }
     let kind =
         if joint.joint_type == JointType::Prismatic { HingeKind::Prismatic } else { HingeKind::Revolute };
-    Ok(Hinge { parent_from_hinge, axis: axis.normalize(), kind, ratio: motion.ratio, offset: motion.offset })
+    Hinge { parent_from_hinge, axis: axis.normalize(), kind, ratio: motion.ratio, offset: motion.offset }
 }
 
 /// The second hinge of a rolling joint that begins with joint `j`: its coupler touches nothing, carries one

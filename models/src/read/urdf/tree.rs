@@ -13,7 +13,7 @@ use crate::read::limits::Limits;
 use crate::read::report::Report;
 use crate::{Pose, Vec3, rotation};
 
-/// A URDF whose links form one tree and whose numbers are finite.
+/// A URDF whose links form one tree.
 pub(crate) struct Urdf {
     pub(crate) robot: Robot,
     pub(crate) transmissions: Vec<Transmission>,
@@ -25,6 +25,8 @@ pub(crate) struct Urdf {
     pub(crate) children: Vec<Vec<usize>>,
     /// Link at the far end of each joint.
     pub(crate) child_link: Vec<usize>,
+    /// Whether all numbers can be computed with; an error is kept of each other one.
+    pub(crate) sound: bool,
 }
 
 /// Reads and checks the text of a URDF file; `None` if errors were kept.
@@ -35,7 +37,9 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
     }
     let (transmissions, servos) = transmission::read(document.root_element(), limits, report)?;
     let robot = elements::robot(text, document.root_element(), limits, report)?;
-    check_numbers(&robot, limits, report);
+    let whole = report.kept() == 0;
+    let sound = check_numbers(&robot, limits, report);
+    let of_numbers = report.kept();
 
     let mut link_by_name = BTreeMap::new();
     for (i, link) in robot.links.iter().enumerate() {
@@ -69,7 +73,7 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
         children[parent].push(j);
         child_link.push(child);
     }
-    if report.kept() > 0 {
+    if !whole || report.kept() > of_numbers {
         // A tree with gaps has wrong roots.
         return Ok(None);
     }
@@ -80,7 +84,7 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
         return Err(report.bad("robot", problem, "exactly one root link, the hand's base"));
     };
     check_reach(&robot, &children, &child_link, root, limits, report)?;
-    Ok(Some(Urdf { robot, transmissions, servos, root, children, child_link }))
+    Ok(Some(Urdf { robot, transmissions, servos, root, children, child_link, sound }))
 }
 
 /// Checks that every link is connected to the root, and that the tree is not too deep.
