@@ -15,6 +15,7 @@ pub mod export;
 pub mod format;
 mod imported;
 mod meshes;
+mod numbers;
 mod options;
 mod read;
 pub mod source;

@@ -13,7 +13,7 @@ use roxmltree::Node;
 
 use super::text::Corners;
 use super::transform::{MAX_DEPTH, MAX_NODES, place};
-use crate::read::numbers::numbers;
+use crate::numbers::numbers;
 use crate::read::xml::{child, children};
 use crate::source::limits;
 

@@ -5,9 +5,11 @@
 
 mod body;
 mod chain;
+mod comments;
 mod dofs;
 mod tendons;
 mod transform;
+mod units;
 
 use std::collections::BTreeMap;
 
@@ -16,20 +18,12 @@ use roxmltree::Node;
 
 use self::body::body;
 use self::chain::{Moved, chain};
+use self::comments::without_comments;
 use super::reading::Reading;
 use super::xml::{child_text, children};
 use crate::decision::At;
 use crate::draft::{Draft, Origin};
 use crate::error::ImportError;
-
-/// m
-const MM: f64 = 1e-3;
-/// kg
-const GRAM: f64 = 1e-3;
-/// N·m in GraspIt!'s unit of torque, g·mm²/s².
-const TORQUE: f64 = 1e-9;
-/// N in GraspIt!'s unit of force, g·mm/s².
-const FORCE: f64 = 1e-6;
 
 /// Reads a robot.
 pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
@@ -79,20 +73,6 @@ pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, Impor
         }
     }
     Ok(draft)
-}
-
-/// The text with blanks instead of comments: published ones have hyphens that XML does not allow there.
-fn without_comments(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some((before, comment)) = rest.split_once("<!--") {
-        let (comment, after) = comment.split_once("-->").unwrap_or((comment, ""));
-        out.push_str(before);
-        // Lines keep their numbers.
-        out.extend(comment.chars().filter(|c| *c == '\n'));
-        rest = after;
-    }
-    out + rest
 }
 
 /// Pairs of links that GraspIt! never lets touch: those that the file states, and those of its own kinds of robots.

@@ -7,7 +7,6 @@ pub(crate) mod element;
 mod graspit;
 mod klampt;
 mod mjcf;
-pub(crate) mod numbers;
 pub(crate) mod reading;
 mod sdf;
 mod urdf;

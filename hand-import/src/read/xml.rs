@@ -2,8 +2,8 @@
 
 use roxmltree::Node;
 
-use super::numbers::numbers;
 use crate::decision::{At, Log};
+use crate::numbers::numbers;
 
 /// The first child element of that name.
 pub(crate) fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {

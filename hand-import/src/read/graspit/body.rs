@@ -3,7 +3,7 @@
 use palmares_models::{Pose, Rotation, Vec3};
 
 use super::transform::transform;
-use super::{GRAM, MM};
+use super::units::{GRAM, MM};
 use crate::decision::At;
 use crate::draft::{Geometry, Inertial, Link, Origin, Part};
 use crate::read::reading::Reading;
@@ -34,7 +34,7 @@ pub(super) fn body(name: &str, file: &str, shapes: Origin, reading: &mut Reading
         }
     };
     let mut inner = reading.of(&path);
-    let text = super::without_comments(&text);
+    let text = super::comments::without_comments(&text);
     let document = match inner.xml(&text) {
         Ok(document) => document,
         Err(error) => {

@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::body::body;
 use super::transform::transform;
-use super::{FORCE, MM, TORQUE};
+use super::units::{FORCE, MM, TORQUE};
 use crate::decision::At;
 use crate::draft::{Draft, Joint, JointKind, Link, Origin};
 use crate::read::reading::Reading;

@@ -9,7 +9,7 @@
 use roxmltree::Node;
 
 use super::chain::Moved;
-use super::{FORCE, MM, TORQUE};
+use super::units::{FORCE, MM, TORQUE};
 use crate::decision::At;
 use crate::draft::{Actuator, Control, Coupling, Draft, Drive, JointKind, Tendon, TendonPath};
 use crate::read::reading::Reading;

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use palmares_models::{Pose, Rotation, Vec3};
 use roxmltree::Node;
 
-use super::MM;
 use super::chain::Moved;
+use super::units::MM;
 use crate::decision::At;
 use crate::draft::{Actuator, Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 use crate::read::reading::Reading;

@@ -3,7 +3,7 @@
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 use roxmltree::Node;
 
-use super::MM;
+use super::units::MM;
 use crate::decision::{At, Log};
 use crate::read::xml::Element;
 

@@ -1,9 +1,9 @@
 //! Actuators: MuJoCo's shortcuts are settings of one general law, `f = gain · ctrl + b₀ + b₁ l + b₂ l̇`.
 
 use crate::decision::Log;
+use crate::numbers::numbers;
 use crate::read::element::Element;
 use crate::read::element::Notes;
-use crate::read::numbers::numbers;
 
 /// An actuator before its names are looked up.
 #[derive(Clone, Debug)]

@@ -416,7 +416,7 @@ impl Reader<'_> {
         for index in 0..self.model.joints.len() {
             let element = self.model.joints[index].element.clone();
             let Some(text) = element.get("springdamper") else { continue };
-            let Some(&[time, ratio]) = crate::read::numbers::numbers(text).as_deref() else { continue };
+            let Some(&[time, ratio]) = crate::numbers::numbers(text).as_deref() else { continue };
             if time > 0.0 && ratio > 0.0 {
                 let inertia = self.inertia(&[(index, 1.0)]);
                 let joint = &mut self.model.joints[index];

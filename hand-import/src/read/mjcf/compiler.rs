@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::defaults::Attributes;
 use crate::decision::Log;
+use crate::numbers::numbers;
 use crate::read::element::Element;
 use crate::read::element::Notes;
-use crate::read::numbers::numbers;
 use palmares_models::{Mat3, Rotation, Vec3};
 
 /// Settings of all `<compiler>` elements together.

@@ -92,7 +92,7 @@ impl Reader<'_> {
 
     pub(super) fn keys(&mut self, root: &Element) {
         for element in root.all("keyframe").flat_map(|keyframe| keyframe.all("key")) {
-            let Some(qpos) = element.get("qpos").and_then(crate::read::numbers::numbers) else { continue };
+            let Some(qpos) = element.get("qpos").and_then(crate::numbers::numbers) else { continue };
             let name = element.get("name").unwrap_or_default().to_owned();
             let width = |joint: &Joint| match joint.kind {
                 JointKind::Free => 7,
@@ -111,7 +111,7 @@ impl Reader<'_> {
                 values.push(if own.len() == 1 { own[0] - joint.reference } else { 0.0 });
                 rest = others;
             }
-            let commands = element.get("ctrl").and_then(crate::read::numbers::numbers);
+            let commands = element.get("ctrl").and_then(crate::numbers::numbers);
             self.model.keys.push(Key { name, x: values, commands });
         }
     }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::actuator::ActuatorSpec;
 use crate::decision::Log;
+use crate::numbers::numbers;
 use crate::read::element::Element;
 use crate::read::element::Notes;
-use crate::read::numbers::numbers;
 
 type Values = BTreeMap<String, String>;
 

@@ -9,8 +9,8 @@ use super::defaults::{Attributes, Defaults};
 use super::principal::principal;
 use crate::decision::Log;
 use crate::meshes::triangles;
+use crate::numbers::numbers;
 use crate::read::element::{Element, Notes};
-use crate::read::numbers::numbers;
 use crate::source::{Source, limits};
 
 /// Rule of a mesh's inertia.

@@ -7,8 +7,8 @@ use palmares_models::{Pose, Rotation, Vec3, rotation};
 
 use super::scope::{Frame, MAX_DEPTH, Scope, joint_key};
 use crate::decision::{At, Log};
+use crate::numbers::numbers;
 use crate::read::element::{Element, Notes, parse};
-use crate::read::numbers::numbers;
 use crate::source::Source;
 
 /// A link, a joint or a plugin with the names around it.

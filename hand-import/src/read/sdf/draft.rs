@@ -8,8 +8,8 @@ use super::collect::{Found, Reader, yes};
 use super::scope::joint_key;
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, Loop, Origin, Part};
+use crate::numbers::numbers;
 use crate::read::element::{Element, Notes};
-use crate::read::numbers::numbers;
 
 /// Density of a shape whose mass SDF leaves to it, kg/m³.
 const DENSITY: f64 = 1000.0;

@@ -8,8 +8,8 @@ use super::collect::Reader;
 use super::draft::plain;
 use crate::decision::At;
 use crate::draft::{Geometry, Mesh, Triangles};
+use crate::numbers::numbers;
 use crate::read::element::{Element, Notes};
-use crate::read::numbers::numbers;
 
 impl Reader<'_> {
     /// A shape; a `picture` of a link that has other shapes can be left out without harm.
