@@ -14,7 +14,7 @@ pub(crate) enum Item {
     /// Digest of the state at a tick.
     Hash(u64, StateHash),
     /// The poses of all bodies, with a sample of the hand.
-    Poses(PoseFrame),
+    Poses(Box<PoseFrame>),
     /// The outcome of the run, and the time of its end, ms since 1970 UTC.
     Outcome(Box<Outcome>, u64),
 }

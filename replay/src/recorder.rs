@@ -132,7 +132,7 @@ impl Recorder {
             tick_s,
         };
         recorder.items.push(Item::Hash(run.tick(), StateHash::of(run)));
-        recorder.items.push(Item::Poses(pose_frame(run)));
+        recorder.items.push(Item::Poses(Box::new(pose_frame(run))));
         recorder.send();
         Ok(recorder)
     }
@@ -170,7 +170,7 @@ impl Recorder {
         let frames = (tick as f64 * self.tick_s * RATE) as u64;
         if frames > self.frames && self.items.len() < MAX_ITEMS_FOR_POSES {
             self.frames = frames;
-            self.items.push(Item::Poses(pose_frame(run)));
+            self.items.push(Item::Poses(Box::new(pose_frame(run))));
         }
         if tick.is_multiple_of(HASH_EVERY) {
             self.items.push(Item::Hash(tick, state));
@@ -229,7 +229,7 @@ impl Recorder {
         ended_unix_ms: u64,
     ) -> Result<ReplayFile, RecordError> {
         let mut items = std::mem::take(&mut self.items);
-        items.push(Item::Poses(pose_frame(run)));
+        items.push(Item::Poses(Box::new(pose_frame(run))));
         items.push(Item::Outcome(Box::new(outcome.clone()), ended_unix_ms));
         if let Some(channel) = self.channel.take() {
             // If the writer has failed, `join` below returns its error.

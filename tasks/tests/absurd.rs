@@ -185,6 +185,7 @@ impl Numbers {
             })
             .collect();
         Hand {
+            base_from_root: Pose::IDENTITY,
             name: "absurd".to_owned(),
             description: String::new(),
             links: (0..=n).map(|k| self.link(k, k > 0)).collect(),

@@ -69,9 +69,9 @@ pub(crate) fn contact_stiffness<'py>(
     contacts: Vec<Given>,
     stiffness: Vec<f64>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let given = match stiffness.as_slice() {
-        &[k] => ContactStiffness::Equal(k),
-        &[normal, tangential, spin] => ContactStiffness::Parts { normal, tangential, spin },
+    let given = match *stiffness.as_slice() {
+        [k] => ContactStiffness::Equal(k),
+        [normal, tangential, spin] => ContactStiffness::Parts { normal, tangential, spin },
         _ => {
             let wanted = "1 (N/m), 3 (normal, tangential in N/m, spin in N·m/rad), or a c × c matrix";
             return Err(value_error(format!("contact_stiffness: found {stiffness:?}; wanted {wanted}")));
