@@ -21,6 +21,7 @@ mod read;
 pub mod source;
 mod subtree;
 mod write;
+mod xml;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

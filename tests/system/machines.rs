@@ -135,7 +135,7 @@ async fn a_rake_within_the_limits_is_shown_with_its_numbers_and_earns_nothing_by
     let sent = post(&cup, &token, &rake);
     assert_eq!(sent.status, 201, "{}", sent.body);
     let warnings = sent.json()["warnings"].to_string();
-    assert!(warnings.contains("beyond the program's hands: hand.zip/hand.toml: settings: "), "{warnings}");
+    assert!(warnings.contains("beyond the program's hands: hand.zip/hand.toml: friction: "), "{warnings}");
     assert!(warnings.contains("is 2.4 (friction; 0.7 (robotiq_2f85) to 1.5 (reflex))"), "{warnings}");
     let id = sent.json()["hand_id"].as_str().expect("an id").to_owned();
 

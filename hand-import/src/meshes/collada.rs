@@ -14,7 +14,7 @@ use roxmltree::Node;
 use super::text::Corners;
 use super::transform::{MAX_DEPTH, MAX_NODES, place};
 use crate::numbers::numbers;
-use crate::read::xml::{child, children};
+use crate::xml::{child, children};
 use crate::source::limits;
 
 /// The triangles, and what the file states about unit and axes.

@@ -20,7 +20,7 @@ use self::body::body;
 use self::chain::{Moved, chain};
 use self::comments::without_comments;
 use super::reading::Reading;
-use super::xml::{child_text, children};
+use crate::xml::{child_text, children};
 use crate::decision::At;
 use crate::draft::{Draft, Origin};
 use crate::error::ImportError;

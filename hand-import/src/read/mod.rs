@@ -11,7 +11,6 @@ pub(crate) mod reading;
 mod sdf;
 mod urdf;
 mod xacro;
-pub(crate) mod xml;
 
 use std::path::Path;
 

@@ -11,7 +11,7 @@ use roxmltree::Node;
 
 use self::elements::{named, unread};
 use super::reading::{Reading, settings};
-use super::xml::{Element, child, children};
+use crate::xml::{Element, child, children};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Joint, JointKind};
 use crate::error::ImportError;

@@ -7,7 +7,7 @@ use super::units::{GRAM, MM};
 use crate::decision::At;
 use crate::draft::{Geometry, Inertial, Link, Origin, Part};
 use crate::read::reading::Reading;
-use crate::read::xml::{Element, child, child_text};
+use crate::xml::{Element, child, child_text};
 
 /// The use of a body's modulus of elasticity.
 const SOFT: &str = "is for GraspIt!'s soft contacts; `pad` in [links] makes a link soft";

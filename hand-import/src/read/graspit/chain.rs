@@ -11,7 +11,7 @@ use super::units::{FORCE, MM, TORQUE};
 use crate::decision::At;
 use crate::draft::{Draft, Joint, JointKind, Link, Origin};
 use crate::read::reading::Reading;
-use crate::read::xml::{Element, child, child_text, children};
+use crate::xml::{Element, child, child_text, children};
 
 /// Stiffness of a spring in N·mm/rad, N·m/rad; of one in N/mm, N/m.
 const SPRING: (f64, f64) = (1e-3, 1e3);

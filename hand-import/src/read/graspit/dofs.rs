@@ -13,7 +13,7 @@ use super::units::{FORCE, MM, TORQUE};
 use crate::decision::At;
 use crate::draft::{Actuator, Control, Coupling, Draft, Drive, JointKind, Tendon, TendonPath};
 use crate::read::reading::Reading;
-use crate::read::xml::{Element, child_text};
+use crate::xml::{Element, child_text};
 
 /// Moment arm of a compliant degree of freedom at a joint with the factor 1, m: GraspIt! has it as a constant.
 const ARM: f64 = 0.04;

@@ -10,7 +10,7 @@ use super::units::MM;
 use crate::decision::At;
 use crate::draft::{Actuator, Draft, Drive, Joint, JointKind, Tendon, TendonPath};
 use crate::read::reading::Reading;
-use crate::read::xml::{Element, child, child_text, children};
+use crate::xml::{Element, child, child_text, children};
 
 /// Points of a table of lengths.
 const POINTS: usize = 65;

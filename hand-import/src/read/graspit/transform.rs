@@ -5,7 +5,7 @@ use roxmltree::Node;
 
 use super::units::MM;
 use crate::decision::{At, Log};
-use crate::read::xml::Element;
+use crate::xml::Element;
 
 /// The product of the maps of a `<transform>`.
 pub(super) fn transform(node: Node<'_, '_>, element: &str, at: &At, log: &mut Log) -> Pose {

@@ -3,7 +3,7 @@
 use roxmltree::Node;
 
 use super::super::reading::Reading;
-use super::super::xml::{Element, child, child_text, children};
+use crate::xml::{Element, child, child_text, children};
 use crate::decision::{At, Log};
 use crate::draft::{Actuator, Control, Draft, Drive, Tendon, TendonPath};
 

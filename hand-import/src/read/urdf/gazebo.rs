@@ -3,7 +3,7 @@
 use roxmltree::Node;
 
 use super::super::reading::Reading;
-use super::super::xml::{Element, child_text, children};
+use crate::xml::{Element, child_text, children};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft};
 

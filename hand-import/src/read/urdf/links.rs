@@ -3,7 +3,7 @@
 use roxmltree::Node;
 
 use super::super::reading::Reading;
-use super::super::xml::{Element, child, children};
+use crate::xml::{Element, child, children};
 use super::elements::{named, unread};
 use crate::decision::At;
 use crate::draft::{Geometry, Inertial, Link, Origin, Part};
