@@ -247,9 +247,6 @@ enum Inconclusive {
     /// There is no file, and it cannot be written again from the stored ticks.
     #[error("missing_file: it cannot be written again: {0}")]
     Unwritten(String),
-    /// The file is not the one that was written at the end of the run, and that is in no storage.
-    #[error("damaged_file: the file is not the one that was written at the end of the run")]
-    DamagedFile,
     /// The file cannot be read, or the check failed.
     #[error("unreadable: {0}")]
     Unreadable(String),
@@ -274,12 +271,14 @@ fn check(
     let bytes = archive.read(&claim.replay_path, &claim.replay_sha256);
     let bytes = bytes.map_err(|error| Inconclusive::Unreadable(error.to_string()))?;
     let bytes = bytes.ok_or(Inconclusive::MissingFile)?;
-    if sha256_hex(&bytes) != claim.replay_sha256 {
-        return Err(Inconclusive::DamagedFile);
-    }
     let result = (|| -> Result<_, VerifyError> {
         let replay = read(&bytes)?;
         archive.signed(&replay)?;
+        if replay.sha256 != claim.replay_sha256 {
+            return Err(VerifyError::BadSignature(
+                "it is not the file that was written at the end of the run".into(),
+            ));
+        }
         same_run(record, &replay)?;
         Ok((verify(&replay, tasks)?, Fingerprint::of(replay.actions.iter().map(|tick| &tick.action))))
     })();
