@@ -1,9 +1,9 @@
 //! Makes of a draft a hand that Palmares can load: fills what is missing, replaces what a hand does not have.
 //!
 //! 1. `tree.rs`: one tree with unique names.
-//! 2. `joints.rs`: ball joints become hinges, couplings linear, limits consistent. `followers.rs`: springs, tendons and motors of
-//!    a joint that follows another belong to its leader.
-//! 3. `shapes.rs`: shapes that touch. Joints without any are fixed. `mass.rs`: masses of moving links.
+//! 2. `shapes.rs`: shapes that touch.
+//! 3. `joints.rs`: ball joints become hinges, couplings linear, limits consistent, joints without shapes fixed. `followers.rs`: springs,
+//!    tendons and motors of a joint that follows another belong to its leader. `mass.rs`: masses of moving links.
 //! 4. `motors.rs`: tendons with their motors. `servos.rs`: motors of one joint.
 
 mod followers;
@@ -39,9 +39,10 @@ pub(crate) struct Complete {
 /// Completes a draft.
 pub(crate) fn complete(mut draft: Draft, source: &Source, options: &Options, log: &mut Log) -> Complete {
     tree::check(&mut draft, log);
+    // Before the joints: one that moves no shape does not lead others.
+    shapes::complete(&mut draft, options, log);
     joints::complete(&mut draft, log);
     followers::complete(&mut draft, log);
-    shapes::complete(&mut draft, options, log);
     let meshes = meshes::convert(&mut draft, source, log);
     joints::idle(&mut draft, log);
     // Only shapes can touch.

@@ -14,8 +14,8 @@ use roxmltree::Node;
 use super::text::Corners;
 use super::transform::{MAX_DEPTH, MAX_NODES, place};
 use crate::numbers::numbers;
-use crate::xml::{child, children};
 use crate::source::limits;
+use crate::xml::{child, children};
 
 /// The triangles, and what the file states about unit and axes.
 pub(super) fn collada(text: &str) -> Result<(Corners, Vec<String>), String> {

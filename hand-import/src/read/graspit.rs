@@ -20,10 +20,10 @@ use self::body::body;
 use self::chain::{Moved, chain};
 use self::comments::without_comments;
 use super::reading::Reading;
-use crate::xml::{child_text, children};
 use crate::decision::At;
 use crate::draft::{Draft, Origin};
 use crate::error::ImportError;
+use crate::xml::{child_text, children};
 
 /// Reads a robot.
 pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, ImportError> {

@@ -11,10 +11,10 @@ use roxmltree::Node;
 
 use self::elements::{named, unread};
 use super::reading::{Reading, settings};
-use crate::xml::{Element, child, children};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Joint, JointKind};
 use crate::error::ImportError;
+use crate::xml::{Element, child, children};
 
 /// Elements of a robot that only change its look or belong to other programs.
 const SILENT: [&str; 2] = ["material", "comment"];

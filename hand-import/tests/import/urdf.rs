@@ -405,3 +405,28 @@ pub(super) fn cube_stl(edge: f64) -> Vec<u8> {
     let points: Vec<_> = (0..8).map(corners).collect();
     palmares_models::pieces::TriangleMesh::hull(&points).expect("a hull").to_stl("cube")
 }
+
+#[test]
+fn a_leader_whose_picture_touches_keeps_leading() {
+    let picture = |text: &str| text.replace("<collision", "<visual").replace("</collision", "</visual");
+    let inertial = "<inertial><mass value='0.05'/><inertia ixx='1e-5' ixy='0' ixz='0' iyy='1e-5' iyz='0' izz='1e-5'/></inertial>";
+    let link = |name: &str| {
+        format!(
+            "<link name='{name}'>{inertial}<collision><origin xyz='0 0 0.03'/><geometry><box size='0.02 0.01 0.06'/></geometry>\
+             </collision></link>"
+        )
+    };
+    let joint = |name: &str, child: &str, y: f64, more: &str| {
+        format!(
+            "<joint name='{name}' type='revolute'><parent link='palm'/><child link='{child}'/><origin xyz='0 {y} 0.045'/>\
+             <axis xyz='1 0 0'/><limit lower='-0.5' upper='1' effort='1' velocity='2'/>{more}</joint>"
+        )
+    };
+    let (left, right) = (joint("lj", "l", 0.04, ""), joint("rj", "r", -0.04, "<mimic joint='lj'/>"));
+    let text = format!("<robot name='claw'>{}{}{}{left}{right}</robot>", link("palm"), link("l"), link("r"));
+    let source = Source::new(&[("claw.urdf", &picture(&text))]);
+    let options = Options { visual_as_collision: true, ..Options::default() };
+    let hand = loaded(&source.import_with("claw.urdf", &options));
+    assert_eq!(hand.coordinates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["lj"]);
+    assert_eq!(hand.links.iter().filter(|link| link.joint.is_some()).count(), 2);
+}

@@ -3,9 +3,9 @@
 use roxmltree::Node;
 
 use super::super::reading::Reading;
-use crate::xml::{Element, child, child_text, children};
 use crate::decision::{At, Log};
 use crate::draft::{Actuator, Control, Draft, Drive, Tendon, TendonPath};
+use crate::xml::{Element, child, child_text, children};
 
 /// Reads a `<transmission>`.
 pub(super) fn transmission(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) {

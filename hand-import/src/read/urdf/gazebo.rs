@@ -3,9 +3,9 @@
 use roxmltree::Node;
 
 use super::super::reading::Reading;
-use crate::xml::{Element, child_text, children};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft};
+use crate::xml::{Element, child_text, children};
 
 /// Elements about the look, the solver or the way to write the model.
 const SILENT: [&str; 8] =

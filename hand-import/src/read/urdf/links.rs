@@ -3,10 +3,10 @@
 use roxmltree::Node;
 
 use super::super::reading::Reading;
-use crate::xml::{Element, child, children};
 use super::elements::{named, unread};
 use crate::decision::At;
 use crate::draft::{Geometry, Inertial, Link, Origin, Part};
+use crate::xml::{Element, child, children};
 
 /// Elements of a link that are read.
 const READ: [&str; 4] = ["inertial", "visual", "collision", "contact"];
