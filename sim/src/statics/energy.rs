@@ -9,7 +9,7 @@ use crate::actuation::elastic;
 use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{NoEquilibrium, elastic_energy};
+use crate::statics::equilibrium::{NoEquilibrium, downhill, elastic_energy};
 use crate::statics::loads::{torque_work, torques};
 use crate::statics::rest::{Equilibrium, Method, NoPrediction, beyond_tendons, spend};
 use nalgebra::{DMatrix, DVector};
@@ -212,7 +212,7 @@ impl Scene<'_> {
                 break;
             }
             spend(&mut left, (2 * n + 1) * evaluation)?;
-            let (step, factors) = downhill(self.hessian(&q), &gradient);
+            let (step, factors) = downhill(&self.hessian(&q), &gradient);
             spend(&mut left, factors * n * n * n / 6)?;
             let Some(step) = step else { break };
             let slope = gradient.dot(&step);
@@ -240,22 +240,4 @@ impl Scene<'_> {
         let residual = gradient.amax();
         if residual <= BALANCED * size.max(1e-3) { Ok(q) } else { Err(NoEquilibrium { residual }.into()) }
     }
-}
-
-/// `H⁻¹ g`, with H stiffened until it is positive definite, and the number of factorisations; `None` when no
-/// stiffening helps.
-fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
-    let (mut stiffening, mut factors) = (0.0, 0);
-    while stiffening < 1e9 {
-        factors += 1;
-        let mut h = hessian.clone();
-        for i in 0..h.nrows() {
-            h[(i, i)] += stiffening;
-        }
-        if let Some(l) = h.cholesky() {
-            return (Some(l.solve(gradient)), factors);
-        }
-        stiffening = f64::max(4.0 * stiffening, 1e-3);
-    }
-    (None, factors)
 }

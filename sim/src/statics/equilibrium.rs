@@ -307,7 +307,7 @@ fn minimise(
             break;
         }
         let gradient = DVector::from_column_slice(&here.gradient);
-        let (step, factors) = here.newton_step(&gradient);
+        let (step, factors) = downhill(&here.hessian, &gradient);
         *left = left.saturating_sub(factors * factor_work);
         let Some(step) = step else { break };
         let slope = -gradient.dot(&step);
@@ -427,24 +427,24 @@ impl Balance {
         let residual = gradient.iter().fold(0.0, |most, g| g.abs().max(most));
         Balance { energy, gradient, hessian, tension, residual, size, rounding }
     }
+}
 
-    /// `H⁻¹ g`, with H stiffened until it is positive definite, and the number of factorisations; `None` when
-    /// no stiffening helps.
-    fn newton_step(&self, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
-        let (mut stiffening, mut factors) = (0.0, 0);
-        while stiffening < 1e9 {
-            factors += 1;
-            let mut h = self.hessian.clone();
-            for i in 0..h.nrows() {
-                h[(i, i)] += stiffening;
-            }
-            if let Some(l) = h.cholesky() {
-                return (Some(l.solve(gradient)), factors);
-            }
-            stiffening = f64::max(4.0 * stiffening, 1e-3);
+/// `H⁻¹ g`, with H stiffened until it is positive definite, and the number of factorisations; `None` when no
+/// stiffening helps.
+pub(super) fn downhill(hessian: &DMatrix<f64>, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
+    let (mut stiffening, mut factors) = (0.0, 0);
+    while stiffening < 1e9 {
+        factors += 1;
+        let mut h = hessian.clone();
+        for i in 0..h.nrows() {
+            h[(i, i)] += stiffening;
         }
-        (None, factors)
+        if let Some(l) = h.cholesky() {
+            return (Some(l.solve(gradient)), factors);
+        }
+        stiffening = f64::max(4.0 * stiffening, 1e-3);
     }
+    (None, factors)
 }
 
 #[cfg(test)]
