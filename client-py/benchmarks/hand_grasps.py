@@ -78,7 +78,7 @@ def section(hand: str, scores: dict[str, list[float]]) -> str:
 
 def main() -> None:
     """Play and write."""
-    hands = ["softhand", "softhand_skin", *RECIPES]
+    hands = ["softhand", "softhand_skin", "softhand_strong", *RECIPES]
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

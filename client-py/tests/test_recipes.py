@@ -18,7 +18,7 @@ HANDS = Path(__file__).parent.parent.parent / "models/hands"
 
 def test_every_hand_but_the_softhand_has_a_recipe_for_its_motors() -> None:
     motors = {hand.name: len(hand.motors) for hand in sim.welcome().hands}
-    assert set(motors) == set(RECIPES) | {"softhand", "softhand_skin"}
+    assert set(motors) == set(RECIPES) | {"softhand", "softhand_skin", "softhand_strong"}
     for name, recipe in RECIPES.items():
         assert len(recipe.opened) == len(recipe.closed) == motors[name], name
         assert all(0.0 <= sigma <= 1.0 for sigma in recipe.opened + recipe.closed), name

@@ -49,6 +49,7 @@ const FILES: &[Files] = &[
     files!("robotiq_3f"),
     files!("robotiq_2f85"),
     files!("ihy"),
+    Files { changes: Some(include_str!("../hands/softhand/strong.toml")), ..files!("softhand") },
 ];
 
 /// All built-in hands, loaded once.

@@ -162,7 +162,7 @@ fn a_variation_is_a_function_of_seed_and_options() {
     let (some, at) = numbers(&varied(&task, 5, &some));
     assert_eq!(some.len(), 10);
     for (a, b) in objects.iter().zip(&some) {
-        assert_eq!((a[1], 1.0, 0.05), (b[1], b[0], b[2]));
+        assert_eq!((a[1], 0.216, 0.05), (b[1], b[0], b[2]));
     }
     assert_eq!(at, numbers(&own(&task, 5)).1);
 }

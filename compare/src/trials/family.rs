@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use palmares_bench::cases::grasp::Grasp;
 use palmares_bench::cases::grasp_scene::Lie;
 use palmares_bench::random::Random;
+use palmares_bench::rigs::softhand;
 use palmares_bench::robust::placements;
 use palmares_models::catalogue::{Catalogue, Item};
 use palmares_models::hand::Hand;
@@ -70,12 +71,15 @@ impl HandKind {
         one_of("hand", name, &Self::ALL, |hand| hand.name())
     }
 
-    /// The hand itself.
+    /// The hand itself, as in the cases.
     ///
     /// # Errors
     /// Never: they are built in.
     pub fn model(self) -> Result<Arc<Hand>> {
-        Hand::builtin(self.name()).context("the hand is built in")
+        match self {
+            HandKind::SoftHand => softhand(),
+            HandKind::ReFlex => Hand::builtin(self.name()).context("the hand is built in"),
+        }
     }
 
     /// Around the placements of the grasp cases. The ReFlex' palm looks along z, its fingers 1 and 2 point along x.

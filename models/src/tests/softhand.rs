@@ -67,12 +67,12 @@ fn nineteen_coordinates_twenty_links_one_tendon() {
     let fingers = [-0.2, 0.001, 0.2, 0.4].iter().flat_map(|&abd| [abd, 1.0, 1.0, 1.0]);
     let expected: Vec<f64> = [1.3, 1.0, 1.0].into_iter().chain(fingers).collect();
     assert_eq!(r, expected);
-    assert_eq!((hand.tendons[0].stiffness, hand.tendons[0].force_limit), (300.0, 2.0));
+    assert_eq!((hand.tendons[0].stiffness, hand.tendons[0].force_limit), (300.0, 0.44));
     assert_eq!((hand.motors.len(), hand.motors[0].scaling), (1, 12.5));
 
     for c in &hand.coordinates {
         let finger_inner = c.name.ends_with("_inner") && c.name != "thumb_inner";
-        assert_eq!(c.stiffness, if finger_inner { 0.6 } else { 1.0 }, "{}", c.name);
+        assert_eq!(c.stiffness, if finger_inner { 0.3 } else { 0.5 }, "{}", c.name);
         assert_eq!((c.damping, c.rest), (0.03, 0.0));
         let quarter_turn = std::f64::consts::FRAC_PI_4;
         if !c.name.ends_with("_abd") {

@@ -5,8 +5,8 @@ use crate::hand::Hand;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Hands whose tests are in files of their own, and the variant with a skin.
-const OTHERS: [&str; 4] = ["softhand", "softhand_skin", "reflex", "pinch"];
+/// Hands whose tests are in files of their own, and their variants.
+const OTHERS: [&str; 5] = ["softhand", "softhand_skin", "softhand_strong", "reflex", "pinch"];
 
 fn zoo() -> impl Iterator<Item = &'static Hand> {
     builtin_hands().iter().map(|hand| &**hand).filter(|hand| !OTHERS.contains(&hand.name.as_str()))

@@ -254,8 +254,8 @@ mod tests {
         assert!(most > 0.0 && most < 1e-3, "{most}");
 
         let strong = solve_limited(&hand, 1e3, &[40.0], &tau).expect("a rest");
-        assert_eq!(strong.tension, [2.0]);
-        assert!(strong.beyond_closed_form.iter().any(|w| w == "tendon 'tendon' is at its limit of 2"));
+        assert_eq!(strong.tension, [0.44]);
+        assert!(strong.beyond_closed_form.iter().any(|w| w == "tendon 'tendon' is at its limit of 0.44"));
         let slack = solve_limited(&hand, 1e3, &[-1.0], &tau).expect("a rest");
         assert_eq!(slack.tension, [0.0]);
         assert_eq!(slack.beyond_closed_form, ["tendon 'tendon' is slack"]);

@@ -116,7 +116,7 @@ mod tests {
             .collect();
         let contacts = run.contacts();
         assert_eq!(contacts.len(), truth.contacts.a.len());
-        assert!(contacts.len() > 10, "the balls lie in a box");
+        assert!(contacts.len() >= 10, "every ball lies on something");
         for (k, contact) in contacts.iter().enumerate() {
             assert_eq!((&names[contact.a], &names[contact.b]), (&truth.contacts.a[k], &truth.contacts.b[k]));
             assert_eq!(contact.force, truth.contacts.force.0[k]);

@@ -26,7 +26,7 @@ from palmares.skills.runs import play
 
 LOG = logging.getLogger(__name__)
 
-SOFTHANDS = ["softhand", "softhand_skin"]
+SOFTHANDS = ["softhand", "softhand_skin", "softhand_strong"]
 """Hands with several grasps of their own, in `grasp_softhand`"""
 
 VARIATIONS = [
