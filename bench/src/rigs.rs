@@ -126,7 +126,14 @@ pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Resul
             force_limit: finger.tension,
             ..stock.tendons[0].clone()
         });
-        hand.motors.push(Motor { name: format!("motor_{i}"), scaling: 2.0, offset: 0.5, speed_limit: 1e6 });
+        hand.motors.push(Motor {
+            name: format!("motor_{i}"),
+            scaling: 2.0,
+            offset: 0.5,
+            speed_limit: 1e6,
+            stall_force: None,
+            power_limit: None,
+        });
     }
     Ok(hand)
 }

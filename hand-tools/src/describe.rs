@@ -152,6 +152,12 @@ fn actuation(about: &HandDescription) -> String {
             short(m.scaling),
             short(m.speed_limit)
         );
+        if let Some(stall) = m.stall_force {
+            let _ = writeln!(out, "    its speed falls with the load, to 0 at {}", short(stall));
+        }
+        if let Some(power) = m.power_limit {
+            let _ = writeln!(out, "    at most {} W", short(power));
+        }
     }
     for t in &about.tendons {
         let _ = writeln!(

@@ -141,9 +141,15 @@ impl Hand {
         hash.list(links, link);
         hash.list(coordinates, coordinate);
         hash.list(tendons, tendon);
-        hash.list(motors, |h, Motor { name, scaling, offset, speed_limit }| {
+        hash.list(motors, |h, Motor { name, scaling, offset, speed_limit, stall_force, power_limit }| {
             h.text(name);
             h.floats(&[*scaling, *offset, *speed_limit]);
+            for (limit, value) in [("stall", stall_force), ("power", power_limit)] {
+                if let Some(value) = value {
+                    h.text(limit);
+                    h.float(*value);
+                }
+            }
         });
         hash.flag(*gravity_compensation);
         hash.list(no_collision, |h, [a, b]| {

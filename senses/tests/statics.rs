@@ -35,7 +35,7 @@ fn palm_up() -> (Arc<Hand>, World, Sensors) {
 
 fn stay(hand: &Hand) -> Command {
     let sigma = vec![0.0; hand.motors.len()];
-    Command { base: BaseCommand::stay(Pose::IDENTITY), sigma, pushes: Vec::new() }
+    Command { base: BaseCommand::stay(Pose::IDENTITY), sigma, effort: Vec::new(), pushes: Vec::new() }
 }
 
 fn mass(hand: &Hand) -> f64 {

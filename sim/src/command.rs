@@ -11,6 +11,9 @@ pub struct Command {
     pub base: BaseCommand,
     /// σ of every motor, clamped to [0, 1].
     pub sigma: Vec<f64>,
+    /// Part of its largest force that every motor may use, clamped to [0, 1]; a motor that the list leaves out keeps its own, which is
+    /// 1 in the beginning.
+    pub effort: Vec<f64>,
     /// External forces: the paper's virtual contacts.
     pub pushes: Vec<Push>,
 }
@@ -23,6 +26,7 @@ impl Command {
             sigma: model.hand().map_or(Vec::new(), |hand| {
                 (0..hand.motors.len()).map(|motor| hand.start.sigma_of(motor)).collect()
             }),
+            effort: Vec::new(),
             pushes: Vec::new(),
         }
     }

@@ -67,7 +67,7 @@ pub(crate) struct Earlier {
 }
 
 /// A motor between two steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotorState {
     /// Commanded σ.
     pub command: f64,
@@ -75,6 +75,8 @@ pub struct MotorState {
     pub position: f64,
     /// dσ/dt, 1/s.
     pub velocity: f64,
+    /// Part of its largest force that it may use, from 0 to 1.
+    pub effort: f64,
 }
 
 /// Sleep bookkeeping of an object.
@@ -96,7 +98,7 @@ impl State {
         let motors = hand.map_or(Vec::new(), |hand| {
             let at = |motor| {
                 let sigma = hand.start.sigma_of(motor);
-                MotorState { command: sigma, position: sigma, velocity: 0.0 }
+                MotorState { command: sigma, position: sigma, velocity: 0.0, effort: 1.0 }
             };
             (0..hand.motors.len()).map(at).collect()
         });
@@ -202,7 +204,10 @@ impl State {
     pub(crate) fn is_bounded(&self) -> bool {
         let near = |x: &f64| x.abs() <= MAX_DISTANCE;
         let is_pose = |pose: &Pose| pose.is_finite() && pose.translation.to_array().iter().all(near);
-        let is_motor = |motor: &MotorState| [motor.command, motor.position, motor.velocity].iter().all(near);
+        let is_motor = |motor: &MotorState| {
+            let MotorState { command, position, velocity, effort } = motor;
+            [command, position, velocity, effort].into_iter().all(near)
+        };
         let BaseReference { pose, linear, angular } = &self.reference;
         self.fault().is_none()
             && self.pairs.iter().all(Pair::is_bounded)
@@ -281,8 +286,12 @@ impl State {
         h.pose(pose);
         h.vector(*linear);
         h.vector(*angular);
-        for MotorState { command, position, velocity } in motors {
+        for MotorState { command, position, velocity, effort } in motors {
             h.floats(&[*command, *position, *velocity]);
+            // A motor with all of its force has the same hash as before there was a choice.
+            if *effort != 1.0 {
+                h.float(*effort);
+            }
         }
         h.floats(tension);
         for locked in locked {

@@ -122,6 +122,15 @@ impl World {
         ([fx, fy, fz], [tx, ty, tz])
     }
 
+    /// Mechanical power of every motor in the last step, W: its load at the end of the step times the speed of its wound length. What it
+    /// winds against a tension; negative where the tendons drive it.
+    pub fn motor_power(&self) -> impl Iterator<Item = f64> {
+        let motors = self.model.hand().into_iter().flat_map(|hand| {
+            hand.motors.iter().enumerate().map(|(k, motor)| (hand.motor_load(k, &self.state.tension), motor))
+        });
+        motors.zip(&self.state.motors).map(|((load, motor), it)| load * motor.scaling * it.velocity)
+    }
+
     /// Unbalanced torque on every joint coordinate with the forces of the last step at the present
     /// configuration, `Rᵀ f − E (q − q₀) + Jᵀ f_c + limits`, N·m: zero when the hand is at rest.
     pub fn joint_residual(&self) -> Vec<f64> {

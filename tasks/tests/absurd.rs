@@ -198,6 +198,8 @@ impl Numbers {
                 scaling: self.either(1e9),
                 offset: self.either(1e9),
                 speed_limit: self.size(1e9),
+                stall_force: (self.below(2) == 0).then(|| self.size(1e9)),
+                power_limit: (self.below(2) == 0).then(|| self.size(1e9)),
             }],
             gravity_compensation: self.below(2) == 0,
             no_collision: Vec::new(),
@@ -250,7 +252,12 @@ fn command(numbers: &mut Numbers, motors: usize, at: Pose) -> Command {
         1 => BaseCommand::stay(Pose::from_parts(numbers.vector(2.0), at.rotation)),
         _ => BaseCommand::stay(at),
     };
-    Command { base, sigma: (0..motors).map(|_| numbers.either(1e300)).collect(), pushes: Vec::new() }
+    Command {
+        base,
+        sigma: (0..motors).map(|_| numbers.either(1e300)).collect(),
+        effort: vec![numbers.either(2.0); motors],
+        pushes: Vec::new(),
+    }
 }
 
 /// Whether all is within what a sound world may be.

@@ -142,6 +142,12 @@ pub struct MotorDescription {
     pub offset: f64,
     /// Largest |dσ/dt|, 1/s.
     pub speed_limit: f64,
+    /// Load at which it stands still, in the tendon's unit; the speed falls linearly with the load.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stall_force: Option<f64>,
+    /// Largest mechanical power, W.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_limit: Option<f64>,
 }
 
 /// A tendon.
@@ -318,6 +324,8 @@ impl Hand {
                     scaling: m.scaling,
                     offset: m.offset,
                     speed_limit: m.speed_limit,
+                    stall_force: m.stall_force,
+                    power_limit: m.power_limit,
                 })
                 .collect(),
             tendons: self.describe_tendons(&rest),

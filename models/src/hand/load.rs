@@ -1,6 +1,6 @@
 //! Forces that tendons and motors share.
 
-use super::Hand;
+use super::{Hand, Tendon};
 
 impl Hand {
     /// Force that a motor carries at these tensions, one a tendon: the sum over its tendons, each by its weight.
@@ -12,6 +12,14 @@ impl Hand {
             }
         }
         sum
+    }
+
+    /// The motor of a tendon that a load slows, with its weight, if the two belong only to each other.
+    pub fn slowed_by(&self, tendon: usize) -> Option<(usize, f64)> {
+        let &[(motor, weight)] = &self.tendons[tendon].motors[..] else { return None };
+        let alone = |(k, other): (usize, &Tendon)| k == tendon || other.weight(motor) == 0.0;
+        let is_pair = self.motors[motor].slows() && !self.tendons[tendon].breakaway;
+        (is_pair && self.tendons.iter().enumerate().all(alone)).then_some((motor, weight))
     }
 
     /// Number of tendons with a clutch.

@@ -53,13 +53,18 @@ impl Hand {
             }
         }
         for motor in &self.motors {
-            let Motor { scaling, offset, speed_limit, .. } = motor;
+            let Motor { scaling, offset, speed_limit, stall_force, power_limit, .. } = motor;
+            let not_positive = |limit: &Option<f64>| limit.is_some_and(|limit| !positive(limit));
             let problem = if !scaling.is_finite() || *scaling == 0.0 {
                 format!("scaling {scaling}; valid: finite, other than 0")
             } else if !offset.is_finite() {
                 format!("offset {offset}; valid: finite")
             } else if !positive(*speed_limit) {
                 format!("speed limit {speed_limit}; valid: finite, more than 0")
+            } else if not_positive(stall_force) || not_positive(power_limit) {
+                format!(
+                    "stall force {stall_force:?}, power limit {power_limit:?}; valid: finite, more than 0"
+                )
             } else {
                 continue;
             };

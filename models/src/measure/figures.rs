@@ -327,7 +327,7 @@ impl Hand {
             worst.see("motor_scaling", motor.scaling.abs(), part, "scaling");
             worst.see("motor_offset", motor.offset.abs(), part, "scaling");
             worst.see("motor_speed_per_s", motor.speed_limit, part, "scaling");
-            worst.see("motor_power_w", pull * motor.scaling.abs() * motor.speed_limit, part, "scaling");
+            worst.see("motor_power_w", motor.largest_power(pull), part, "scaling");
         }
     }
 

@@ -15,7 +15,7 @@ use crate::hand::{Motor, Tendon};
 
 /// Motor for an actuator without entry in `hand.toml`: the 2016 manipulation challenge drove its SoftHand by
 /// σ times 7; the speed is that of this project's SoftHand.
-const DEFAULT_MOTOR: MotorSettings = MotorSettings { scaling: 7.0, offset: 0.0, speed_limit: 2.0 };
+const DEFAULT_MOTOR: MotorSettings = MotorSettings::plain(7.0, 0.0, 2.0);
 /// Tendon for a transmission without entry in `hand.toml`: stiff compared with any joint spring, 20 N on a 45
 /// mm cylinder.
 static DEFAULT_TENDON: TendonSettings = TendonSettings {
@@ -66,6 +66,9 @@ pub(crate) fn actuation(
         let made = tendon(name, wound_by, moment_arms, elements, own);
         check(&made, &|c| format!("`joints.{}`", tree.robot.joints[reduced.coordinates[c]].name), at);
         tendons.push(made);
+    }
+    for tendon in &tendons {
+        check_stall(tendon, &motors, at);
     }
     (motors, tendons)
 }
@@ -151,6 +154,19 @@ fn check(tendon: &Tendon, arm: &dyn Fn(usize) -> String, at: &Report) {
     }
 }
 
+/// Keeps an error for a tendon with more force than a motor of it has.
+fn check_stall(tendon: &Tendon, motors: &[Motor], at: &Report) {
+    for &(motor, weight) in &tendon.motors {
+        let Motor { name, stall_force: Some(stall), .. } = &motors[motor] else { continue };
+        let (limit, most) = (tendon.force_limit, stall / weight.abs());
+        if limit > most {
+            let problem = format!("has force_limit {limit}; its motor '{name}' stands still at {most}");
+            let valid = format!("a force_limit of at most {most}, from the motor's stall_force");
+            at.keep::<()>(Err(at.bad(format!("[tendons.{}]", tendon.name), problem, valid)));
+        }
+    }
+}
+
 fn tendon(
     name: &str,
     motors: Vec<(usize, f64)>,
@@ -196,12 +212,7 @@ fn motor_of(
 }
 
 fn add_motor(name: &str, own: &MotorSettings, motors: &mut Vec<Motor>) -> usize {
-    motors.push(Motor {
-        name: name.to_owned(),
-        scaling: own.scaling,
-        offset: own.offset,
-        speed_limit: own.speed_limit,
-    });
+    motors.push(own.motor(name));
     motors.len() - 1
 }
 

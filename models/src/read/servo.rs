@@ -69,14 +69,8 @@ pub(crate) fn add(
         // A range far from 0 counts from its first end: the offset would be many ranges.
         let far = stated.is_none() && from.abs() > scaling.abs();
         let offset = if far { 0.0 } else { -from / scaling };
-        let of_joint = MotorSettings { scaling, offset, speed_limit: velocity / scaling.abs() };
-        let MotorSettings { scaling, offset, speed_limit } = stated.unwrap_or(&of_joint);
-        motors.push(Motor {
-            name: motor.clone(),
-            scaling: *scaling,
-            offset: *offset,
-            speed_limit: *speed_limit,
-        });
+        let of_joint = MotorSettings::plain(scaling, offset, velocity / scaling.abs());
+        motors.push(stated.unwrap_or(&of_joint).motor(motor));
         tendons.push(Tendon {
             name: in_urdf.map_or(name, |servo| &servo.name).clone(),
             motors: vec![(motors.len() - 1, 1.0)],

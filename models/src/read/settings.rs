@@ -11,7 +11,7 @@ use super::servo_settings::{ServoJoints, ServoSettings};
 use super::start_settings::{BaseSettings, StartSettings};
 use crate::hand::da_vinci::DaVinciGeometry;
 use crate::hand::path::{EyeletPositions, Polynomial, TablePoints};
-use crate::hand::{Pad, Sensors};
+use crate::hand::{Motor, Pad, Sensors};
 
 /// The file next to a URDF. Every field is optional.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -89,9 +89,11 @@ impl Settings {
                 check(&table, "scaling", Some(m.scaling), most, Sign::NotZero),
                 check(&table, "offset", Some(m.offset), most, Sign::Any),
                 check(&table, "speed_limit", Some(m.speed_limit), most, Sign::Positive),
+                check(&table, "stall_force", m.stall_force, most, Sign::Positive),
+                check(&table, "power_limit", m.power_limit, most, Sign::Positive),
             ];
             if sound.contains(&false) {
-                *m = MotorSettings { scaling: 1.0, offset: 0.0, speed_limit: 1.0 };
+                *m = MotorSettings::plain(1.0, 0.0, 1.0);
             }
         }
         for (name, t) in &mut self.tendons {
@@ -353,6 +355,23 @@ pub(crate) struct MotorSettings {
     pub(crate) offset: f64,
     /// 1/s
     pub(crate) speed_limit: f64,
+    /// Load at which it stands still.
+    pub(crate) stall_force: Option<f64>,
+    /// W
+    pub(crate) power_limit: Option<f64>,
+}
+
+impl MotorSettings {
+    /// A motor that no load slows.
+    pub(crate) const fn plain(scaling: f64, offset: f64, speed_limit: f64) -> Self {
+        MotorSettings { scaling, offset, speed_limit, stall_force: None, power_limit: None }
+    }
+
+    /// The motor of that name.
+    pub(crate) fn motor(&self, name: &str) -> Motor {
+        let MotorSettings { scaling, offset, speed_limit, stall_force, power_limit } = *self;
+        Motor { name: name.to_owned(), scaling, offset, speed_limit, stall_force, power_limit }
+    }
 }
 
 #[derive(Clone, Debug, Deserialize)]

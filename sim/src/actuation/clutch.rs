@@ -1,5 +1,6 @@
 //! Drives that no load turns back: motors that stop at their largest force, and clutches that let go.
 
+use super::slowed;
 use crate::state::{MotorState, State};
 use palmares_models::hand::{Hand, Tendon};
 
@@ -32,16 +33,19 @@ pub(crate) fn wound(hand: &Hand, tendon: usize, motors: &[MotorState], locked: &
     slot.and_then(|slot| locked[slot]).map_or(wound, |at| at.min(wound))
 }
 
-/// The part of a motor's `change` of σ that its drives allow: one that no load turns back pulls with its largest force at most. `tension`
-/// is that of the last step.
-pub(crate) fn allowed(hand: &Hand, motor: usize, change: f64, tension: &[f64]) -> f64 {
+/// The part of a motor's `change` of σ that its drives allow: one that no load turns back pulls with its largest force at most. The
+/// tensions are those of the last step.
+pub(crate) fn allowed(hand: &Hand, motor: usize, change: f64, state: &State) -> f64 {
     let mut change = change;
-    for (tendon, f) in hand.tendons.iter().zip(tension) {
+    for (tendon, f) in hand.tendons.iter().zip(&state.tension) {
         let stiffness = tendon.stiffness * tendon.weight(motor) * hand.motors[motor].scaling;
-        if tendon.hold_limit.is_none() || tendon.breakaway || stiffness * change == 0.0 {
+        let effort = slowed::effort(tendon, &state.motors);
+        // A motor that may use all of its force opens the clutch before it stops.
+        let lets_go = tendon.breakaway && effort == 1.0;
+        if tendon.hold_limit.is_none() || lets_go || stiffness * change == 0.0 {
             continue;
         }
-        let left = tendon.force_limit - f * (stiffness * change).signum();
+        let left = tendon.force_limit * effort - f * (stiffness * change).signum();
         let most = left.max(0.0) / stiffness.abs();
         change = change.clamp(-most, most);
     }

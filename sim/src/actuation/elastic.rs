@@ -18,13 +18,14 @@ pub fn rows(hand: &Hand) -> usize {
     hand.tendons.len() + hand.springs.len() + AXES.len() * hand.linkages.len()
 }
 
-/// Writes the rows; `terms` keeps them from step to step, and with them their sparsity. `stiffen` receives (coordinate, stiffness)
+/// Writes the rows for a step of h, in which the motors move for `step_s`; `terms` keeps them from step to step, and with them their sparsity. `stiffen` receives (coordinate, stiffness)
 /// of the geometric stiffness: the positive part on the diagonal, so that the problem stays convex. Taken implicitly, it
 /// damps the motion of one step and leaves forces at rest unchanged.
 pub(crate) fn terms(
     hand: &Hand,
     state: &State,
     h: f64,
+    step_s: f64,
     terms: &mut Vec<RowTerm>,
     mut stiffen: impl FnMut(usize, f64),
 ) {
@@ -39,7 +40,7 @@ pub(crate) fn terms(
         }
     }
     let (tendons, others) = terms.split_at_mut(hand.tendons.len());
-    tendon::terms(hand, state, h, tendons);
+    tendon::terms(hand, state, h, step_s, tendons);
     tendon::geometric_stiffness(hand, &state.q, &state.tension, &mut stiffen);
     if others.is_empty() {
         return;

@@ -5,4 +5,5 @@ pub(crate) mod clutch;
 pub mod elastic;
 pub mod motor;
 mod row;
+pub(crate) mod slowed;
 pub mod tendon;

@@ -2,8 +2,9 @@
 //!
 //! R is taken at the start of the step, so a hand at rest is in the exact equilibrium of R(q).
 
-use super::clutch;
 use super::row::row;
+use super::{clutch, slowed};
+use crate::solver::driven::DrivenLaw;
 use crate::solver::terms::{RowTerm, ScalarLaw};
 use crate::state::State;
 use palmares_models::hand::{Hand, Tendon};
@@ -19,8 +20,8 @@ pub(super) fn empty_row(tendon: &Tendon) -> RowTerm {
     row(&arms)
 }
 
-/// Writes law and varying moment arms of every tendon's row.
-pub(super) fn terms(hand: &Hand, state: &State, h: f64, terms: &mut [RowTerm]) {
+/// Writes law and varying moment arms of every tendon's row, for a step of h; the motors move for `step_s`.
+pub(super) fn terms(hand: &Hand, state: &State, h: f64, step_s: f64, terms: &mut [RowTerm]) {
     let q = &state.q;
     for (k, (term, tendon)) in terms.iter_mut().zip(&hand.tendons).enumerate() {
         let mut s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * q[c]).sum();
@@ -34,8 +35,11 @@ pub(super) fn terms(hand: &Hand, state: &State, h: f64, terms: &mut [RowTerm]) {
             }
         }
         let error = clutch::wound(hand, k, &state.motors, &state.locked) - s;
-        let (stiffness, damping, limit) = (tendon.stiffness, tendon.damping, tendon.most_held());
-        term.law = if tendon.both_ways {
+        let (stiffness, damping) = (tendon.stiffness, tendon.damping);
+        let limit = slowed::most_held(hand, k, &state.motors);
+        term.law = if let Some(drive) = slowed::of_tendon(hand, k, state, step_s) {
+            ScalarLaw::Driven(DrivenLaw { h, stiffness, damping, error, drive })
+        } else if tendon.both_ways {
             ScalarLaw::Servo { h, stiffness, damping, error, target: 0.0, limit }
         } else {
             ScalarLaw::Tendon { h, stiffness, damping, error, limit }

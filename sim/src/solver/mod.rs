@@ -8,6 +8,7 @@
 mod assembly;
 pub mod cholesky;
 mod dense;
+pub mod driven;
 pub mod friction_cone;
 mod hand;
 pub mod island;

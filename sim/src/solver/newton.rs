@@ -175,6 +175,11 @@ impl Newton {
         self.mount
     }
 
+    /// Rate of a row at the solution.
+    pub fn row_velocity(&self, row: usize) -> f64 {
+        self.row_velocity[row]
+    }
+
     /// Impulse of a tendon at the solution.
     pub fn row_impulse(&self, problem: &Problem, row: usize) -> f64 {
         problem.row_terms[row].law.impulse(self.row_velocity[row]).0

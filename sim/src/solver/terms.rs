@@ -1,5 +1,6 @@
 //! Scalar convex terms: joint limits, the base servo and tendons.
 
+use super::driven::DrivenLaw;
 use serde::{Deserialize, Serialize};
 
 /// A law between a scalar velocity u and an impulse.
@@ -40,6 +41,8 @@ pub enum ScalarLaw {
         /// f_max
         limit: f64,
     },
+    /// A cable or a drive with a motor that its load slows.
+    Driven(DrivenLaw),
 }
 
 impl ScalarLaw {
@@ -62,6 +65,7 @@ impl ScalarLaw {
                     (h * f, h * (h * stiffness + damping))
                 }
             }
+            ScalarLaw::Driven(law) => law.impulse(u),
             ScalarLaw::Tendon { h, stiffness, damping, error, limit } => {
                 let f = stiffness * (error - h * u) - damping * u;
                 if f <= 0.0 {

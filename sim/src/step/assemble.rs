@@ -86,7 +86,9 @@ fn assemble_hand(input: &Input<'_>, h: f64, problem: &mut Problem, v: &mut Vec<f
         push_limit(&mut problem.axis_terms, config, h, (k, -1.0), upper, -v[k]);
     }
     let Problem { row_terms, hand_matrix, .. } = problem;
-    elastic::terms(hand, state, h, row_terms, |c, k| hand_matrix[(6 + c) * (n + 1)] += h * h * k);
+    elastic::terms(hand, state, h, config.step_s, row_terms, |c, k| {
+        hand_matrix[(6 + c) * (n + 1)] += h * h * k
+    });
     problem.rows = elastic::rows(hand);
 }
 

@@ -13,7 +13,7 @@ use crate::dynamics::forward::accelerations;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::Model;
 use crate::state::{BaseReference, State};
-use palmares_models::hand::Hand;
+use palmares_models::hand::{Hand, Motor};
 use palmares_models::{Pose, Rotation, Vec3};
 
 const STAGES: usize = 6;
@@ -211,12 +211,13 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
     true
 }
 
-/// Whether a tendon, a limit, a spring across joints or a pin acts.
+/// Whether a tendon, a limit, a spring across joints or a pin acts, or may act with a motor that its load slows.
 fn acts(hand: &Hand, state: &State) -> bool {
     let stopped = hand.coordinates.iter().zip(&state.q).any(|(c, q)| *q < c.lower || *q > c.upper);
     let coupled = !(hand.springs.is_empty() && hand.linkages.is_empty());
     stopped
         || coupled
+        || hand.motors.iter().any(Motor::slows)
         || hand.tendons.iter().any(|tendon| {
             let wound = tendon.wound(&hand.motors, |motor| state.motors[motor].position);
             let stretch = wound - tendon.length(&state.q);

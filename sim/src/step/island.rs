@@ -2,6 +2,7 @@
 
 use super::scratch::Scratch;
 use super::{bdf2, cash_karp, euler};
+use crate::actuation::slowed;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::state::State;
@@ -29,11 +30,13 @@ pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, isla
         return;
     }
     if alone && !undamped && bdf2::step(model, state, work, history, island, (problem, newton), v) {
+        slowed::follow(model, problem, newton, state);
         return;
     }
     let mut earlier = std::mem::take(&mut state.earlier);
     bdf2::copy_hand(model, state, &mut earlier);
     euler::step(model, state, work, island, (problem, newton), v, support);
+    slowed::follow(model, problem, newton, state);
     let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
     let smooth = alone && !touches && work.forces.limits.is_empty() && work.drive.servo_on;
     earlier.smooth = smooth && !undamped;

@@ -36,7 +36,7 @@ pub(crate) use scratch::Scratch;
 pub use workspace::SharedScratch;
 
 use crate::actuation::base;
-use crate::actuation::{clutch, motor};
+use crate::actuation::{clutch, motor, slowed};
 use crate::bounds::{Fault, hand_work, step_work};
 use crate::command::{BaseCommand, Command};
 use crate::contact::collide::collide;
@@ -109,12 +109,17 @@ fn actuate(model: &Model, state: &mut State, drive: &mut Drive, command: &Comman
     }
     base::advance(model.config(), state.base, &mut state.reference, &command.base);
     clutch::advance(hand, state);
+    for (motor, effort) in state.motors.iter_mut().zip(&command.effort) {
+        motor.effort = effort.clamp(0.0, 1.0);
+    }
+    let step_s = model.config().step_s;
     for (i, motor) in hand.motors.iter().enumerate() {
-        let motor_state = &mut state.motors[i];
+        let mut motor_state = state.motors[i];
         let sigma = command.sigma.get(i).copied().unwrap_or(motor_state.command);
-        motor::advance(motor, motor_state, sigma, model.config().step_s, |change| {
-            clutch::allowed(hand, i, change, &state.tension)
+        motor::advance(motor, &mut motor_state, sigma, step_s, |change| {
+            slowed::allowed(hand, i, clutch::allowed(hand, i, change, state), state, step_s)
         });
+        state.motors[i] = motor_state;
     }
 }
 

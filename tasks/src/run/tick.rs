@@ -90,6 +90,7 @@ impl Run {
         let mut command = Command {
             base: BaseCommand::stay(Pose::IDENTITY),
             sigma: self.applied.hand.clone().unwrap_or_default(),
+            effort: Vec::new(),
             pushes: Vec::new(),
         };
         let shaking = self.referee.shaking(self.tick);

@@ -973,6 +973,10 @@ export interface MotorDescription {
   offset: number;
   /** Largest |dσ/dt|, 1/s. */
   speed_limit: number;
+  /** Largest mechanical power, W. */
+  power_limit?: number;
+  /** Load at which it stands still, in the tendon's unit; the speed falls linearly with the load. */
+  stall_force?: number;
 }
 
 /** The encoder of a motor, and its estimate of tension from the motor's current. */
