@@ -241,20 +241,20 @@ async function pickAndCarry(hand, target, boxB) {
   const graspAt = baseFor(target.at, target.matrix);
   const before = add(graspAt, column(target.matrix, 0), -ADVANCE);
   const above = add(before, downwards(target.yaw), -CLEARANCE / Math.cos(LEAN));
-  await hand.to(1.2, { position: above, quat: target.quat, sigma: PRESHAPE });
+  await hand.to(1.4, { position: above, quat: target.quat, sigma: PRESHAPE });
   await hand.to(0.8, { position: before });
   await hand.to(0.3, { position: graspAt });
-  await hand.to(0.8, { sigma: CLOSED });
-  await hand.wait(0.2);
+  await hand.to(1.5, { sigma: CLOSED });
+  await hand.wait(0.4);
   const heights = hand.balls.map((ball) => ball[2]);
-  await hand.to(0.8, { position: add(graspAt, [0, 0, LIFT]) });
+  await hand.to(1.2, { position: add(graspAt, [0, 0, LIFT]) });
   if (hand.balls.some((ball, k) => ball[2] > heights[k] + LIFTED)) {
     // The ball, not the hand, should arrive near the middle of box B.
     const [x, y] = [0, 1].map((k) => (boxB.min[k] + boxB.max[k]) / 2 - target.at[k]);
     await hand.to(1.2, { position: add(hand.position, [x, 0.7 * y, 0]) });
     await hand.wait(0.2);
   }
-  await hand.to(0.4, { sigma: 0 });
+  await hand.to(0.9, { sigma: 0 });
   await hand.wait(0.3);
 }
 
@@ -268,10 +268,10 @@ async function rake(hand, target, outward) {
   const above = add(downAt, downwards(yaw), -CLEARANCE / Math.cos(LEAN));
   await hand.to(1.2, { position: above, quat, sigma: PRESHAPE });
   await hand.to(0.8, { position: downAt });
-  await hand.to(0.5, { sigma: RAKE.sigma });
+  await hand.to(0.9, { sigma: RAKE.sigma });
   await hand.to(0.8, { position: drawnTo });
-  await hand.to(0.8, { position: add(drawnTo, [0, 0, RAKE.retreat]) });
-  await hand.to(0.4, { sigma: 0 });
+  await hand.to(1.2, { position: add(drawnTo, [0, 0, RAKE.retreat]) });
+  await hand.to(0.9, { sigma: 0 });
   await hand.wait(0.3);
 }
 

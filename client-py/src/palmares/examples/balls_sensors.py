@@ -163,20 +163,20 @@ def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmar
     rotation = rotation_of(target.yaw_rad)
     grasp_at = target.position - rotation @ BALL_IN_HAND
     before = grasp_at - ADVANCE_M * rotation[:, 0]
-    hand.to(1.2, before - down(target.yaw_rad, CLEARANCE_M), quat_of(rotation), SIGMA_PRESHAPE)
+    hand.to(1.4, before - down(target.yaw_rad, CLEARANCE_M), quat_of(rotation), SIGMA_PRESHAPE)
     empty = hand.wrist_force(FEEL_S)
     hand.to(0.8, before)
     hand.to(0.3, grasp_at)
-    hand.to(0.8, sigma=1.0)
-    hand.wait(0.2)
-    hand.to(0.8, grasp_at + LIFT_M * UP)
+    hand.to(1.5, sigma=1.0)
+    hand.wait(0.4)
+    hand.to(1.2, grasp_at + LIFT_M * UP)
     caught = float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
     if caught:
         # The ball, not the hand, should arrive near the middle of box B.
         x, y, _ = box_b.center - target.position
         hand.to(1.2, hand.position + array([x, 0.7 * y, 0.0]))
         hand.wait(0.2)
-    hand.to(0.4, sigma=0.0)
+    hand.to(0.9, sigma=0.0)
     hand.wait(0.3)
     return caught
 
@@ -192,10 +192,10 @@ def rake(hand: Senses, target: Attempt, box_a: palmares.Region) -> None:
     drawn_to = down_at - RAKE_WAY_M * outward
     hand.to(1.2, down_at - down(yaw, CLEARANCE_M), quat_of(rotation), SIGMA_PRESHAPE)
     hand.to(0.8, down_at)
-    hand.to(0.5, sigma=RAKE_SIGMA)
+    hand.to(0.9, sigma=RAKE_SIGMA)
     hand.to(0.8, drawn_to)
-    hand.to(0.8, drawn_to + LIFT_M * UP)
-    hand.to(0.4, sigma=0.0)
+    hand.to(1.2, drawn_to + LIFT_M * UP)
+    hand.to(0.9, sigma=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

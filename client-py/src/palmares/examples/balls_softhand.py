@@ -73,18 +73,18 @@ class Grasp:
 class Script:
     """Durations and distances. A motion takes longer than its duration if the base's limits demand it."""
 
-    travel_s: float = 1.2
+    travel_s: float = 1.4
     approach_s: float = 0.8
     advance_s: float = 0.3
-    close_s: float = 0.8
-    """The motor needs 0.5 s from open to closed; the tendon then takes up its tension"""
-    squeeze_s: float = 0.2
+    close_s: float = 1.5
+    """The motor needs 1.1 s from open to closed; the tendon then takes up its tension"""
+    squeeze_s: float = 0.4
     """Wait between closing and lifting"""
-    lift_s: float = 0.8
+    lift_s: float = 1.2
     carry_s: float = 1.2
     hold_s: float = 0.2
     """Wait over box B until the ball hangs still"""
-    open_s: float = 0.4
+    open_s: float = 0.9
     fall_s: float = 0.3
     """Wait after opening until the ball has left the hand"""
     ready_height_m: float = 0.9
@@ -107,7 +107,7 @@ class Rake:
     """Distance of the hand from a grasp, towards the middle, so that the fingers do not land on the wall"""
     sigma: float = 0.6
     """Motor command that curls the fingers over the ball"""
-    curl_s: float = 0.5
+    curl_s: float = 0.9
     way_m: float = 0.12
     """Distance of the pull; the ball then rolls on"""
     draw_s: float = 0.8
