@@ -17,9 +17,10 @@ fn undamped(springs: bool) -> Arc<Hand> {
             c.stiffness = 0.0;
         }
     }
-    // Slack tendons.
+    // Slack tendons, whose motors no load slows.
     for motor in &mut hand.motors {
         motor.offset = 10.0;
+        (motor.stall_force, motor.power_limit) = (None, None);
     }
     Arc::new(hand)
 }
