@@ -99,6 +99,38 @@ def test_socket_world_batch_and_verification_come_to_one_hash(url: str, tmp_path
             assert [verdict["score"] for verdict in verdicts] == [world.score for world in worlds]
 
 
+@needs_server
+def test_an_effort_is_the_same_in_every_way_to_play(url: str, tmp_path: Path) -> None:
+    assert PROGRAM is not None
+    still = palmares.twist([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    world, batch = sim.World("grasp", "softhand", seed=4), sim.Batch("grasp", "softhand", 1)
+    batch.reset([4])
+    tensions = []
+    with palmares.Client(url) as client:
+        client.reset("grasp", "softhand", seed=4)
+        for effort in (None, 0.25, None, 1.0):
+            local = world.step(base=still, hand=1.0, repeat=80, effort=effort)
+            remote = client.step(base=still, hand=1.0, repeat=80, effort=effort)
+            stepped = batch.step([[0.0] * 6 + [1.0]], 80, effort=None if effort is None else [[effort]])
+            tensions.append(local.hand.actuators[0].tension)
+            assert remote.hand == local.hand
+            assert stepped.observations["motors"][0, 0, 3] == tensions[-1]
+            assert remote.applied_action == local.applied_action
+        result = client.stop()
+    assert local.applied_action.effort == [1.0]
+    assert tensions[1] == pytest.approx(tensions[2])
+    assert tensions[1] < 0.4 * tensions[0]
+    assert tensions[3] > 2.0 * tensions[2]
+    assert batch.state_hashes() == [world.state_hash()]
+    assert world.result().state_hash == result.state_hash
+    world.save_replay(tmp_path / "effort.mcap")
+    subprocess.run([PROGRAM, "verify", tmp_path / "effort.mcap"], check=True, capture_output=True)
+    with pytest.raises(ValueError, match="effort: found shape"):
+        batch.step([[0.0] * 7], 1, effort=[0.5])
+    with pytest.warns(palmares.ClippedActionWarning, match="effort"):
+        world.step(effort=1.5)
+
+
 def test_a_world_goes_on_from_where_it_was_kept() -> None:
     world = sim.World("balls", "softhand", seed=3, noise="real")
     chosen = actions(3, 1)

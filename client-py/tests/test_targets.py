@@ -45,6 +45,8 @@ def test_one_motor_accepts_a_number(hand: Any) -> None:
 def test_of_several_motors_each_has_its_number() -> None:
     assert action_of(None, np.array([0, 1, 0.5, 1]), 4).hand == [0.0, 1.0, 0.5, 1.0]
     assert action_of(None, 0, 1).hand == [0.0]
+    assert action_of(None, 0.2, 1, 0.5).effort == [0.5]
+    assert action_of(None, None, 2).effort is None
 
 
 @pytest.mark.parametrize(
@@ -57,6 +59,10 @@ def test_of_several_motors_each_has_its_number() -> None:
         (
             lambda: action_of(None, [0.1, 0.2], 1),
             r"hand: found shape \(2,\); wanted shape \(1,\): σ of the motor",
+        ),
+        (
+            lambda: action_of(None, None, 2, 0.5),
+            r"effort: found the single number 0.5; .*the effort of every",
         ),
         (lambda: action_of(None, np.zeros((1, 1)), 1), r"hand: found shape \(1, 1\)"),
         (lambda: action_of(None, "0.5", 1), r"hand: found str '0.5'"),

@@ -53,7 +53,7 @@ pub fn run(options: &Options) -> Result<()> {
     for _ in 0..(options.lead_in_s / tick_s).round() as u64 {
         let linear = [0.0, 0.0, options.lead_in_m_s];
         let base = BaseTarget::Twist { linear, angular: [0.0; 3] };
-        run.step(&Action { base: Some(base), hand: Some(vec![SIGMA[0]; motors]) })?;
+        run.step(&Action { base: Some(base), hand: Some(vec![SIGMA[0]; motors]), effort: None })?;
     }
     let (model, state) = (run.world().model().clone(), run.world().state().clone());
     let half = (HALF_PERIOD_S / model.config().step_s).round() as usize;

@@ -43,8 +43,8 @@ pub(crate) fn play(task: Arc<Task>, hand: Arc<Hand>) {
     let Ok(mut run) = Run::new(task, hand, Seed([7; 32])) else { return };
     let twist = BaseTarget::Twist { linear: [0.2, 0.0, -0.5], angular: [0.0, 1.0, 0.0] };
     let actions = [
-        Action { base: None, hand: Some(vec![1.0; motors]) },
-        Action { base: Some(twist), hand: Some(vec![0.0; motors]) },
+        Action { base: None, hand: Some(vec![1.0; motors]), effort: None },
+        Action { base: Some(twist), hand: Some(vec![0.0; motors]), effort: None },
         Action::default(),
     ];
     for action in &actions {

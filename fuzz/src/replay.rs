@@ -30,7 +30,7 @@ fn recorded() -> &'static Recorded {
         let mut recorder = Recorder::create(folder.path(), header, &run, &signer, None).expect("a recorder");
         for k in 0..3 {
             let hand = Some(vec![0.5 * f64::from(k % 2); run.hand().motors.len()]);
-            run.step(&Action { base: None, hand }).expect("a valid action");
+            run.step(&Action { base: None, hand, effort: None }).expect("a valid action");
             recorder.tick(&run);
         }
         let outcome = run.finish(Reason::Stopped);

@@ -106,6 +106,7 @@ pub fn script(script: Script, task: &Task, motors: usize) -> Vec<Action> {
         let action = Action {
             base: Some(BaseTarget::Twist { linear: linear.to_array(), angular: [0.0; 3] }),
             hand: Some(vec![segment.sigma; motors]),
+            effort: None,
         };
         std::iter::repeat_n(action, ticks(segment.seconds))
     };

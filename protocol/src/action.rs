@@ -6,7 +6,7 @@ use serde::de::{Deserialize, Deserializer, Error, Expected, IgnoredAny, MapAcces
 use std::fmt;
 use std::marker::PhantomData;
 
-/// An action. The run checks whether the length of `hand` fits the hand.
+/// An action. The run checks whether the lengths of `hand` and `effort` fit the hand.
 pub(crate) struct ActionFields(pub(crate) Action);
 
 impl<'de> Deserialize<'de> for ActionFields {
@@ -155,19 +155,20 @@ impl<'de> Shape<'de> for Action {
     }
 
     fn map<A: MapAccess<'de>>(mut map: A) -> Result<Option<Self>, A::Error> {
-        let (mut base, mut hand, mut unknown) = (None, None, None);
+        let (mut base, mut hand, mut effort, mut unknown) = (None, None, None, None);
         while let Some(name) = map.next_key::<String>()? {
             match name.as_str() {
                 "base" => base = Some(map.next_value::<Entry<_>>()?.0),
                 "hand" => hand = Some(map.next_value::<Entry<_>>()?.0),
+                "effort" => effort = Some(map.next_value::<Entry<_>>()?.0),
                 _ => {
                     map.next_value::<IgnoredAny>()?;
                     unknown.get_or_insert(name);
                 }
             }
         }
-        refuse_unknown(unknown, "base, hand")?;
-        Ok(Some(Action { base, hand }))
+        refuse_unknown(unknown, "base, hand, effort")?;
+        Ok(Some(Action { base, hand, effort }))
     }
 }
 

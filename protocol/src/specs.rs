@@ -103,6 +103,7 @@ impl Default for Specs {
                 field("base.linear", &three, "m/s", symmetric(limits.speed)),
                 field("base.angular", &three, "rad/s", symmetric(limits.angular_speed)),
                 field("hand", &motors, "", SIGMA),
+                field("effort", &motors, "", SIGMA),
             ],
             observation: of_world.into_iter().chain(of_hand()).chain(of_truth).collect(),
         }

@@ -94,7 +94,7 @@ mod tests {
             // Down with an open hand, then it closes.
             let (z, sigma) = if tick < 45 { (0.7 - 0.002 * tick as f64, 0.0) } else { (0.6, 0.5) };
             let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-            run.step(&Action { base: Some(base), hand: Some(vec![sigma]) }).expect("valid");
+            run.step(&Action { base: Some(base), hand: Some(vec![sigma]), effort: None }).expect("valid");
         }
         assert_eq!(counts[0], names.len());
         assert!(counts[60] >= 15, "the fingers move: {counts:?}");

@@ -138,7 +138,7 @@ pub(crate) mod tests {
         let mut at = [0.0, 0.0, 0.75];
         let say = |at: [f64; 3], sigma: f64, actions: &mut Vec<Action>| {
             let base = BaseTarget::Pose { position: at, quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-            actions.push(Action { base: Some(base), hand: Some(vec![sigma, sigma]) });
+            actions.push(Action { base: Some(base), hand: Some(vec![sigma, sigma]), effort: None });
         };
         for ball in balls {
             for (to, from_sigma, to_sigma) in [(*ball, 0.0, 1.0), ([0.7, 0.0, 0.6], 1.0, 0.0)] {
@@ -232,8 +232,8 @@ pub(crate) mod tests {
 
     #[test]
     fn idle_runs_are_like_none() {
-        let still = vec![Action { base: None, hand: Some(vec![0.0, 0.0]) }; 5000];
-        let closed = vec![Action { base: None, hand: Some(vec![1.0, 1.0]) }; 5000];
+        let still = vec![Action { base: None, hand: Some(vec![0.0, 0.0]), effort: None }; 5000];
+        let closed = vec![Action { base: None, hand: Some(vec![1.0, 1.0]), effort: None }; 5000];
         let once = [&still[..100], &closed[..]].concat();
         assert_eq!(Fingerprint::of(still.iter()), Fingerprint::default());
         assert_eq!(Fingerprint::of(once.iter()), Fingerprint { changes: 1, marks: Vec::new() });
@@ -245,7 +245,9 @@ pub(crate) mod tests {
     fn a_few_commands_are_compared_as_a_whole() {
         let commands = |n: usize, last: f64| -> Vec<Action> {
             let sigma = |k: usize| if k == n { last } else { 0.1 + 0.07 * k as f64 };
-            (0..=n).flat_map(|k| vec![Action { base: None, hand: Some(vec![sigma(k)]) }; 80]).collect()
+            (0..=n)
+                .flat_map(|k| vec![Action { base: None, hand: Some(vec![sigma(k)]), effort: None }; 80])
+                .collect()
         };
         for n in [4, 10, 15, 16, 20] {
             assert!(compared(&commands(n, 0.01), &commands(n, 0.01)).1, "{n}");

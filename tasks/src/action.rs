@@ -16,6 +16,9 @@ pub struct Action {
     /// σ of every motor, in the hand's motor order, each in [0, 1].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand: Option<Vec<f64>>,
+    /// Part of its largest force that every motor may use, each in [0, 1]; 1 until a run has its first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effort: Option<Vec<f64>>,
 }
 
 impl Action {
@@ -39,12 +42,14 @@ impl Action {
             }
             None => {}
         }
-        if let Some(sigma) = &self.hand {
-            finite("hand", sigma)?;
-            if sigma.len() != hand.motors.len() {
+        for (field, numbers) in [("hand", &self.hand), ("effort", &self.effort)] {
+            let Some(numbers) = numbers else { continue };
+            finite(field, numbers)?;
+            if numbers.len() != hand.motors.len() {
                 return Err(ActionError::WrongLength {
+                    field,
                     hand: hand.name.clone(),
-                    got: sigma.len(),
+                    got: numbers.len(),
                     expected: hand.motors.len(),
                 });
             }
@@ -143,8 +148,10 @@ pub enum ActionError {
         field: String,
     },
     /// Wrong number of motor commands.
-    #[error("action.hand has {got} entries; hand `{hand}` has {expected} motors")]
+    #[error("action.{field} has {got} entries; hand `{hand}` has {expected} motors")]
     WrongLength {
+        /// The field: `hand` or `effort`.
+        field: &'static str,
         /// Name of the hand.
         hand: String,
         /// Entries in the message.

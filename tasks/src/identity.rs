@@ -93,12 +93,16 @@ fn reaching(t: f64) -> Action {
         t if t < 3.0 => ([0.05, 0.02, 0.28], 1.0),
         _ => ([0.05, 0.02, 0.6], 1.0),
     };
-    Action { base: Some(BaseTarget::Pose { position, quat_xyzw: down }), hand: Some(vec![sigma]) }
+    Action {
+        base: Some(BaseTarget::Pose { position, quat_xyzw: down }),
+        hand: Some(vec![sigma]),
+        effort: None,
+    }
 }
 
 fn pinching(t: f64) -> Action {
     let closed = if t % 0.6 < 0.3 { vec![0.4, 0.6] } else { vec![0.7, 0.2] };
-    Action { base: None, hand: Some(closed) }
+    Action { base: None, hand: Some(closed), effort: None }
 }
 
 #[cfg(test)]

@@ -226,7 +226,11 @@ impl Numbers {
                 quat_xyzw: [0.0, 1.0, 0.0, 0.0],
             },
         };
-        Action { base: Some(base), hand: Some((0..motors).map(|_| self.either(1e300)).collect()) }
+        Action {
+            base: Some(base),
+            hand: Some((0..motors).map(|_| self.either(1e300)).collect()),
+            effort: None,
+        }
     }
 }
 
@@ -361,7 +365,7 @@ fn a_step_of_thirty_objects_takes_a_small_part_of_what_it_may() {
             let position = [0.1 * (0.1 * f64::from(k)).sin(), 0.0, z];
             let base = Some(BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.0] });
             let sigma = if k > 60 { 0.9 } else { 0.1 };
-            run.step(&Action { base, hand: Some(vec![sigma; motors]) }).expect("valid");
+            run.step(&Action { base, hand: Some(vec![sigma; motors]), effort: None }).expect("valid");
             most = most.max(run.world().outcome().work);
         }
         assert_eq!(run.fault(), None);
@@ -389,7 +393,7 @@ fn a_hand_of_a_billion_does_not_stop_the_clock() {
     for k in 0..60 {
         let sigma = f64::from(k % 2);
         let base = BaseTarget::Pose { position: [0.0, 0.0, 0.1], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-        run.step(&Action { base: Some(base), hand: Some(vec![sigma; 2]) }).expect("valid");
+        run.step(&Action { base: Some(base), hand: Some(vec![sigma; 2]), effort: None }).expect("valid");
     }
     assert!(run.fault().is_some(), "no such hand can be computed soundly");
 }

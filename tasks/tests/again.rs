@@ -43,7 +43,9 @@ fn actions() -> impl Strategy<Value = Vec<Action>> {
     let base = prop::option::of(prop_oneof![pose, twist]);
     let sigma = prop_oneof![9 => -0.5..1.5f64, 1 => number()];
     let hand = prop::option::of(prop::collection::vec(sigma, 2));
-    prop::collection::vec((base, hand).prop_map(|(base, hand)| Action { base, hand }), 1..25)
+    let effort = prop::option::weighted(0.2, prop::collection::vec(-0.5..1.5f64, 2));
+    let action = (base, hand, effort).prop_map(|(base, hand, effort)| Action { base, hand, effort });
+    prop::collection::vec(action, 1..25)
 }
 
 fn bits(action: &Action) -> String {
@@ -81,7 +83,7 @@ fn within_limits(asked: &Action, applied: &Action) -> bool {
         (None, _) => true,
         _ => false,
     };
-    base && applied.hand.iter().flatten().all(|x| (0.0..=1.0).contains(x))
+    base && applied.hand.iter().chain(&applied.effort).flatten().all(|x| (0.0..=1.0).contains(x))
 }
 
 #[test]
@@ -89,7 +91,7 @@ fn a_velocity_of_any_size_is_clipped_to_the_limit_in_its_direction() {
     let mut run = start();
     for size in [3.0, 1e154, 1e200, f64::MAX] {
         let base = Some(BaseTarget::Twist { linear: [size, -size, 0.0], angular: [0.0, 0.0, -size] });
-        run.step(&Action { base, hand: None }).expect("finite");
+        run.step(&Action { base, hand: None, effort: None }).expect("finite");
         let Some(BaseTarget::Twist { linear, angular }) = run.applied().base else { panic!("a velocity") };
         let half = 2.0 * std::f64::consts::FRAC_1_SQRT_2;
         let expected = [half, -half, 0.0];
@@ -103,7 +105,7 @@ fn a_quaternion_of_any_length_but_none_is_a_direction() {
     let mut run = start();
     let turned = |x: f64| {
         let base = BaseTarget::Pose { position: [0.0, 0.0, 0.75], quat_xyzw: [0.0, x, 0.0, -x] };
-        Action { base: Some(base), hand: None }
+        Action { base: Some(base), hand: None, effort: None }
     };
     for size in [1e-6, 0.5, 1e154, 1e200, f64::MAX] {
         run.step(&turned(size)).expect("it has a direction");
@@ -127,8 +129,11 @@ fn runs_that_take_turns_in_the_same_memory_go_as_they_do_alone() {
     let runs = || [(&softhand, 6), (&pinch, 6), (&softhand, 7), (&softhand, 8)].map(open);
     let (mut turns, mut alone) = (runs(), runs());
     let mut memory = SharedScratch::default();
-    let down =
-        Action { base: Some(BaseTarget::Twist { linear: [0.0, 0.0, -0.5], angular: [0.0; 3] }), hand: None };
+    let down = Action {
+        base: Some(BaseTarget::Twist { linear: [0.0, 0.0, -0.5], angular: [0.0; 3] }),
+        hand: None,
+        effort: None,
+    };
     let mut touched = 0;
     for tick in 0..120 {
         for (run, alone) in turns.iter_mut().zip(&mut alone) {

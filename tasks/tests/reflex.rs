@@ -24,7 +24,7 @@ fn start(seed: u64) -> Run {
 
 fn go(run: &mut Run, at: Vec3, yaw: f64, hand: [f64; 4], ticks: usize) {
     let base = Some(BaseTarget::Pose { position: at.to_array(), quat_xyzw: down(yaw) });
-    let action = Action { base, hand: Some(hand.to_vec()) };
+    let action = Action { base, hand: Some(hand.to_vec()), effort: None };
     for _ in 0..ticks {
         run.step(&action).expect("a valid action");
     }
@@ -34,7 +34,10 @@ fn go(run: &mut Run, at: Vec3, yaw: f64, hand: [f64; 4], ticks: usize) {
 #[test]
 fn the_prediction_is_where_the_hand_comes_to_rest() {
     let mut run = start(1);
-    assert!(run.check(&Action { base: None, hand: Some(vec![0.5]) }).is_err(), "it has four motors");
+    assert!(
+        run.check(&Action { base: None, hand: Some(vec![0.5]), effort: None }).is_err(),
+        "it has four motors"
+    );
     go(&mut run, Vec3::new(0.0, 0.0, 0.75), 0.0, [0.8, 0.6, 0.4, 0.3], 400);
     let seen = run.observe(Sensing::Truth);
     let truth = seen.truth.expect("asked for");

@@ -18,7 +18,7 @@ fn action(tick: u64, run: &Run) -> Action {
     let phase = tick as f64 * 0.01;
     let base = BaseTarget::Twist { linear: [0.05 * libm::sin(phase), 0.0, -0.12], angular: [0.0, 0.0, 0.1] };
     let sigma = 0.5 - 0.5 * libm::cos(3.0 * phase);
-    Action { base: Some(base), hand: Some(vec![sigma; run.hand().motors.len()]) }
+    Action { base: Some(base), hand: Some(vec![sigma; run.hand().motors.len()]), effort: None }
 }
 
 fn images(run: &mut Run, cameras: &[&str]) -> Vec<CameraImage> {
@@ -116,7 +116,7 @@ fn pictures_of_real_cameras_come_at_their_rate_and_late() {
 #[test]
 fn readings_scatter_as_declared() {
     let mut still = run("reflex", 5, Noise::Real);
-    let action = Action { base: None, hand: Some(vec![0.0; 4]) };
+    let action = Action { base: None, hand: Some(vec![0.0; 4]), effort: None };
     for _ in 0..100 {
         still.step(&action).expect("valid");
     }
@@ -169,7 +169,7 @@ fn a_motor_works_when_it_closes_and_gets_less_back() {
     let mut run = run("softhand", 1, Noise::None);
     let mut work = |sigma: f64| {
         for _ in 0..300 {
-            run.step(&Action { base: None, hand: Some(vec![sigma]) }).expect("valid");
+            run.step(&Action { base: None, hand: Some(vec![sigma]), effort: None }).expect("valid");
         }
         run.telemetry().motors[0].motor_work_j
     };

@@ -25,6 +25,7 @@ fn action(tick: u64, motors: usize) -> Action {
     Action {
         base: Some(BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.0] }),
         hand: Some(vec![(tick as f64 / 40.0).sin().abs(); motors]),
+        effort: None,
     }
 }
 
@@ -189,7 +190,7 @@ fn a_hand_that_touches_itself_continues_from_any_tick() {
     let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
     let action = |tick: u64| {
         let hand = if (tick / 30).is_multiple_of(2) { vec![0.4, 0.6] } else { vec![0.7, 0.2] };
-        Action { base: None, hand: Some(hand) }
+        Action { base: None, hand: Some(hand), effort: None }
     };
     let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
     let (mut digests, mut forks) = (Vec::new(), Vec::new());

@@ -27,7 +27,7 @@ fn varied(task: &Arc<Task>, seed: u64, options: &Options) -> Run {
 fn action(tick: u64) -> Action {
     let height = 0.24 + 0.3 * (tick as f64 / 60.0).cos().max(0.0);
     let base = BaseTarget::Pose { position: [0.02, 0.0, height], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-    Action { base: Some(base), hand: Some(vec![(tick as f64 / 40.0).sin().abs()]) }
+    Action { base: Some(base), hand: Some(vec![(tick as f64 / 40.0).sin().abs()]), effort: None }
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn the_potential_climbs_as_the_hand_comes_down_and_touches() {
     let touching = (0..150).map(|tick| {
         let z = (0.75 - 0.005 * f64::from(tick)).max(0.2);
         let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-        run.step(&Action { base: Some(base), hand: Some(vec![0.3]) }).expect("taken");
+        run.step(&Action { base: Some(base), hand: Some(vec![0.3]), effort: None }).expect("taken");
         let before = shaper.terms().sum();
         let shaping = shaper.step(&run);
         assert!((shaping - (shaper.terms().sum() - before)).abs() < 1e-12);

@@ -117,7 +117,7 @@ fn target(phase: f64, time_s: f64) -> Action {
         |period_s: f64, shift: f64| (std::f64::consts::TAU * (time_s / period_s + shift) + phase).sin();
     let position = [0.12 * wave(2.3, 0.0), 0.12 * wave(3.1, 0.25), 0.29 + 0.09 * wave(1.7, 0.5)];
     let base = BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-    Action { base: Some(base), hand: Some(vec![0.5 + 0.5 * wave(1.9, 0.75)]) }
+    Action { base: Some(base), hand: Some(vec![0.5 + 0.5 * wave(1.9, 0.75)]), effort: None }
 }
 
 /// What a session does.

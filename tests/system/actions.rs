@@ -1,17 +1,17 @@
 //! Actions that are wrong: refused with `bad_action`, and the run continues.
 
 use crate::harness::{Client, Server, assert_error};
-use serde_json::json;
+use serde_json::{Value, json};
 
 #[tokio::test]
 async fn wrong_actions_are_refused_and_harm_nothing() {
     let server = Server::start();
     let (mut client, _) = Client::playing(&server, "a").await;
-    let pose =
-        |position: serde_json::Value| json!({"base": {"position": position, "quat_xyzw": [0, 0, 0, 1]}});
+    let pose = |position: Value| json!({"base": {"position": position, "quat_xyzw": [0, 0, 0, 1]}});
     let cases = [
         ("wrong length of hand", json!({"hand": [0.1, 0.2]}), "action.hand"),
         ("empty hand", json!({"hand": []}), "action.hand"),
+        ("wrong length of effort", json!({"effort": [0.1, 0.2]}), "action.effort"),
         ("wrong length of position", pose(json!([0, 0])), "action.base.position"),
         ("null for NaN", json!({"hand": [null]}), "action.hand[0]"),
         ("null in a pose", pose(json!([0, null, 0])), "action.base.position[1]"),
@@ -50,4 +50,24 @@ async fn commands_out_of_range_are_clipped_and_reported() {
     assert_eq!(obs["applied_action"]["hand"], json!([1.0]));
     let obs = client.ask(json!({"op": "step", "tick": 1, "action": {}})).await;
     assert_eq!(obs["applied_action"]["hand"], json!([1.0]), "what is left out keeps its last target");
+}
+
+#[tokio::test]
+async fn an_effort_limits_the_pull_of_the_motors_until_another_comes() {
+    let server = Server::start();
+    let (mut client, _) = Client::playing(&server, "a").await;
+    let step =
+        |tick: u64, action: Value| json!({"op": "step", "tick": tick, "repeat": 100, "action": action});
+    let tension = |obs: &Value| obs["hand"]["actuators"][0]["tension"].as_f64().expect("a tension");
+    let obs = client.ask(step(0, json!({"hand": [1.0]}))).await;
+    assert!(obs["applied_action"].get("effort").is_none(), "no run has one before its first: {obs}");
+    let whole = tension(&obs);
+    let obs = client.ask(step(100, json!({"effort": [0.25]}))).await;
+    assert_eq!(obs["applied_action"]["effort"], json!([0.25]));
+    assert!(tension(&obs) < 0.4 * whole, "{} of {whole}", tension(&obs));
+    let obs = client.ask(step(200, json!({"hand": [0.9]}))).await;
+    assert_eq!(obs["applied_action"]["effort"], json!([0.25]), "what is left out keeps its last target");
+    let obs = client.ask(step(300, json!({"effort": [7.0]}))).await;
+    assert_eq!(obs["applied_action"]["effort"], json!([1.0]));
+    assert!(tension(&obs) > 0.8 * whole, "{} of {whole}", tension(&obs));
 }

@@ -24,7 +24,10 @@ async fn play(client: &mut Client, ticks: u64) {
     while tick < ticks {
         let x = 0.0005 * tick as f64;
         let base = json!({"position": [x, 0.0, 0.8 - x], "quat_xyzw": [0.0, 1.0, 0.0, 0.05]});
-        let action = json!({"base": base, "hand": [0.003 * tick as f64]});
+        let mut action = json!({"base": base, "hand": [0.003 * tick as f64]});
+        if tick == 50 {
+            action["effort"] = json!([0.4]);
+        }
         let obs = client.ask(json!({"op": "step", "tick": tick, "repeat": 10, "action": action})).await;
         assert_eq!(obs["op"], "obs", "{obs}");
         tick = obs["tick"].as_u64().expect("a tick");

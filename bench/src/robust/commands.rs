@@ -85,6 +85,7 @@ fn command(random: &mut ChaCha8Rng, start: Rotation, sigma: &mut [f64]) -> Actio
     Action {
         base: Some(BaseTarget::Pose { position: at.to_array(), quat_xyzw: turn.to_array() }),
         hand: Some(sigma.to_vec()),
+        effort: None,
     }
 }
 

@@ -158,8 +158,8 @@ impl Batch {
         Ok(())
     }
 
-    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a finished world does not
-    /// move. Calls `told` with the number of ticks done.
+    /// Advances each world of `mask` by up to `ticks` under its row of `actions`, which may end with an effort of
+    /// each motor; a finished world does not move. Calls `told` with the number of ticks done.
     #[pyo3(signature = (actions, ticks, mask, told=None))]
     fn step(
         &mut self,
@@ -170,9 +170,12 @@ impl Batch {
         told: Told<'_>,
     ) -> PyResult<()> {
         self.fits("mask", mask.len())?;
-        let (count, width) = (self.slots.len(), 6 + self.hand.motors.len());
-        if actions.shape() != [count, width] {
-            let message = format!("actions: found shape {:?}; wanted ({count}, {width})", actions.shape());
+        let (count, motors) = (self.slots.len(), self.hand.motors.len());
+        let [least, most] = [6 + motors, 6 + 2 * motors];
+        let width = actions.shape()[1];
+        if actions.shape()[0] != count || (width != least && width != most) {
+            let shape = actions.shape();
+            let message = format!("actions: found shape {shape:?}; wanted ({count}, {least} or {most})");
             return Err(PyValueError::new_err(message));
         }
         let actions: Vec<f64> = actions.as_array().iter().copied().collect();
@@ -191,7 +194,7 @@ impl Batch {
             .zip(actions.chunks(width))
             .zip(mask)
             .filter(|(_, chosen)| *chosen)
-            .map(|((slot, numbers), _)| (slot, action(numbers)))
+            .map(|((slot, numbers), _)| (slot, action(numbers, motors)))
             .collect();
         moving.iter_mut().for_each(|(slot, _)| slot.begin());
         // Small portions, so that Ctrl-C does not wait long.
@@ -465,8 +468,10 @@ impl Slot {
     }
 }
 
-fn action(numbers: &[f64]) -> Action {
+/// The action of a row: velocity of the base, σ of every motor and, in a longer row, the effort of every motor.
+fn action(numbers: &[f64], motors: usize) -> Action {
     let three = |k: usize| [numbers[k], numbers[k + 1], numbers[k + 2]];
     let base = Some(BaseTarget::Twist { linear: three(0), angular: three(3) });
-    Action { base, hand: Some(numbers[6..].to_vec()) }
+    let (sigma, effort) = numbers[6..].split_at(motors);
+    Action { base, hand: Some(sigma.to_vec()), effort: (!effort.is_empty()).then(|| effort.to_vec()) }
 }

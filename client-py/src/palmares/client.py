@@ -207,6 +207,7 @@ class Client:
         hand: Hand | None = None,
         repeat: int = 1,
         cameras: Iterable[str] = (),
+        effort: Hand | None = None,
     ) -> Observation:
         """Advance the world by `repeat` ticks under one action; return the observation after them.
 
@@ -219,16 +220,18 @@ class Client:
             cameras: Images to return in `Observation.cameras`: ``"wrist"`` for depth, ``"wrist.rgb"`` for
                 colours, ``"wrist.bodies"`` for the body in each pixel (only with ``sensing="truth"``).
                 `TaskInfo.cameras` and `HandInfo.cameras` list the cameras.
+            effort: Part of its largest force that each motor may use, in [0, 1], in the form of `hand`; left
+                out, the last one holds, and 1 before the first.
 
         Raises:
-            BadActionError: `base` or `hand` has a wrong shape or is not finite; nothing was sent.
+            BadActionError: `base`, `hand` or `effort` has a wrong shape or is not finite; nothing was sent.
             BadRequestError: `repeat` is out of range; nothing was sent.
             WorldFaultError: The world failed; `fault` is the cause. `stop` returns the void result.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
-        action = action_of(base, hand, self._motors)
+        action = action_of(base, hand, self._motors, effort)
         repeat = whole_of("repeat", repeat, 1, self.welcome.limits.repeat)
         request = StepRequest(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
         try:
@@ -245,19 +248,26 @@ class Client:
         self.clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
         return obs
 
-    def act(self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()) -> int:
+    def act(
+        self,
+        base: Base | None = None,
+        hand: Hand | None = None,
+        cameras: Iterable[str] = (),
+        effort: Hand | None = None,
+    ) -> int:
         """Set the targets of a real-time run from the next tick on; return that tick.
 
         Args:
             base: As in `step`; left out, the last target holds.
             hand: As in `step`; left out, the last command holds.
             cameras: Images that the next observation has, as in `step`.
+            effort: As in `step`; left out, the last one holds.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            action = action_of(base, hand, self._motors)
+            action = action_of(base, hand, self._motors, effort)
             tick = self._ask(ActRequest(action=action, cameras=names(cameras)), Ack).tick
             self.clipping.request(action, tick)
             return tick

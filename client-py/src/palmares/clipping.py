@@ -71,7 +71,8 @@ class Clipping:
 def _numbers(requested: Action, applied: Action) -> list[tuple[str, Sequence[float], Sequence[float]]]:
     """Return the fields that both actions have and the server clips: name, requested, applied."""
     pairs: list[tuple[str, Sequence[float] | None, Sequence[float] | None]] = [
-        ("hand", requested.hand, applied.hand)
+        ("hand", requested.hand, applied.hand),
+        ("effort", requested.effort, applied.effort),
     ]
     if requested.base is not None and applied.base is not None:
         for name in ("position", "linear", "angular"):

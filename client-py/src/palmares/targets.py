@@ -18,7 +18,7 @@ Numbers: TypeAlias = Iterable[float] | Array
 Base: TypeAlias = BaseTarget | Numbers | tuple[Numbers, Numbers]
 """A target, or a pose as ``(position, quat_xyzw)`` or as seven numbers"""
 Hand: TypeAlias = float | Numbers
-"""σ of every motor; for a single motor also a number"""
+"""A number of every motor, such as σ; for a single motor also a number"""
 
 
 def pose(position: Numbers, quat_xyzw: Numbers) -> BaseTarget:
@@ -32,11 +32,12 @@ def twist(linear: Numbers, angular: Numbers) -> BaseTarget:
     return BaseTarget(linear=vector("linear", linear), angular=vector("angular", angular))
 
 
-def action_of(base: Base | None, hand: Hand | None, motors: int) -> Action:
+def action_of(base: Base | None, hand: Hand | None, motors: int, effort: Hand | None = None) -> Action:
     """Return the action for a hand with `motors` motors; ``None`` keeps the last target."""
     return Action(
         base=base if base is None or isinstance(base, BaseTarget) else _pose_of(base),
-        hand=None if hand is None else _sigmas(hand, motors),
+        hand=None if hand is None else _of_motors("hand", "σ", hand, motors),
+        effort=None if effort is None else _of_motors("effort", "the effort", effort, motors),
     )
 
 
@@ -78,10 +79,10 @@ def numbers(field: str, value: Any, count: int, meaning: str) -> list[float]:
     return listed
 
 
-def _sigmas(hand: Hand, motors: int) -> list[float]:
-    single = hand.ndim == 0 if isinstance(hand, np.ndarray) else isinstance(hand, int | float | np.number)
-    meaning = "σ of the motor" if motors == 1 else "σ of every motor"
-    return numbers("hand", [hand] if motors == 1 and single else hand, motors, meaning)
+def _of_motors(field: str, what: str, value: Hand, motors: int) -> list[float]:
+    single = value.ndim == 0 if isinstance(value, np.ndarray) else isinstance(value, int | float | np.number)
+    meaning = f"{what} of the motor" if motors == 1 else f"{what} of every motor"
+    return numbers(field, [value] if motors == 1 and single else value, motors, meaning)
 
 
 def _pose_of(base: Numbers | tuple[Numbers, Numbers]) -> BaseTarget:

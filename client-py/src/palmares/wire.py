@@ -48,6 +48,8 @@ class Action(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
 
     base: BaseTarget | None = None
     """Target of the hand's base."""
+    effort: list[float] | None = None
+    """Part of its largest force that every motor may use, each in [0, 1]; 1 until a run has its first."""
     hand: list[float] | None = None
     """σ of every motor, in the hand's motor order, each in [0, 1]."""
 

@@ -81,6 +81,7 @@ fn what_an_action_may_be() {
     for good in [
         json!({}),
         json!({"hand": [0.5]}),
+        json!({"hand": [0.5], "effort": [0.2]}),
         json!({"base": {"position": [0, 0, 1], "quat_xyzw": [0, 0, 0, 1]}}),
         json!({"base": {"linear": [0, 0, 1], "angular": [0, 0, 0.5]}, "hand": []}),
     ] {
@@ -93,6 +94,7 @@ fn what_is_wrong_is_named() {
     for (action, part) in [
         (json!(null), "action: expected an object, not null"),
         (json!({"hand": null}), "action.hand: expected an array"),
+        (json!({"effort": null}), "action.effort: expected an array"),
         (json!({"hand": [0.5, null]}), "action.hand[1]: expected a finite number, not null"),
         (json!({"hand": ["NaN"]}), "action.hand[0]: expected a finite number, not a string"),
         (json!({"fingers": 1}), "unknown field `fingers`"),

@@ -19,8 +19,8 @@ fn action() -> impl Strategy<Value = Action> {
     let twist = (prop::array::uniform3(number()), prop::array::uniform3(number()))
         .prop_map(|(linear, angular)| BaseTarget::Twist { linear, angular });
     let base = prop::option::of(prop_oneof![pose, twist]);
-    let hand = prop::option::of(prop::collection::vec(number(), 2));
-    (base, hand).prop_map(|(base, hand)| Action { base, hand })
+    let motors = || prop::option::of(prop::collection::vec(number(), 2));
+    (base, motors(), motors()).prop_map(|(base, hand, effort)| Action { base, hand, effort })
 }
 
 fn applied_numbers(action: &Action) -> Vec<f64> {
@@ -28,7 +28,8 @@ fn applied_numbers(action: &Action) -> Vec<f64> {
         BaseTarget::Pose { position, quat_xyzw } => [&position[..], &quat_xyzw[..]].concat(),
         BaseTarget::Twist { linear, angular } => [&linear[..], &angular[..]].concat(),
     };
-    base.into_iter().chain(action.hand.clone().expect("filled in")).collect()
+    let effort = action.effort.iter().flatten().copied();
+    base.into_iter().chain(action.hand.clone().expect("filled in")).chain(effort).collect()
 }
 
 proptest! {

@@ -69,7 +69,7 @@ impl Scenario {
             let x = 0.001 * tick as f64;
             let base = BaseTarget::Pose { position: [x, 0.01, 0.8 - x], quat_xyzw: [0.0, 1.0, 0.0, 0.1] };
             let sigma = vec![(0.01 * tick as f64).min(1.0); run.hand().motors.len()];
-            run.step(&Action { base: Some(base), hand: Some(sigma) }).expect("valid");
+            run.step(&Action { base: Some(base), hand: Some(sigma), effort: None }).expect("valid");
             recorder.tick(&run);
         }
         let mut outcome = run.finish(Reason::Stopped);
@@ -251,7 +251,7 @@ fn what_recording_costs() {
             let base = BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.1 * t.sin()] };
             let sigma = vec![0.5 + 0.5 * (1.3 * t).sin(); run.hand().motors.len()];
             let start = Instant::now();
-            run.step(&Action { base: Some(base), hand: Some(sigma) }).expect("valid");
+            run.step(&Action { base: Some(base), hand: Some(sigma), effort: None }).expect("valid");
             let stepped = Instant::now();
             recorder.tick(&run);
             recording.push(stepped.elapsed());

@@ -76,6 +76,7 @@ impl Leg {
             let action = Action {
                 base: Some(base),
                 hand: Some(vec![(0.3 * t).min(1.0); self.run.hand().motors.len()]),
+                effort: None,
             };
             self.run.step(&action).expect("valid");
             self.recorder.tick(&self.run);

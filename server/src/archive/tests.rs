@@ -38,7 +38,7 @@ impl Place {
 
     /// An official run of a few ticks, recorded as by the server, that waits for its verification.
     async fn play(&self, run_id: &str, k: u64) {
-        let actions = vec![Action { base: None, hand: Some(vec![0.4, 0.6]) }; 130];
+        let actions = vec![Action { base: None, hand: Some(vec![0.4, 0.6]), effort: None }; 130];
         self.play_as("crabs", run_id, k, &actions).await;
     }
 

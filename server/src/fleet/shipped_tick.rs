@@ -10,6 +10,8 @@ use std::io::{Read, Write};
 
 /// The first byte: the version of the encoding.
 const FORMAT: u8 = 1;
+/// The first byte if a tick has an effort: the efforts of all ticks follow the ticks.
+const WITH_EFFORT: u8 = 2;
 /// Largest size of unpacked ticks: thousands of times that of a usual group.
 const MAX_BYTES: u64 = 4 << 20;
 
@@ -34,7 +36,7 @@ impl From<ShippedTick> for LoggedTick {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DecodeError {
     /// Another version wrote them.
-    #[error("their encoding is {0}, and this program reads {FORMAT}")]
+    #[error("their encoding is {0}, and this program reads {FORMAT} and {WITH_EFFORT}")]
     Format(u8),
     /// They are incomplete, or of something else.
     #[error("they are damaged")]
@@ -87,7 +89,8 @@ impl From<Packed> for ShippedTick {
         });
         let event = |PackedEvent { tick, kind, object }| Event { tick, kind, object };
         let state = StateHash(u64::from_le_bytes(state));
-        ShippedTick { action: Action { base, hand }, state, events: events.into_iter().map(event).collect() }
+        let action = Action { base, hand, effort: None };
+        ShippedTick { action, state, events: events.into_iter().map(event).collect() }
     }
 }
 
@@ -96,8 +99,14 @@ impl From<Packed> for ShippedTick {
 pub(crate) fn encode(ticks: &[ShippedTick]) -> Vec<u8> {
     let packed: Vec<Packed> = ticks.iter().map(Packed::from).collect();
     // Numbers, strings and lists with a length, written to memory: neither fails.
-    let plain = postcard::to_stdvec(&packed).expect("every list has a length");
-    let mut packer = DeflateEncoder::new(vec![FORMAT], Compression::fast());
+    let mut plain = postcard::to_stdvec(&packed).expect("every list has a length");
+    let efforts: Vec<&Option<Vec<f64>>> = ticks.iter().map(|tick| &tick.action.effort).collect();
+    let has_effort = efforts.iter().any(|effort| effort.is_some());
+    if has_effort {
+        plain.extend(postcard::to_stdvec(&efforts).expect("every list has a length"));
+    }
+    let format = if has_effort { WITH_EFFORT } else { FORMAT };
+    let mut packer = DeflateEncoder::new(vec![format], Compression::fast());
     packer.write_all(&plain).expect("memory takes it");
     packer.finish().expect("memory takes it")
 }
@@ -108,16 +117,25 @@ pub(crate) fn encode(ticks: &[ShippedTick]) -> Vec<u8> {
 /// They are damaged, or of another version.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<ShippedTick>, DecodeError> {
     let (&format, body) = bytes.split_first().ok_or(DecodeError::Damaged)?;
-    if format != FORMAT {
+    if format != FORMAT && format != WITH_EFFORT {
         return Err(DecodeError::Format(format));
     }
     let mut plain = Vec::new();
     let mut unpacker = DeflateDecoder::new(body).take(MAX_BYTES);
     unpacker.read_to_end(&mut plain).map_err(|_| DecodeError::Damaged)?;
-    match postcard::take_from_bytes::<Vec<Packed>>(&plain) {
-        Ok((ticks, [])) => Ok(ticks.into_iter().map(ShippedTick::from).collect()),
-        _ => Err(DecodeError::Damaged),
+    let (ticks, rest) = postcard::take_from_bytes::<Vec<Packed>>(&plain).map_err(|_| DecodeError::Damaged)?;
+    let mut ticks: Vec<ShippedTick> = ticks.into_iter().map(ShippedTick::from).collect();
+    let (efforts, rest) = match format {
+        FORMAT => (vec![None; ticks.len()], rest),
+        _ => postcard::take_from_bytes::<Vec<Option<Vec<f64>>>>(rest).map_err(|_| DecodeError::Damaged)?,
+    };
+    if efforts.len() != ticks.len() || !rest.is_empty() {
+        return Err(DecodeError::Damaged);
     }
+    for (tick, effort) in ticks.iter_mut().zip(efforts) {
+        tick.action.effort = effort;
+    }
+    Ok(ticks)
 }
 
 #[cfg(test)]
@@ -131,8 +149,9 @@ mod tests {
             .prop_map(|(position, quat_xyzw)| BaseTarget::Pose { position, quat_xyzw });
         let twist = (prop::array::uniform3(number), prop::array::uniform3(number))
             .prop_map(|(linear, angular)| BaseTarget::Twist { linear, angular });
-        let hand = prop::option::of(prop::collection::vec(number, 0..4));
-        (prop::option::of(prop_oneof![pose, twist]), hand).prop_map(|(base, hand)| Action { base, hand })
+        let motors = || prop::option::of(prop::collection::vec(number, 0..4));
+        (prop::option::of(prop_oneof![pose, twist]), motors(), motors())
+            .prop_map(|(base, hand, effort)| Action { base, hand, effort })
     }
 
     fn tick() -> impl Strategy<Value = ShippedTick> {

@@ -177,6 +177,9 @@ impl RealtimeWorld {
         if action.hand.is_some() {
             next.hand = action.hand;
         }
+        if action.effort.is_some() {
+            next.effort = action.effort;
+        }
         Ok(inbox.tick + 1)
     }
 
@@ -318,7 +321,7 @@ impl RealtimeWorld {
         let observation = world.observe()?;
         let sigma = observation.hand.column("motors", "position");
         let base = palmares_tasks::BaseTarget::Twist { linear: [0.0; 3], angular: [0.0; 3] };
-        Ok(Action { base: Some(base), hand: Some(sigma) })
+        Ok(Action { base: Some(base), hand: Some(sigma), effort: None })
     }
 }
 

@@ -90,7 +90,7 @@ mod tests {
         for tick in 0..150 {
             let z = (0.6 - 0.004 * f64::from(tick)).max(0.2);
             let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-            run.step(&Action { base: Some(base), hand: Some(vec![0.5]) }).expect("valid");
+            run.step(&Action { base: Some(base), hand: Some(vec![0.5]), effort: None }).expect("valid");
         }
         run
     }

@@ -99,6 +99,7 @@ impl Run {
                 quat_xyzw: base.rotation.to_array(),
             }),
             hand: Some((0..hand.motors.len()).map(|motor| hand.start.sigma_of(motor)).collect()),
+            effort: None,
         };
         let sightings = sightings(&built.world);
         let telemetry_model =

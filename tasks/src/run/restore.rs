@@ -110,7 +110,13 @@ impl Run {
             ("tick", from.tick < MAX_TICKS),
             ("target", from.target.is_finite()),
             ("shake", from.shaken_at.is_none_or(|pose| pose.is_finite())),
-            ("action", from.applied.hand.as_ref().is_none_or(|hand| hand.len() == motors)),
+            (
+                "action",
+                [&from.applied.hand, &from.applied.effort]
+                    .into_iter()
+                    .flatten()
+                    .all(|all| all.len() == motors),
+            ),
             ("pushes", from.pushing.len() <= Run::MAX_PUSHES && from.pushing.iter().all(pushed)),
             ("events", known(&from.news) && known(&from.history)),
             ("motor work", from.motor_work_j.len() == motors),

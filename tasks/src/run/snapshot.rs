@@ -71,6 +71,7 @@ pub enum SnapshotError {
 pub(super) struct Applied {
     base: Option<AppliedBase>,
     pub(super) hand: Option<Vec<f64>>,
+    pub(super) effort: Option<Vec<f64>>,
 }
 
 /// A [`BaseTarget`] for postcard.
@@ -94,7 +95,7 @@ impl From<&Action> for Applied {
             BaseTarget::Pose { position, quat_xyzw } => AppliedBase::Pose(*position, *quat_xyzw),
             BaseTarget::Twist { linear, angular } => AppliedBase::Twist(*linear, *angular),
         });
-        Applied { base, hand: action.hand.clone() }
+        Applied { base, hand: action.hand.clone(), effort: action.effort.clone() }
     }
 }
 
@@ -104,7 +105,7 @@ impl From<&Applied> for Action {
             AppliedBase::Pose(position, quat_xyzw) => BaseTarget::Pose { position, quat_xyzw },
             AppliedBase::Twist(linear, angular) => BaseTarget::Twist { linear, angular },
         });
-        Action { base, hand: applied.hand.clone() }
+        Action { base, hand: applied.hand.clone(), effort: applied.effort.clone() }
     }
 }
 

@@ -64,6 +64,9 @@ impl Run {
         if let Some(sigma) = &action.hand {
             self.applied.hand = Some(sigma.iter().map(|x| x.clamp(0.0, 1.0)).collect());
         }
+        if let Some(effort) = &action.effort {
+            self.applied.effort = Some(effort.iter().map(|x| x.clamp(0.0, 1.0)).collect());
+        }
     }
 
     /// The begin of a pose target's path in this tick. A target within the speed limits of the last one is a point of a path,
@@ -90,7 +93,7 @@ impl Run {
         let mut command = Command {
             base: BaseCommand::stay(Pose::IDENTITY),
             sigma: self.applied.hand.clone().unwrap_or_default(),
-            effort: Vec::new(),
+            effort: self.applied.effort.clone().unwrap_or_default(),
             pushes: Vec::new(),
         };
         let shaking = self.referee.shaking(self.tick);

@@ -35,6 +35,8 @@ export interface Act {
 export interface Action {
   /** Target of the hand's base. */
   base?: BaseTarget;
+  /** Part of its largest force that every motor may use, each in [0, 1]; 1 until a run has its first. */
+  effort?: number[];
   /** σ of every motor, in the hand's motor order, each in [0, 1]. */
   hand?: number[];
 }

@@ -134,7 +134,13 @@ class Batch:
         """Whether every world has a run."""
         return self._native.opened()
 
-    def step(self, actions: ArrayLike, ticks: int = 10, mask: Mask | None = None) -> Stepped:
+    def step(
+        self,
+        actions: ArrayLike,
+        ticks: int = 10,
+        mask: Mask | None = None,
+        effort: ArrayLike | None = None,
+    ) -> Stepped:
         """Advance the worlds of `mask`, or all, by `ticks` under their actions.
 
         A world whose run is over does not move and has reward 0 until it is reset. Ctrl-C ends the call
@@ -145,6 +151,8 @@ class Batch:
                 σ of each motor in [0, 1]; values beyond the limits are clipped.
             ticks: At least 1, each of `tick_s`.
             mask: (N,).
+            effort: (N, motors): part of its largest force that each motor may use, clipped to [0, 1]; left
+                out, the last one of each run holds, and 1 before the first.
 
         Raises:
             ValueError: A wrong shape, or a number that is not finite; nothing has changed.
@@ -153,6 +161,8 @@ class Batch:
         ticks = whole("ticks", ticks, 1, MAX_COUNT)
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
         self._warn_if_clipped(numbers)
+        if effort is not None:
+            numbers = np.hstack([numbers, table("effort", effort, self.count, self.action_len - 6)])
         with progress(ticks, "tick", "step") as report:
             self._native.step(numbers, ticks, chosen, report)
         rewards, _, terminated, truncated = self._native.progress()

@@ -108,6 +108,7 @@ class World:
         hand: Hand | None = None,
         repeat: int = 1,
         cameras: Iterable[str] = (),
+        effort: Hand | None = None,
     ) -> Observation:
         """Advance the world by `repeat` ticks under one action; return the observation after them.
 
@@ -115,14 +116,14 @@ class World:
         and `Client("local")` take up to `Limits.repeat`.
 
         Raises:
-            BadActionError: `base` or `hand` has a wrong shape or is not finite; nothing has changed.
+            BadActionError: `base`, `hand` or `effort` has a wrong shape or is not finite; nothing changed.
             WrongStateError: The run is over.
             WorldFaultError: The world failed; `fault` is the cause.
 
         """
         request = StepRequest(
             tick=self.tick,
-            action=action_of(base, hand, self._motors),
+            action=action_of(base, hand, self._motors, effort),
             repeat=whole_of("repeat", repeat, 1, MAX_COUNT),
             cameras=names(cameras),
         )

@@ -22,7 +22,7 @@ fn action(tick: u64, motors: usize) -> Action {
     let t = 0.01 * tick as f64;
     let position = [0.1 * t.sin(), 0.0, (0.8 - 0.3 * t).max(0.2)];
     let base = BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.1] };
-    Action { base: Some(base), hand: Some(vec![(0.3 * t).min(1.0); motors]) }
+    Action { base: Some(base), hand: Some(vec![(0.3 * t).min(1.0); motors]), effort: None }
 }
 
 /// A run of this many ticks, with the snapshot of one of them.

@@ -17,7 +17,7 @@ fn step(run: &mut Run) {
     let base =
         BaseTarget::Pose { position: [0.1 * t.sin(), 0.0, 0.8 - 0.1 * t], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
     let hand = Some(vec![(0.3 * t).min(1.0); run.hand().motors.len()]);
-    run.step(&Action { base: Some(base), hand }).expect("valid");
+    run.step(&Action { base: Some(base), hand, effort: None }).expect("valid");
 }
 
 /// Plays to a tick, with an observer.

@@ -19,7 +19,7 @@ fn live_with(stub: Stub, gate: Option<Gate>) -> Arc<RealtimeWorld> {
 
 fn moving(speed: f64) -> Action {
     let base = BaseTarget::Twist { linear: [speed, 0.0, 0.0], angular: [0.0; 3] };
-    Action { base: Some(base), hand: None }
+    Action { base: Some(base), hand: None, effort: None }
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn actions_take_effect_at_the_tick_they_were_promised() {
 #[test]
 fn what_a_controller_leaves_out_keeps_what_came_before_in_the_same_tick() {
     let live = live(Stub::default());
-    let still = Action { base: None, hand: Some(vec![]) };
+    let still = Action { base: None, hand: Some(vec![]), effort: None };
     assert!(live.act(still.clone(), vec![]).is_err(), "the hand has a motor");
     live.act(moving(0.1), vec![]).expect("fits");
     live.act(Action::default(), vec![]).expect("fits");

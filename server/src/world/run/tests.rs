@@ -40,7 +40,7 @@ async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
 #[tokio::test]
 async fn a_refused_action_changes_nothing() {
     let mut fixture = Fixture::open(Stub::default()).await;
-    let wrong = Action { hand: Some(vec![0.5]), base: None };
+    let wrong = Action { hand: Some(vec![0.5]), base: None, effort: None };
     assert!(matches!(fixture.step(wrong, 1).await, Err(StepError::Action(_))));
     assert_eq!(fixture.step(Action::default(), 1).await.expect("steps").tick, 1);
 }
