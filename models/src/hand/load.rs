@@ -1,6 +1,6 @@
 //! Forces that tendons and motors share.
 
-use super::{Hand, Tendon};
+use super::{Hand, Motor, Tendon};
 
 impl Hand {
     /// Force that a motor carries at these tensions, one a tendon: the sum over its tendons, each by its weight.
@@ -14,16 +14,26 @@ impl Hand {
         sum
     }
 
-    /// The motor of a tendon that a load slows, with its weight, if the two belong only to each other.
+    /// The motor of a tendon that a load slows, with its weight. [`Hand::validate`] makes sure that the two belong only to each other.
     pub fn slowed_by(&self, tendon: usize) -> Option<(usize, f64)> {
-        let &[(motor, weight)] = &self.tendons[tendon].motors[..] else { return None };
-        let alone = |(k, other): (usize, &Tendon)| k == tendon || other.weight(motor) == 0.0;
-        let is_pair = self.motors[motor].slows() && !self.tendons[tendon].breakaway;
-        (is_pair && self.tendons.iter().enumerate().all(alone)).then_some((motor, weight))
+        match self.tendons[tendon].motors[..] {
+            [(motor, weight)] if self.motors[motor].slows() => Some((motor, weight)),
+            _ => None,
+        }
     }
 
     /// Number of tendons with a clutch.
     pub fn clutches(&self) -> usize {
         self.tendons.iter().filter(|tendon| tendon.breakaway).count()
     }
+}
+
+/// The first motor that a load slows without a tendon of its own, which no other motor winds and which has no clutch.
+pub(crate) fn slowed_without_own_tendon<'a>(motors: &'a [Motor], tendons: &[Tendon]) -> Option<&'a Motor> {
+    let has_own = |motor: usize| {
+        let mut wound = tendons.iter().filter(|tendon| tendon.weight(motor) != 0.0);
+        let own = wound.next().is_some_and(|tendon| tendon.motors.len() == 1 && !tendon.breakaway);
+        own && wound.next().is_none()
+    };
+    motors.iter().enumerate().find(|(k, motor)| motor.slows() && !has_own(*k)).map(|(_, motor)| motor)
 }

@@ -7,7 +7,7 @@ pub mod fingers;
 mod kinematics;
 mod length;
 pub mod linkage;
-mod load;
+pub(crate) mod load;
 mod motor;
 pub mod path;
 pub mod sensors;

@@ -2,7 +2,7 @@
 
 /// A motor: the command σ in [0, 1] maps to `s_ref = scaling · (σ − offset)`.
 ///
-/// Its load F is the sum of its tendons' forces, each by its weight, in the unit of s's force: N or N·m. Against a load it reaches
+/// Its load F is the force of its tendon times its weight, in the unit of s's force: N or N·m. Against a load it reaches
 /// `|dσ/dt| ≤ speed_limit · (1 − F / stall_force)` and `F · |ds_ref/dt| ≤ power_limit`.
 #[derive(Clone, Debug)]
 pub struct Motor {
@@ -41,5 +41,28 @@ impl Motor {
     /// Whether a load slows it.
     pub fn slows(&self) -> bool {
         self.stall_force.is_some() || self.power_limit.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Motor;
+
+    #[test]
+    fn the_power_of_a_line_is_the_largest_at_half_of_its_stall_force() {
+        let plain = Motor {
+            name: "m".to_owned(),
+            scaling: -2.0,
+            offset: 0.0,
+            speed_limit: 3.0,
+            stall_force: None,
+            power_limit: None,
+        };
+        assert_eq!(plain.largest_power(5.0), 30.0);
+        let line = Motor { stall_force: Some(8.0), ..plain.clone() };
+        assert_eq!([2.0, 4.0, 8.0].map(|pull| line.largest_power(pull)), [9.0, 12.0, 12.0]);
+        let limited = Motor { power_limit: Some(10.0), ..line };
+        assert_eq!(limited.largest_power(8.0), 10.0);
+        assert!(limited.slows() && !plain.slows());
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::load::slowed_without_own_tendon;
 use super::{Hand, Link, Motor, Pad, PadOn, Spring, Start};
 use crate::error::ModelError;
 use crate::shape::validate::{not_negative, positive};
@@ -69,6 +70,11 @@ impl Hand {
                 continue;
             };
             return bad(format!("motor '{}'", motor.name), problem);
+        }
+        if let Some(motor) = slowed_without_own_tendon(&self.motors, &self.tendons) {
+            let problem =
+                "has a stall force or a power limit; valid: with one tendon of its own, without a clutch";
+            return bad(format!("motor '{}'", motor.name), problem.to_owned());
         }
         let Start { sigma, q } = &self.start;
         let lists = [(sigma, self.motors.len()), (q, self.coordinates.len())];

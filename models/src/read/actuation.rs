@@ -9,6 +9,7 @@ use super::urdf::transmission::Transmission;
 use super::urdf::tree::Urdf;
 use crate::error::ModelError;
 use crate::hand::da_vinci::DaVinci;
+use crate::hand::load::slowed_without_own_tendon;
 use crate::hand::path::{Eyelets, MAX_DEGREE, MAX_POINTS, Table, TendonPath};
 use crate::hand::tendon::TendonElement;
 use crate::hand::{Motor, Tendon};
@@ -69,6 +70,11 @@ pub(crate) fn actuation(
     }
     for tendon in &tendons {
         check_stall(tendon, &motors, at);
+    }
+    if let Some(motor) = slowed_without_own_tendon(&motors, &tendons) {
+        let problem = "has stall_force or power_limit, and no tendon of its own";
+        let valid = "these fields with one tendon that only this motor winds, without breakaway";
+        at.keep::<()>(Err(at.bad(format!("[motors.{}]", motor.name), problem, valid)));
     }
     (motors, tendons)
 }

@@ -105,6 +105,17 @@ fn wrong_couplings_are_named() {
         "hand.toml: [tendons.t]: has breakaway, but no hold_limit",
     );
     refused(&format!("{own}joints.a = 1\nhold_limit = 3\n"), "has hold_limit 3, but no motor");
+    let line = |stall: f64, more: &str| {
+        let motor = format!("[motors.m]\nscaling = 1\nspeed_limit = 1\nstall_force = {stall}\n");
+        format!("{motor}{own}motors.m = 1\njoints.a = 1\n{more}")
+    };
+    refused(&line(-1.0, ""), "[motors.m]: has stall_force -1; valid: stall_force of more than 0");
+    let weak = "[tendons.t]: has force_limit 2; its motor 'm' stands still at 1.5; valid: a force_limit of at most 1.5";
+    refused(&line(1.5, ""), weak);
+    let shared = "[motors.m]: has stall_force or power_limit, and no tendon of its own";
+    let other = format!("[tendons.u]\n{TENDON}motors.m = 1\njoints.b = 1\n");
+    refused(&line(3.0, &other), shared);
+    refused(&line(3.0, "hold_limit = 4\nbreakaway = true\n"), shared);
     refused(
         &format!("{own}table.a = {{ at = [0, 1], length = [0] }}\n"),
         "hand.toml: [tendons.t.table.a]: has 2 coordinates and 1 lengths; valid: at = [q, …] ascending, and as many",

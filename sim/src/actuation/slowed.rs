@@ -1,9 +1,8 @@
 //! Motors that a load slows: their speed–torque line, power and largest force.
 //!
-//! A motor with one tendon of its own is part of the tendon's law ([`crate::solver::driven`]). One with several tendons, or at a
-//! differential, moves before the step is solved, against the load that it would have if the joints went on at their present rates.
+//! Such a motor has one tendon of its own, and is part of the tendon's law ([`crate::solver::driven`]): it moves with the solution of
+//! the step.
 
-use super::clutch;
 use crate::model::Model;
 use crate::solver::driven::Drive;
 use crate::solver::newton::Newton;
@@ -58,44 +57,4 @@ pub(crate) fn follow(model: &Model, problem: &Problem, newton: &Newton, state: &
         it.position = (from + moved).clamp(0.0, 1.0);
         it.velocity = (it.position - from) / step_s;
     }
-}
-
-/// The part of a motor's `change` of σ that its load allows before a step; none of it for a motor that moves with the step's solution.
-pub(crate) fn allowed(hand: &Hand, motor: usize, change: f64, state: &State, step_s: f64) -> f64 {
-    let own = &hand.motors[motor];
-    if !own.slows() {
-        return change;
-    }
-    if (0..hand.tendons.len()).any(|k| hand.slowed_by(k).is_some_and(|(of, _)| of == motor)) {
-        return 0.0;
-    }
-    let (mut stiffness, mut load, mut pulls, mut holds) = (0.0, 0.0, 0.0, None);
-    for (k, tendon) in hand.tendons.iter().enumerate() {
-        let weight = tendon.weight(motor);
-        if weight == 0.0 {
-            continue;
-        }
-        let mut rate = 0.0;
-        tendon.gradient(&state.q, |c, arm| rate += arm * state.v[6 + c]);
-        let wound = clutch::wound(hand, k, &state.motors, &state.locked);
-        let stretch = wound - tendon.length(&state.q) - step_s * rate;
-        let force = tendon.stiffness * stretch - tendon.damping * rate;
-        load += weight * force.clamp(tendon.least_force(), tendon.most_held());
-        stiffness += weight * weight * tendon.stiffness;
-        pulls += weight.abs() * tendon.force_limit;
-        if tendon.hold_limit.is_some() {
-            holds = Some(f64::INFINITY);
-        }
-    }
-    let stall = own.stall_force.unwrap_or(f64::INFINITY);
-    let drive = Drive {
-        wanted: own.scaling * change,
-        reach: own.scaling.abs() * own.speed_limit * step_s,
-        stall,
-        work: own.power_limit.map_or(f64::INFINITY, |power| power * step_s),
-        pulls: state.motors[motor].effort * stall.min(pulls),
-        holds,
-        both_ways: true,
-    };
-    if stiffness == 0.0 { change } else { drive.pull(stiffness, load).change / own.scaling }
 }

@@ -36,7 +36,7 @@ pub(crate) use scratch::Scratch;
 pub use workspace::SharedScratch;
 
 use crate::actuation::base;
-use crate::actuation::{clutch, motor, slowed};
+use crate::actuation::{clutch, motor};
 use crate::bounds::{Fault, hand_work, step_work};
 use crate::command::{BaseCommand, Command};
 use crate::contact::collide::collide;
@@ -117,7 +117,8 @@ fn actuate(model: &Model, state: &mut State, drive: &mut Drive, command: &Comman
         let mut motor_state = state.motors[i];
         let sigma = command.sigma.get(i).copied().unwrap_or(motor_state.command);
         motor::advance(motor, &mut motor_state, sigma, step_s, |change| {
-            slowed::allowed(hand, i, clutch::allowed(hand, i, change, state), state, step_s)
+            // It moves with the solution of the step.
+            if motor.slows() { 0.0 } else { clutch::allowed(hand, i, change, state) }
         });
         state.motors[i] = motor_state;
     }
