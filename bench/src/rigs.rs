@@ -119,6 +119,7 @@ pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Resul
             stiffness: finger.stiffness,
             damping: finger.damping,
             rest: 0.0,
+            friction: 0.0,
         });
         hand.tendons.push(Tendon {
             name: format!("tendon_{i}"),

@@ -320,6 +320,24 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) 
                 let _ = writeln!(notes, "    {reason}");
             }
         };
+        if let Some(band) = &c.band {
+            let pairs = band.opening_tension.iter().zip(&band.closing_tension).zip(&hand.tendons);
+            let limits =
+                pairs.map(|((low, high), t)| format!("{} {} to {}", t.name, tension(*low), tension(*high)));
+            let off =
+                band.closing_q.iter().zip(&band.opening_q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let lines = [
+                format!(
+                    "tensions at rest after opening, and after closing: {}",
+                    limits.collect::<Vec<_>>().join(", ")
+                ),
+                format!(
+                    "joints rest up to {} apart; predicted is the rest with the present friction",
+                    short(off)
+                ),
+            ];
+            explain("cables or joints rub:", &lines);
+        }
         let here: Vec<String> = c.beyond_closed_form.iter().filter(|r| !always(r)).cloned().collect();
         explain("the closed form does not apply:", &here);
         let balance = match c.unbalanced_nm {

@@ -7,8 +7,9 @@ use palmares_models::hand::{Hand, Linkage};
 use palmares_sim::Push;
 use palmares_sim::model::ModelError;
 use palmares_sim::state::MotorState;
+use palmares_sim::statics::band::{Band, band_wound, solve_held};
 use palmares_sim::statics::drives::wound_in;
-use palmares_sim::statics::prediction::{largest_difference, solve_wound};
+use palmares_sim::statics::prediction::largest_difference;
 use palmares_sim::statics::rest::{Equilibrium, Method, NoPrediction};
 use palmares_sim::{BaseCommand, Command, Config, Fault, Model, Owner, State, World};
 use serde::{Serialize, Serializer};
@@ -61,6 +62,9 @@ pub(crate) struct Closure {
     pub(crate) predicted_q: Option<Vec<f64>>,
     /// Predicted tensions.
     pub(crate) predicted_tension: Option<Vec<f64>>,
+    /// Limits between which a hand that rubs rests: the prediction has its present friction, and is one of the equilibria between them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) band: Option<Limits>,
     /// Largest |q − predicted|.
     pub(crate) error: Option<f64>,
     /// Coordinate with that difference.
@@ -80,6 +84,27 @@ pub(crate) struct Closure {
     /// Reason why the simulation ended before the hand came to rest; None if it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) broken_off: Option<BrokenOff>,
+}
+
+/// The limits between which a hand that rubs rests.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Limits {
+    /// Coordinates and tensions where it comes to rest while it closes, and while it opens.
+    pub(crate) closing_q: Vec<f64>,
+    pub(crate) closing_tension: Vec<f64>,
+    pub(crate) opening_q: Vec<f64>,
+    pub(crate) opening_tension: Vec<f64>,
+}
+
+impl From<Band> for Limits {
+    fn from(Band { closing, opening }: Band) -> Self {
+        Limits {
+            closing_q: closing.q,
+            closing_tension: closing.tension,
+            opening_q: opening.q,
+            opening_tension: opening.tension,
+        }
+    }
 }
 
 fn law_name<S: Serializer>(law: &Option<Method>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -297,11 +322,20 @@ impl FreeHand {
         });
     }
 
-    /// Predicts the equilibrium at the base's current pose, with drives that no load turns back where they have stopped.
+    /// Predicts the equilibrium at the base's current pose, with drives that no load turns back where they have stopped, and with the
+    /// present forces of friction.
     pub(crate) fn predict(&self) -> Result<Equilibrium, NoPrediction> {
         let (config, state) = (self.world.model().config(), self.state());
         let wound = wound_in(&self.hand, &state.motors, &state.locked);
-        solve_wound(config, &self.hand, state.base, &wound, &self.command.pushes)
+        solve_held(config, &self.hand, state.base, &wound, &self.command.pushes, &state.friction)
+    }
+
+    /// The limits between which a hand that rubs rests; None for another hand, or without limits.
+    pub(crate) fn band(&self) -> Option<Band> {
+        let (config, state) = (self.world.model().config(), self.state());
+        let wound = wound_in(&self.hand, &state.motors, &state.locked);
+        let band = || band_wound(config, &self.hand, state.base, &wound, &self.command.pushes).ok();
+        (self.world.model().friction_rows() > 0).then(band).flatten()
     }
 
     /// The pin that is open most, with its gap, m.
@@ -387,6 +421,7 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64], left: &mut u64) -> Result<C
         beyond_closed_form: predicted.as_ref().map_or(Vec::new(), |p| p.beyond_closed_form.clone()),
         predicted_q: predicted.as_ref().map(|p| p.q.clone()),
         predicted_tension: predicted.map(|p| p.tension),
+        band: free.band().map(Limits::from),
         error,
         unbalanced_nm: hand.gravity_compensation.then(|| free.unbalanced_nm()),
         worst: worst.map(|i| hand.coordinates[i].name.clone()),

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail};
 use clap::Args;
-use palmares_models::builtin::{builtin_hands, builtin_texts};
+use palmares_models::builtin::{builtin_hands, builtin_texts, builtin_variant, builtin_variants};
 use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -13,6 +13,9 @@ use std::process::ExitCode;
 pub struct CopyArgs {
     /// The name of a built-in hand
     hand: String,
+    /// A variant of the hand, such as `rubbing` of softhand
+    #[arg(long)]
+    variant: Option<String>,
     /// The new hand's folder [default: my-HAND]
     #[arg(long, short, alias = "output", value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -33,6 +36,17 @@ pub(crate) fn run(args: &CopyArgs) -> anyhow::Result<ExitCode> {
         let names: Vec<&str> = builtin_hands().iter().map(|hand| hand.name.as_str()).collect();
         bail!("no built-in hand `{}`; there are {}", args.hand, names.join(", "));
     };
+    let (source, settings, about) = match &args.variant {
+        None => (args.hand.clone(), settings, None),
+        Some(variant) => {
+            let (settings, about) = builtin_variant(&args.hand, variant).with_context(|| {
+                let known: Vec<&str> = builtin_variants(&args.hand).collect();
+                let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+                format!("no variant `{variant}` of `{}`; there is {known} (--variant)", args.hand)
+            })?;
+            (format!("{}_{variant}", args.hand), settings, Some(about))
+        }
+    };
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("my-{}", args.hand)));
     let name = match (&args.name, folder.file_name().and_then(|name| name.to_str())) {
         (Some(name), _) => name,
@@ -51,17 +65,18 @@ pub(crate) fn run(args: &CopyArgs) -> anyhow::Result<ExitCode> {
     if folder.exists() && !args.force {
         bail!("{} exists; nothing was written (--force replaces its files)", folder.display());
     }
-    let own = renamed(&settings, &args.hand, name);
+    let own = renamed(&settings, &source, name);
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    for (file, text) in [("hand.urdf", urdf), ("hand.toml", &own)] {
+    let readme = about.map(|about| format!("# {name}\n\n{about}\n"));
+    let files = [("hand.urdf", urdf), ("hand.toml", &own)];
+    for (file, text) in files.into_iter().chain(readme.as_deref().map(|text| ("README.md", text))) {
         let path = folder.join(file);
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let folder = folder.display();
     writeln!(
         std::io::stdout(),
-        "wrote {folder}: hand `{name}`, a copy of `{}`. Next: palmares hand check {folder}",
-        args.hand
+        "wrote {folder}: hand `{name}`, a copy of `{source}`. Next: palmares hand check {folder}"
     )?;
     Ok(ExitCode::SUCCESS)
 }
@@ -87,6 +102,26 @@ mod tests {
             let (_, settings) = builtin_texts(&hand.name).expect("it is built in");
             let own = renamed(&settings, &hand.name, "mine");
             assert!(own.contains("name = \"mine\"") && !own.contains("README"), "{own}");
+        }
+    }
+
+    #[test]
+    fn a_variant_is_a_hand_with_the_source_of_its_numbers() {
+        for hand in builtin_hands() {
+            for variant in builtin_variants(&hand.name) {
+                let (settings, about) = builtin_variant(&hand.name, variant).expect("it is there");
+                let own = renamed(&settings, &format!("{}_{variant}", hand.name), "mine");
+                assert!(
+                    own.contains("name = \"mine\"") && about.contains("a guess") && about.contains("range"),
+                    "{own}"
+                );
+                let (urdf, _) = builtin_texts(&hand.name).expect("it is built in");
+                let settings = Some((std::path::Path::new("hand.toml"), own.as_str()));
+                let files = (std::path::Path::new("hand.urdf"), urdf);
+                let loaded = palmares_models::read::from_text(files, settings, None, &Default::default())
+                    .expect("a hand");
+                assert!(loaded.hand.tendons.iter().any(|tendon| !tendon.guides.is_empty()));
+            }
         }
     }
 }

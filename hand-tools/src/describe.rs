@@ -4,7 +4,7 @@ use crate::table::{table, widest, wrapped};
 use palmares_models::camera::Camera;
 use palmares_models::hand::describe::{HandDescription, TendonDescription};
 use palmares_models::hand::sensors::Sensors;
-use palmares_models::hand::{Hand, HingeKind, TactilePatch};
+use palmares_models::hand::{Guide, Hand, HingeKind, TactilePatch};
 use palmares_models::shape::Shape;
 use std::fmt::Write;
 
@@ -20,7 +20,7 @@ pub(crate) fn describe(hand: &Hand, width: Option<usize>) -> String {
         "\nCoordinates, E, D and R (one column of R per tendon)\n{}",
         coordinates(hand, &about, width)
     );
-    let _ = write!(out, "\nMotors and tendons\n{}", actuation(&about));
+    let _ = write!(out, "\nMotors and tendons\n{}{}", actuation(&about), friction(hand));
     let _ = write!(out, "\nSensors, besides those of the motors\n{}", sensors(hand));
     out
 }
@@ -207,6 +207,29 @@ fn actuation(about: &HandDescription) -> String {
     }
     if out.is_empty() {
         out.push_str("  none\n");
+    }
+    out
+}
+
+/// Guides on which cables rub, and joints with dry friction; nothing without.
+fn friction(hand: &Hand) -> String {
+    let mut out = String::new();
+    let name = |c: usize| hand.coordinates[c].name.as_str();
+    for tendon in hand.tendons.iter().filter(|tendon| !tendon.guides.is_empty()) {
+        let way = tendon.guides.iter().map(|g| format!("{} {}", name(g.coordinate), short(g.exponent())));
+        let sum: f64 = tendon.guides.iter().map(Guide::exponent).sum();
+        let _ = writeln!(
+            out,
+            "  tendon {} rubs on its way (μφ): {}; of the motor's pull {} % reach its end",
+            tendon.name,
+            way.collect::<Vec<_>>().join(", "),
+            short(100.0 * (-sum).exp())
+        );
+    }
+    let dry = hand.coordinates.iter().filter(|c| c.friction > 0.0);
+    let dry: Vec<String> = dry.map(|c| format!("{} {}", c.name, short(c.friction))).collect();
+    if !dry.is_empty() {
+        let _ = writeln!(out, "  dry friction of joints: {}", dry.join(", "));
     }
     out
 }

@@ -73,6 +73,23 @@ pub fn builtin_texts(name: &str) -> Option<(&'static str, String)> {
     Some((files.urdf, files.settings()))
 }
 
+/// Variants of built-in hands that are guesses, as changes of their settings: (hand, variant, changes).
+const VARIANTS: &[(&str, &str, &str)] =
+    &[("softhand", "rubbing", include_str!("../hands/softhand/rubbing.toml"))];
+
+/// Names of the variants of a built-in hand.
+pub fn builtin_variants(name: &str) -> impl Iterator<Item = &'static str> {
+    VARIANTS.iter().filter(move |variant| variant.0 == name).map(|variant| variant.1)
+}
+
+/// The settings of a variant of a built-in hand, whose name is `{name}_{variant}`, and where its numbers come from.
+pub fn builtin_variant(name: &str, variant: &str) -> Option<(String, String)> {
+    let (_, settings) = builtin_texts(name)?;
+    let changes = VARIANTS.iter().find(|known| known.0 == name && known.1 == variant)?.2;
+    let about = changes.lines().map_while(|line| line.strip_prefix("# ")).collect::<Vec<_>>().join("\n");
+    Some((joined(&settings, changes), about))
+}
+
 impl Files {
     fn settings(&self) -> String {
         match self.changes {

@@ -7,8 +7,8 @@ use crate::hand::path::TendonPath;
 use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
 use crate::hand::tendon::TendonElement;
 use crate::hand::{
-    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Pad, PadOn, Sensors,
-    Spring, Start, TactilePatch, Tendon,
+    Coordinate, Geom, Guide, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Pad, PadOn,
+    Sensors, Spring, Start, TactilePatch, Tendon,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -295,9 +295,14 @@ fn camera(hash: &mut ContentHash, camera: &Camera) {
 }
 
 fn coordinate(hash: &mut ContentHash, coordinate: &Coordinate) {
-    let Coordinate { name, lower, upper, stiffness, damping, rest } = coordinate;
+    let Coordinate { name, lower, upper, stiffness, damping, rest, friction } = coordinate;
     hash.text(name);
     hash.floats(&[*lower, *upper, *stiffness, *damping, *rest]);
+    // Without friction the hash is the one from before friction existed; the same for guides.
+    if *friction != 0.0 {
+        hash.text("friction");
+        hash.float(*friction);
+    }
 }
 
 fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
@@ -313,6 +318,7 @@ fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
         force_limit,
         hold_limit,
         breakaway,
+        guides,
     } = tendon;
     hash.text(name);
     // One motor of weight 1 has the same hash as before weights existed.
@@ -361,6 +367,13 @@ fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
         hash.text("hold");
         hash.float(*hold);
         hash.flag(*breakaway);
+    }
+    if !guides.is_empty() {
+        hash.text("guides");
+        hash.list(guides, |h, Guide { coordinate, friction, wrap_angle }| {
+            h.count(*coordinate);
+            h.floats(&[*friction, *wrap_angle]);
+        });
     }
 }
 

@@ -130,8 +130,10 @@ pub struct Model {
     clusters: Vec<Cluster>,
     /// Collider pairs of the hand with itself, ascending.
     self_pairs: Vec<(u32, u32)>,
-    /// Whether the hand has joints and none of them is damped.
+    /// Whether the hand has joints and none of them is damped or rubs.
     undamped_hand: bool,
+    /// Rows of dry friction of the hand.
+    friction_rows: usize,
     /// Smallest width of the shapes of objects and furniture, m.
     thinnest_m: f64,
 }
@@ -148,9 +150,10 @@ impl Model {
             colliders: Vec::new(),
             clusters: Vec::new(),
             self_pairs: Vec::new(),
-            undamped_hand: hand
-                .as_ref()
-                .is_some_and(|hand| hand.coordinates.iter().all(|c| c.damping == 0.0)),
+            undamped_hand: hand.as_ref().is_some_and(|hand| {
+                hand.friction_places() == 0 && hand.coordinates.iter().all(|c| c.damping == 0.0)
+            }),
+            friction_rows: hand.as_ref().map_or(0, |hand| hand.friction_places()),
             thinnest_m: f64::INFINITY,
         };
         if let Some(hand) = &hand {
@@ -364,7 +367,12 @@ impl Model {
         &self.self_pairs
     }
 
-    /// Whether no joint of the hand is damped: without contact it keeps its energy.
+    /// Number of rows of dry friction: guides on which cables of the hand rub, and joints that rub.
+    pub fn friction_rows(&self) -> usize {
+        self.friction_rows
+    }
+
+    /// Whether no joint of the hand is damped and nothing rubs: without contact it keeps its energy.
     pub fn undamped_hand(&self) -> bool {
         self.undamped_hand
     }

@@ -29,6 +29,8 @@ pub struct State {
     pub motors: Vec<MotorState>,
     /// Tension of every tendon in the last step.
     pub tension: Vec<f64>,
+    /// Force of every row of dry friction in the last step: loss of tension at the guides of each cable, then torque of joints.
+    pub friction: Vec<f64>,
     /// Of every tendon with a clutch: the wound length at which it let go; None while it is engaged.
     pub locked: Vec<Option<f64>>,
     /// Sleep bookkeeping of every object.
@@ -117,6 +119,7 @@ impl State {
             reference: BaseReference { pose: base, linear: Vec3::ZERO, angular: Vec3::ZERO },
             motors,
             tension: hand.map_or(Vec::new(), |hand| vec![0.0; hand.tendons.len()]),
+            friction: vec![0.0; model.friction_rows()],
             locked: hand.map_or(Vec::new(), |hand| vec![None; hand.clutches()]),
             sleep: vec![Sleep::default(); model.objects().len()],
             earlier: Earlier::default(),
@@ -158,6 +161,7 @@ impl State {
             reference,
             motors,
             tension,
+            friction,
             locked,
             sleep,
             earlier,
@@ -170,6 +174,7 @@ impl State {
         self.objects.clone_from(objects);
         self.motors.clone_from(motors);
         self.tension.clone_from(tension);
+        self.friction.clone_from(friction);
         self.locked.clone_from(locked);
         self.sleep.clone_from(sleep);
         (self.earlier.smooth, self.earlier.base) = (earlier.smooth, earlier.base);
@@ -194,6 +199,7 @@ impl State {
             && (self.objects.len(), self.sleep.len()) == (objects, objects)
             && self.motors.len() == hand.map_or(0, |hand| hand.motors.len())
             && self.tension.len() == hand.map_or(0, |hand| hand.tendons.len())
+            && self.friction.len() == model.friction_rows()
             && self.locked.len() == hand.map_or(0, |hand| hand.clutches())
             && self.pairs.iter().all(|pair| pair.key.0 < pair.key.1 && pair.key.1 < shapes)
             && self.pairs.windows(2).all(|two| two[0].key < two[1].key)
@@ -242,7 +248,7 @@ impl State {
         let within = |x: &f64| x.abs() <= MAX_DISTANCE;
         let slow = self.v.iter().all(|v| v.abs() <= MAX_SPEED);
         let near = |pose: &Pose| pose.translation.to_array().iter().all(within) && pose.rotation.is_finite();
-        let tensions = self.tension.iter().all(|f| f.is_finite());
+        let tensions = self.tension.iter().chain(&self.friction).all(|f| f.is_finite());
         if slow && tensions && self.q.iter().all(within) && near(&self.base) && self.objects.iter().all(near)
         {
             return None;
@@ -253,7 +259,7 @@ impl State {
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         self.base.is_finite()
-            && self.q.iter().chain(&self.v).chain(&self.tension).all(|x| x.is_finite())
+            && self.q.iter().chain(&self.v).chain(&self.tension).chain(&self.friction).all(|x| x.is_finite())
             && self.objects.iter().all(|pose| pose.is_finite())
     }
 
@@ -269,6 +275,7 @@ impl State {
             reference: BaseReference { pose, linear, angular },
             motors,
             tension,
+            friction,
             locked,
             sleep,
             earlier,
@@ -294,6 +301,7 @@ impl State {
             }
         }
         h.floats(tension);
+        h.floats(friction);
         for locked in locked {
             h.word(u64::from(locked.is_some()));
             h.floats(&[locked.unwrap_or(0.0)]);

@@ -1,6 +1,6 @@
 //! A world: an immutable model, a state, and the scratch memory of a step.
 
-use crate::actuation::elastic;
+use crate::actuation::{elastic, friction};
 use crate::bounds::Fault;
 use crate::command::Command;
 use crate::dynamics::jacobian::{add_link_torque, add_point_force};
@@ -159,6 +159,7 @@ impl World {
             tau[i] -= c.stiffness * (self.state.q[i] - c.rest);
         }
         elastic::subtract_torques(hand, &self.state.q, &mut tau);
+        friction::torques(hand, &self.state.q, &self.state.friction, |c, torque| tau[c] += torque);
         tau
     }
 }

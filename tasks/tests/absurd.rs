@@ -148,6 +148,7 @@ impl Numbers {
                     stiffness: self.size(1e9),
                     damping: if self.below(3) == 0 { 0.0 } else { self.size(1e9) },
                     rest: self.either(1e9),
+                    friction: if self.below(3) == 0 { self.size(1e9) } else { 0.0 },
                 }
             })
             .collect();
@@ -164,6 +165,7 @@ impl Numbers {
                 force_limit: self.size(1e9),
                 hold_limit: None,
                 breakaway: false,
+                guides: Vec::new(),
             })
             .collect();
         let springs = (0..self.below(2))

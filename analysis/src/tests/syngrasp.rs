@@ -417,6 +417,7 @@ fn paradigmatic_hand() -> Hand {
                 stiffness: 1.0,
                 damping: 0.0,
                 rest: 0.0,
+                friction: 0.0,
             });
             parent = hand.links.len() - 1;
             if let Some((twist, length)) = links.get(joint) {

@@ -64,7 +64,7 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
 /// A coordinate without spring, damper and stop.
 pub(crate) fn loose(name: &str) -> Coordinate {
     let (lower, upper) = (-1e3, 1e3);
-    Coordinate { name: name.into(), lower, upper, stiffness: 0.0, damping: 0.0, rest: 0.0 }
+    Coordinate { name: name.into(), lower, upper, stiffness: 0.0, damping: 0.0, rest: 0.0, friction: 0.0 }
 }
 
 /// A joint of one hinge at a place of its parent.

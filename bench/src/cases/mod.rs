@@ -25,6 +25,7 @@ pub mod reflex;
 pub mod residuals;
 pub mod robustness;
 pub mod rolling;
+pub mod rubbing;
 pub(crate) mod scene;
 mod setup;
 pub mod stacking;
@@ -52,6 +53,7 @@ pub const GROUPS: &[&[Case]] = &[
     pour::CASES,
     hand_dynamics::CASES,
     tendon::CASES,
+    rubbing::CASES,
     hold::CASES,
     hard::CASES,
     consistency::CASES,

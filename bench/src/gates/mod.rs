@@ -20,6 +20,7 @@ mod random;
 mod reflex;
 mod robustness;
 mod rolling;
+mod rubbing;
 mod stacking;
 mod synergy;
 mod tendon;

@@ -178,6 +178,9 @@ impl<'a> Writer<'a> {
         }
         if let Some(coordinate) = self.coordinate(&joint.name) {
             let _ = write!(self.out, " damping=\"{:?}\"", coordinate.damping);
+            if coordinate.friction > 0.0 {
+                let _ = write!(self.out, " frictionloss=\"{:?}\"", coordinate.friction);
+            }
             if coordinate.stiffness != 0.0 || coordinate.rest != 0.0 {
                 let (stiffness, rest) = (coordinate.stiffness, coordinate.rest);
                 let _ = write!(self.out, " stiffness=\"{stiffness:?}\" springref=\"{rest:?}\"");
@@ -404,6 +407,10 @@ impl<'a> Writer<'a> {
                 escaped(&tendon.name),
                 k * weight * motor.scaling,
             );
+        }
+        if !tendon.guides.is_empty() {
+            let text = "friction of a cable on its guides, which grows with the tension (capstan), is not in MJCF: a tendon's frictionloss is constant; hand.toml has it";
+            self.log.dropped(At::Tendon(tendon.name.clone()), format!("tendon '{}'", tendon.name), text);
         }
         if tendon.hold_limit.is_some() {
             let text =

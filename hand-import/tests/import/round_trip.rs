@@ -26,6 +26,7 @@ fn compare(a: &Hand, b: &Hand) {
         close(&a.name, a.stiffness, b.stiffness);
         close(&a.name, a.damping, b.damping);
         close(&a.name, a.rest, b.rest);
+        close(&a.name, a.friction, b.friction);
     }
     assert_eq!(a.tendons.len(), b.tendons.len());
     let q: Vec<f64> =
@@ -127,4 +128,28 @@ fn an_imported_built_in_hand_has_the_closed_form_of_the_original() {
             (hand(&folder, &LoadOptions::default()), hand(out.path(), &LoadOptions::default()));
         compare(&original.expect("loads").hand, &copy.expect("loads").hand);
     }
+}
+
+#[test]
+fn friction_of_joints_goes_along_and_that_of_cables_is_named() {
+    let (urdf, toml) = palmares_models::builtin::builtin_texts("pinch").expect("it is built in");
+    let rubbing = "[tendons.curl]\nrouting = ['left_tip', 'right_tip']\nfriction = 0.1\nwrap_angle = 1.0\n";
+    let toml = toml.replace("[tendons.curl]\n", rubbing) + "\n[coordinates.left_tip]\nfriction = 0.01\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("hand.urdf"), urdf).expect("written");
+    std::fs::write(folder.path().join("hand.toml"), toml).expect("written");
+    let exported = export(&folder.path().display().to_string(), Target::Mjcf).expect("exported");
+    let capstan = |d: &palmares_hand_import::decision::Decision| {
+        d.element == "tendon 'curl'" && d.text.contains("capstan")
+    };
+    assert!(exported.decisions.iter().any(|d| capstan(d) && d.kind == Kind::Dropped));
+    // Without hand.toml, MJCF has the friction of joints alone.
+    let text = String::from_utf8(exported.files[Path::new("hand.xml")].clone()).expect("text");
+    let alone = tempfile::tempdir().expect("a folder");
+    std::fs::write(alone.path().join("hand.xml"), text).expect("written");
+    let back = tempfile::tempdir().expect("a folder");
+    import(alone.path(), &Options::default()).expect("imported").write(back.path(), true).expect("written");
+    let copy = hand(back.path(), &LoadOptions::default()).expect("loads").hand;
+    let friction: Vec<f64> = copy.coordinates.iter().map(|c| c.friction).collect();
+    assert_eq!(friction, [0.0, 0.01, 0.0, 0.0]);
 }

@@ -4,6 +4,7 @@ pub mod closed_chain;
 pub mod da_vinci;
 pub mod describe;
 pub mod fingers;
+mod friction;
 mod kinematics;
 mod length;
 pub mod linkage;
@@ -19,7 +20,7 @@ pub use self::linkage::Linkage;
 pub use self::motor::Motor;
 pub use self::sensors::{Sensors, TactilePatch};
 pub use self::spring::Spring;
-pub use self::tendon::Tendon;
+pub use self::tendon::{Guide, Tendon};
 use crate::shape::Shape;
 pub use crate::shape::inertia::Inertia;
 use crate::{Pose, Vec3};
@@ -163,6 +164,8 @@ pub struct Coordinate {
     pub damping: f64,
     /// Rest position of the spring, rad.
     pub rest: f64,
+    /// Dry friction: the largest torque, N·m (force, N), with which the joint resists any motion.
+    pub friction: f64,
 }
 
 /// A soft surface: pressed against something round, or round itself, it flattens, and resists spin about the

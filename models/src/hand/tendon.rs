@@ -39,7 +39,31 @@ pub struct Tendon {
     /// Whether a clutch lets go at f_max instead, for a drive with a hold limit: the motors go on, and this tendon stays locked until
     /// they come back.
     pub breakaway: bool,
+    /// Guides that the cable passes, from the motor outwards: one for each of its coordinates. Empty if it rubs on none of them.
+    pub guides: Vec<Guide>,
 }
+
+/// The guide by which a cable comes to a joint. Where it slides, the tension beyond is `e^(−μφ)` times that before if the cable moves
+/// towards the motor, and `e^(μφ)` times if it is pulled out (Euler, Eytelwein); in between it sticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guide {
+    /// Index into [`Hand::coordinates`](super::Hand::coordinates) of the joint.
+    pub coordinate: usize,
+    /// Coefficient of friction μ between cable and guide.
+    pub friction: f64,
+    /// Angle φ by which the cable wraps around the guide, rad.
+    pub wrap_angle: f64,
+}
+
+impl Guide {
+    /// Exponent μφ.
+    pub fn exponent(&self) -> f64 {
+        self.friction * self.wrap_angle
+    }
+}
+
+/// Largest sum of μφ along a cable: with it, a motor pulls 148 times as strongly as the last joint is pulled.
+pub const MAX_EXPONENT: f64 = 5.0;
 
 /// A part of a tendon's length that is not linear in its coordinate.
 #[derive(Clone, Debug)]

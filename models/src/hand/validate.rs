@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::load::slowed_without_own_tendon;
-use super::{Hand, Link, Motor, Pad, PadOn, Spring, Start};
+use super::tendon::MAX_EXPONENT;
+use super::{Guide, Hand, Link, Motor, Pad, PadOn, Spring, Start, Tendon};
 use crate::error::ModelError;
 use crate::shape::validate::{not_negative, positive};
 
@@ -44,7 +45,9 @@ impl Hand {
             if !(c.lower < c.upper && c.rest.is_finite()) {
                 return bad(element, format!("limits {} to {}, rest {}", c.lower, c.upper, c.rest));
             }
-            for (what, value) in [("stiffness", c.stiffness), ("damping", c.damping)] {
+            for (what, value) in
+                [("stiffness", c.stiffness), ("damping", c.damping), ("friction", c.friction)]
+            {
                 if !not_negative(value) {
                     return bad(element, format!("{what} {value}; valid: finite, at least 0"));
                 }
@@ -122,6 +125,9 @@ impl Hand {
             }
             if !not_negative(tendon.damping) {
                 return bad(element, format!("damping {}; valid: finite, at least 0", tendon.damping));
+            }
+            if let Err(problem) = check_guides(tendon) {
+                return bad(element, problem);
             }
         }
         for (i, spring) in self.springs.iter().enumerate() {
@@ -248,4 +254,28 @@ impl Hand {
         }
         Ok(())
     }
+}
+
+/// Checks the guides of a tendon: one at each of its coordinates, or none.
+fn check_guides(tendon: &Tendon) -> Result<(), String> {
+    let guides = &tendon.guides;
+    if guides.is_empty() {
+        return Ok(());
+    }
+    let mut passed: Vec<usize> = guides.iter().map(|guide| guide.coordinate).collect();
+    passed.sort_unstable();
+    if tendon.both_ways {
+        return Err("rubs on guides, but pushes as well as pulls; valid: a cable".to_owned());
+    }
+    if passed != tendon.coordinates() {
+        return Err("its guides must be one at each of its coordinates".to_owned());
+    }
+    if !guides.iter().all(|guide| not_negative(guide.friction) && not_negative(guide.wrap_angle)) {
+        return Err("a guide's friction or wrap angle is not finite or less than 0".to_owned());
+    }
+    let sum: f64 = guides.iter().map(Guide::exponent).sum();
+    if sum > MAX_EXPONENT {
+        return Err(format!("its friction times wrap angle sum up to {sum}; valid: at most {MAX_EXPONENT}"));
+    }
+    Ok(())
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::report::Report;
+use super::routing::guides;
 use super::settings::{MotorSettings, Settings, TendonSettings};
 use super::urdf::reduce::Reduced;
 use super::urdf::transmission::Transmission;
@@ -33,6 +34,9 @@ static DEFAULT_TENDON: TendonSettings = TendonSettings {
     polynomial: BTreeMap::new(),
     table: BTreeMap::new(),
     eyelets: BTreeMap::new(),
+    routing: None,
+    friction: None,
+    wrap_angle: None,
 };
 
 /// Motors and tendons: those of the URDF's transmissions in their order, then those that `hand.toml` alone names, by name. Problems are
@@ -64,7 +68,8 @@ pub(crate) fn actuation(
         let (Some(moment_arms), Some(elements), Some(wound_by)) = (moment_arms, elements, wound_by) else {
             continue;
         };
-        let made = tendon(name, wound_by, moment_arms, elements, own);
+        let mut made = tendon(name, wound_by, moment_arms, elements, own);
+        made.guides = guides(&made, own, tree, reduced, at);
         check(&made, &|c| format!("`joints.{}`", tree.robot.joints[reduced.coordinates[c]].name), at);
         tendons.push(made);
     }
@@ -124,7 +129,8 @@ fn from_transmission(
     });
     let elements = elements(tree, reduced, own, &transmission.name, at);
     let (Some(elements), Some(wound_by), true) = (elements, wound_by, known) else { return None };
-    let made = tendon(&transmission.name, wound_by, moment_arms, elements, own);
+    let mut made = tendon(&transmission.name, wound_by, moment_arms, elements, own);
+    made.guides = guides(&made, own, tree, reduced, at);
     let joint = |c: usize| &tree.robot.joints[reduced.coordinates[c]].name;
     check(&made, &|c| format!("<mechanicalReduction> of joint '{}' in the URDF", joint(c)), at);
     Some(made)
@@ -192,6 +198,7 @@ fn tendon(
         force_limit: own.force_limit,
         hold_limit: own.hold_limit,
         breakaway: own.breakaway,
+        guides: Vec::new(),
     }
 }
 

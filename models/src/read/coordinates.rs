@@ -1,4 +1,4 @@
-//! The independent coordinates of a hand: limits and dampers from the URDF's joints, springs from its transmissions.
+//! The independent coordinates of a hand: limits, dampers and dry friction from the URDF's joints, springs from its transmissions.
 
 use urdf_rs::{Joint, JointLimit, JointType};
 
@@ -10,7 +10,7 @@ use super::urdf::tree::Urdf;
 use crate::error::ModelError;
 use crate::hand::Coordinate;
 
-/// Each coordinate; spring and damper of `hand.toml` replace those of the URDF. Invalid limits and springs are kept
+/// Each coordinate; spring, damper and dry friction of `hand.toml` replace those of the URDF. Invalid limits and springs are kept
 /// as errors.
 pub(crate) fn coordinates(
     tree: &Urdf,
@@ -23,19 +23,15 @@ pub(crate) fn coordinates(
     for &leader in &reduced.coordinates {
         let name = tree.robot.joints[leader].name.clone();
         let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
-        let mut damping = 0.0;
+        let (mut damping, mut friction) = (0.0, 0.0);
         let mut sound = true;
         for (joint, motion) in tree.robot.joints.iter().zip(&reduced.motions) {
             let Some(motion) = motion.filter(|m| m.leader == leader) else { continue };
             if let Some(dynamics) = &joint.dynamics {
                 // A damper on x = ratio q + offset dissipates d ẋ² = d ratio² q̇².
                 damping += motion.ratio * motion.ratio * dynamics.damping;
-                if dynamics.friction != 0.0 {
-                    report.warn(
-                        format!("joint '{}'", joint.name),
-                        format!("dry friction of {} is not modelled; ignored", dynamics.friction),
-                    );
-                }
+                // Dry friction dissipates c |ẋ| = c |ratio q̇|.
+                friction += motion.ratio.abs() * dynamics.friction;
             }
             if joint.joint_type != JointType::Continuous {
                 sound &= report.keep(check_limits(joint, report)).is_some();
@@ -65,6 +61,7 @@ pub(crate) fn coordinates(
             rest: own.rest.or(every.rest).unwrap_or_else(|| {
                 of_joint(tree, &name, "<offset>", |t| t.stated[1].then_some(t.rest), report)
             }),
+            friction: own.friction.or(every.friction).unwrap_or(friction),
             name,
             lower,
             upper,

@@ -4,7 +4,7 @@
 //! 2. `urdf/` turns the URDF into a checked tree, folds mimic joints and merges fixed links; `mesh.rs` and
 //!    `stl.rs` turn meshes into rounded hulls, `hollow.rs` reports the hollows that a hull fills.
 //!    `settings.rs` reads and checks `hand.toml`.
-//! 3. `coordinates.rs`, `actuation.rs`, `servo.rs`, `start.rs` and `tactile.rs` build the other parts of the hand from both.
+//! 3. `coordinates.rs`, `actuation.rs`, `routing.rs`, `servo.rs`, `start.rs` and `tactile.rs` build the other parts of the hand from both.
 //!    `visual.rs` reads the appearance of links, for rendering.
 //! 4. `hand.rs` goes through these in order.
 //! 5. `objects.rs` reads the catalogue's objects, `own_object.rs` a task's own objects, both from `parts.rs`.
@@ -26,7 +26,9 @@ mod objects;
 mod options;
 mod own_object;
 mod parts;
+mod per_joint;
 pub(crate) mod report;
+mod routing;
 mod sensors;
 mod servo;
 mod servo_settings;

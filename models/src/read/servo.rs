@@ -83,6 +83,7 @@ pub(crate) fn add(
             force_limit: effort,
             hold_limit: None,
             breakaway: false,
+            guides: Vec::new(),
         });
     }
 }

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::limits::Limits;
 use super::options::InertiaPolicy;
+use super::per_joint::PerJoint;
 use super::report::Report;
 use super::servo_settings::{ServoJoints, ServoSettings};
 use super::start_settings::{BaseSettings, StartSettings};
@@ -119,6 +120,15 @@ impl Settings {
                     *arm = 1.0;
                 }
             }
+            for (field, value) in [("friction", &mut t.friction), ("wrap_angle", &mut t.wrap_angle)] {
+                let numbers = value.iter_mut().flat_map(PerJoint::numbers);
+                for (joint, x) in numbers {
+                    let what = joint.map_or_else(|| field.to_owned(), |joint| format!("{field}.{joint}"));
+                    if !check(&table, &what, Some(*x), most, Sign::NotNegative) {
+                        *x = 0.0;
+                    }
+                }
+            }
             let all = |kind: &str, joint: &str, numbers: &[f64], most: f64| {
                 let what = format!("{kind}.{joint}");
                 // One error for each path.
@@ -182,6 +192,7 @@ impl Settings {
                 check(&table, "stiffness", c.stiffness, most, Sign::NotNegative),
                 check(&table, "damping", c.damping, most, Sign::NotNegative),
                 check(&table, "rest", c.rest, most, Sign::Any),
+                check(&table, "friction", c.friction, most, Sign::NotNegative),
             ];
             if sound.contains(&false) {
                 *c = CoordinateSettings::default();
@@ -288,7 +299,8 @@ impl Settings {
         for (table, c) in each.chain([every]) {
             state(table.clone(), "stiffness", c.stiffness);
             state(table.clone(), "damping", c.damping);
-            state(table, "rest", c.rest);
+            state(table.clone(), "rest", c.rest);
+            state(table, "friction", c.friction);
         }
         for (name, l) in &self.links {
             state(format!("[links.{name}]"), "mass", l.mass);
@@ -409,6 +421,11 @@ pub(crate) struct TendonSettings {
     /// Joints that it crosses straight, from eyelet to eyelet.
     #[serde(default)]
     pub(crate) eyelets: BTreeMap<String, EyeletPositions>,
+    /// Joints in the order in which the cable passes them, from the motor outwards.
+    pub(crate) routing: Option<Vec<String>>,
+    /// Friction of the cable at its guides, and the angles, rad, by which it wraps around them.
+    pub(crate) friction: Option<PerJoint>,
+    pub(crate) wrap_angle: Option<PerJoint>,
 }
 
 impl TendonSettings {
@@ -477,6 +494,8 @@ pub(crate) struct CoordinateSettings {
     pub(crate) damping: Option<f64>,
     /// rad
     pub(crate) rest: Option<f64>,
+    /// Dry friction, N·m or N.
+    pub(crate) friction: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

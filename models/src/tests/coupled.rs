@@ -265,10 +265,86 @@ fn every_coupling_counts_in_the_content_hash() {
         format!("[tendons.t]\n{TENDON}polynomial.a.coefficients = [1]\n"),
         format!("[tendons.t]\n{TENDON}table.a = {{ at = [0, 1], length = [0, 1] }}\n"),
         format!("[tendons.t]\n{TENDON}eyelets.a = {{ before = [0.01, 0], after = [0, 0.02] }}\n"),
+        format!("[tendons.t]\n{TENDON}joints.a = 1\nfriction = 0.1\nwrap_angle = 1\n"),
+        format!("[tendons.t]\n{TENDON}joints.a = 1\nfriction = 0.1\nwrap_angle = 2\n"),
+        format!("[coordinates]\na.friction = 0.01\n[tendons.t]\n{TENDON}joints.a = 1\n"),
     ] {
         hashes.push(read(&toml).expect("a sound hand").content_hash());
     }
     for (i, hash) in hashes.iter().enumerate() {
         assert!(!hashes[..i].contains(hash), "{i}");
     }
+}
+
+#[test]
+fn a_cable_passes_its_guides_from_the_motor_outwards() {
+    let rubbing = |more: &str| format!("[tendons.t]\n{TENDON}joints = {{ a = 1, b = 2 }}\n{more}");
+    let hand = read(&rubbing(
+        "routing = ['b', 'a']\nfriction = 0.1\nwrap_angle = { a = 0.5, b = 1.5 }\n[every_coordinate]\nfriction = 0.002\n",
+    ))
+    .expect("a sound hand");
+    let guides: Vec<(usize, f64, f64)> =
+        hand.tendons[0].guides.iter().map(|g| (g.coordinate, g.friction, g.wrap_angle)).collect();
+    assert_eq!(guides, [(1, 0.1, 1.5), (0, 0.1, 0.5)]);
+    assert_eq!(hand.coordinates[0].friction, 0.002);
+    // The way alone, or no friction, leaves the hand as it is.
+    let plain = read(&rubbing("")).expect("a sound hand").content_hash();
+    for more in ["routing = ['b', 'a']\n", "routing = ['b', 'a']\nfriction = 0\nwrap_angle = 1\n"] {
+        assert_eq!(read(&rubbing(more)).expect("a sound hand").content_hash(), plain, "{more}");
+    }
+    for (more, words) in [
+        (
+            "friction = 0.1\nwrap_angle = 1\n",
+            "hand.toml: [tendons.t]: has friction or wrap_angle, but no routing; valid: routing = [joint, …]: each of a, b once",
+        ),
+        ("routing = ['a']\nfriction = 0.1\nwrap_angle = 1\n", "[tendons.t]: routing leaves out 'b'"),
+        (
+            "routing = ['a', 'b', 'a']\nfriction = 0.1\nwrap_angle = 1\n",
+            "[tendons.t]: routing names 'a' twice",
+        ),
+        ("routing = ['a', 'c']\n", "[tendons.t]: routing names 'c', on which it does not pull; valid: a, b"),
+        ("routing = ['a', 'b']\nfriction = { c = 0.1 }\nwrap_angle = 1\n", "friction names 'c', on which"),
+        ("routing = ['a', 'b']\nfriction = 0.1\n", "has friction, but no wrap_angle"),
+        ("routing = ['a', 'b']\nwrap_angle = 0.1\n", "has wrap_angle, but no friction"),
+        (
+            "routing = ['a', 'b']\nfriction = -0.1\nwrap_angle = 1\n",
+            "[tendons.t]: has friction -0.1; valid: friction of at least 0",
+        ),
+        ("routing = ['a', 'b']\nfriction = 0.1\nwrap_angle = { a = -1 }\n", "has wrap_angle.a -1"),
+        (
+            "routing = ['a', 'b']\nfriction = 0.1\nwrap_angle = 90\n",
+            "sums up to 18; valid: at most 5 along the cable; wrap_angle is in rad",
+        ),
+        ("routing = ['a', 'b']\nfriction = 'much'\n", "a number for all joints, or a table"),
+        (
+            "both_ways = true\nrouting = ['a', 'b']\nfriction = 0.1\nwrap_angle = 1\n",
+            "has friction, and both_ways",
+        ),
+        (
+            "[coordinates]\na.friction = -1\n",
+            "[coordinates.a]: has friction -1; valid: friction of at least 0",
+        ),
+    ] {
+        refused(&rubbing(more), words);
+    }
+}
+
+#[test]
+fn dry_friction_of_the_urdf_counts_with_that_of_followers() {
+    let dynamics = |friction: &str| format!("<dynamics damping='0.1' friction='{friction}'/></joint>");
+    let read = |own: &str| {
+        let urdf = URDF.replacen("</joint>", &dynamics(own), 1).replace(
+            "</joint><joint name='fixed'",
+            &format!("<mimic joint='a' multiplier='-2'/>{}<joint name='fixed'", dynamics("0.03")),
+        );
+        let toml = format!("[tendons.t]\n{TENDON}joints.a = 1\n");
+        let settings = Some((Path::new("hand.toml"), toml.as_str()));
+        from_text((Path::new("hand.urdf"), &urdf), settings, None, &LoadOptions::default())
+    };
+    let loaded = read("0.02").expect("a sound hand");
+    assert_eq!(loaded.hand.coordinates.len(), 1);
+    assert!((loaded.hand.coordinates[0].friction - (0.02 + 2.0 * 0.03)).abs() < 1e-15);
+    assert!(loaded.warnings.iter().all(|w| !w.message.contains("friction")), "{:?}", loaded.warnings);
+    let error = read("-0.02").expect_err("refused").to_string();
+    assert!(error.contains("joint 'a': has friction -0.02; valid: finite friction of at least 0"), "{error}");
 }

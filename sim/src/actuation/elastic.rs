@@ -1,10 +1,10 @@
 //! Everything elastic that acts on several joints, as rows of the problem: tendons, then springs across joints, then the three
-//! components of every pin.
+//! components of every pin, then dry friction.
 //!
 //! Rows are taken at the start of the step, so that a hand at rest is in the exact equilibrium of its lengths.
 
 use super::row::row;
-use super::tendon;
+use super::{friction, tendon};
 use crate::solver::terms::{RowTerm, ScalarLaw};
 use crate::state::State;
 use palmares_models::Vec3;
@@ -13,7 +13,7 @@ use palmares_models::hand::Hand;
 /// Axes of the base frame, in which the gap of a pin is measured.
 const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
 
-/// Number of rows of a hand.
+/// Number of rows of a hand without those of dry friction.
 pub fn rows(hand: &Hand) -> usize {
     hand.tendons.len() + hand.springs.len() + AXES.len() * hand.linkages.len()
 }
@@ -29,7 +29,8 @@ pub(crate) fn terms(
     terms: &mut Vec<RowTerm>,
     mut stiffen: impl FnMut(usize, f64),
 ) {
-    if terms.len() != rows(hand) {
+    let rubbing = state.friction.len();
+    if terms.len() != rows(hand) + rubbing {
         terms.clear();
         terms.extend(hand.tendons.iter().map(tendon::empty_row));
         terms.extend(hand.springs.iter().map(|spring| row(&spring.arms)));
@@ -38,10 +39,15 @@ pub(crate) fn terms(
                 pin.at(hand, &state.q).gradient.iter().map(|&(c, _)| (c, 0.0)).collect();
             terms.extend(AXES.map(|_| row(&zero)));
         }
+        terms.extend(friction::empty_rows(hand));
     }
+    let (terms, of_friction) = terms.split_at_mut(rows(hand));
     let (tendons, others) = terms.split_at_mut(hand.tendons.len());
     tendon::terms(hand, state, h, step_s, tendons);
     tendon::geometric_stiffness(hand, &state.q, &state.tension, &mut stiffen);
+    if rubbing > 0 {
+        friction::terms(hand, tendons, h, (&state.tension, &state.friction), of_friction);
+    }
     if others.is_empty() {
         return;
     }

@@ -1,4 +1,4 @@
-//! Scalar convex terms: joint limits, the base servo and tendons.
+//! Scalar convex terms: joint limits, the base servo, tendons and dry friction.
 
 use super::driven::DrivenLaw;
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,20 @@ pub enum ScalarLaw {
     },
     /// A cable or a drive with a motor that its load slows.
     Driven(DrivenLaw),
+    /// Dry friction: `f = −clamp(f₀ + k h u, low, high)`, a stiff spring in series with a slider. Backward Euler of this law is exact,
+    /// because it does not depend on the rate.
+    Friction {
+        /// Step h, s.
+        h: f64,
+        /// Stiffness k while it sticks.
+        stiffness: f64,
+        /// Resistance f₀ at the start of the step.
+        held: f64,
+        /// Least resistance: sliding backwards.
+        low: f64,
+        /// Largest resistance: sliding forwards.
+        high: f64,
+    },
 }
 
 impl ScalarLaw {
@@ -74,6 +88,16 @@ impl ScalarLaw {
                     (h * limit, 0.0)
                 } else {
                     (h * f, h * (h * stiffness + damping))
+                }
+            }
+            ScalarLaw::Friction { h, stiffness, held, low, high } => {
+                let f = held + h * stiffness * u;
+                if f >= high {
+                    (-h * high, 0.0)
+                } else if f <= low {
+                    (-h * low, 0.0)
+                } else {
+                    (-h * f, h * h * stiffness)
                 }
             }
         }

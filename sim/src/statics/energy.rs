@@ -129,7 +129,7 @@ impl Scene<'_> {
         })
     }
 
-    fn tension(&self, q: &[f64]) -> Vec<f64> {
+    pub(super) fn tension(&self, q: &[f64]) -> Vec<f64> {
         let of = |(t, s): (&palmares_models::hand::Tendon, &f64)| {
             (t.stiffness * (s - t.length(q))).clamp(t.least_force(), t.most_held())
         };
@@ -153,7 +153,7 @@ impl Scene<'_> {
     }
 
     /// Derivative of the energy: the unbalanced torque on each coordinate; and the largest torque in it.
-    fn gradient(&self, q: &[f64]) -> (DVector<f64>, f64) {
+    pub(super) fn gradient(&self, q: &[f64]) -> (DVector<f64>, f64) {
         let n = q.len();
         let reactions = self.reactions(&self.kinematics(q));
         let holding = self.holds.iter().zip(&reactions).map(|(hold, reaction)| hold.as_push(reaction));

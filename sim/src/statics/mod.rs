@@ -1,5 +1,6 @@
 //! Statics: equilibria of a hand without stepping it.
 
+pub mod band;
 pub mod constrained;
 pub mod drives;
 pub mod energy;

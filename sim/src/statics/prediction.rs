@@ -133,7 +133,8 @@ fn held_at_limits(
 }
 
 /// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Motors that no load turns back have gone to σ
-/// slowly before the pushes act: they may have stopped on the way, and clutches may have let go.
+/// slowly before the pushes act: they may have stopped on the way, and clutches may have let go. Of a hand that rubs it is the one without
+/// friction; [`band`](super::band::band) has the limits.
 pub fn solve_loaded(
     config: &Config,
     hand: &Hand,
@@ -144,7 +145,12 @@ pub fn solve_loaded(
     let mut left = MAX_WORK;
     let s_ref =
         wound_slowly(hand, sigma, |s_ref| solve_wound_within(config, hand, base, s_ref, &[], &mut left))?;
-    solve_wound_within(config, hand, base, &s_ref, pushes, &mut left)
+    let mut found = solve_wound_within(config, hand, base, &s_ref, pushes, &mut left)?;
+    if hand.friction_places() > 0 {
+        let why = "cables or joints rub: this is the equilibrium without friction, amid those where the hand can rest";
+        found.beyond_closed_form.push(why.to_owned());
+    }
+    Ok(found)
 }
 
 /// The same at wound lengths `s_ref`, one per tendon.

@@ -89,7 +89,7 @@ fn assemble_hand(input: &Input<'_>, h: f64, problem: &mut Problem, v: &mut Vec<f
     elastic::terms(hand, state, h, config.step_s, row_terms, |c, k| {
         hand_matrix[(6 + c) * (n + 1)] += h * h * k
     });
-    problem.rows = elastic::rows(hand);
+    problem.rows = row_terms.len();
 }
 
 fn assemble_object(input: &Input<'_>, k: usize, h: f64, problem: &mut Problem, v: &mut Vec<f64>) {

@@ -93,7 +93,7 @@ pub(super) fn step(
     let Work { collision, forces, impacts, drive, .. } = work;
     let impacts = &mut impacts.of_objects;
     contact_memory::remember(model, collision, island, problem, &mut state.pairs, impacts, forces);
-    forces.read_hand(problem, newton, v, h, &mut state.tension);
+    forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
     integrate::move_hand(model, state, drive.bolted, v, h);
     std::mem::swap(&mut state.earlier, now);
     state.earlier.smooth = true;

@@ -5,7 +5,7 @@ use super::assemble::assemble;
 use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
-use super::{contact_memory, impacts, integrate, momentum, slip_correction};
+use super::{contact_memory, friction_passes, impacts, integrate, momentum, slip_correction};
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -47,6 +47,9 @@ pub(super) fn step(
         }
         solve(model, work, problem, newton, v);
     }
+    if island.hand && !state.friction.is_empty() {
+        friction_passes::settle(model, work, (problem, newton), v, &state.tension);
+    }
     let Work { collision, impacts, forces, dynamics, drive, .. } = work;
     contact_memory::remember(
         model,
@@ -58,7 +61,7 @@ pub(super) fn step(
         forces,
     );
     if island.hand {
-        forces.read_hand(problem, newton, v, h, &mut state.tension);
+        forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
         let due = (!drive.servo_on)
             .then(|| (momentum::due_after_step(model, dynamics, &drive.pushes, v), dynamics.kin.origin));
         integrate::move_hand(model, state, drive.bolted, v, h);

@@ -40,18 +40,23 @@ impl StepForces {
     }
 
     /// Reads base and limits from the solution `v` of a problem that the hand is part of, over a step of h; tensions go to
-    /// `tension`. An impulse γ over h is a force γ/h.
+    /// `tension`, forces of dry friction to `friction`. An impulse γ over h is a force γ/h.
     pub(crate) fn read_hand(
         &mut self,
         problem: &Problem,
         newton: &Newton,
         v: &[f64],
         h: f64,
-        tension: &mut [f64],
+        (tension, friction): (&mut [f64], &mut [f64]),
     ) {
         // The tendons are the first rows.
         for (k, tension) in tension.iter_mut().enumerate().take(problem.rows) {
             *tension = newton.row_impulse(problem, k) / h;
+        }
+        // Dry friction has the last ones.
+        let first = problem.rows - friction.len();
+        for (k, friction) in friction.iter_mut().enumerate() {
+            *friction = -newton.row_impulse(problem, first + k) / h;
         }
         self.base = if problem.bolted { newton.mount_impulse().map(|impulse| impulse / h) } else { [0.0; 6] };
         for term in &problem.axis_terms {

@@ -9,7 +9,7 @@ use crate::state::State;
 
 /// Takes one step of an island; `slot` is the index of the solver that keeps its orderings. A hand without
 /// contact is stepped by a method of higher order: an undamped one by [`cash_karp`], a damped one by
-/// [`bdf2`]. Implicit [`euler`] steps everything else, and the steps that these decline.
+/// [`bdf2`]; neither if something rubs, because dry friction jumps. Implicit [`euler`] steps everything else, and the steps that these decline.
 pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, island: &Island, slot: usize) {
     if scratch.solvers.len() <= slot {
         scratch.solvers.resize_with(slot + 1, Default::default);
@@ -29,7 +29,8 @@ pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, isla
         euler::step(model, state, work, island, (problem, newton), v, support);
         return;
     }
-    if alone && !undamped && bdf2::step(model, state, work, history, island, (problem, newton), v) {
+    let smooth = !undamped && model.friction_rows() == 0;
+    if alone && smooth && bdf2::step(model, state, work, history, island, (problem, newton), v) {
         slowed::follow(model, problem, newton, state);
         return;
     }
@@ -38,7 +39,7 @@ pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, isla
     euler::step(model, state, work, island, (problem, newton), v, support);
     slowed::follow(model, problem, newton, state);
     let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
-    let smooth = alone && !touches && work.forces.limits.is_empty() && work.drive.servo_on;
-    earlier.smooth = smooth && !undamped;
+    let smooth = smooth && alone && !touches && work.forces.limits.is_empty() && work.drive.servo_on;
+    earlier.smooth = smooth;
     state.earlier = earlier;
 }

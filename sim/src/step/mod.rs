@@ -17,6 +17,7 @@ mod continuous;
 mod drive;
 mod euler;
 mod forces;
+mod friction_passes;
 mod impacts;
 mod integrate;
 mod island;

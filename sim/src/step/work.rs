@@ -5,6 +5,7 @@ use super::continuous::Continuous;
 use super::drive::Drive;
 use super::forces::StepForces;
 use super::impacts::Impacts;
+use crate::actuation::friction::Passes;
 use crate::bounds::Fault;
 use crate::contact::collide::Collision;
 use crate::dynamics::hand::HandDynamics;
@@ -23,6 +24,8 @@ pub(crate) struct Work {
     pub collision: Collision,
     pub drive: Drive,
     pub impacts: Impacts,
+    /// Repeated solves for the friction of cables.
+    pub friction_passes: Passes,
     pub continuous: Continuous,
     /// Per object: external force, N, and torque about its centre of mass, N·m, during the next step; empty
     /// for none.

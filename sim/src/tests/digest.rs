@@ -96,7 +96,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 52] = [
+    let changes: [Change; 53] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
@@ -111,6 +111,7 @@ fn every_field_counts_in_the_digest() {
         ("motor position", |s| nudge(&mut s.motors[0].position)),
         ("motor velocity", |s| nudge(&mut s.motors[0].velocity)),
         ("tension", |s| nudge(&mut s.tension[0])),
+        ("friction", |s| s.friction.push(0.0)),
         ("still steps", |s| s.sleep[2].still_steps ^= 1),
         ("still since", |s| nudge(&mut s.sleep[2].since[1])),
         ("asleep", |s| s.sleep[2].asleep ^= true),

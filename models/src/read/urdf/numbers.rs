@@ -21,11 +21,11 @@ pub(crate) fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) -> 
     }
     for joint in &robot.joints {
         sound &= report.keep(check_joint(joint, limits, report)).is_some();
-        let damping = joint.dynamics.as_ref().map_or(0.0, |d| d.damping);
-        if damping < 0.0 {
-            let problem = format!("has damping {damping}");
+        let dynamics = joint.dynamics.as_ref().map_or([0.0; 2], |d| [d.damping, d.friction]);
+        for (what, value) in ["damping", "friction"].into_iter().zip(dynamics).filter(|(_, x)| *x < 0.0) {
+            let problem = format!("has {what} {value}");
             let element = format!("joint '{}'", joint.name);
-            report.keep::<()>(Err(report.bad(element, problem, "finite damping of at least 0")));
+            report.keep::<()>(Err(report.bad(element, problem, format!("finite {what} of at least 0"))));
         }
     }
     sound
