@@ -2,7 +2,7 @@
 
 use crate::table::{table, widest, wrapped};
 use palmares_models::camera::Camera;
-use palmares_models::hand::describe::{HandDescription, TendonDescription};
+use palmares_models::hand::describe::{HandDescription, TendonDescription, UncertainDescription};
 use palmares_models::hand::sensors::Sensors;
 use palmares_models::hand::{Guide, Hand, HingeKind, TactilePatch};
 use palmares_models::shape::Shape;
@@ -22,6 +22,10 @@ pub(crate) fn describe(hand: &Hand, width: Option<usize>) -> String {
     );
     let _ = write!(out, "\nMotors and tendons\n{}{}", actuation(&about), friction(hand));
     let _ = write!(out, "\nSensors, besides those of the motors\n{}", sensors(hand));
+    if !about.uncertain.is_empty() {
+        let _ =
+            write!(out, "\nUncertain (range of a factor, or of the number itself)\n{}", uncertain(&about));
+    }
     out
 }
 
@@ -291,6 +295,23 @@ fn sensors(hand: &Hand) -> String {
     out
 }
 
+fn uncertain(about: &HandDescription) -> String {
+    let mut out = String::new();
+    for UncertainDescription { name, of, on, factor, value } in &about.uncertain {
+        let range = match (factor, value) {
+            (Some([low, high]), _) => format!("x {} to {}", short(*low), short(*high)),
+            (None, value) => {
+                let [low, high] = value.unwrap_or_default();
+                format!("{} to {}", short(low), short(high))
+            }
+        };
+        let of = if of.name() == name { String::new() } else { format!(": {}", of.name()) };
+        let on = if on.is_empty() { String::new() } else { format!(" of {}", on.join(", ")) };
+        let _ = writeln!(out, "  {name}{of}{on}: {range}");
+    }
+    out
+}
+
 /// A number with at most five significant digits.
 pub(crate) fn short(x: f64) -> String {
     if x == 0.0 {
@@ -327,6 +348,7 @@ mod tests {
         assert!(text.contains("20 links, 19 coordinates, 1 tendon, 1 motor, 24 shapes"), "{text}");
         assert!(text.contains("├─ index_knuckle: 0.009 kg; turns by index_abd; box"), "{text}");
         assert!(text.contains("   └─ little_distal") || text.contains("└─ little_distal"), "{text}");
+        assert!(text.contains("distal_arms: moment_arms of thumb_outer, "), "{text}");
         let row = text.lines().find(|l| l.trim_start().starts_with("index_abd ")).expect("its row");
         assert!(row.trim_end().ends_with("-0.2"), "{row}");
     }

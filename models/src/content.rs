@@ -6,9 +6,10 @@ use crate::camera::{Camera, Stereo};
 use crate::hand::path::TendonPath;
 use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
 use crate::hand::tendon::TendonElement;
+use crate::hand::uncertain::Range;
 use crate::hand::{
     Coordinate, Geom, Guide, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Pad, PadOn,
-    Sensors, Spring, Start, TactilePatch, Tendon,
+    Sensors, Spring, Start, TactilePatch, Tendon, Uncertain,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -133,6 +134,8 @@ impl Hand {
             sensors,
             pads,
             start,
+            // Other hands: see `Hand::uncertain_hash`.
+            uncertain: _,
             // A name for places, not behaviour.
             base_from_root: _,
         } = self;
@@ -195,6 +198,20 @@ impl Hand {
                 h.floats(&[*stiffness, *damping]);
             });
         }
+        hash.to_hex()
+    }
+
+    /// SHA-256 of its uncertain numbers, 64 hexadecimal digits. They are no part of [`Hand::content_hash`]: the hand itself does not
+    /// depend on them.
+    pub fn uncertain_hash(&self) -> String {
+        let mut hash = ContentHash::of("palmares uncertain hand 1");
+        hash.list(&self.uncertain, |h, Uncertain { name, of, on, everywhere: _, range }| {
+            h.text(name);
+            h.text(of.name());
+            h.list(on, |h, k| h.count(*k));
+            h.flag(matches!(range, Range::Value(_)));
+            h.floats(&range.ends());
+        });
         hash.to_hex()
     }
 }

@@ -209,6 +209,7 @@ impl Numbers {
             sensors: Default::default(),
             pads: Vec::new(),
             start: palmares_models::hand::Start::default(),
+            uncertain: Vec::new(),
         }
     }
 

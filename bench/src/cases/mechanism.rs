@@ -57,6 +57,7 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
         sensors: Default::default(),
         pads: Vec::new(),
         start: palmares_models::hand::Start::default(),
+        uncertain: Vec::new(),
         base_from_root: palmares_models::Pose::IDENTITY,
     })
 }

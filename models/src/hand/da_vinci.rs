@@ -63,6 +63,11 @@ impl DaVinci {
         Ok(mechanism)
     }
 
+    /// The mechanism with all lengths of s, which is in units of `r0`, multiplied by a positive factor.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        DaVinci { geometry: DaVinciGeometry { r0: self.geometry.r0 / factor, ..self.geometry }, ..*self }
+    }
+
     /// Its pulleys.
     pub fn geometry(&self) -> &DaVinciGeometry {
         &self.geometry

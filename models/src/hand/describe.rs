@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::da_vinci::DaVinciGeometry;
 use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
 use super::tendon::{Tendon, TendonElement};
-use super::{Hand, HingeKind, Linkage, Sensors, Spring, Start, TactilePatch};
+use super::uncertain::{Quantity, Range};
+use super::{Hand, HingeKind, Linkage, Sensors, Spring, Start, TactilePatch, Uncertain};
 use crate::Pose;
 use crate::shape::Shape;
 
@@ -44,8 +45,29 @@ pub struct HandDescription {
     /// How a run begins, if a motor is not at 0 then or a joint not where its spring rests.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartDescription>,
+    /// Its numbers that are known as ranges.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub uncertain: Vec<UncertainDescription>,
     /// Shape, unit and range of the hand's part of an action and of an observation.
     pub specs: Vec<SpecDescription>,
+}
+
+/// A number that is known as a range.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct UncertainDescription {
+    /// Name.
+    pub name: String,
+    /// The quantity.
+    pub of: Quantity,
+    /// Links, joints, motors or tendons that have it; empty if these are all.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub on: Vec<String>,
+    /// Range of a factor of the hand's own numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factor: Option<[f64; 2]>,
+    /// Range of the number itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<[f64; 2]>,
 }
 
 /// How a run begins.
@@ -339,8 +361,28 @@ impl Hand {
                 sigma: (0..self.motors.len()).map(|m| self.start.sigma_of(m)).collect(),
                 joints: self.beginning(),
             }),
+            uncertain: self.describe_uncertain(),
             specs: self.specs(),
         }
+    }
+
+    fn describe_uncertain(&self) -> Vec<UncertainDescription> {
+        let describe = |entry: &Uncertain| {
+            let names = self.names_of(entry.of.owner());
+            let listed = if entry.everywhere { &[][..] } else { &entry.on };
+            let (factor, value) = match entry.range {
+                Range::Factor(ends) => (Some(ends), None),
+                Range::Value(ends) => (None, Some(ends)),
+            };
+            UncertainDescription {
+                name: entry.name.clone(),
+                of: entry.of,
+                on: listed.iter().map(|k| names[*k].to_owned()).collect(),
+                factor,
+                value,
+            }
+        };
+        self.uncertain.iter().map(describe).collect()
     }
 
     fn describe_link(&self, i: usize, base_from_link: &Pose) -> LinkDescription {

@@ -3,6 +3,7 @@
 pub mod closed_chain;
 pub mod da_vinci;
 pub mod describe;
+mod drawn;
 pub mod fingers;
 mod friction;
 mod kinematics;
@@ -14,6 +15,7 @@ pub mod path;
 pub mod sensors;
 pub mod spring;
 pub mod tendon;
+pub mod uncertain;
 mod validate;
 
 pub use self::linkage::Linkage;
@@ -21,6 +23,7 @@ pub use self::motor::Motor;
 pub use self::sensors::{Sensors, TactilePatch};
 pub use self::spring::Spring;
 pub use self::tendon::{Guide, Tendon};
+pub use self::uncertain::Uncertain;
 use crate::shape::Shape;
 pub use crate::shape::inertia::Inertia;
 use crate::{Pose, Vec3};
@@ -59,6 +62,8 @@ pub struct Hand {
     pub pads: Vec<PadOn>,
     /// How it begins.
     pub start: Start,
+    /// Its numbers that are known as ranges.
+    pub uncertain: Vec<Uncertain>,
     /// Frame of the URDF's root link in the frame of `links[0]`, the base: see [`Hand::link_from_own`].
     pub base_from_root: Pose,
 }

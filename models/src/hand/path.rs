@@ -19,6 +19,25 @@ pub enum TendonPath {
 }
 
 impl TendonPath {
+    /// The same path with all lengths, and so its moment arms, multiplied by a positive factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            TendonPath::DaVinci(mechanism) => TendonPath::DaVinci(mechanism.scaled(factor)),
+            TendonPath::Polynomial(Polynomial { coefficients }) => TendonPath::Polynomial(Polynomial {
+                coefficients: coefficients.iter().map(|c| c * factor).collect(),
+            }),
+            TendonPath::Table(Table { points, bend }) => TendonPath::Table(Table {
+                points: TablePoints {
+                    at: points.at.clone(),
+                    length: points.length.iter().map(|s| s * factor).collect(),
+                },
+                bend: bend.iter().map(|b| b * factor).collect(),
+            }),
+            TendonPath::Eyelets(eyelets) => TendonPath::Eyelets(eyelets.scaled(factor)),
+        }
+    }
+
     /// The length at coordinate q.
     #[inline]
     pub fn length(&self, q: f64) -> Length {
@@ -202,6 +221,22 @@ impl Eyelets {
         Ok(eyelets)
     }
 
+    /// Both eyelets at a multiple of their distance from the joint.
+    fn scaled(&self, factor: f64) -> Self {
+        let Eyelets { positions: EyeletPositions { before, after }, angle, squares, product, at_zero } =
+            *self;
+        let positions =
+            EyeletPositions { before: before.map(|x| x * factor), after: after.map(|x| x * factor) };
+        let square = factor * factor;
+        Eyelets {
+            positions,
+            angle,
+            squares: squares * square,
+            product: product * square,
+            at_zero: at_zero * factor,
+        }
+    }
+
     /// Its positions.
     pub fn positions(&self) -> &EyeletPositions {
         &self.positions
@@ -249,6 +284,22 @@ mod tests {
                     "{path:?} at {q}: {} {curvature}",
                     here.curvature
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn a_scaled_path_has_scaled_lengths_and_arms() {
+        for path in paths() {
+            let scaled = path.scaled(1.1);
+            for k in -20..60 {
+                let q = 0.031 * f64::from(k);
+                let (Length { value, slope, curvature }, wanted) = (scaled.length(q), path.length(q));
+                for (found, wanted) in
+                    [(value, wanted.value), (slope, wanted.slope), (curvature, wanted.curvature)]
+                {
+                    assert!((found - 1.1 * wanted).abs() < 1e-12, "{path:?} at {q}: {found} {wanted}");
+                }
             }
         }
     }

@@ -20,6 +20,7 @@ use super::settings::Settings;
 use super::springs::{self, unknown_link};
 use super::start;
 use super::tactile;
+use super::uncertain;
 use super::urdf::link::LinkReader;
 use super::urdf::reduce;
 use super::urdf::tree::{self, Urdf};
@@ -204,6 +205,7 @@ fn build(
         sensors,
         pads: reduced.pads,
         start,
+        uncertain: Vec::new(),
         base_from_root,
     };
     hand.validate().map_err(|error| match error {
@@ -222,6 +224,10 @@ fn build(
     hand.no_collision.extend(apart);
     hand.no_collision.sort_unstable();
     hand.no_collision.dedup();
+    hand.uncertain = uncertain::uncertain(&settings.uncertain, &hand, options.limits.number, at);
+    if at.kept() > 0 {
+        return Ok(None);
+    }
     let mut warnings = std::mem::take(&mut report.warnings);
     warnings.extend(oddities(&hand, &report.file));
     warnings.extend(springs::open_pins(&hand, &rest, at));

@@ -5,7 +5,7 @@
 //!    `stl.rs` turn meshes into rounded hulls, `hollow.rs` reports the hollows that a hull fills.
 //!    `settings.rs` reads and checks `hand.toml`.
 //! 3. `coordinates.rs`, `actuation.rs`, `routing.rs`, `servo.rs`, `start.rs` and `tactile.rs` build the other parts of the hand from both.
-//!    `visual.rs` reads the appearance of links, for rendering.
+//!    `uncertain.rs` reads the ranges of its numbers, `visual.rs` the appearance of links, for rendering.
 //! 4. `hand.rs` goes through these in order.
 //! 5. `objects.rs` reads the catalogue's objects, `own_object.rs` a task's own objects, both from `parts.rs`.
 //! 6. `named.rs` finds the files that name a mesh, for its decomposition.
@@ -38,6 +38,7 @@ mod start;
 mod start_settings;
 pub(crate) mod stl;
 mod tactile;
+mod uncertain;
 pub(crate) mod urdf;
 mod visual;
 

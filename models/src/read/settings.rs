@@ -10,6 +10,7 @@ use super::per_joint::PerJoint;
 use super::report::Report;
 use super::servo_settings::{ServoJoints, ServoSettings};
 use super::start_settings::{BaseSettings, StartSettings};
+use super::uncertain::UncertainSettings;
 use crate::hand::da_vinci::DaVinciGeometry;
 use crate::hand::path::{EyeletPositions, Polynomial, TablePoints};
 use crate::hand::{Motor, Pad, Sensors};
@@ -61,6 +62,9 @@ pub(crate) struct Settings {
     pub(crate) base: BaseSettings,
     #[serde(default)]
     pub(crate) start: StartSettings,
+    /// Numbers that are known as ranges, by the author's name for each.
+    #[serde(default)]
+    pub(crate) uncertain: BTreeMap<String, UncertainSettings>,
     #[serde(default)]
     pub(crate) tactile: Vec<TactileSettings>,
     #[serde(default)]

@@ -20,5 +20,6 @@ mod reference_reflex;
 mod reflex;
 mod servo;
 mod softhand;
+mod uncertain;
 mod visual;
 mod zoo;
