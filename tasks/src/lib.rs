@@ -2,6 +2,7 @@
 
 pub mod action;
 pub mod build;
+pub mod hand_draw;
 pub mod hand_observation;
 pub mod identity;
 pub mod image;
@@ -23,6 +24,7 @@ pub mod training;
 pub use palmares_sim::Fault;
 
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};
+pub use hand_draw::HandDraw;
 pub use hand_observation::HandObservation;
 pub use observation::{Event, Observation};
 pub use run::{Outcome, Reason, Run};

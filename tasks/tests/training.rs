@@ -149,7 +149,10 @@ fn numbers(run: &Run) -> (Vec<[f64; 6]>, [f64; 7]) {
 #[test]
 fn a_variation_is_a_function_of_seed_and_options() {
     let task = task("balls");
-    let all = Options::none(&task).randomise_all(&task).fraction(0.3).expect("a part");
+    let all = Options::none(&task)
+        .randomise_all(&task, &hand("softhand"))
+        .and_then(|all| all.fraction(0.3))
+        .expect("a part");
     let first = varied(&task, 5, &all);
     let (objects, base) = numbers(&first);
     assert_eq!(objects.len(), 3);
@@ -158,7 +161,7 @@ fn a_variation_is_a_function_of_seed_and_options() {
     let (other, elsewhere) = numbers(&varied(&task, 6, &all));
     assert!(objects.iter().zip(&other).all(|(a, b)| (0..4).all(|k| a[k] != b[k])) && base != elsewhere);
     // A quantity does not depend on the draw of another one.
-    let some = Options::none(&task).randomise(&task, &["friction"]).expect("declared");
+    let some = Options::none(&task).randomise(&task, &hand("softhand"), &["friction"]).expect("declared");
     let (some, at) = numbers(&varied(&task, 5, &some));
     assert_eq!(some.len(), 10);
     for (a, b) in objects.iter().zip(&some) {
@@ -170,7 +173,7 @@ fn a_variation_is_a_function_of_seed_and_options() {
 #[test]
 fn factors_fill_their_ranges_and_keep_within() {
     let task = task("grasp");
-    let all = Options::none(&task).randomise_all(&task);
+    let all = Options::none(&task).randomise_all(&task, &hand("softhand")).expect("declared");
     let plain: Vec<_> = (0..40).map(|seed| numbers(&own(&task, seed))).collect();
     let (mut factors, mut shifts) = (Vec::new(), Vec::new());
     for (seed, (_, base)) in (0..).zip(&plain) {
@@ -207,7 +210,8 @@ fn factors_fill_their_ranges_and_keep_within() {
 #[test]
 fn sensors_err_by_the_factor_that_is_drawn() {
     let task = task("balls");
-    let options = Options::none(&task).randomise(&task, &["sensor_noise"]).expect("declared");
+    let options =
+        Options::none(&task).randomise(&task, &hand("softhand"), &["sensor_noise"]).expect("declared");
     let base = |options: &Options, noise| {
         let run = open(&task, &hand("softhand"), Seed::from_u64(5), noise, options).expect("a scene");
         let seen = run.observe(Sensing::Sensors);
@@ -233,9 +237,9 @@ fn a_varied_run_passes_for_none_of_the_task() {
     for options in [
         Options::none(&task).fraction(0.9),
         Options::none(&task).fraction(0.5),
-        Options::none(&task).randomise(&task, &["mass"]),
-        Options::none(&task).randomise(&task, &["mass", "size"]),
-        Ok(Options::none(&task).randomise_all(&task)),
+        Options::none(&task).randomise(&task, &hand("softhand"), &["mass"]),
+        Options::none(&task).randomise(&task, &hand("softhand"), &["mass", "size"]),
+        Options::none(&task).randomise_all(&task, &hand("softhand")),
     ] {
         let mut run = varied(&task, 5, &options.expect("valid"));
         assert!(run.task().is_varied() && run.task().name == "balls");
@@ -245,6 +249,40 @@ fn a_varied_run_passes_for_none_of_the_task() {
         let snapshot = run.snapshot();
         run.restore(&snapshot).expect("its own");
     }
+}
+
+/// The hand of a run has the numbers that its seed draws, and only its own task has its replays and snapshots.
+#[test]
+fn a_hand_is_drawn_for_each_run() {
+    let (task, softhand) = (task("grasp"), hand("softhand"));
+    let none = || Options::none(&task);
+    let all = none().randomise(&task, &softhand, &["hand"]).expect("uncertain");
+    let one = none().randomise(&task, &softhand, &["hand_friction"]).expect("uncertain");
+    let both = none().randomise(&task, &softhand, &["mass", "hand"]).expect("uncertain");
+    let (first, second) = (varied(&task, 5, &all), varied(&task, 6, &all));
+    assert!(first.task().is_varied() && !all.vary_nothing());
+    assert_eq!(first.hand().content_hash(), varied(&task, 5, &all).hand().content_hash());
+    let hashes = [&first, &second, &varied(&task, 5, &one)].map(|run| run.hand().content_hash());
+    assert!(hashes.iter().all(|hash| *hash != softhand.content_hash()) && hashes[0] != hashes[1]);
+    assert_ne!(hashes[0], hashes[2]);
+    // The scene is the task's, and the hand is the same beside other draws.
+    assert_eq!(numbers(&first), numbers(&own(&task, 5)));
+    assert_eq!(varied(&task, 5, &both).hand().content_hash(), hashes[0]);
+    let numbers = all.hand().numbers(&softhand, Seed::from_u64(5));
+    let friction = softhand.uncertain.iter().position(|entry| entry.name == "friction").expect("named");
+    let ratio = first.hand().links[0].geoms[0].friction / softhand.links[0].geoms[0].friction;
+    assert!((ratio - numbers[friction]).abs() < 1e-12, "{ratio} {numbers:?}");
+    let mut twin = varied(&task, 5, &one);
+    assert!(matches!(twin.restore(&first.snapshot()), Err(SnapshotError::Other { .. })));
+    let mut again = varied(&task, 5, &all);
+    again.restore(&first.snapshot()).expect("the same run");
+    let error = none().randomise(&task, &hand("pinch"), &["hand"]).expect_err("nothing is uncertain");
+    assert_eq!(error, "randomise: hand `pinch` has nothing in [uncertain] of its hand.toml");
+    let text = include_str!("../grasp/task.toml");
+    let text = text.replace("[training.randomise]", "[training.randomise]\nhand = true");
+    let declares = Arc::new(Task::parse("x.toml", &text).expect("valid"));
+    let all = Options::none(&declares).randomise_all(&declares, &softhand).expect("uncertain");
+    assert_eq!(varied(&declares, 5, &all).hand().content_hash(), hashes[0]);
 }
 
 #[test]
@@ -266,7 +304,8 @@ fn fewer_objects_complete_a_run() {
 fn what_is_wrong_is_named() {
     let task = task("shelf");
     let none = || Options::none(&task);
-    let error = none().randomise(&task, &["mass", "object_poses"]).expect_err("not declared");
+    let error =
+        none().randomise(&task, &hand("softhand"), &["mass", "object_poses"]).expect_err("not declared");
     assert_eq!(
         error,
         "randomise: found \"object_poses\"; task `shelf` declares in [training.randomise]: mass, friction, \

@@ -31,6 +31,8 @@ struct Slot {
     /// The observation, and its constant part.
     row: Vec<f64>,
     constant: Vec<f64>,
+    /// Drawn numbers of its hand.
+    drawn: Vec<f64>,
     score: f64,
     reward: f64,
     /// Shapes rewards, if they are shaped.
@@ -86,15 +88,17 @@ impl Batch {
         }
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
-        let training = Training::of(training, &task, noise)?;
+        let training = Training::of(training, &task, &hand, noise)?;
         let workers = Workers::new(threads)?;
-        let fields = fields(&task, &hand, sensing);
+        let drawn = training.drawn_names(&hand).len();
+        let fields = fields(&task, &hand, sensing, drawn);
         let length = fields.iter().map(|field| field.len).sum();
         let slot = || Slot {
             run: None,
             seed: 0,
             row: vec![0.0; length],
             constant: Vec::new(),
+            drawn: vec![0.0; drawn],
             score: 0.0,
             reward: 0.0,
             shaper: None,
@@ -314,6 +318,17 @@ impl Batch {
         Ok(Some(told))
     }
 
+    /// Names of the hand's numbers that are drawn for each run.
+    fn hand_numbers(&self) -> Vec<String> {
+        self.training.drawn_names(&self.hand)
+    }
+
+    /// These numbers of all worlds, one world after the other; zeros before the first reset.
+    fn hand_drawn<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let all: Vec<f64> = self.slots.iter().flat_map(|slot| slot.drawn.iter().copied()).collect();
+        all.to_pyarray(py)
+    }
+
     /// Leaves another part of the objects in the runs of later resets.
     fn set_fraction(&mut self, fraction: f64) -> PyResult<()> {
         self.training.set_fraction(fraction)
@@ -412,7 +427,8 @@ impl Slot {
         let How { task, hand, noise, sensing, training } = *how;
         let run = open(task, hand, Seed::from_u64(seed), noise, &training.options);
         let run = run.map_err(|error| error.to_string())?;
-        self.constant = constant(&run, sensing, task.objects.count);
+        self.drawn = training.drawn(hand, Seed::from_u64(seed));
+        self.constant = constant(&run, sensing, task.objects.count, &self.drawn);
         write(&run, sensing, task.objects.count, &self.constant, &mut self.row);
         (self.seed, self.score, self.reward, self.outcome) = (seed, run.score(), 0.0, None);
         (self.shaper, self.shaping) = (training.shaper(&run), 0.0);

@@ -18,8 +18,8 @@ pub(crate) struct Field {
     pub(crate) len: usize,
 }
 
-/// All fields, in the order in which a row has them.
-pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
+/// All fields, in the order in which a row has them; `drawn` numbers of the hand are drawn for each run.
+pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing, drawn: usize) -> Vec<Field> {
     let objects = task.objects.count;
     let channels = CHANNELS.iter().filter(|channel| is_shown(channel, sensing));
     let mut shapes: Vec<_> = channels.map(|channel| (channel.name, channel.shape(hand))).collect();
@@ -31,6 +31,7 @@ pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
             ("object_kind", vec![objects]),
             ("object_half_extents", vec![objects, 3]),
             ("object_mass", vec![objects]),
+            ("hand_drawn", vec![drawn]),
         ]);
     }
     let fields = shapes.into_iter().map(|(name, shape)| {
@@ -41,8 +42,8 @@ pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
 }
 
 /// The fields that do not change in a run: the last ones. Objects that the run lacks of `objects` have kind −1, and zeros as size
-/// and mass.
-pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize) -> Vec<f64> {
+/// and mass. `drawn` are the drawn numbers of the hand.
+pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize, drawn: &[f64]) -> Vec<f64> {
     if sensing == Sensing::Sensors {
         return Vec::new();
     }
@@ -54,6 +55,7 @@ pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize) -> Vec<f64> 
     row.extend(repeat_n(0.0, 3 * missing));
     row.extend(free.iter().map(|body| body.mass));
     row.extend(repeat_n(0.0, missing));
+    row.extend(drawn);
     row
 }
 

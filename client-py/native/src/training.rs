@@ -1,7 +1,9 @@
 //! A learner's options for a world: `palmares.sim.Training`.
 
+use crate::lookup;
+use palmares_models::hand::Hand;
 use palmares_tasks::training::{Options, Quantity, Shaper};
-use palmares_tasks::{Noise, Outcome, Reason, Run, Task};
+use palmares_tasks::{HandDraw, Noise, Outcome, Reason, Run, Seed, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -12,6 +14,8 @@ pub(crate) struct Asked {
     discount: Option<f64>,
     randomise: Randomise,
     fraction: f64,
+    /// Index and count of a sample of the hand.
+    hand_sample: Option<(u32, u32)>,
 }
 
 /// Everything, nothing, or the named quantities.
@@ -29,10 +33,10 @@ pub(crate) struct Training {
 }
 
 impl Training {
-    /// The chosen options, checked for a task and sensors.
-    pub(crate) fn of(asked: Option<Asked>, task: &Task, noise: Noise) -> PyResult<Self> {
+    /// The chosen options, checked for a task, a hand and sensors.
+    pub(crate) fn of(asked: Option<Asked>, task: &Task, hand: &Hand, noise: Noise) -> PyResult<Self> {
         let options = Options::none(task);
-        let Some(Asked { shaping, discount, randomise, fraction }) = asked else {
+        let Some(Asked { shaping, discount, randomise, fraction, hand_sample }) = asked else {
             return Ok(Training { options, shaping: false, discount: None });
         };
         if shaping && task.training.rewards.is_none() {
@@ -44,18 +48,31 @@ impl Training {
         }
         let options = match &randomise {
             Randomise::All(false) => Ok(options),
-            Randomise::All(true) => Ok(options.randomise_all(task)),
+            Randomise::All(true) => options.randomise_all(task, hand),
             Randomise::Names(names) => {
                 let noise_named = names.iter().any(|name| name == Quantity::SensorNoise.name());
                 if noise_named && noise == Noise::None {
                     let message = "randomise: \"sensor_noise\" needs sensors that have some: noise=\"real\"";
                     return Err(PyValueError::new_err(message));
                 }
-                options.randomise(task, names)
+                options.randomise(task, hand, names)
             }
         };
-        let options = options.and_then(|options| options.fraction(fraction));
+        let options = options.and_then(|options| options.fraction(fraction)).and_then(|options| {
+            let Some((index, count)) = hand_sample else { return Ok(options) };
+            options.draw_hand(hand, HandDraw::Sample { index, count })
+        });
         Ok(Training { options: options.map_err(PyValueError::new_err)?, shaping, discount })
+    }
+
+    /// Names of the numbers of a hand that are drawn.
+    pub(crate) fn drawn_names(&self, hand: &Hand) -> Vec<String> {
+        self.options.hand().entries(hand).iter().map(|entry| entry.name.clone()).collect()
+    }
+
+    /// Those numbers in the run of a seed.
+    pub(crate) fn drawn(&self, hand: &Hand, seed: Seed) -> Vec<f64> {
+        self.options.hand().numbers(hand, seed)
     }
 
     /// Shapes the rewards of a run, if this is chosen.
@@ -73,6 +90,13 @@ impl Training {
         self.options = self.options.clone().fraction(fraction).map_err(PyValueError::new_err)?;
         Ok(())
     }
+}
+
+/// Names of the numbers of a hand that these options draw for each run of a task.
+#[pyfunction]
+pub(crate) fn hand_numbers(task: &str, hand: &str, training: Asked) -> PyResult<Vec<String>> {
+    let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
+    Ok(Training::of(Some(training), &task, &hand, Noise::Real)?.drawn_names(&hand))
 }
 
 /// The status of a run that is over: runs that differ from the task's are for learners alone.

@@ -37,6 +37,8 @@ pub(crate) struct World {
     /// Shapes rewards, if they are shaped; the shaped part of the last step's reward.
     shaper: Option<Shaper>,
     shaping: f64,
+    /// Drawn numbers of the hand, by name.
+    drawn: Vec<(String, f64)>,
     /// Set when the run was stopped.
     outcome: Option<Outcome>,
 }
@@ -56,7 +58,9 @@ impl World {
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
         let number = lookup::seed(seed)?;
-        let training = Training::of(training, &task, noise)?;
+        let training = Training::of(training, &task, &hand, noise)?;
+        let drawn = training.drawn_names(&hand).into_iter();
+        let drawn = drawn.zip(training.drawn(&hand, Seed::from_u64(number))).collect();
         let options = training.options.clone();
         let build = move || open(&task, &hand, Seed::from_u64(number), noise, &options);
         let run = interruptible(py, build)?.map_err(|error| PyValueError::new_err(error.to_string()))?;
@@ -66,7 +70,7 @@ impl World {
         let history = Some(History::default());
         let shaper = training.shaper(&run);
         let (pushes, shaping, outcome) = (Vec::new(), 0.0, None);
-        Ok(World { run, number, sensing, run_id, history, pushes, shaper, shaping, outcome })
+        Ok(World { run, number, sensing, run_id, history, pushes, shaper, shaping, drawn, outcome })
     }
 
     /// The message `obs` as in the reply to `reset`, with the scene; pictures of `cameras`.
@@ -153,6 +157,7 @@ impl World {
             pushes: self.pushes.clone(),
             shaper: self.shaper.clone(),
             shaping: self.shaping,
+            drawn: self.drawn.clone(),
             outcome: self.outcome.clone(),
         }
     }
@@ -184,6 +189,12 @@ impl World {
         told.set_item("transport", terms.transport)?;
         told.set_item("brought", terms.brought)?;
         Ok(Some(told))
+    }
+
+    /// Drawn numbers of the hand, by name.
+    #[getter]
+    fn hand_drawn(&self) -> Vec<(String, f64)> {
+        self.drawn.clone()
     }
 
     /// Whether it differs from the runs of its task.

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from palmares import own_task
-from palmares.arguments import is_real, short
+from palmares.arguments import is_real, short, whole
 
 QUANTITIES = ("mass", "friction", "size", "sensor_noise", "hand_pose", "object_poses")
 """Quantities for which ``[training.randomise]`` of a ``task.toml`` may declare ranges"""
+HAND = "hand"
+"""All that is in ``[uncertain]`` of a ``hand.toml``; ``hand_NAME`` is one entry of it"""
+MOST_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -24,9 +27,12 @@ class Training:
         shaping: Compute the shaped part of each step's reward, next to the change of the score.
         discount: γ of the learner, 0 to 1, which multiplies the potential after a step; that of the task when
             left out.
-        randomise: Quantities drawn for every run from the ranges of the task: some of `QUANTITIES`, or
-            ``True`` for all that the task declares. ``sensor_noise`` needs sensors with ``noise="real"``.
+        randomise: Quantities drawn for every run: some of `QUANTITIES` from the ranges of the task, ``hand``
+            or ``hand_NAME`` from those of the hand; ``True`` for all that the task declares. ``sensor_noise``
+            needs sensors with ``noise="real"``.
         fraction: Part of the task's objects in the scene, above 0 and at most 1; at least one object is left.
+        hand_sample: ``(k, n)``: the hand's uncertain numbers of all runs are those of sample k, from 0 on, of
+            a Latin hypercube of n samples; `palmares.evaluate` plays controllers over them.
 
     Raises:
         ValueError: An argument is out of range. A quantity that the task does not declare is a `ValueError`
@@ -38,6 +44,7 @@ class Training:
     discount: float | None = None
     randomise: bool | Sequence[str] = False
     fraction: float = 1.0
+    hand_sample: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.shaping, bool):
@@ -46,20 +53,31 @@ class Training:
             raise ValueError(f"discount: found {short(self.discount)}; wanted 0 to 1")
         if not (is_real(self.fraction) and 0.0 < self.fraction <= 1.0):
             raise ValueError(f"fraction: found {short(self.fraction)}; wanted a number above 0 and at most 1")
+        if self.hand_sample is not None:
+            object.__setattr__(self, "hand_sample", _sample(self.hand_sample))
         if isinstance(self.randomise, bool):
             return
         if isinstance(self.randomise, str) or not isinstance(self.randomise, Iterable):
             raise ValueError(f"randomise: found {short(self.randomise)}; wanted True, or a sequence of names")
         object.__setattr__(self, "randomise", tuple(self.randomise))
         for name in self.randomise:
-            if name not in QUANTITIES:
+            of_hand = isinstance(name, str) and (name == HAND or name.startswith(f"{HAND}_"))
+            if name not in QUANTITIES and not of_hand:
                 known = ", ".join(QUANTITIES)
-                raise ValueError(f"randomise: found {name!r}; wanted some of {known}")
+                raise ValueError(f"randomise: found {short(name)}; wanted some of {known}, hand, hand_NAME")
 
     @property
     def varies(self) -> bool:
         """Whether runs differ from the task's."""
-        return bool(self.randomise) or self.fraction < 1.0
+        return bool(self.randomise) or self.fraction < 1.0 or self.hand_sample is not None
+
+
+def _sample(pair: Any) -> tuple[int, int]:
+    """Return a sample and the number of samples."""
+    if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
+        raise ValueError(f"hand_sample: found {short(pair)}; wanted (k, n)")
+    count = whole("hand_sample[1]", pair[1], 1, MOST_SAMPLES)
+    return whole("hand_sample[0]", pair[0], 0, count - 1), count
 
 
 def checked(training: Any, task: str = "") -> None:

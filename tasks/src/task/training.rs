@@ -98,6 +98,9 @@ pub struct Ranges {
     /// Initial poses of the objects, in addition to the seed's draw.
     #[serde(default)]
     pub object_poses: Option<ObjectPoses>,
+    /// Whether the hand's uncertain numbers are drawn, from the ranges of the hand.
+    #[serde(default)]
+    pub hand: bool,
 }
 
 /// Range of the hand's initial pose around that of the task.

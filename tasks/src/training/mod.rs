@@ -41,10 +41,11 @@ pub fn open(
     if options.vary_nothing() {
         return Ok(Run::new(Arc::clone(task), Arc::clone(hand), seed)?.with_noise(noise));
     }
+    let hand = options.hand.apply(hand, seed).map_err(|problem| SceneError::unsound(task, problem))?;
     let mut last = None;
     for attempt in 0..ATTEMPTS {
         let varied = Arc::new(task.varied(seed, attempt, options));
-        match Run::new(varied, Arc::clone(hand), seed) {
+        match Run::new(varied, Arc::clone(&hand), seed) {
             Ok(run) => return Ok(run.with_noise(noise)),
             Err(why) => last = Some(why),
         }

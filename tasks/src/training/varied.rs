@@ -1,6 +1,7 @@
 //! A task as it is in a run that differs.
 
 use super::options::Options;
+use crate::hand_draw::HandDraw;
 use crate::seed::Seed;
 use crate::start::start_pose;
 use crate::task::{HandPoses, ObjectPoses, Ranges, Task, Variation};
@@ -25,8 +26,8 @@ impl Task {
 
 /// Tells options and task of a varied run from all others, and from the task's own.
 fn content_hash(task: &Task, options: &Options) -> String {
-    let Options { ranges, count, .. } = options;
-    let Ranges { mass, friction, size, sensor_noise, hand_pose, object_poses } = ranges;
+    let Options { ranges, count, hand, .. } = options;
+    let Ranges { mass, friction, size, sensor_noise, hand_pose, object_poses, hand: _ } = ranges;
     let mut hash = ContentHash::of("palmares varied task 1");
     hash.text(task.content_hash());
     hash.count(*count);
@@ -42,6 +43,20 @@ fn content_hash(task: &Task, options: &Options) -> String {
     hash.flag(object_poses.is_some());
     if let Some(ObjectPoses { shift_m, tilt_deg }) = object_poses {
         hash.floats(&[*shift_m, *tilt_deg]);
+    }
+    // The drawn hand has a hash of its own.
+    match hand {
+        HandDraw::Own => {}
+        HandDraw::All => hash.text("hand"),
+        HandDraw::Named(names) => {
+            hash.text("named numbers of the hand");
+            hash.list(names, |hash, name| hash.text(name));
+        }
+        HandDraw::Sample { index, count } => {
+            hash.text("sample of the hand");
+            hash.count(*index as usize);
+            hash.count(*count as usize);
+        }
     }
     hash.to_hex()
 }

@@ -22,10 +22,12 @@ from palmares.arguments import MAX_SEED, whole
 from palmares.client import LOCAL, Client
 from palmares.errors import UnknownTaskError
 from palmares.evaluate.controller import ControllerError, parameters
+from palmares.evaluate.effects import Effect
 from palmares.evaluate.play import Job, Played
 from palmares.evaluate.report import Report
 from palmares.evaluate.statistics import Comparison, Spread
 from palmares.evaluate.workers import Pool, processes
+from palmares.training import MOST_SAMPLES
 
 MAX_SEEDS = 1_000_000
 """Most scenes of one evaluation"""
@@ -39,6 +41,7 @@ def evaluate(
     *,
     url: str = LOCAL,
     replays: str | os.PathLike[str] | None = None,
+    hand_spread: int = 0,
     pool: Pool | None = None,
     on_played: Callable[[Played], None] = lambda _: None,
 ) -> Report:
@@ -53,6 +56,9 @@ def evaluate(
         seeds: The scenes, 0 to 2**53 - 1.
         url: A server, or ``local`` for worlds in the processes that play.
         replays: Folder for the replay of every run; with `url` ``local`` each run is then played twice.
+        hand_spread: Number of drawn hands in each scene; 0 for the hand itself. Over all runs of a row the
+            uncertain numbers of the hand (``[uncertain]`` in its ``hand.toml``) form a Latin hypercube, the
+            same for every controller.
         pool: Plays the runs; left out, a process for each core. `palmares.ray.pool` is another.
         on_played: Called after every run, for progress.
 
@@ -63,7 +69,10 @@ def evaluate(
     """
     controllers, tasks, hands = _each_once(controllers), _each_once(tasks), _each_once(hands)
     seeds = _scenes(seeds)
-    names = _names(url, tasks, hands)
+    samples = _samples(len(seeds), hand_spread)
+    if hand_spread and (url != LOCAL or replays is not None):
+        raise ControllerError("drawn hands are played in this process, without url, and have no replays")
+    names = _names(url, tasks, hands, uncertain=hand_spread > 0)
     if url != LOCAL:  # The pool may play on another machine, without the folder of a task.
         tasks = _each_once([names[task] for task in tasks])
         names |= {task: task for task in tasks}
@@ -73,10 +82,11 @@ def evaluate(
             raise ControllerError(f"replays of hands of your own need a server (url): {', '.join(own)}")
         os.makedirs(replays, exist_ok=True)
     jobs = [
-        Job(controller, task, hand, seed, url, None if replays is None else os.fspath(replays))
+        Job(controller, task, hand, seed, url, None if replays is None else os.fspath(replays), sample)
         for controller in controllers
         for task, hand in _played_by(controller, tasks, hands)
-        for seed in seeds
+        for k, seed in enumerate(seeds)
+        for sample in samples[k]
     ]
     outcomes = []
     for job, played in (pool or processes())(jobs):
@@ -99,12 +109,28 @@ def _scenes(seeds: Iterable[int]) -> list[int]:
     return found
 
 
-def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, str]:
-    """Return the name of each given task and hand; refuse those that do not exist."""
+def _samples(scenes: int, hand_spread: int) -> Sequence[Sequence[tuple[int, int] | None]]:
+    """Return the samples of the hand in each scene; ``None`` is the hand itself."""
+    count = scenes * whole("hand_spread", hand_spread, 0, MOST_SAMPLES)
+    if count == 0:
+        return [[None]] * scenes
+    whole("hand_spread times the number of scenes", count, 1, MOST_SAMPLES)
+    return [[(hand_spread * k + j, count) for j in range(hand_spread)] for k in range(scenes)]
+
+
+def _names(url: str, tasks: Sequence[str], hands: Sequence[str], *, uncertain: bool) -> dict[str, str]:
+    """Return the name of each given task and hand; refuse those that do not exist.
+
+    With `uncertain` also hands that have nothing uncertain.
+    """
     with Client(url, team="evaluate") as client:
         known = [task.name for task in client.welcome.tasks]
         names = {task: task if task in known else _own_task(client, task, known) for task in tasks}
-        return names | {hand: client.describe_hand(hand)["name"] for hand in hands}
+        described = {hand: client.describe_hand(hand) for hand in hands}
+    without = [hand for hand in hands if uncertain and not described[hand].get("uncertain")]
+    if without:
+        raise ControllerError(f"no [uncertain] in the hand.toml of {', '.join(without)}: nothing to draw")
+    return names | {hand: described[hand]["name"] for hand in hands}
 
 
 def _own_task(client: Client, task: str, known: Sequence[str]) -> str:
@@ -153,12 +179,14 @@ def _under_given_names(job: Job, played: Played, names: dict[str, str]) -> Playe
         controller=job.controller,
         task=job.task or played.task,
         hand=job.hand or played.hand,
+        hand_sample=job.hand_sample,
     )
 
 
 __all__ = [
     "Comparison",
     "ControllerError",
+    "Effect",
     "Job",
     "Played",
     "Pool",

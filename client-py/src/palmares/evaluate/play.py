@@ -8,14 +8,15 @@ import logging
 import sys
 import time
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from palmares.client import Client
 from palmares.evaluate.controller import ControllerError, loaded
 from palmares.messages import Result
+from palmares.training import Training
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Job:
         seed: The scene.
         url: The server; ``local`` for this process.
         replays: Folder for the replay; ``None`` for no replay.
+        hand_sample: Sample of the hand, as `Training.hand_sample`; ``None`` for the hand itself.
 
     """
 
@@ -38,6 +40,7 @@ class Job:
     seed: int
     url: str = "local"
     replays: str | None = None
+    hand_sample: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class Played:
         wall_s: Duration, with loading the controller, s.
         replay: Path of the replay, or its address on the server.
         error: The controller's exception in one line, if there was one.
+        hand_sample: That of the job.
+        hand_drawn: The drawn numbers of the hand by name; empty for the hand itself.
 
     """
 
@@ -70,6 +75,8 @@ class Played:
     state_hash: str = ""
     replay: str | None = None
     error: str | None = None
+    hand_sample: tuple[int, int] | None = None
+    hand_drawn: Mapping[str, float] = field(default_factory=dict)
 
 
 def play(job: Job) -> Played:
@@ -79,11 +86,13 @@ def play(job: Job) -> Played:
     """
     logging.getLogger().setLevel(logging.ERROR)  # A log of hundreds of runs would be too long.
     begun, result, replay, error, sensing = time.perf_counter(), None, None, None, ""
+    training = None if job.hand_sample is None else Training(hand_sample=job.hand_sample)
+    drawn: dict[str, float] = {}
     try:
         with (
             contextlib.redirect_stdout(sys.stderr),
             loaded(job.controller) as run,
-            Client(job.url, team=Path(job.controller).stem[:64]) as client,
+            Client(job.url, team=Path(job.controller).stem[:64], training=training) as client,
         ):
             error = _failure(run, client, job)
             # The objects are counted also after an error of the controller.
@@ -91,6 +100,7 @@ def play(job: Job) -> Played:
             if result is not None:
                 replay = _kept(client, result, job)
                 sensing = client.run.sensing + (" + noise" if client.run.noise == "real" else "")
+                drawn = {} if client.world is None else client.world.hand_drawn
     except (Exception, SystemExit) as raised:
         error = error or one_line(raised, job.controller)
     wall_s = time.perf_counter() - begun
@@ -112,6 +122,7 @@ def play(job: Job) -> Played:
         result.state_hash,
         replay,
         error,
+        hand_drawn=drawn,
     )
 
 

@@ -21,7 +21,7 @@ class Spread:
     """Distribution of scores.
 
     Attributes:
-        interval: 95 % interval of the mean, by bootstrap.
+        interval: 95 % interval of the mean, by bootstrap over the scenes.
 
     """
 
@@ -35,14 +35,18 @@ class Spread:
     most: float
 
     @classmethod
-    def of(cls, scores: Sequence[float]) -> Spread:
-        """Return the distribution of one or more scores."""
+    def of(cls, scores: Sequence[float], scenes: Sequence[int] | None = None) -> Spread:
+        """Return the distribution of one or more scores; left out, each is of a scene of its own."""
         values = np.asarray(scores, dtype=float)
+        means = values
+        if scenes is not None:
+            which, count = np.unique(scenes, return_inverse=True, return_counts=True)[1:]
+            means = np.bincount(which, values) / count
         least, first, median, third, most = np.percentile(values, [0, 25, 50, 75, 100])
         return cls(
             len(values),
             float(values.mean()),
-            _interval(values),
+            _interval(means),
             float(least),
             float(first),
             float(median),

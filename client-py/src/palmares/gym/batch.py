@@ -29,7 +29,8 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     ``infos`` of a step have ``result`` for each episode that is over (score, in_goal, outside, reason, ticks,
     …; ``fault`` and ``note`` of a failed world, as in `Batch.result`), with
     ``autoreset_mode=AutoresetMode.SAME_STEP`` also ``final_obs`` and ``final_info``, and with `shaping` also
-    ``shaping`` (num_envs,), the shaped part of the rewards.
+    ``shaping`` (num_envs,), the shaped part of the rewards. Where `randomise` draws the hand, infos of steps
+    and resets have ``hand_drawn`` (num_envs, numbers), for a privileged critic: `Batch.hand_drawn`.
 
     Args:
         task: Name of the task.
@@ -43,7 +44,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
         discount: γ of the learner; that of the task when left out.
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
-            `palmares.training.QUANTITIES`.
+            `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
         autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
             (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
@@ -141,7 +142,13 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         chosen = [self._next(k, given[k]) if mask[k] else 0 for k in range(self.num_envs)]
         observations = self.batch.reset(chosen, mask)
         self._over[mask] = False
-        return observations, {"seed": np.array(self.batch.seeds), "_seed": mask}
+        return observations, {"seed": np.array(self.batch.seeds), "_seed": mask} | self._privileged()
+
+    def _privileged(self) -> dict[str, Any]:
+        """Return what a critic may know and sensors do not."""
+        if not self.batch.hand_numbers:
+            return {}
+        return {"hand_drawn": self.batch.hand_drawn, "_hand_drawn": np.ones(self.num_envs, dtype=bool)}
 
     def _next(self, k: int, seed: int | None) -> int:
         """Return the seed of the next scene of environment `k`."""
@@ -188,7 +195,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             seeds = [self._next(k, None) if self._over[k] else 0 for k in range(self.num_envs)]
             observations = self.batch.reset(seeds, self._over)
             self._over = np.zeros(self.num_envs, dtype=bool)
-        return observations, rewards, terminated, truncated, infos
+        return observations, rewards, terminated, truncated, infos | self._privileged()
 
     def close_extras(self, **_: Any) -> None:
         """Do nothing: nothing is open."""

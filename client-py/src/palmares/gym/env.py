@@ -44,6 +44,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     - ``object_kind`` (objects,), ``object_half_extents`` (objects, 3), ``object_mass`` (objects,), with
       ``sensing="truth"`` and a fixed number of `objects`: 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull,
       5 several parts; m, in its own frame; kg
+    - ``hand_drawn`` (numbers,), with ``sensing="truth"`` and where `randomise` draws the hand: the numbers of
+      ``info["hand_drawn"]``
     - ``depth.NAME`` (height, width), for each of `cameras`: m, 0 where there is no reading
 
     The number of objects is unknown before a run is opened. So the space of ``objects`` is a `Sequence` of
@@ -51,6 +53,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     When an episode is over, ``info["result"]`` is its `palmares.Result`: the objects have settled and are
     counted, and with the last reward the sum is the final score. ``info["events"]`` has the referee's events.
+    Where `randomise` draws the hand, ``info["hand_drawn"]`` has the drawn numbers by name, for a privileged
+    critic.
 
     Attributes:
         observation: The last observation, typed; ``None`` before the first `reset`.
@@ -68,7 +72,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
         discount: γ of the learner; that of the task when left out.
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
-            `palmares.training.QUANTITIES`.
+            `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
         render_mode: With ``rgb_array`` `render` returns the image of the task's first camera. With ``human``,
             only on a server, the first `reset` opens the server's page of its worlds.
@@ -133,6 +137,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         found: dict[str, spaces.Space[Any]] = {}
         if self._sensing == "truth":
             shapes["joints"] = (2, len(self._player.hand.joints))
+            if self._player.hand_numbers:
+                shapes["hand_drawn"] = (len(self._player.hand_numbers),)
             if objects is None:
                 found["objects"] = spaces.Sequence(box(13), stack=True)
             else:
@@ -187,10 +193,17 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             raise ValueError(f"the scene has {found} objects, not {self._objects}")
         fixed = self._sensing == "truth" and self._objects is not None
         self._scene = padded(arrays_of_scene(self._player.scene), self._objects) if fixed else {}
+        if self._sensing == "truth" and self._player.hand_numbers:
+            self._scene["hand_drawn"] = array(list(self._player.hand_drawn.values()))
         self.observation, self._score = obs, obs.score
         if first and self.render_mode == "human":
             self.render()
-        return self._arrays(obs), {"seed": seed}
+        return self._arrays(obs), {"seed": seed} | self._privileged()
+
+    def _privileged(self) -> dict[str, Any]:
+        """Return what a critic may know and sensors do not."""
+        drawn = self._player.hand_drawn
+        return {"hand_drawn": drawn} if drawn else {}
 
     def step(self, action: Arrays) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action.
@@ -202,7 +215,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         velocity = table("twist", action["twist"], 6)
         base = twist(velocity[:3], velocity[3:])
         obs = self._player.step(base, action["hand"], self._ticks, self._cameras)
-        score, info = obs.score, {"tick": obs.tick, "events": obs.events}
+        score, info = obs.score, {"tick": obs.tick, "events": obs.events} | self._privileged()
         if obs.done:
             result = self._player.result()
             info["result"], score = result, result.score

@@ -27,6 +27,7 @@ class Player:
         hand: The hand.
         channels: The channels of its observations.
         cameras: The cameras of task and hand by name.
+        hand_numbers: Names of the hand's uncertain numbers that are drawn for each run.
         limits: Largest speed (m/s) and angular speed (rad/s) of the base.
         time_limit_s: Longest run.
 
@@ -60,6 +61,11 @@ class Player:
         self.time_limit_s = rules.time_limit_s
         self._task, self._hand, self._noise = task, hand, noise
         self._sensing: Sensing = sensing
+        self.hand_numbers: tuple[str, ...] = ()
+        if training is not None:
+            from palmares import sim
+
+            self.hand_numbers = tuple(sim.hand_numbers(task, hand, training))
 
     def _task_info(self, task: str) -> TaskInfo:
         welcome = self.client.welcome
@@ -110,6 +116,12 @@ class Player:
         """The shaped part of the last step's reward; 0 without shaping."""
         world = self.client.world
         return 0.0 if world is None or world.shaping is None else world.shaping
+
+    @property
+    def hand_drawn(self) -> dict[str, float]:
+        """The drawn numbers of the current run's hand, by name."""
+        world = self.client.world
+        return {} if world is None else world.hand_drawn
 
     @property
     def training(self) -> Training:

@@ -26,6 +26,7 @@ examples:
   palmares evaluate new.py old.py --scenes 200                   compares them in the same scenes
   palmares evaluate palmares.examples.balls_softhand --replays worst/
   palmares evaluate my_controller.py --url http://127.0.0.1:8080   on a server
+  palmares evaluate my_controller.py --hand-spread    with hands drawn from the ranges of [uncertain]
   palmares evaluate my_controller.py --ray            on the machines of a Ray cluster
 Ctrl-C ends it with a report of the finished runs and names the open ones."""
 
@@ -34,6 +35,7 @@ def main(arguments: list[str]) -> int:
     """Run the command; return the exit code: 1 when a run failed."""
     options = parser().parse_args(list(separated(arguments)))
     per_controller = max(1, len(options.tasks)) * max(1, len(options.hands)) * len(options.seeds)
+    per_controller *= max(1, options.hand_spread)
     total = per_controller * len(options.controllers)
     bar = tqdm(total=total, unit="run", file=sys.stderr, disable=options.quiet)
     outcomes: list[Played] = []
@@ -54,6 +56,7 @@ def main(arguments: list[str]) -> int:
                 options.seeds,
                 url=options.url,
                 replays=options.replays,
+                hand_spread=options.hand_spread,
                 pool=pool(options),
                 on_played=on_played,
             )
@@ -129,6 +132,16 @@ def parser() -> argparse.ArgumentParser:
         metavar="WHICH",
         help="seeds of the scenes: a range, 5001-5100, or a list, 3,5,8",
     )
+    made.add_argument(
+        "--hand-spread",
+        nargs="?",
+        type=positive,
+        const=1,
+        default=0,
+        metavar="N",
+        help="play N drawn hands in each scene (default 1), from the ranges of [uncertain] in hand.toml, "
+        "and print what the score hangs on; 300 runs or more show effects of half a standard deviation",
+    )
     made.add_argument("--url", default="local", help="a server (default: local, without one)")
     where = made.add_mutually_exclusive_group()
     where.add_argument("--jobs", type=positive, metavar="N", help="runs at once (default: one for each core)")
@@ -160,10 +173,13 @@ def parser() -> argparse.ArgumentParser:
 def separated(arguments: Sequence[str]) -> Iterator[str]:
     """Yield the arguments; ``--ray`` before something other than an address becomes ``--ray=``.
 
-    An address has a colon, or is ``auto`` or ``local``. Anything else after ``--ray`` is a controller.
+    An address has a colon, or is ``auto`` or ``local``. Anything else after ``--ray`` is a controller. So is
+    anything but a number after ``--hand-spread``.
     """
     for word, following in zip_longest(arguments, arguments[1:], fillvalue=""):
         address = ":" in following or following in ("auto", "local")
+        if word == "--hand-spread" and not following.isdecimal():
+            word = "--hand-spread=1"
         yield "--ray=" if word == "--ray" and not address else word
 
 

@@ -40,6 +40,7 @@ def evaluate(
     address: str | None = None,
     url: str = LOCAL,
     replays: str | os.PathLike[str] | None = None,
+    hand_spread: int = 0,
     progress: bool = True,
     **options: Any,
 ) -> Report:
@@ -53,6 +54,7 @@ def evaluate(
         address: As for `pool`.
         url: A server that every machine reaches, or ``local`` for worlds in the workers.
         replays: Folder on this machine.
+        hand_spread: Number of drawn hands in each scene.
         progress: Whether to show a bar on standard error.
         options: As for `pool`.
 
@@ -67,7 +69,14 @@ def evaluate(
                 bar.update()
 
         return palmares.evaluate.evaluate(
-            controllers, tasks, hands, seeds, url=url, replays=replays, pool=counted
+            controllers,
+            tasks,
+            hands,
+            seeds,
+            url=url,
+            replays=replays,
+            hand_spread=hand_spread,
+            pool=counted,
         )
 
 

@@ -11,7 +11,7 @@ part of the package, which the wheels contain.
 """
 
 try:
-    from palmares._native import Snapshot, describe_hand, faults
+    from palmares._native import Snapshot, describe_hand, faults, hand_numbers
     from palmares._native import welcome as native_welcome
 except ImportError as missing:
     raise ImportError(
@@ -62,5 +62,6 @@ __all__ = [
     "Training",
     "World",
     "describe_hand",
+    "hand_numbers",
     "welcome",
 ]

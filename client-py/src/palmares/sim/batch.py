@@ -48,7 +48,7 @@ class Batch:
 
     A run is the same as that of a `World` with its seed and actions, for any number of threads.
 
-    An observation is a dictionary of arrays (N, …) of float64. The last five are only there with
+    An observation is a dictionary of arrays (N, …) of float64. The last six are only there with
     ``sensing="truth"``, those of sensors only if the hand has them:
 
     - the channels of the hand, each in its shape: ``base`` (13,), ``motors`` (motors, 4), ``wrist`` (6,),
@@ -60,6 +60,7 @@ class Batch:
     - ``object_kind`` (objects,): 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull, 5 several parts
     - ``object_half_extents`` (objects, 3): of the box around it in its own frame, m
     - ``object_mass`` (objects,): kg
+    - ``hand_drawn`` (numbers,): as `Batch.hand_drawn`, where `training` draws the hand
 
     Args:
         task: Name of the task, or the path of your own; as for `World`.
@@ -74,6 +75,7 @@ class Batch:
     Attributes:
         count: N.
         fields: Shape of each field of an observation, for one world.
+        hand_numbers: Names of the hand's uncertain numbers that `training` draws for each run.
         action_len: Length of one world's action.
         tick_s: Length of a tick, s.
         clipping: Warns when the first action is clipped.
@@ -104,6 +106,7 @@ class Batch:
         self.clipping = Clipping()
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
+        self.hand_numbers = tuple(self._native.hand_numbers())
         self.action_len = self._native.action_len
         self.tick_s = self._native.tick_s
 
@@ -189,6 +192,15 @@ class Batch:
     def potential(self) -> Arrays | None:
         """The terms of the potential, each (N,); see `World.potential`."""
         return self._native.potential()
+
+    @property
+    def hand_drawn(self) -> Array:
+        """(N, numbers), the drawn numbers of each world's hand, in the order of `hand_numbers`.
+
+        Each is a factor of the hand's own number, or the number itself, as ``[uncertain]`` of its
+        ``hand.toml`` says. They are for a critic: the readings of sensors do not contain them.
+        """
+        return self._native.hand_drawn().reshape(self.count, len(self.hand_numbers))
 
     @property
     def training(self) -> Training:

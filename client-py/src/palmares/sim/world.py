@@ -242,6 +242,11 @@ class World:
         return self._native.potential
 
     @property
+    def hand_drawn(self) -> dict[str, float]:
+        """The hand's uncertain numbers that `training` drew for this run, by name; see `Batch.hand_drawn`."""
+        return dict(self._native.hand_drawn)
+
+    @property
     def varied(self) -> bool:
         """Whether `training` made the run differ from the task's; then it has no replay."""
         return self._native.varied
