@@ -93,7 +93,8 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     line("started", utc(i64::try_from(header.started_unix_ms).unwrap_or(i64::MAX)))?;
     line("task", format!("{} {}", header.task, header.task_hash))?;
     let attached = if header.hand_attached { ", attached" } else { "" };
-    line("hand", format!("{} {}{attached}", header.hand, header.hand_hash))?;
+    let drawn = if header.hand_drawn.is_some() { ", its numbers drawn by the seed" } else { "" };
+    line("hand", format!("{} {}{attached}{drawn}", header.hand, header.hand_hash))?;
     line("sensing", format!("{}, noise {}", word(&header.sensing), word(&header.noise)))?;
     let number = header.seed_number.map_or(String::new(), |number| format!(" (number {number})"));
     let k = header.k.map_or(String::new(), |k| format!(", run {k} of the team in this task"));

@@ -17,6 +17,7 @@ tasks = ["balls", "pan"]
 task_files = ["own/task.toml"]
 noise = "real"
 sensors_only = ["grasp"]
+hand_spread = true
 hands = ["softhand"]
 hand_files = ["own"]
 listen = "[::1]:8080"

@@ -92,6 +92,9 @@ pub struct Competition {
     /// Tasks whose runs must have sensing `sensors`.
     #[schemars(default)]
     pub sensors_only: Vec<String>,
+    /// Whether the seed of a run draws the numbers of its hand that are known as ranges.
+    #[schemars(default)]
+    pub hand_spread: bool,
 }
 
 /// The program of the server.

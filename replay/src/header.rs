@@ -5,11 +5,12 @@ use crate::lower_hex::from_hex;
 use crate::verify_error::VerifyError;
 use palmares_models::hand::Hand;
 use palmares_tasks::identity;
-use palmares_tasks::{Noise, Seed, Sensing, Task};
+use palmares_tasks::{HandDraw, Noise, Seed, Sensing, Task};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Version of the format.
 const FORMAT: u32 = 1;
@@ -61,6 +62,8 @@ pub struct Header {
     pub hand_hash: String,
     /// Whether the hand's files are attached; otherwise the hand is built in.
     pub hand_attached: bool,
+    /// [`Hand::uncertain_hash`], if the hand's numbers were drawn by the seed.
+    pub hand_drawn: Option<String>,
     /// [`identity::physics_hash`]
     pub physics_hash: String,
     /// [`identity::engine`]
@@ -96,6 +99,7 @@ impl Header {
             hand: hand.name.clone(),
             hand_hash: hand.content_hash(),
             hand_attached: false,
+            hand_drawn: None,
             physics_hash: identity::physics_hash(task),
             engine: identity::engine(),
             server_version: env!("CARGO_PKG_VERSION").into(),
@@ -105,6 +109,19 @@ impl Header {
             k: None,
             started_unix_ms,
         }
+    }
+
+    /// The hand of the run: `hand`, the one with [`Header::hand_hash`], or that with the numbers that the seed draws.
+    ///
+    /// # Errors
+    /// It has other ranges than the recorded hand.
+    pub fn hand_of_run(&self, hand: Arc<Hand>) -> Result<Arc<Hand>, VerifyError> {
+        let Some(ranges) = &self.hand_drawn else { return Ok(hand) };
+        if *ranges != hand.uncertain_hash() {
+            let message = format!("the hand `{}` has other ranges in [uncertain] here", self.hand);
+            return Err(VerifyError::OtherHand(message));
+        }
+        HandDraw::All.apply(&hand, self.seed).map_err(VerifyError::OtherHand)
     }
 
     /// The fields of the metadata record: words, and decimal numbers.
@@ -130,6 +147,9 @@ impl Header {
         put("build_hash", self.build_hash.clone());
         put("seed_hex", self.seed.to_hex());
         put("started_unix_ms", self.started_unix_ms.to_string());
+        if let Some(ranges) = &self.hand_drawn {
+            put("hand_drawn", ranges.clone());
+        }
         if let Some(number) = self.seed_number {
             put("seed", number.to_string());
         }
@@ -182,6 +202,7 @@ impl Header {
             hand: fields.text("hand")?.into(),
             hand_hash: fields.text("hand_hash")?.into(),
             hand_attached: fields.number("hand_attached")?,
+            hand_drawn: fields.optional("hand_drawn")?,
             physics_hash: fields.text("physics_hash")?.into(),
             engine: fields.text("engine")?.into(),
             server_version: fields.text("server_version")?.into(),

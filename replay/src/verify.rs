@@ -66,7 +66,7 @@ fn simulate(
         let ticks = replay.actions.len();
         return Err(VerifyError::ScoreDiffers(format!("it has {ticks} ticks; the task allows {longest}")));
     }
-    let hand = hand(header, replay.hand_files.as_deref())?;
+    let hand = header.hand_of_run(hand(header, replay.hand_files.as_deref())?)?;
     let run = Run::new(task, hand, header.seed);
     let run = run.map_err(|error| VerifyError::StateDiffers {
         tick: 0,

@@ -9,8 +9,8 @@ use crate::rules::Rules;
 use crate::store::Store;
 use crate::world::realtime::STREAM_LENGTH;
 use palmares_models::hand::Hand;
-use palmares_protocol::Refusal;
 use palmares_protocol::reply::{self, HandInfo, Limits, TaskInfo};
+use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
 use std::sync::Arc;
 
@@ -27,6 +27,8 @@ pub(crate) struct Competition {
     pub(crate) own_hands: Arc<OwnHands>,
     /// Observations that controllers may have.
     pub(crate) sensing: SensingRules,
+    /// Whether the seed of a run draws the uncertain numbers of its hand.
+    pub(crate) hand_spread: bool,
     /// Settings of the organizer.
     pub(crate) settings: Settings,
 }
@@ -42,6 +44,21 @@ impl Competition {
         self.hands.iter().find(|hand| hand.name == name)
     }
 
+    /// The ranges from which the seed of a run draws numbers of its hand, as their hash; none if it draws none.
+    ///
+    /// # Errors
+    /// The hand has no ranges, and the rules want some.
+    pub(crate) fn ranges(&self, hand: &Hand) -> Result<Option<String>, Refusal> {
+        if self.hand_spread && hand.uncertain.is_empty() {
+            let name = &hand.name;
+            let message = format!(
+                "hand `{name}` has no [uncertain] in its hand.toml, and here the numbers of hands are drawn from it"
+            );
+            return Err(Refusal::new(Code::BadRequest, message));
+        }
+        Ok(self.hand_spread.then(|| hand.uncertain_hash()))
+    }
+
     /// The competition, for clients.
     pub(crate) fn info(&self) -> reply::Competition {
         reply::Competition {
@@ -51,6 +68,7 @@ impl Competition {
             reset_cost_s: self.rules.reset_cost_s,
             noise: self.sensing.usual_noise(),
             sensors_only: self.sensing.sensors_only().to_vec(),
+            hand_spread: self.hand_spread,
         }
     }
 

@@ -179,6 +179,8 @@ pub(crate) struct Config {
     pub(crate) tasks: Vec<PathBuf>,
     /// Observations that controllers may have.
     pub(crate) sensing: SensingRules,
+    /// Whether the seed of a run draws the uncertain numbers of its hand.
+    pub(crate) hand_spread: bool,
     /// Names of the built-in hands to play; None for all.
     pub(crate) builtin_hands: Option<Vec<String>>,
     /// Files of further hands.
@@ -279,6 +281,7 @@ impl ServeOptions {
             builtin_tasks: file.tasks.clone(),
             tasks,
             sensing: SensingRules::new(mode, file.noise, file.sensors_only.clone()),
+            hand_spread: file.hand_spread,
             builtin_hands: file.hands.clone(),
             hands,
             hand_limits: file.hand_limits.clone(),

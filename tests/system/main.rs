@@ -14,6 +14,7 @@ mod faults;
 mod fleet;
 mod fleet_watch;
 mod hand;
+mod hand_spread;
 mod hands_upload;
 mod handshake;
 mod heartbeat;

@@ -47,6 +47,7 @@ pub(crate) fn welcome(
             reset_cost_s: 0.0,
             noise: Noise::None,
             sensors_only: Vec::new(),
+            hand_spread: false,
         },
         server: palmares::version(),
         // Nothing goes over a wire.

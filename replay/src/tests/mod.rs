@@ -137,6 +137,28 @@ fn an_attached_hand_replays_anywhere() {
     assert_eq!(check(&scenario.record().bytes).expect_err("no files").name(), "other_hand");
 }
 
+/// The seed draws the hand of a run, and again when it is verified.
+#[test]
+fn a_drawn_hand_is_drawn_again() {
+    let own = Hand::builtin("softhand").expect("built in");
+    let mut scenario = Scenario::with(own.clone(), 60);
+    let plain = scenario.record().outcome.state_hash;
+    scenario.header.hand_drawn = Some(own.uncertain_hash());
+    scenario.hand = scenario.header.hand_of_run(own.clone()).expect("its ranges");
+    let recorded = scenario.record();
+    let header = read(&recorded.bytes).expect("sound").header;
+    assert_eq!((&header.hand_drawn, header.hand_hash), (&scenario.header.hand_drawn, own.content_hash()));
+    assert_ne!(recorded.outcome.state_hash, plain);
+    assert!(check(&recorded.bytes).is_ok());
+    // Without its mark it would be a run of the hand itself.
+    scenario.header.hand_drawn = None;
+    let refused = check(&scenario.record().bytes).expect_err("another hand moved");
+    assert!(matches!(refused, VerifyError::StateDiffers { .. }), "{refused}");
+    scenario.header.hand_drawn = Some("of other ranges".into());
+    let refused = check(&scenario.record().bytes).expect_err("other ranges");
+    assert_eq!(refused.name(), "other_hand", "{refused}");
+}
+
 /// The archive of a hand like the pinch hand, with another name.
 fn hand_archive(name: &str, more: &str) -> Vec<u8> {
     use std::io::Write;

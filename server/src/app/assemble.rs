@@ -72,7 +72,9 @@ pub(super) async fn app(
         let known: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
         bail!("sensors_only: no task `{unknown}`; there are: {}", known.join(", "));
     }
-    let competition = Arc::new(Competition { rules, tasks, hands, own_hands, sensing, settings });
+    let hand_spread = config.hand_spread;
+    let competition =
+        Arc::new(Competition { rules, tasks, hands, own_hands, sensing, hand_spread, settings });
     let (hub, lifecycle) = (Arc::<Hub>::default(), Arc::<Lifecycle>::default());
     let clocks = Arc::<SessionClocks>::default();
     let ranking = Arc::new(RankingCache::new(store.clone(), competition.rules.official(), hub.clone()));
@@ -120,7 +122,8 @@ pub(super) async fn app(
 /// This server as a host of its database.
 pub(super) fn host(config: &Config, tasks: &[Arc<Task>], hands: &[Arc<Hand>]) -> Host {
     let tasks: Vec<_> = tasks.iter().map(|task| (&task.name, task.content_hash())).collect();
-    let hands: Vec<_> = hands.iter().map(|hand| (&hand.name, hand.content_hash())).collect();
+    let ranges = |hand: &Hand| config.hand_spread.then(|| hand.uncertain_hash());
+    let hands: Vec<_> = hands.iter().map(|hand| (&hand.name, hand.content_hash(), ranges(hand))).collect();
     let mode: &str = config.mode.into();
     let common = serde_json::json!({
         "name": config.name, "mode": mode, "session_s": config.session_s, "sessions_per_team": config.sessions_per_team,

@@ -20,6 +20,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, oneshot};
 
+/// Content hash of a hand, and the hash of the ranges from which its numbers are drawn, if they are.
+type HandKey = (String, Option<String>);
+
 /// The replays of a server.
 #[derive(Debug)]
 pub(crate) struct Archive {
@@ -27,8 +30,8 @@ pub(crate) struct Archive {
     signer: Arc<Signer>,
     /// Keys that signed earlier.
     earlier_keys: Vec<PublicKey>,
-    /// Archives of the hands that are not built in, by the hand's content hash.
-    hand_files: Mutex<BTreeMap<String, Arc<Vec<u8>>>>,
+    /// Archives of the hands that are not built in, by the hand.
+    hand_files: Mutex<BTreeMap<HandKey, Arc<Vec<u8>>>>,
     /// Bytes of practice replays to keep.
     pub(super) practice_bytes: u64,
     /// Starts a round of verification.
@@ -125,7 +128,8 @@ impl Archive {
     /// Adds the files of a hand that is not built in: its replays include them.
     pub(crate) fn add_hand(&self, hand: &Hand, files: Arc<Vec<u8>>) {
         let mut known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
-        known.insert(hand.content_hash(), files);
+        known.insert((hand.content_hash(), None), files.clone());
+        known.insert((hand.content_hash(), Some(hand.uncertain_hash())), files);
     }
 
     /// Starts a round of verification, and an upload: a run has ended, or is to be verified again.
@@ -139,7 +143,7 @@ impl Archive {
         let (done, file) = oneshot::channel();
         let (folder, signer) = (self.folder(), self.signer.clone());
         let known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
-        let hand_files = known.get(&header.hand_hash).cloned();
+        let hand_files = known.get(&(header.hand_hash.clone(), header.hand_drawn.clone())).cloned();
         let unopened = Some(Unopened { folder, header, signer, hand_files });
         (
             RecordingObserver { unopened, recorder: None, done: Some(done), ended_unix_ms: None },

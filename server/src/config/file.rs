@@ -37,6 +37,7 @@ pub(super) struct File {
     pub(super) task_files: Option<Vec<PathBuf>>,
     pub(super) noise: Option<Noise>,
     pub(super) sensors_only: Vec<String>,
+    pub(super) hand_spread: bool,
     pub(super) hands: Option<Vec<String>>,
     pub(super) hand_files: Option<Vec<PathBuf>>,
     pub(super) listen: Option<SocketAddr>,

@@ -102,6 +102,7 @@ impl ContinuedRun {
         let ContinuedRun { header, task, hand, shipped } = self;
         check(&header, &task, &hand)?;
         let ticks = read(&shipped.ticks)?;
+        let hand = header.hand_of_run(hand).map_err(|_| ContinueError::Other("ranges of the hand"))?;
         let mut run = Run::new(task, hand, header.seed)?.with_noise(header.noise);
         if let Some(recorder) = recorder {
             recorder.continued(&run, ticks.iter().cloned().map(LoggedTick::from));
@@ -123,6 +124,7 @@ impl ContinuedRun {
         let ContinuedRun { header, task, hand, shipped } = self;
         check(&header, &task, &hand)?;
         let ticks = read(&shipped.ticks)?;
+        let hand = header.hand_of_run(hand).map_err(|_| ContinueError::Other("ranges of the hand"))?;
         let mut run = Run::new(task, hand, header.seed)?.with_noise(header.noise);
         observer.opened(&run);
         play(&mut run, &ticks, |run| observer.ticked(&Ticked::of(run)))?;

@@ -46,6 +46,8 @@ struct NewWorld {
     mode: Mode,
     sensing: Sensing,
     noise: Noise,
+    /// The ranges from which the seed draws numbers of the hand, as their hash.
+    hand_drawn: Option<String>,
     /// Camera images of tick 0.
     shots: Vec<Shot>,
 }
@@ -110,6 +112,7 @@ impl Session {
         let noise = self.shared.competition.sensing.noise(reset.noise)?;
         self.shared.competition.sensing.check_sensing(&task.name, reset.sensing)?;
         let (hand, hand_sha256) = run_inputs::hand(&shared, &team, &reset.hand).await?;
+        let hand_drawn = shared.competition.ranges(&hand)?;
         let shots = shots(task, &hand, &reset.cameras, reset.sensing).map_err(bad_camera)?;
         let admitted = match (self.place(reset.mode), length_s) {
             (Err(refusal), Some(length_s)) => {
@@ -123,7 +126,18 @@ impl Session {
         let (k, task) = (key.k, task.clone());
         let (mode, sensing) = (reset.mode, reset.sensing);
         let task_of = task.clone();
-        let new = NewWorld { run_id, task: task_of, hand, hand_sha256, key, mode, sensing, noise, shots };
+        let new = NewWorld {
+            run_id,
+            task: task_of,
+            hand,
+            hand_sha256,
+            key,
+            mode,
+            sensing,
+            noise,
+            hand_drawn,
+            shots,
+        };
         let built = self.build(&new, admitted, length_s).await;
         if built.is_err() {
             self.forget_ticks_of(&new.run_id, AfterRun::Leave);
@@ -164,6 +178,10 @@ impl Session {
         let mut observers: Vec<Box<dyn RunObserver>> =
             vec![Box::new(hub.publisher(self.watch_run(new), new.sensing, new.hand_sha256.is_some()))];
         let header = self.header(new);
+        let drawn = header.hand_of_run(hand.clone()).map_err(|error| {
+            tracing::error!(%error, hand = hand.name, "a hand could not be drawn");
+            Refusal::new(Code::Internal, "server fault: the hand could not be drawn")
+        })?;
         let shipper = self.shared.shipper.as_ref().filter(|_| self.official);
         let shipped = shipper.map(|shipper| shipper.follow(&new.run_id, &self.held));
         let stored_header = shipped.as_ref().map(|_| header.to_json());
@@ -179,7 +197,7 @@ impl Session {
         let (task, seed) = (task.clone(), key.seed);
         let (sensing, noise) = (new.sensing, new.noise);
         let shots = new.shots.clone();
-        let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, shots };
+        let setup = WorldSetup { task, hand: drawn, seed, sensing, noise, shots };
         let opened = World::open(setup, admitted, &self.shared.compute.background, observers).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
         if let Some(length_s) = length_s {
@@ -214,6 +232,7 @@ impl Session {
             },
             sensing: new.sensing,
             noise: new.noise,
+            hand_drawn: new.hand_drawn.clone(),
             seed_number: new.key.number,
             k: new.key.k,
             build_hash: version::BUILD_HASH.into(),
