@@ -627,6 +627,8 @@ class Competition(msgspec.Struct, kw_only=True, gc=False):
     """Sensor errors of runs that request none; in a competition, of every run. ``none`` or ``real``."""
     sensors_only: list[str] = []
     """Tasks whose runs must have sensing ``sensors``."""
+    hand_spread: bool = False
+    """Whether the seed of a run draws the numbers of its hand that are known as ranges."""
 
 
 class ServerInfo(msgspec.Struct, kw_only=True, gc=False):

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::da_vinci::DaVinciGeometry;
 use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
 use super::tendon::{Tendon, TendonElement};
-use super::uncertain::{Quantity, Range};
+use super::uncertain::{HandQuantity, Range};
 use super::{Hand, HingeKind, Linkage, Sensors, Spring, Start, TactilePatch, Uncertain};
 use crate::Pose;
 use crate::shape::Shape;
@@ -58,7 +58,7 @@ pub struct UncertainDescription {
     /// Name.
     pub name: String,
     /// The quantity.
-    pub of: Quantity,
+    pub of: HandQuantity,
     /// Links, joints, motors or tendons that have it; empty if these are all.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub on: Vec<String>,

@@ -1,6 +1,6 @@
 //! A hand with numbers drawn from the ranges of its uncertain ones.
 
-use super::uncertain::{Owner, Quantity, Uncertain};
+use super::uncertain::{HandQuantity, Owner, Uncertain};
 use super::{Hand, Tendon};
 use crate::error::ModelError;
 
@@ -35,18 +35,18 @@ impl Hand {
     }
 
     /// Indices of all links, joints, motors or tendons that have a quantity.
-    pub(crate) fn that_have(&self, of: Quantity) -> Vec<usize> {
+    pub(crate) fn that_have(&self, of: HandQuantity) -> Vec<usize> {
         let which = |has: &dyn Fn(usize) -> bool, count: usize| (0..count).filter(|k| has(*k)).collect();
         let (links, joints) = (self.links.len(), self.coordinates.len());
         match of {
-            Quantity::Friction => which(&|k| self.links[k].geoms.iter().any(|g| g.friction > 0.0), links),
-            Quantity::Stiffness => which(&|k| self.coordinates[k].stiffness > 0.0, joints),
-            Quantity::Damping => which(&|k| self.coordinates[k].damping > 0.0, joints),
-            Quantity::MomentArms => {
+            HandQuantity::Friction => which(&|k| self.links[k].geoms.iter().any(|g| g.friction > 0.0), links),
+            HandQuantity::Stiffness => which(&|k| self.coordinates[k].stiffness > 0.0, joints),
+            HandQuantity::Damping => which(&|k| self.coordinates[k].damping > 0.0, joints),
+            HandQuantity::MomentArms => {
                 which(&|k| self.tendons.iter().any(|tendon| tendon.coordinates().contains(&k)), joints)
             }
-            Quantity::SpeedLimit => (0..self.motors.len()).collect(),
-            Quantity::ForceLimit | Quantity::TendonStiffness => (0..self.tendons.len()).collect(),
+            HandQuantity::SpeedLimit => (0..self.motors.len()).collect(),
+            HandQuantity::ForceLimit | HandQuantity::TendonStiffness => (0..self.tendons.len()).collect(),
         }
     }
 
@@ -78,23 +78,23 @@ impl Uncertain {
         for &k in &self.on {
             let new = |own: &mut f64| *own = self.range.applied(number, *own);
             match self.of {
-                Quantity::Friction => {
+                HandQuantity::Friction => {
                     // A surface without friction has none by design.
                     let geoms = hand.links[k].geoms.iter_mut().filter(|g| g.friction > 0.0);
                     geoms.for_each(|geom| new(&mut geom.friction));
                 }
-                Quantity::Stiffness => new(&mut hand.coordinates[k].stiffness),
-                Quantity::Damping => new(&mut hand.coordinates[k].damping),
-                Quantity::MomentArms => hand.tendons.iter_mut().for_each(|t| t.scale_arms(k, number)),
-                Quantity::SpeedLimit => new(&mut hand.motors[k].speed_limit),
-                Quantity::ForceLimit => {
+                HandQuantity::Stiffness => new(&mut hand.coordinates[k].stiffness),
+                HandQuantity::Damping => new(&mut hand.coordinates[k].damping),
+                HandQuantity::MomentArms => hand.tendons.iter_mut().for_each(|t| t.scale_arms(k, number)),
+                HandQuantity::SpeedLimit => new(&mut hand.motors[k].speed_limit),
+                HandQuantity::ForceLimit => {
                     let tendon = &mut hand.tendons[k];
                     let before = tendon.force_limit;
                     new(&mut tendon.force_limit);
                     let ratio = tendon.force_limit / before;
                     tendon.hold_limit = tendon.hold_limit.map(|hold| hold * ratio);
                 }
-                Quantity::TendonStiffness => {
+                HandQuantity::TendonStiffness => {
                     let tendon = &mut hand.tendons[k];
                     let before = tendon.stiffness;
                     new(&mut tendon.stiffness);

@@ -8,7 +8,7 @@ pub struct Uncertain {
     /// Its name, unique in the hand: `friction`, `distal_arms`.
     pub name: String,
     /// The quantity.
-    pub of: Quantity,
+    pub of: HandQuantity,
     /// Indices of the links, joints, motors or tendons that have it, ascending.
     pub on: Vec<usize>,
     /// Whether these are all that have it.
@@ -22,7 +22,7 @@ pub struct Uncertain {
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
-pub enum Quantity {
+pub enum HandQuantity {
     /// Friction coefficients of the shapes of links.
     Friction,
     /// Stiffness E of joints.
@@ -52,38 +52,38 @@ pub enum Owner {
     Tendon,
 }
 
-impl Quantity {
+impl HandQuantity {
     /// All of them.
-    pub const ALL: [Quantity; 7] = [
-        Quantity::Friction,
-        Quantity::Stiffness,
-        Quantity::Damping,
-        Quantity::MomentArms,
-        Quantity::ForceLimit,
-        Quantity::SpeedLimit,
-        Quantity::TendonStiffness,
+    pub const ALL: [HandQuantity; 7] = [
+        HandQuantity::Friction,
+        HandQuantity::Stiffness,
+        HandQuantity::Damping,
+        HandQuantity::MomentArms,
+        HandQuantity::ForceLimit,
+        HandQuantity::SpeedLimit,
+        HandQuantity::TendonStiffness,
     ];
 
     /// Its name in `hand.toml`.
     pub fn name(self) -> &'static str {
         match self {
-            Quantity::Friction => "friction",
-            Quantity::Stiffness => "stiffness",
-            Quantity::Damping => "damping",
-            Quantity::MomentArms => "moment_arms",
-            Quantity::ForceLimit => "force_limit",
-            Quantity::SpeedLimit => "speed_limit",
-            Quantity::TendonStiffness => "tendon_stiffness",
+            HandQuantity::Friction => "friction",
+            HandQuantity::Stiffness => "stiffness",
+            HandQuantity::Damping => "damping",
+            HandQuantity::MomentArms => "moment_arms",
+            HandQuantity::ForceLimit => "force_limit",
+            HandQuantity::SpeedLimit => "speed_limit",
+            HandQuantity::TendonStiffness => "tendon_stiffness",
         }
     }
 
     /// What has it.
     pub fn owner(self) -> Owner {
         match self {
-            Quantity::Friction => Owner::Link,
-            Quantity::Stiffness | Quantity::Damping | Quantity::MomentArms => Owner::Joint,
-            Quantity::SpeedLimit => Owner::Motor,
-            Quantity::ForceLimit | Quantity::TendonStiffness => Owner::Tendon,
+            HandQuantity::Friction => Owner::Link,
+            HandQuantity::Stiffness | HandQuantity::Damping | HandQuantity::MomentArms => Owner::Joint,
+            HandQuantity::SpeedLimit => Owner::Motor,
+            HandQuantity::ForceLimit | HandQuantity::TendonStiffness => Owner::Tendon,
         }
     }
 }

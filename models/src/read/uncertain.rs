@@ -7,14 +7,14 @@ use serde::Deserialize;
 use super::report::Report;
 use crate::error::ModelError;
 use crate::hand::Hand;
-use crate::hand::uncertain::{Owner, Quantity, Range, Uncertain};
+use crate::hand::uncertain::{HandQuantity, Owner, Range, Uncertain};
 
 /// An entry.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct UncertainSettings {
     /// The quantity, if the entry does not have its name.
-    of: Option<Quantity>,
+    of: Option<HandQuantity>,
     /// Range of a factor of the hand's own numbers.
     #[serde(default, deserialize_with = "crate::exact::optional")]
     factor: Option<[f64; 2]>,
@@ -74,8 +74,8 @@ fn entry(
         let valid = format!("1 to 32 of a to z, 0 to 9 and _, but not '{RESERVED}'");
         return bad("has a name that is not valid".to_owned(), valid);
     }
-    let known = || Quantity::ALL.map(Quantity::name).join(", ");
-    let Some(of) = own.of.or_else(|| Quantity::ALL.into_iter().find(|of| of.name() == name)) else {
+    let known = || HandQuantity::ALL.map(HandQuantity::name).join(", ");
+    let Some(of) = own.of.or_else(|| HandQuantity::ALL.into_iter().find(|of| of.name() == name)) else {
         return bad("does not say of what".to_owned(), format!("`of` with one of: {}", known()));
     };
     let (on, everywhere) = members(name, own, of, hand, at)?;
@@ -87,7 +87,7 @@ fn entry(
 fn members(
     name: &str,
     own: &UncertainSettings,
-    of: Quantity,
+    of: HandQuantity,
     hand: &Hand,
     at: &Report,
 ) -> Result<(Vec<usize>, bool), ModelError> {
@@ -131,7 +131,7 @@ fn members(
 fn range(
     name: &str,
     own: &UncertainSettings,
-    of: Quantity,
+    of: HandQuantity,
     largest: f64,
     at: &Report,
 ) -> Result<Range, ModelError> {
@@ -150,14 +150,16 @@ fn range(
         }
         (None, Some([low, high])) => {
             let least = match of {
-                Quantity::MomentArms => {
+                HandQuantity::MomentArms => {
                     return bad(
                         "has `value`, and arms differ from joint to joint".to_owned(),
                         "`factor`".to_owned(),
                     );
                 }
-                Quantity::Friction | Quantity::Stiffness | Quantity::Damping => low >= 0.0,
-                Quantity::ForceLimit | Quantity::SpeedLimit | Quantity::TendonStiffness => low > 0.0,
+                HandQuantity::Friction | HandQuantity::Stiffness | HandQuantity::Damping => low >= 0.0,
+                HandQuantity::ForceLimit | HandQuantity::SpeedLimit | HandQuantity::TendonStiffness => {
+                    low > 0.0
+                }
             };
             if !least || !(low < high && high <= largest) {
                 let valid = format!(

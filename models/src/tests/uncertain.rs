@@ -2,7 +2,7 @@
 
 use crate::builtin::{builtin_hands, builtin_texts};
 use crate::hand::Hand;
-use crate::hand::uncertain::{Quantity, Range};
+use crate::hand::uncertain::{HandQuantity, Range};
 use crate::read::{self, LoadOptions};
 use std::path::Path;
 
@@ -144,7 +144,7 @@ fn numbers_outside_of_their_ranges_are_refused() {
 
 #[test]
 fn entries_that_are_none_are_refused() {
-    let known = Quantity::ALL.map(Quantity::name).join(", ");
+    let known = HandQuantity::ALL.map(HandQuantity::name).join(", ");
     for (entries, told) in [
         ("friction = { factor = [1.1, 1.2] }", "[uncertain] friction: has factor [1.1, 1.2]"),
         ("friction = { factor = [0.9, 11] }", "high from 1 to 10"),

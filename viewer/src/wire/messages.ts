@@ -301,6 +301,8 @@ export interface Competition {
   noise: Noise;
   /** Tasks whose runs must have sensing `sensors`. */
   sensors_only: string[];
+  /** Whether the seed of a run draws the numbers of its hand that are known as ranges. */
+  hand_spread: boolean;
 }
 
 /** The reason for an action on the competition. */
@@ -335,6 +337,8 @@ export interface CompetitionResponse {
   noise: Noise;
   /** Tasks whose runs must have sensing `sensors`. */
   sensors_only: string[];
+  /** Whether the seed of a run draws the numbers of its hand that are known as ranges. */
+  hand_spread: boolean;
   server: ServerInfo;
   limits: Limits;
   tasks: string[];
@@ -674,6 +678,8 @@ export interface HandDescription {
   springs?: SpringDescription[];
   /** How a run begins, if a motor is not at 0 then or a joint not where its spring rests. */
   start?: StartDescription;
+  /** Its numbers that are known as ranges. */
+  uncertain?: UncertainDescription[];
 }
 
 /** Names of a hand's parts; `GET /v1/hands/{name}` returns its geometry. */
@@ -711,6 +717,9 @@ export interface HandObservation {
   /** Force on every taxel along x and y of its patch and into the patch, in the order of `welcome.hands[].taxels`, N; absent when the hand has none. */
   touch?: [number, number, number][];
 }
+
+/** A quantity of a hand that can be uncertain. */
+export type HandQuantity = 'friction' | 'stiffness' | 'damping' | 'moment_arms' | 'force_limit' | 'speed_limit' | 'tendon_stiffness';
 
 /** A hand as stored. */
 export interface HandRow {
@@ -2042,6 +2051,20 @@ export interface Truth {
   contacts: Contacts;
   /** Equilibrium of the free hand at the present motor position, rad; empty if it is not defined. */
   predicted_equilibrium: number[];
+}
+
+/** A number that is known as a range. */
+export interface UncertainDescription {
+  /** Name. */
+  name: string;
+  /** The quantity. */
+  of: HandQuantity;
+  /** Range of a factor of the hand's own numbers. */
+  factor?: [number, number];
+  /** Links, joints, motors or tendons that have it; empty if these are all. */
+  on?: string[];
+  /** Range of the number itself. */
+  value?: [number, number];
 }
 
 /** A vector, m. */
