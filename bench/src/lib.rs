@@ -11,9 +11,11 @@ pub mod energy;
 pub mod engine;
 #[cfg(test)]
 mod gates;
+pub mod machine;
 pub mod monitor;
 pub mod overlap;
 pub mod random;
+pub mod record;
 pub mod recorder;
 pub mod rigs;
 pub mod robust;

@@ -6,6 +6,7 @@ use palmares_bench::cases;
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::command::CaseOptions;
 use palmares_bench::engine::OwnFactory;
+use palmares_bench::record::{Record, list};
 use palmares_bench::robust::{self, heaps, placements};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -28,6 +29,20 @@ enum Command {
     List,
     /// Print the state hashes of the reference runs: the same for every build and machine.
     Fingerprint,
+    /// Print the line that a page of measured results has: engine, models, commit, day and machine.
+    Record {
+        /// The part of the pages; docs/pages-of-record.md lists them.
+        part: String,
+        /// Only what the pages of the part depend on.
+        #[arg(long)]
+        fingerprint: bool,
+    },
+    /// Compare docs/pages-of-record.md with the pages; fails if it differs, or if a page has no record.
+    Pages {
+        /// Write it anew instead.
+        #[arg(long)]
+        write: bool,
+    },
     /// Count the random or varied scenes that succeed.
     Robust(RobustOptions),
     /// Run one case and print its report.
@@ -83,6 +98,15 @@ fn main() -> Result<()> {
             }
             Ok(())
         }
+        Command::Record { part, fingerprint: true } => {
+            println!("{}", list::fingerprint(&part)?);
+            Ok(())
+        }
+        Command::Record { part, fingerprint: false } => {
+            println!("{}", Record::now(&part)?.line());
+            Ok(())
+        }
+        Command::Pages { write } => list::check(write),
         Command::Robust(options) => robust(&options),
         Command::Case(options) => options.run(&OwnFactory),
     }

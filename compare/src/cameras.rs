@@ -5,6 +5,7 @@ mod scene;
 
 use anyhow::{Context, Result};
 use clap::Args;
+use palmares_bench::record::Record;
 use palmares_models::camera::Camera;
 use palmares_senses::camera::{GBuffer, Geometry, Intrinsics, draw, plain_depth, shade, stereo_depth};
 use palmares_senses::noise::Noise;
@@ -124,8 +125,9 @@ pub fn run(options: &Options) -> Result<()> {
                 )
             },
         );
+        let record = Record::now("cameras")?.line();
         let text = format!(
-            "# What pictures take\n\n`palmares-compare cameras`: median of {} on one thread, with the SoftHand at its start \
+            "# What pictures take\n\n{record}\n\n`palmares-compare cameras`: median of {} on one thread, with the SoftHand at its start \
              (19 of its links are seen as bodies of their own). {peer}\n\n{table}",
             options.repeats
         );

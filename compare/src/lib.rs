@@ -4,7 +4,6 @@ pub mod cameras;
 pub mod child;
 pub mod engine;
 pub mod grasps;
-pub mod machine;
 pub mod mjcf;
 pub mod played;
 pub mod report;

@@ -64,7 +64,7 @@ fn runs_of_an_engine_that_is_not_played_are_kept_from_an_earlier_report() {
     assert_eq!(kept.results.len(), 1);
     let note = kept.engines.iter().find(|note| note.name == "rapier").expect("a note");
     let kept_from = note.kept_from.as_ref().expect("it says where it is from");
-    assert_eq!(kept_from.commit, both.commit);
+    assert_eq!(kept_from.commit, both.record.commit);
     let page = fs::read_to_string(folder.join("README.md")).expect("written");
     assert!(page.contains("its runs and their times are those of commit"), "the page says so");
 }

@@ -39,10 +39,14 @@ pub const REFERENCE_RUNS: [ReferenceRun; 2] = [
     },
 ];
 
-/// The engine: its version and the results of its [reference runs](REFERENCE_RUNS).
+/// The engine: its version and its [fingerprint].
 pub fn engine() -> String {
-    let results = REFERENCE_RUNS.map(|run| run.golden.trim());
-    format!("{}+{}", env!("CARGO_PKG_VERSION"), results.join("."))
+    format!("{}+{}", env!("CARGO_PKG_VERSION"), fingerprint())
+}
+
+/// The results of the [reference runs](REFERENCE_RUNS) that this version must have, joined by dots.
+pub fn fingerprint() -> String {
+    REFERENCE_RUNS.map(|run| run.golden.trim()).join(".")
 }
 
 /// The constants of the physics in a task's worlds.

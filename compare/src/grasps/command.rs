@@ -7,6 +7,7 @@ use crate::trials::family::{Family, HandKind, Trial};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use palmares_bench::cases::Setup;
+use palmares_bench::record::Record;
 use std::fs;
 use std::path::PathBuf;
 
@@ -122,8 +123,9 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(index) = options.one {
         return one(options, &plan, index);
     }
+    let record = Record::now("grasps")?;
     let runs = runner::run(&plan, &options.runs)?;
-    let mut table = table::Table::of(&plan, &runs);
+    let mut table = table::Table::of(record, &plan, &runs);
     fs::create_dir_all(&options.out)?;
     let json = options.out.join("grasps.json");
     if options.keep_peers {

@@ -39,10 +39,9 @@ pub(super) fn write(table: &Table) -> String {
 }
 
 fn head(page: &mut String, table: &Table) {
-    let machine = &table.machine;
     put!(page, "# Grasps, counted\n");
     put!(page, "Written by `palmares-compare grasps`; do not edit.\n");
-    put!(page, "Commit {}; {}, {}.\n", table.commit, machine.processor, machine.system);
+    put!(page, "{}\n", table.record.line());
     put!(
         page,
         "The hand stands palm down over an object on a pedestal, closes, lifts it by 10 cm, holds it still for 1.5 s and shakes \

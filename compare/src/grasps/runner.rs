@@ -2,10 +2,10 @@
 
 use crate::child;
 use crate::engine::{EngineKind, mujoco};
-use crate::machine;
 use crate::trials::family::{Family, HandKind, Trial};
 use crate::trials::play::Fate;
 use anyhow::{Context, Result};
+use palmares_bench::machine;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};

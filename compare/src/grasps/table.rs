@@ -2,10 +2,10 @@
 
 use super::runner::{Plan, Run};
 use super::tally::{Count, Flips, wilson};
-use crate::machine::{Machine, commit};
 use crate::trials::family::{self, Family, HandKind};
 use crate::trials::play::Ending;
 use anyhow::{Context, Result, ensure};
+use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
@@ -18,10 +18,9 @@ const FORMAT: u32 = 1;
 pub(crate) struct Table {
     /// [`FORMAT`].
     pub format: u32,
-    /// Commit of the program.
-    pub commit: String,
-    /// The machine that played it.
-    pub machine: Machine,
+    /// Engine, models, commit, day and machine.
+    #[serde(flatten)]
+    pub record: Record,
     /// Grasps of each family.
     pub placements: usize,
     /// CPU time that a run of a peer had at most, s. Tables of runs that were limited by the clock on the wall have none.
@@ -77,7 +76,7 @@ pub(crate) struct Cell {
 
 impl Table {
     /// Counts the runs of a plan.
-    pub(super) fn of(plan: &Plan, runs: &[Run]) -> Self {
+    pub(super) fn of(record: Record, plan: &Plan, runs: &[Run]) -> Self {
         let mut rows = Vec::new();
         for hand in &plan.hands {
             for family in &plan.families {
@@ -99,8 +98,7 @@ impl Table {
         let text = str::to_owned;
         Table {
             format: FORMAT,
-            commit: commit(),
-            machine: Machine::here(),
+            record,
             placements: plan.placements,
             run_limit_cpu_s: Some(plan.run_limit_s),
             steps_ms: plan.steps_ms.clone(),
@@ -137,7 +135,7 @@ impl Table {
         let known = |row: &Row| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
         for mut row in earlier.rows.into_iter().filter(|row| row.engine != "own") {
             if !self.rows.iter().any(|own| known(own) == known(&row)) {
-                row.commit.get_or_insert(earlier.commit.clone());
+                row.commit.get_or_insert(earlier.record.commit.clone());
                 self.rows.push(row);
             }
         }
@@ -273,7 +271,7 @@ mod tests {
         let mut own = all.clone();
         own.rows.retain(|row| row.engine == "own");
         own.engines.truncate(1);
-        own.commit = "later".to_owned();
+        own.record.commit = "later".to_owned();
         own.keep_peers(all.clone()).expect("the same grasps");
         let names = |table: &Table| -> Vec<[String; 4]> {
             let name = |row: &Row| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);

@@ -100,10 +100,10 @@ fn said_of_all(reports: &[Comparison; 2]) -> String {
     let [main, further] = reports;
     let all: usize = reports.iter().map(|report| report.results.len()).sum();
     let ahead: usize = reports.iter().map(|report| report.ahead().count()).sum();
-    let commits = if main.commit == further.commit {
-        format!("commit {}", main.commit)
+    let commits = if main.record.commit == further.record.commit {
+        format!("commit {}", main.record.commit)
     } else {
-        format!("commits {} and {}", main.commit, further.commit)
+        format!("commits {} and {}", main.record.commit, further.record.commit)
     };
     let peers = main.engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
     let peers: Vec<String> = peers
@@ -146,7 +146,7 @@ fn said_of_grasps(grasps: &Table) -> String {
     wrapped(&format!(
         "Random grasps of the SoftHand, chosen before any engine played them (commit {}, \
          [all counts](docs/report/grasps/README.md)): {said}.",
-        grasps.commit,
+        grasps.record.commit,
     )) + "\n"
 }
 

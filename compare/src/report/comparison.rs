@@ -3,8 +3,8 @@
 use super::peer_result::PeerResult;
 use super::ticks::Ticks;
 use crate::engine::EngineKind;
-use crate::machine::Machine;
 use palmares_bench::case_report::{Figure, Invariants, Times};
+use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};
 
 /// Version of this format.
@@ -17,10 +17,9 @@ pub struct Comparison {
     pub format: u32,
     /// Fewer cases, steps and repeats than a full report.
     pub quick: bool,
-    /// The machine that ran it.
-    pub machine: Machine,
-    /// Commit of the repository; ends in `+` if files were changed.
-    pub commit: String,
+    /// Engine, models, commit, day and machine.
+    #[serde(flatten)]
+    pub record: Record,
     /// Timing runs of which the median is given.
     pub repeats: usize,
     /// Time that a run of a peer, or its reference, had at most, s.
@@ -53,8 +52,8 @@ impl Comparison {
     /// The source that an engine's note names for runs that are taken from here.
     pub(super) fn origin(&self) -> KeptFrom {
         KeptFrom {
-            commit: self.commit.clone(),
-            processor: self.machine.processor.clone(),
+            commit: self.record.commit.clone(),
+            processor: self.record.machine.processor.clone(),
             run_limit_s: self.run_limit_s,
             run_limit_by: self.run_limit_by,
         }

@@ -29,23 +29,15 @@ macro_rules! put {
 }
 
 fn head(page: &mut String, report: &Comparison) {
-    let machine = &report.machine;
-    let load = machine.load.map_or(String::new(), |load| format!(", load {load:.1} at the beginning"));
+    let load =
+        report.record.machine.load.map_or(String::new(), |load| format!("Load {load:.1} at the beginning; "));
     put!(page, "# Speed against error\n");
     put!(
         page,
         "Written by `cargo xtask report{}`; do not edit.\n",
         if report.quick { " --quick" } else { "" }
     );
-    put!(
-        page,
-        "Commit {}; {}, {} threads, {}{load}; {:.0} s.\n",
-        report.commit,
-        machine.processor,
-        machine.threads,
-        machine.system,
-        report.took_s
-    );
+    put!(page, "{}\n\n{load}{:.0} s.\n", report.record.line(), report.took_s);
     put!(
         page,
         "**How to read it.** Every scene runs with every step on every engine that can do it, a peer with each of its \

@@ -6,10 +6,11 @@ use super::outcome_cache::OutcomeCache;
 use super::passes::{self, Conduct, Job, Progress, reference_s};
 use super::{page, plots, ticks};
 use crate::engine::{EngineKind, mujoco, rapier};
-use crate::machine::{self, Machine};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use palmares_bench::cases::{self, Case};
+use palmares_bench::machine;
+use palmares_bench::record::Record;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -21,6 +22,9 @@ pub struct Options {
     /// Folder of the report.
     #[arg(long, default_value = "docs/report")]
     pub out: PathBuf,
+    /// The part of the pages of record that it makes: `report` or `further`.
+    #[arg(long, default_value = "report")]
+    pub part: String,
     /// Engines; ours is always among them.
     #[arg(skip)]
     pub engines: Vec<EngineKind>,
@@ -140,14 +144,14 @@ fn plan(options: &Options) -> Result<Planned> {
 /// An option is out of range, or a file cannot be written.
 pub fn write(options: &Options) -> Result<Comparison> {
     let begin = Instant::now();
-    let (machine, commit) = (Machine::here(), machine::commit());
+    let record = Record::now(&options.part)?;
     let earlier = options.keep.as_deref().map(read).transpose()?;
     let Planned { mut engines, jobs, steps, left_out } = plan(options)?;
-    println!("{} on {}, {} threads; commit {commit}", machine.system, machine.processor, machine.threads);
+    println!("{}", record.line());
     let Options { repeats, quick, run_limit_s, .. } = *options;
     let conduct = options.conduct(&steps);
     let progress = Mutex::new(Progress { begin, done: 0, all: 2 * jobs.len() * steps.len() });
-    let mut runs = passes::outcomes(&jobs, conduct, options.kept(&commit)?, &progress)?;
+    let mut runs = passes::outcomes(&jobs, conduct, options.kept(&record.commit)?, &progress)?;
     passes::timings(&jobs, &mut runs, conduct, &progress);
     let mut runs = runs.concat();
     if let Some(earlier) = earlier {
@@ -158,8 +162,7 @@ pub fn write(options: &Options) -> Result<Comparison> {
     let comparison = Comparison {
         format: FORMAT,
         quick,
-        machine,
-        commit,
+        record,
         repeats,
         run_limit_s,
         run_limit_by: Clock::Cpu,
@@ -203,7 +206,7 @@ fn keep(
         ensure!(
             kept.len() == wanted,
             "the report of commit {} has {} of {wanted} runs of {}",
-            earlier.commit,
+            earlier.record.commit,
             kept.len(),
             note.name
         );
@@ -344,6 +347,7 @@ mod tests {
     fn a_grasp_is_judged_by_many_starts_and_its_fine_run_is_told_apart() {
         let folder = Folder(std::env::temp_dir().join(format!("palmares-starts-{}", std::process::id())));
         let options = Options {
+            part: "report".to_owned(),
             out: folder.0.clone(),
             engines: vec![EngineKind::Own],
             cases: vec!["softhand_cylinder".into()],
@@ -369,6 +373,7 @@ mod tests {
     #[test]
     fn unknown_cases_are_refused_with_the_known_ones() {
         let options = Options {
+            part: "report".to_owned(),
             out: PathBuf::new(),
             engines: Vec::new(),
             cases: vec!["bowlin".into()],

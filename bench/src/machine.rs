@@ -1,4 +1,4 @@
-//! The machine and the commit of a report.
+//! The machine and the commit of a measurement.
 
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -39,7 +39,8 @@ pub fn commit() -> String {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
     let Some(commit) = git(&["rev-parse", "--short=10", "HEAD"]) else { return "unknown".into() };
-    // A report written before does not make the program another one.
-    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":!docs/report"]);
+    // A page that was written before does not make the program another one.
+    let pages = [":!docs", ":!README.md", ":!models/hands/grasps.toml"];
+    let changed = git(&[&["status", "--porcelain", "--untracked-files=no", "--"], &pages[..]].concat());
     if changed.is_some_and(|changed| !changed.is_empty()) { format!("{commit}+") } else { commit }
 }
