@@ -26,6 +26,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+from record import of_page
+
 from palmares.evaluate import Job, Played, Report
 from palmares.evaluate.play import play
 from palmares.evaluate.report import MARKDOWN_HEADER, short_name
@@ -36,11 +38,14 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "client-py/src/palmares"
 KEPT = ROOT / "target/controllers"
 DOCUMENT = ROOT / "docs/controllers.md"
+PART = "controllers"
 TASKS = ("balls", "grasp", "shelf")
 SCRIPTS = {"balls.mjs": ROOT / "docs/examples/balls.mjs"}
 NODE = ("node", "--experimental-websocket")
 HEAD = """\
 # Scores of the example controllers
+
+{record}
 
 Scores over held-out scenes, one run each. Measure your own controller with
 
@@ -119,14 +124,16 @@ def kept(file: Path, play_seed: Callable[[int], Played]) -> dict[int, Played]:
     return {run.seed: run for run in runs}
 
 
-def write(lines: dict[str, str], played: str) -> None:
+def write(document: Path, lines: dict[str, str], played: str) -> None:
     """Write lines of the table, by controller, into the document; the other lines stay."""
     names = list(controllers())
-    if DOCUMENT.exists():
-        old = [line for line in DOCUMENT.read_text().splitlines() if line.startswith("| ")]
+    record = of_page(document, PART, whole=lines.keys() >= {short_name(name) for name in names})
+    if document.exists():
+        old = [line for line in document.read_text().splitlines() if line.startswith("| ")]
         lines = {line.split(" | ")[0].removeprefix("| "): line for line in old[1:]} | lines
     table = [lines[name] for name in names if name in lines]
-    DOCUMENT.write_text(HEAD.format(seeds=played) + "\n".join([*MARKDOWN_HEADER, *table]) + "\n")
+    head = HEAD.format(seeds=played, record=record)
+    document.write_text(head + "\n".join([*MARKDOWN_HEADER, *table]) + "\n")
 
 
 def main() -> None:
@@ -137,6 +144,7 @@ def main() -> None:
     )
     parser.add_argument("--only", choices=known, action="append", metavar="NAME", help=", ".join(known))
     parser.add_argument("--seeds", default="5001-5100", help="a range (default 5001-5100)")
+    parser.add_argument("--output", type=Path, default=DOCUMENT, help="the document")
     parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after this time, s")
     options = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)
@@ -161,7 +169,7 @@ def main() -> None:
         (row,) = Report.of([runs[seed] for seed in seeds(options.seeds)]).rows
         lines[short_name(name)] = row.markdown()
     if lines:
-        write(lines, options.seeds)
+        write(options.output, lines, options.seeds)
     print("\n".join([*MARKDOWN_HEADER, *lines.values()]))
 
 

@@ -5,12 +5,14 @@
     python grasped_objects.py --for-s 240        stops after four minutes; the next call continues
 
 The scenes are those of the task grasp with one object, and more space for large ones, from a task in a
-temporary folder. Finished runs are stored in `target/controllers`, under a digest of the example.
+temporary folder. Finished runs are stored in `target/controllers`, under a digest of engine, hand, task and
+controller.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import math
 import re
@@ -22,12 +24,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from controllers import KEPT, PACKAGE, ROOT, digest
+from controllers import KEPT, ROOT
+from record import fields, of_page
 
 import palmares
 from palmares.examples import grasp_softhand
 
-NAME = "grasp_softhand"
+PART = "grasped"
 FIRST_SEED = 5001
 RUNS = 3
 HELD = 6.0
@@ -35,6 +38,8 @@ HELD = 6.0
 DOCUMENT = ROOT / "docs/grasped.md"
 HEAD = """\
 # Which objects the SoftHand can grasp
+
+{record}
 
 `client-py/benchmarks/grasped_objects.py` ran `grasp_softhand.py` with every object of the catalogue on
 the table of the task grasp, in {runs} scenes each (seeds from {first} on). At most there are 10 points.
@@ -104,15 +109,16 @@ def line(runs: list[Grasped]) -> str:
     return f"| {first.name} | {size} | {1e3 * first.mass_kg:.0f} | {verdict} | {each} | {tries:.1f} |"
 
 
-def write(lines: dict[str, str]) -> None:
+def write(document: Path, lines: dict[str, str]) -> None:
     """Write lines of objects into the document; the other lines stay."""
-    if DOCUMENT.exists():
-        old = [line for line in DOCUMENT.read_text().splitlines() if line.startswith("| ")]
+    record = of_page(document, PART, whole=lines.keys() >= set(catalogue()))
+    if document.exists():
+        old = [line for line in document.read_text().splitlines() if line.startswith("| ")]
         lines = {line.split(" | ")[0].removeprefix("| "): line for line in old[1:]} | lines
     table = [lines[name] for name in catalogue() if name in lines]
     header = ["| object | size, mm | mass, g | | points | tries |", "|---|---|---|---|---|---|"]
-    head = HEAD.format(runs=RUNS, first=FIRST_SEED, held=HELD)
-    DOCUMENT.write_text(head + "\n".join([*header, *table]) + "\n")
+    head = HEAD.format(runs=RUNS, first=FIRST_SEED, held=HELD, record=record)
+    document.write_text(head + "\n".join([*header, *table]) + "\n")
 
 
 def main() -> None:
@@ -122,11 +128,14 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--only", choices=known, action="append", metavar="NAME", help="an object's name")
+    parser.add_argument("--output", type=Path, default=DOCUMENT, help="the document")
     parser.add_argument("--for-s", type=float, default=math.inf, help="begin no object after this time, s")
     options = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
-    file = KEPT / f"objects-{digest(PACKAGE / 'examples' / f'{NAME}.py')}.jsonl"
+    now = fields(PART)
+    played_with = hashlib.sha256(json.dumps([now["engine"], now["models"]]).encode()).hexdigest()[:12]
+    file = KEPT / f"objects-{played_with}.jsonl"
     runs: dict[str, list[Grasped]] = {}
     if file.exists():
         for kept in file.read_text().splitlines():
@@ -139,7 +148,7 @@ def main() -> None:
         with file.open("a") as out:
             out.writelines(json.dumps(asdict(run)) + "\n" for run in runs[name])
         print(line(runs[name]), file=sys.stderr)
-    write({name: line(found) for name, found in runs.items()})
+    write(options.output, {name: line(found) for name, found in runs.items()})
     scores = [run.score for found in runs.values() for run in found]
     print(f"{len(runs)} of {len(known)} objects, {len(scores)} runs: {np.mean(scores):.2f} points on average")
 

@@ -15,9 +15,11 @@ import itertools
 import tomllib
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from controllers import ROOT
+from record import of_page
 
 import palmares
 from palmares.examples import grasp, grasp_softhand
@@ -31,6 +33,7 @@ FILE = ROOT / "models/hands/grasps.toml"
 HEAD = """\
 # Results of the recipes of the built-in hands in the task grasp.
 # client-py/benchmarks/hand_grasps.py writes this file.
+# {record}
 """
 
 
@@ -85,6 +88,7 @@ def main() -> None:
     parser.add_argument("--hand", choices=hands, action="append", help="only this hand; can be repeated")
     parser.add_argument("--scenes", type=int, default=1, metavar="N", help="scenes of each object")
     parser.add_argument("--url", default="local", help="a server that has the hands, or local")
+    parser.add_argument("--output", type=Path, default=FILE, help="the file that is written")
     options = parser.parse_args()
     chosen, seeds = options.hand or hands, scenes(options.scenes)
     jobs = [Job(hand, name, seed, options.url) for hand in chosen for name in seeds for seed in seeds[name]]
@@ -92,11 +96,14 @@ def main() -> None:
     with ProcessPoolExecutor() as pool:
         for job, score in zip(jobs, pool.map(play, jobs), strict=True):
             found[job.hand][job.object].append(score)
-    parts = {part.split("]")[0][1:]: part for part in FILE.read_text().split("\n\n") if part.startswith("[")}
+    text = options.output.read_text() if options.output.exists() else ""
+    parts = {part.split("]")[0][1:]: part for part in text.split("\n\n") if part.startswith("[")}
     for hand in chosen:
         parts[hand] = section(hand, found[hand])
         print(parts[hand])
-    FILE.write_text(HEAD + "".join("\n" + parts[hand].rstrip() + "\n" for hand in hands if hand in parts))
+    head = HEAD.format(record=of_page(options.output, "hands", whole=set(chosen) == set(hands)))
+    sections = ("\n" + parts[hand].rstrip() + "\n" for hand in hands if hand in parts)
+    options.output.write_text(head + "".join(sections))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Close on a stacking cup in 0.5 s, lift it by 0.1 m in 1.5 s, and draw curves of motor, joints and wrist.
 
-    palmares serve &
     pip install matplotlib
     python stacking_cup.py --output ../../docs/pictures/stacking_cup.svg
 
@@ -91,10 +90,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--url", default="http://127.0.0.1:8080")
     parser.add_argument("--output", type=Path, default=Path("stacking_cup.svg"))
     args = parser.parse_args()
-    with palmares.Client(args.url, team="stacking-cup") as client:
+    with palmares.Client("local", team="stacking-cup") as client:
         seed = seed_with_cup(client)
         client.stop()
         hand = Recorder(client, client.reset("grasp", "softhand", seed=seed))

@@ -5,19 +5,19 @@
 A control tick is 10 ms: ten steps of the physics, the referee, and an observation of every world as arrays.
 In the air the hands open and close at their start; among the objects they first go down into them. Each row
 is the median of several blocks, which alternate with those of all other rows of the scene, quartiles in
-brackets. ``--url`` adds rows for a server and for `AsyncVectorEnv` on it; ``--mjcf`` adds the `rollout` of
-MuJoCo with the same number of worlds of the same scene, written by ``palmares-compare mjcf``.
+brackets. ``--server`` starts a server and adds rows for it and for `AsyncVectorEnv` on it. ``--mjcf`` adds
+the `rollout` of MuJoCo with as many worlds of the same scene, which ``palmares-compare mjcf`` writes.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import itertools
 import json
-import os
-import platform
 import statistics
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -27,9 +27,11 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from record import fields, line, with_section
 
 import palmares
 import palmares.gym
+from palmares.server import Server
 from palmares.sim import Batch
 
 SCENES = {
@@ -41,6 +43,13 @@ SCENES = {
 }
 # Ticks between opening and closing.
 MOVE = 25
+ABOUT = """\
+`client-py/benchmarks/throughput.py` measured these rows. A control tick is 10 ms: ten steps of the physics,
+the referee, and an observation of every world as arrays. In the air the hands open and close at their start;
+among the objects they first go down into them. A row is the median of several blocks, which alternate with
+those of all other rows of the scene, quartiles in brackets. MuJoCo's `rollout` steps as many worlds of the
+same scene, without referee and observation, with the settings of the [report](README.md), which says what
+these can do."""
 
 
 @dataclass
@@ -183,16 +192,14 @@ def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
     return Row(name + ("s" if threads > 1 else ""), block)
 
 
-def heading() -> str:
-    """Return versions and processor of this measurement."""
-    named = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
-    cpu = named[0].partition(":")[2].strip() if named else platform.processor()
+def versions_here() -> str:
+    """Return the versions of this measurement."""
     versions = [f"{name} {metadata.version(name)}" for name in ("gymnasium", "numpy")]
     try:
         versions.append(f"mujoco {metadata.version('mujoco')}")
     except metadata.PackageNotFoundError:
         versions.append("without MuJoCo")
-    return f"palmares {palmares.__version__}, {', '.join(versions)}; {cpu}, {os.cpu_count()} cores."
+    return f"palmares {palmares.__version__}, {', '.join(versions)}."
 
 
 def quartiles(values: list[float], form: str) -> str:
@@ -201,10 +208,40 @@ def quartiles(values: list[float], form: str) -> str:
     return f"{median:{form}} ({low:{form}} to {high:{form}})"
 
 
+def table(scene: str, hand: str, args: argparse.Namespace, url: str | None) -> str:
+    """Measure a scene with a hand; print and return its table."""
+    rows = [batch(scene, hand, args.worlds, threads) for threads in (1, 2)]
+    rows.append(asynchronous(None, scene, hand, 2))
+    if url:
+        rows += [socket(url, scene, hand), asynchronous(url, scene, hand, 2)]
+    if args.mjcf and hand == "softhand":
+        for folder in sorted((args.mjcf / scene).glob("*")):
+            rows += [rollout(folder, args.worlds, n, ms) for ms in (1, 2) for n in (1, 2)]
+    for _ in range(args.blocks):
+        for row in rows:
+            row.play(args.ticks)
+    lines = [f"## {scene}, {hand}\n"]
+    lines += ["| way | control ticks/s | µs a tick | outside the physics |", "|---|---|---|---|"]
+    for row in rows:
+        extra = quartiles(row.extra, "+.1%") if row.extra else ""
+        lines.append(
+            f"| {row.name} | {quartiles(row.rates, ',.0f')} | {quartiles(row.micros, '.1f')} | {extra} |"
+        )
+    one, two = (row.rates for row in rows[:2])
+    gain = [b / a for a, b in zip(one, two, strict=True)]
+    lines.append(f"\nTwo threads: {quartiles(gain, '.2f')} times one.\n")
+    text = "\n".join(lines)
+    print(text, flush=True)
+    return text
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--url", help="address of a server to measure, too")
+    parser.add_argument("--server", action="store_true", help="measure a server, too")
+    parser.add_argument(
+        "--output", type=Path, metavar="PAGE", help="write the tables into their section of a page"
+    )
     parser.add_argument(
         "--mjcf",
         type=Path,
@@ -217,32 +254,17 @@ def main() -> None:
     parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
     parser.add_argument("--scene", action="append", choices=[*SCENES])
     args = parser.parse_args()
-    print(
-        f"# Throughput\n\n{__doc__.split(chr(10), 1)[1].strip() if __doc__ else ''}\n\n{heading()}",
-        flush=True,
-    )
-    for hand in args.hand or ["softhand", "reflex"]:
-        for scene in args.scene or SCENES:
-            rows = [batch(scene, hand, args.worlds, threads) for threads in (1, 2)]
-            rows.append(asynchronous(None, scene, hand, 2))
-            if args.url:
-                rows += [socket(args.url, scene, hand), asynchronous(args.url, scene, hand, 2)]
-            if args.mjcf and hand == "softhand":
-                for folder in sorted((args.mjcf / scene).glob("*")):
-                    rows += [rollout(folder, args.worlds, n, ms) for ms in (1, 2) for n in (1, 2)]
-            for _ in range(args.blocks):
-                for row in rows:
-                    row.play(args.ticks)
-            print(f"\n## {scene}, {hand}\n")
-            print("| way | control ticks/s | µs a tick | outside the physics |")
-            print("|---|---|---|---|")
-            for row in rows:
-                extra = quartiles(row.extra, "+.1%") if row.extra else ""
-                rate, micros = quartiles(row.rates, ",.0f"), quartiles(row.micros, ".1f")
-                print(f"| {row.name} | {rate} | {micros} | {extra} |")
-            one, two = (row.rates for row in rows[:2])
-            gain = [b / a for a, b in zip(one, two, strict=True)]
-            print(f"\nTwo threads: {quartiles(gain, '.2f')} times one.", flush=True)
+    about = f"{line(fields('throughput'))}\n\n{ABOUT}\n\n{versions_here()}\n"
+    with contextlib.ExitStack() as stack:
+        url = None
+        if args.server:
+            url = stack.enter_context(Server(Path(stack.enter_context(tempfile.TemporaryDirectory())))).url
+        hands, scenes = args.hand or ["softhand", "reflex"], args.scene or SCENES
+        tables = [table(scene, hand, args, url) for hand in hands for scene in scenes]
+    if args.output:
+        title = "With a server beside" if args.server else "Throughput"
+        page = args.output.read_text() if args.output.exists() else ""
+        args.output.write_text(with_section(page, title, "\n".join([about, *tables])))
 
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::welcome, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::faults, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::identity, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::describe_hand, module)?)?;
     module.add_function(wrap_pyfunction!(training::hand_numbers, module)?)
 }

@@ -11,6 +11,7 @@ use palmares_tasks::{Fault, Noise, Sensing, Task};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -76,6 +77,15 @@ pub(crate) fn welcome(
 #[pyfunction]
 pub(crate) fn faults() -> Vec<(&'static str, String)> {
     Fault::ALL.iter().map(|fault| (fault.code(), fault.in_words())).collect()
+}
+
+/// The engine's fingerprint, and the content hashes of the hands and tasks that come with the program, by name.
+#[pyfunction]
+pub(crate) fn identity() -> (String, BTreeMap<String, String>, BTreeMap<String, String>) {
+    let hands = builtin_hands().iter().map(|hand| (hand.name.clone(), hand.content_hash()));
+    let tasks = builtin_tasks().iter().map(|task| (task.name.clone(), task.content_hash().to_owned()));
+    // pyo3 makes a module of the function's name.
+    (palmares_tasks::identity::fingerprint(), hands.collect(), tasks.collect())
 }
 
 /// A hand in full, as JSON, like `GET /v1/hands/{name}`.

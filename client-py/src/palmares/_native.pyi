@@ -190,5 +190,8 @@ def faults() -> list[tuple[str, str]]:
 def hand_numbers(task: str, hand: str, training: Training) -> list[str]:
     """Return the names of the hand's numbers that `training` draws for each run."""
 
+def identity() -> tuple[str, dict[str, str], dict[str, str]]:
+    """Return the engine's fingerprint, and the content hashes of the program's hands and tasks, by name."""
+
 def describe_hand(name: str) -> str:
     """Return a hand, by name or path, as JSON: the response of ``GET /v1/hands/{name}``."""

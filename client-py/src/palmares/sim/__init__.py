@@ -12,6 +12,7 @@ part of the package, which the wheels contain.
 
 try:
     from palmares._native import Snapshot, describe_hand, faults, hand_numbers
+    from palmares._native import identity as native_identity
     from palmares._native import welcome as native_welcome
 except ImportError as missing:
     raise ImportError(
@@ -20,6 +21,7 @@ except ImportError as missing:
     ) from missing
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
@@ -44,6 +46,23 @@ def welcome(
     return read(native_welcome(team, list(own_hands), list(own_tasks)), Welcome)
 
 
+@dataclass(frozen=True)
+class Identity:
+    """What a run's bits depend on beside its actions: the same here and on a server."""
+
+    engine: str
+    """The engine's fingerprint: results of its reference runs"""
+    hands: dict[str, str]
+    """Content hashes of the hands that come with the program, by name"""
+    tasks: dict[str, str]
+    """Content hashes of the tasks that come with the program, by name"""
+
+
+def identity() -> Identity:
+    """Return the names of the engine, its hands and tasks."""
+    return Identity(*native_identity())
+
+
 _GREETING = welcome()
 TASKS = tuple(task.name for task in _GREETING.tasks)
 """Names of the tasks that come with the program"""
@@ -57,11 +76,13 @@ __all__ = [
     "HANDS",
     "TASKS",
     "Batch",
+    "Identity",
     "Snapshot",
     "Stepped",
     "Training",
     "World",
     "describe_hand",
     "hand_numbers",
+    "identity",
     "welcome",
 ]
