@@ -4,7 +4,8 @@ import type { Page } from '@playwright/test';
 import { Example } from '../tests/client';
 import { test } from '../tests/server';
 
-const FOLDER = fileURLToPath(new URL('../../docs/pictures/', import.meta.url));
+/** `PALMARES_PICTURES` names another folder. */
+const FOLDER = `${process.env['PALMARES_PICTURES'] ?? fileURLToPath(new URL('../../docs/pictures', import.meta.url))}/`;
 const WIDE = { width: 1280, height: 800 };
 
 test.use({ viewport: WIDE, colorScheme: 'light' });

@@ -41,6 +41,13 @@ pub(crate) fn build_example(package: &str, example: &str) -> Result<PathBuf> {
     built(package, "--example", example, true)
 }
 
+/// Builds the compiled part of the Python package in the release profile, for measurements, and puts it among its files.
+pub(crate) fn build_extension() -> Result<()> {
+    let mut build = cargo();
+    build.args(["build", "--package", "palmares-native", "--release"]);
+    place_extension(&artifacts(&mut build)?)
+}
+
 /// Builds all tests, the compiled part of the Python package, which it puts among its files, and the server, whose path it
 /// returns. It is one command: cargo chooses the features of dependencies by the packages of a command, and with a command
 /// for each of these three, geometry, physics and server are compiled three times.

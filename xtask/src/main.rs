@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `fuzz`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `fuzz`, `generate`, `pages`, `pages-of-record`, `release`, `report`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
@@ -14,6 +14,7 @@ mod http;
 mod instructions;
 mod licences;
 mod pages;
+mod pages_of_record;
 mod python;
 mod release;
 mod report;
@@ -50,6 +51,8 @@ enum Task {
         #[arg(value_enum)]
         wanted: pages::Wanted,
     },
+    /// Measure and write anew every page of measured results; continues where it stopped.
+    PagesOfRecord(pages_of_record::Options),
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
     /// Make a version: change its number, build and check the files that are published.
@@ -71,7 +74,8 @@ fn main() -> ExitCode {
         Task::Generate => {
             cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
         }
-        Task::Pages { wanted } => pages::run(wanted).map(|()| true),
+        Task::Pages { wanted } => pages::run(wanted, None).map(|()| true),
+        Task::PagesOfRecord(options) => pages_of_record::run(&options).map(|()| true),
         Task::Release(options) => release::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Test => check::run(),

@@ -6,6 +6,7 @@ use crate::python::Environment;
 use crate::viewer::Viewer;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
+use std::path::Path;
 
 /// Pictures or measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -16,8 +17,9 @@ pub(crate) enum Wanted {
     Measure,
 }
 
-/// Runs the pages in Chromium, with a release build of the server.
-pub(crate) fn run(wanted: Wanted) -> Result<()> {
+/// Runs the pages in Chromium, with a release build of the server. `pictures` go into another folder, and are only those whose test
+/// has these words in its name.
+pub(crate) fn run(wanted: Wanted, pictures: Option<(&Path, Option<&str>)>) -> Result<()> {
     let chromium = apt::chromium()
         .context("Chromium is not installed (Debian's package `chromium`), and could not be")?;
     let viewer = Viewer::prepare()?;
@@ -35,6 +37,9 @@ pub(crate) fn run(wanted: Wanted) -> Result<()> {
         .env("PALMARES_CLIENT_PYTHON", environment.interpreter());
     if wanted == Wanted::Measure {
         pages.env("PALMARES_VIEWERS", build_example("palmares-tests", "viewers")?);
+    }
+    if let Some((folder, words)) = pictures {
+        pages.env("PALMARES_PICTURES", folder).args(words.iter().flat_map(|words| ["--grep", *words]));
     }
     let status = pages.status().context("cannot start npm")?;
     ensure!(status.success(), "the pages could not be run; see above");

@@ -91,7 +91,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// An interpreter with the package `mujoco`, in an environment in the target directory; made once.
-fn mujoco(program: &Path) -> Result<PathBuf> {
+pub(crate) fn mujoco(program: &Path) -> Result<PathBuf> {
     if let Some(named) = std::env::var_os("PALMARES_MUJOCO_PYTHON") {
         return Ok(named.into());
     }

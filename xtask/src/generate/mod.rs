@@ -7,6 +7,7 @@ mod python;
 mod schema;
 mod typescript;
 
+use crate::cargo::build;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use schema::Types;
@@ -28,7 +29,13 @@ pub(crate) fn run(program: &Path) -> Result<()> {
         ensure!(output.status.success(), "palmares schema {name}: {error}");
         write(&root.join(format!("docs/schema/{name}.json")), &String::from_utf8(output.stdout)?)?;
     }
-    derived(&root)?.iter().try_for_each(|(path, text)| write(&root.join(path), text))
+    derived(&root)?.iter().try_for_each(|(path, text)| write(&root.join(path), text))?;
+    let pages = Command::new(build("palmares-bench", false)?).args(["pages", "--write"]).status();
+    ensure!(
+        pages.context("cannot start palmares-bench")?.success(),
+        "docs/pages-of-record.md is not written"
+    );
+    Ok(())
 }
 
 fn write(path: &Path, text: &str) -> Result<()> {

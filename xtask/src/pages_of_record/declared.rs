@@ -1,0 +1,47 @@
+//! The parts and their pages, as palmares-bench declares them.
+
+use anyhow::{Context, Result};
+use toml::{Table, Value};
+
+const FILE: &str = "bench/src/record/pages.toml";
+
+/// What makes pages in one go.
+pub(super) struct Part {
+    /// Its name.
+    pub name: String,
+    /// What its pages have.
+    pub about: String,
+    /// Usual time on two idle cores.
+    pub hours: f64,
+    /// No command makes it.
+    pub by_hand: bool,
+    /// Cases of palmares-bench that it plays.
+    pub cases: Vec<String>,
+    /// Its pages, from the root of the repository.
+    pub pages: Vec<String>,
+}
+
+/// All parts, in the order in which they are made.
+pub(super) fn parts() -> Result<Vec<Part>> {
+    let declared: Table = include_str!("../../../bench/src/record/pages.toml").parse().context(FILE)?;
+    let parts =
+        declared.get("part").and_then(Value::as_array).with_context(|| format!("{FILE}: no [[part]]"))?;
+    parts.iter().map(part).collect()
+}
+
+fn part(declared: &Value) -> Result<Part> {
+    let text = |key: &str| declared.get(key).and_then(Value::as_str).map(str::to_owned);
+    let name = text("name").with_context(|| format!("{FILE}: a part has no name"))?;
+    let list = |key: &str| -> Vec<String> {
+        let values = declared.get(key).and_then(Value::as_array).into_iter().flatten();
+        values.filter_map(|value| value.as_str().map(str::to_owned)).collect()
+    };
+    Ok(Part {
+        about: text("about").unwrap_or_default(),
+        hours: declared.get("hours").and_then(Value::as_float).unwrap_or_default(),
+        by_hand: declared.get("by_hand").and_then(Value::as_bool).unwrap_or_default(),
+        cases: list("cases"),
+        pages: list("pages"),
+        name,
+    })
+}

@@ -1,0 +1,160 @@
+//! `cargo xtask pages-of-record`: measures and writes every page of measured results, and continues where it stopped.
+
+mod declared;
+mod parts;
+mod state;
+mod tools;
+
+use crate::workspace;
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use declared::Part;
+use state::State;
+use std::fs;
+use std::time::Instant;
+use tools::Tools;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Name the parts, their usual hours and what is finished with the present engine; measure nothing.
+    #[arg(long)]
+    list: bool,
+    /// Only these parts, by commas.
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// Play each part in its shortest form, into target/pages-of-record: whether all of it works.
+    #[arg(long)]
+    quick: bool,
+    /// Measure again what is finished.
+    #[arg(long)]
+    again: bool,
+}
+
+/// Runs the parts that are not finished with the present engine; a part that fails does not keep the others from being made.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let parts = chosen(declared::parts()?, &options.only)?;
+    let tools = Tools::new(options.quick)?;
+    let mut state = State::read(&tools.folder, options.quick)?;
+    let mut open = Vec::new();
+    for part in &parts {
+        let fingerprint = tools.fingerprint(&part.name)?;
+        let finished = state.finished(&part.name, &fingerprint);
+        if options.list {
+            println!("{}", listed(part, &state, finished));
+        }
+        if !part.by_hand && (options.again || !finished) {
+            open.push((part, fingerprint));
+        }
+    }
+    let left = |open: &[(&Part, String)]| open.iter().map(|(part, _)| state.usual_hours(part)).sum::<f64>();
+    println!("{} of {} parts are to be made, usually {}", open.len(), parts.len(), hours(left(&open)));
+    if options.list || open.is_empty() {
+        return Ok(());
+    }
+    golden(&tools)?;
+    let mut failed = Vec::new();
+    for (place, (part, fingerprint)) in open.iter().enumerate() {
+        let rest: f64 = open[place..].iter().map(|(part, _)| state.usual_hours(part)).sum();
+        let Part { name, about, .. } = part;
+        println!("\n== {name}: {about}; part {} of {}, {} are left", place + 1, open.len(), hours(rest));
+        let begun = Instant::now();
+        match parts::make(part, &tools) {
+            Ok(()) => {
+                let took_h = begun.elapsed().as_secs_f64() / 3600.0;
+                state.finish(name, fingerprint, took_h)?;
+                println!("== {name} took {}", hours(took_h));
+            }
+            Err(error) => {
+                eprintln!("error: part `{name}`: {error:#}");
+                failed.push(name.as_str());
+            }
+        }
+    }
+    if !options.quick {
+        tools.write_list()?;
+    }
+    ensure!(
+        failed.is_empty(),
+        "not made: {}; see above. The other parts are finished: the same command goes on with these",
+        failed.join(", ")
+    );
+    Ok(())
+}
+
+/// The parts of these names, all without names.
+fn chosen(parts: Vec<Part>, only: &[String]) -> Result<Vec<Part>> {
+    let names = || parts.iter().map(|part| &*part.name).collect::<Vec<_>>().join(", ");
+    if let Some(unknown) = only.iter().find(|name| !parts.iter().any(|part| part.name == **name)) {
+        bail!("no part `{unknown}`; parts: {}", names());
+    }
+    Ok(parts.into_iter().filter(|part| only.is_empty() || only.contains(&part.name)).collect())
+}
+
+fn listed(part: &Part, state: &State, finished: bool) -> String {
+    let status = match (part.by_hand, finished) {
+        (true, _) => "by hand".to_owned(),
+        (false, true) => "finished".to_owned(),
+        (false, false) => hours(state.usual_hours(part)),
+    };
+    format!("{:<14}{status:<10}{}: {}", part.name, part.about, part.pages.join(", "))
+}
+
+/// A duration in words.
+fn hours(hours: f64) -> String {
+    if hours < 1.0 { format!("{:.0} min", 60.0 * hours) } else { format!("{hours:.1} h") }
+}
+
+/// The engine must be that of `tasks/golden`, after which pages name it.
+fn golden(tools: &Tools) -> Result<()> {
+    for line in tools.output(tools.bench().arg("fingerprint"))?.lines() {
+        let (name, played) =
+            line.split_once(' ').context("`palmares-bench fingerprint` prints names and hashes")?;
+        let file = format!("tasks/golden/{name}.txt");
+        let golden = fs::read_to_string(workspace::root().join(&file)).with_context(|| file.clone())?;
+        ensure!(
+            golden.trim() == played,
+            "the engine's reference run `{name}` ends in {played}, {file} has {}: write the new one first",
+            golden.trim()
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_declared_part_can_be_made_and_every_command_is_of_a_part() {
+        let parts = declared::parts().expect("pages.toml");
+        for part in &parts {
+            assert_eq!(
+                parts::COMMANDS.iter().any(|(name, _)| *name == part.name),
+                !part.by_hand,
+                "{}",
+                part.name
+            );
+        }
+        for (name, _) in parts::COMMANDS {
+            assert!(parts.iter().any(|part| part.name == name), "{name} is not in pages.toml");
+        }
+    }
+
+    #[test]
+    fn parts_are_chosen_by_name() {
+        let parts = || declared::parts().expect("pages.toml");
+        let names = |only: &[&str]| -> Result<Vec<String>> {
+            let only: Vec<String> = only.iter().map(|name| (*name).to_owned()).collect();
+            Ok(chosen(parts(), &only)?.into_iter().map(|part| part.name).collect())
+        };
+        assert_eq!(names(&["grasps", "report"]).expect("known"), ["report", "grasps"]);
+        assert_eq!(names(&[]).expect("all").len(), parts().len());
+        let error = names(&["grasp"]).expect_err("unknown").to_string();
+        assert!(error.starts_with("no part `grasp`; parts: report, "), "{error}");
+    }
+
+    #[test]
+    fn durations_are_told_in_minutes_below_an_hour() {
+        assert_eq!((hours(0.3), hours(6.0)), ("18 min".to_owned(), "6.0 h".to_owned()));
+    }
+}

@@ -1,0 +1,198 @@
+//! The commands of each part. In the quick form each plays what is shortest.
+
+use super::declared::Part;
+use super::tools::{Tools, played};
+use crate::cargo::build_server;
+use crate::pages::{self, Wanted};
+use anyhow::{Context, Result};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::thread;
+
+/// Makes a part's pages.
+type Make = fn(&Part, &Tools) -> Result<()>;
+
+/// The parts by name.
+pub(super) const COMMANDS: [(&str, Make); 11] = [
+    ("report", report),
+    ("further", report),
+    ("grasps", grasps),
+    ("validation", validation),
+    ("cameras", cameras),
+    ("throughput", throughput),
+    ("controllers", controllers),
+    ("grasped", grasped),
+    ("hands", hands),
+    ("training", training),
+    ("pictures", pictures),
+];
+
+/// Scenes beside MuJoCo's `rollout`: name, task, and the motion of the hand down into the objects.
+const SCENES: [(&str, &str, Option<[&str; 2]>); 4] = [
+    ("air", "balls", None),
+    ("balls", "balls", Some(["1.1", "-0.5"])),
+    ("shelf", "shelf", None),
+    ("grasp", "grasp", Some(["0.6", "-0.3"])),
+];
+const MUJOCO: (&str, &str) = ("mujoco", "mujoco>=4,<5");
+const MATPLOTLIB: (&str, &str) = ("matplotlib", "matplotlib>=3.9");
+
+/// Runs the commands of a part.
+pub(super) fn make(part: &Part, tools: &Tools) -> Result<()> {
+    let (_, make) = COMMANDS
+        .into_iter()
+        .find(|(name, _)| *name == part.name)
+        .with_context(|| format!("no command makes `{}`", part.name))?;
+    make(part, tools)
+}
+
+/// The folder of a part's page.
+fn folder(part: &Part, tools: &Tools) -> Result<PathBuf> {
+    let page = part.pages.first().context("a part has a page")?;
+    Ok(tools.place(page)?.parent().context("a page in a folder")?.to_owned())
+}
+
+/// The place of a part's page.
+fn page(part: &Part, tools: &Tools) -> Result<PathBuf> {
+    tools.place(part.pages.first().context("a part has a page")?)
+}
+
+fn report(part: &Part, tools: &Tools) -> Result<()> {
+    let mut report = tools.compare()?;
+    report.args(["report", "--part", &part.name, "--out"]).arg(folder(part, tools)?);
+    if tools.quick {
+        let case = part.cases.last().context("a report has a case")?;
+        report.args(["--quick", "--repeats", "1", "--steps-ms", "4", "--cases", case, "--run-limit-s", "10"]);
+        report.arg("--runs").arg(tools.folder.join("quick-report.jsonl"));
+        return played(&mut report);
+    }
+    report.args(["--cases", &part.cases.join(","), "--repeats", "3", "--run-limit-s", "100"]);
+    played(&mut report)?;
+    claims(tools)
+}
+
+fn grasps(part: &Part, tools: &Tools) -> Result<()> {
+    let mut grasps = tools.compare()?;
+    grasps.arg("grasps").arg("--out").arg(folder(part, tools)?);
+    if tools.quick {
+        grasps.args(["--placements", "1", "--family", "ball", "--hand", "softhand", "--steps-ms", "4"]);
+        grasps.args(["--settings", "default", "--run-limit-s", "10"]);
+        grasps.arg("--runs").arg(tools.folder.join("quick-grasps.jsonl"));
+        return played(&mut grasps);
+    }
+    let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
+    grasps.args(["--jobs", &jobs, "--run-limit-s", "60"]);
+    played(&mut grasps)?;
+    claims(tools)
+}
+
+/// README.md and docs/physics.md say what the reports say.
+fn claims(tools: &Tools) -> Result<()> {
+    played(tools.compare()?.args(["claims", "--write"]))
+}
+
+fn validation(part: &Part, tools: &Tools) -> Result<()> {
+    let mut validation = tools.compare()?;
+    validation.arg("validate").arg("--out").arg(folder(part, tools)?);
+    if tools.quick {
+        validation.arg("--quick");
+    }
+    played(&mut validation)
+}
+
+fn cameras(part: &Part, tools: &Tools) -> Result<()> {
+    let mut cameras = tools.compare()?;
+    cameras.arg("cameras").arg("--out").arg(page(part, tools)?);
+    if tools.quick {
+        cameras.args(["--repeats", "1"]);
+    }
+    played(&mut cameras)
+}
+
+fn throughput(part: &Part, tools: &Tools) -> Result<()> {
+    let scenes = tools.folder.join("mjcf");
+    for (name, task, down) in SCENES {
+        for settings in ["recommended", "stiff5"] {
+            let mut scene = tools.compare()?;
+            scene.args(["mjcf", "--task", task, "--settings", settings, "--out"]);
+            scene.arg(scenes.join(name).join(settings));
+            if let Some([time_s, speed_m_s]) = down {
+                scene.args(["--lead-in-s", time_s, &format!("--lead-in-m-s={speed_m_s}")]);
+            }
+            played(&mut scene)?;
+        }
+    }
+    let out = page(part, tools)?;
+    let short: &[&str] = if tools.quick {
+        &["--blocks", "2", "--ticks", "2", "--worlds", "4", "--scene", "air", "--hand", "softhand"]
+    } else {
+        &["--blocks", "5", "--ticks", "50"]
+    };
+    let run = |more: &[&Path]| -> Result<()> {
+        let mut python = tools.benchmark("throughput.py", &[MUJOCO])?;
+        played(python.args(more).args(short).arg("--output").arg(&out))
+    };
+    run(&[Path::new("--mjcf"), scenes.as_path()])?;
+    run(&[Path::new("--server")])
+}
+
+fn controllers(part: &Part, tools: &Tools) -> Result<()> {
+    let mut python = tools.benchmark("controllers.py", &[])?;
+    python.arg("--output").arg(page(part, tools)?);
+    if tools.quick {
+        python.args(["--only", "balls_softhand", "--seeds", "5001-5001"]);
+    }
+    played(&mut python)
+}
+
+fn grasped(part: &Part, tools: &Tools) -> Result<()> {
+    let mut python = tools.benchmark("grasped_objects.py", &[])?;
+    python.arg("--output").arg(page(part, tools)?);
+    if tools.quick {
+        python.args(["--only", "055_baseball"]);
+    }
+    played(&mut python)
+}
+
+fn hands(part: &Part, tools: &Tools) -> Result<()> {
+    let mut python = tools.benchmark("hand_grasps.py", &[])?;
+    python.arg("--output").arg(page(part, tools)?);
+    if tools.quick {
+        python.args(["--hand", "pinch"]);
+    }
+    played(&mut python)
+}
+
+fn training(part: &Part, tools: &Tools) -> Result<()> {
+    let pictures = tools.place("docs/pictures/README.md")?;
+    let pictures = pictures.parent().context("a folder")?;
+    for learner in ["cem", "lift"] {
+        // stable-baselines3 is not installed unasked: PyTorch, which it needs, has gigabytes.
+        let mut python = tools.benchmark("learning_curves.py", &[MATPLOTLIB])?;
+        python.args(["--train", learner, "--folder"]).arg(folder(part, tools)?);
+        python.arg("--output").arg(pictures.join(format!("learning_{learner}.svg")));
+        if tools.quick {
+            python.args(["--seeds", "1-1", "--updates", "1"]);
+        }
+        played(&mut python)?;
+    }
+    Ok(())
+}
+
+fn pictures(part: &Part, tools: &Tools) -> Result<()> {
+    let page = page(part, tools)?;
+    let folder = page.parent().context("a page in a folder")?;
+    // The shortest picture is that of the hands.
+    pages::run(Wanted::Pictures, Some((folder, tools.quick.then_some("each hand"))))?;
+    let mut cup = tools.benchmark("stacking_cup.py", &[MATPLOTLIB])?;
+    played(cup.arg("--output").arg(folder.join("stacking_cup.svg")))?;
+    let mut pinch = Command::new(build_server(true)?);
+    pinch.args(["hand", "show", "pinch", "--sigma", "0.3,0.35", "--push", "left_distal:0,0.4,0", "--output"]);
+    played(pinch.arg(folder.join("pinch.svg")))?;
+    let record = tools.record(&part.name)?;
+    let text = format!(
+        "# Pictures of README and docs\n\n{record}\n\n`cargo xtask pages-of-record --only pictures` takes them.\n"
+    );
+    fs::write(&page, text).with_context(|| format!("cannot write {}", page.display()))
+}
