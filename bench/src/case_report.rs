@@ -1,5 +1,6 @@
 //! The report of one run of a case.
 
+use crate::measured::Measured;
 use serde::{Deserialize, Serialize};
 
 /// One JSON object per run of a case.
@@ -19,6 +20,9 @@ pub struct CaseReport {
     pub us_per_step: Times,
     /// The case's own figure.
     pub error: Figure,
+    /// What the case measured on a hand, where it repeats a published measurement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<Measured>,
     /// Checks of the run; null where the case has none.
     pub invariants: Invariants,
 }

@@ -2,6 +2,7 @@
 
 use crate::cases::{self, Setup};
 use crate::engine::EngineFactory;
+use crate::rigs;
 use anyhow::Result;
 use clap::Args;
 
@@ -22,6 +23,9 @@ pub struct CaseOptions {
     /// Step of the reference run of cases without an analytic answer, s; 0 leaves it out.
     #[arg(long, default_value_t = 2e-5)]
     reference_dt: f64,
+    /// Hand of the cases that measure one, by name or by the path of a folder; the case's own if not given.
+    #[arg(long)]
+    hand: Option<String>,
 }
 
 impl CaseOptions {
@@ -31,7 +35,12 @@ impl CaseOptions {
     /// There is no such case, the step is out of range, or the engine fails.
     pub fn run(&self, engine: &'static dyn EngineFactory) -> Result<()> {
         let reference_dt_s = (self.reference_dt > 0.0).then_some(self.reference_dt);
-        let setup = Setup { engine, dt_s: self.dt, reference_dt_s, start: self.start };
+        // A setup is copied to every scene of a case, and the program ends with the case.
+        let hand = match &self.hand {
+            Some(name) => Some(&*Box::leak(Box::new(rigs::hand(name)?))),
+            None => None,
+        };
+        let setup = Setup { engine, dt_s: self.dt, reference_dt_s, start: self.start, hand };
         let (report, recorder) = cases::run(&self.name, &setup)?;
         if self.json {
             println!("{}", serde_json::to_string(&report)?);
@@ -48,6 +57,9 @@ impl CaseOptions {
         println!("  Newton     {mean:.2} iterations on average, {most} at most");
         let value = report.error.value.map_or("not computed".into(), |x| format!("{x:.3e}"));
         println!("  {:<10} {value} {}", report.error.name, report.error.unit);
+        if let Some(measured) = &report.measured {
+            print!("{measured}");
+        }
         println!("  invariants {}", serde_json::to_string(&report.invariants)?);
         Ok(())
     }

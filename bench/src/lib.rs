@@ -12,6 +12,7 @@ pub mod engine;
 #[cfg(test)]
 mod gates;
 pub mod machine;
+pub mod measured;
 pub mod monitor;
 pub mod overlap;
 pub mod random;

@@ -7,13 +7,10 @@ use palmares_bench::cases::grasp::Placement;
 use palmares_bench::command::CaseOptions;
 use palmares_bench::engine::OwnFactory;
 use palmares_bench::record::{Record, list};
+use palmares_bench::rigs;
 use palmares_bench::robust::{self, heaps, placements};
 use palmares_models::builtin::builtin_hands;
-use palmares_models::hand::Hand;
-use palmares_models::read::{self, LoadOptions};
 use palmares_tasks::identity;
-use std::path::Path;
-use std::sync::Arc;
 
 /// Cases of the physics with known answers. `palmares-compare` plays them on other engines.
 #[derive(Parser)]
@@ -135,7 +132,7 @@ fn robust(options: &RobustOptions) -> Result<()> {
 fn robust_hands(names: &[String], seed: u64, count: u64, seconds: f64) -> Result<()> {
     let hands = match names {
         [] => builtin_hands().to_vec(),
-        names => names.iter().map(|name| hand(name)).collect::<Result<_>>()?,
+        names => names.iter().map(|name| rigs::hand(name)).collect::<Result<_>>()?,
     };
     for hand in hands {
         let worst = robust::commands::check(&hand, seed, count, seconds)?;
@@ -146,14 +143,6 @@ fn robust_hands(names: &[String], seed: u64, count: u64, seconds: f64) -> Result
         );
     }
     Ok(())
-}
-
-/// A built-in hand, or one from a folder.
-fn hand(name: &str) -> Result<Arc<Hand>> {
-    match Hand::builtin(name) {
-        Some(hand) => Ok(hand),
-        None => Ok(Arc::new(read::hand(Path::new(name), &LoadOptions::default())?.hand)),
-    }
 }
 
 fn robust_placements(every_step: bool) -> Result<()> {

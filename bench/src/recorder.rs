@@ -2,6 +2,7 @@
 
 use crate::case_report::{Invariants, Times};
 use crate::engine::Engine;
+use crate::measured::Measured;
 use crate::overlap;
 use anyhow::{Result, bail};
 use palmares_sim::{Command, Model};
@@ -22,6 +23,8 @@ pub struct Recorder {
     iterations: u64,
     iterations_max: usize,
     longest_s: Option<f64>,
+    /// What the case measured on a hand.
+    pub measured: Option<Measured>,
 }
 
 impl Recorder {

@@ -2,9 +2,11 @@
 
 use anyhow::{Context, Result};
 use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
+use palmares_models::read::{self, LoadOptions};
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::Config;
 use palmares_sim::config::BaseConfig;
+use std::path::Path;
 use std::sync::Arc;
 
 /// Springs of the firm SoftHand, in those of the built-in hand; its drive: N·m at R = 1, 1/s.
@@ -20,6 +22,17 @@ pub fn softhand() -> Result<Arc<Hand>> {
     (hand.tendons[0].force_limit, hand.motors[0].speed_limit) = FIRM_DRIVE;
     (hand.motors[0].stall_force, hand.motors[0].power_limit) = (None, None);
     Ok(Arc::new(hand))
+}
+
+/// A built-in hand by its name, or one from a folder.
+///
+/// # Errors
+/// There is neither.
+pub fn hand(name: &str) -> Result<Arc<Hand>> {
+    match Hand::builtin(name) {
+        Some(hand) => Ok(hand),
+        None => Ok(Arc::new(read::hand(Path::new(name), &LoadOptions::default())?.hand)),
+    }
 }
 
 /// Limits that are never reached, rad or m.

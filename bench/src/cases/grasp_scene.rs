@@ -52,6 +52,19 @@ pub struct Lie {
 /// # Errors
 /// A shape without volume.
 pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
+    scene(hand, config, lie, true)
+}
+
+/// The same without a pedestal: the object floats where a person holds it until the hand has closed. Without gravity it
+/// stays there.
+///
+/// # Errors
+/// A shape without volume.
+pub fn floating(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
+    scene(hand, config, lie, false)
+}
+
+fn scene(hand: &Arc<Hand>, config: Config, lie: &Lie, on_pedestal: bool) -> Result<Scene> {
     let mut model = Model::new(config, Some(Arc::clone(hand)))?;
     let solid = |(pose, shape): &(Pose, Shape)| {
         let (parry, upright) = shape.to_parry().context("a part of the object has no volume")?;
@@ -91,11 +104,13 @@ pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
     let world_from_hand: Rotation = world_from_grip * lie.hand_from_grip.inverse();
     let start = Pose::from_parts(-(world_from_grip * at(x)), world_from_hand);
     let object = Pose::from_parts(Vec3::ZERO, world_from_grip * lie.grip_from_object);
-    let low = parts.iter().map(|(part, shape)| shape.compute_aabb(&(object * *part)).mins.z);
-    let low = low.fold(f64::INFINITY, f64::min);
-    let cube = Shape::Box { half_extents: [PEDESTAL_M; 3], rounding: 0.0 };
-    let under = Pose::translation(0.0, 0.0, low - PEDESTAL_M - ABOVE_M);
-    model.add_static("pedestal", &cube, under, lie.pedestal_friction)?;
+    if on_pedestal {
+        let low = parts.iter().map(|(part, shape)| shape.compute_aabb(&(object * *part)).mins.z);
+        let low = low.fold(f64::INFINITY, f64::min);
+        let cube = Shape::Box { half_extents: [PEDESTAL_M; 3], rounding: 0.0 };
+        let under = Pose::translation(0.0, 0.0, low - PEDESTAL_M - ABOVE_M);
+        model.add_static("pedestal", &cube, under, lie.pedestal_friction)?;
+    }
     model.add_object(Arc::clone(&lie.object))?;
     let state = State::at_rest(&model, start, &[object]);
     Ok(Scene { model, state, start })

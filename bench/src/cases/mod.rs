@@ -1,6 +1,7 @@
 //! The cases, by name.
 
 pub mod balls;
+pub mod calibration;
 mod case;
 pub mod consistency;
 mod elliptic;
@@ -55,6 +56,7 @@ pub const GROUPS: &[&[Case]] = &[
     tendon::CASES,
     rubbing::CASES,
     hold::CASES,
+    calibration::CASES,
     hard::CASES,
     consistency::CASES,
     friction::CASES,
@@ -96,6 +98,7 @@ pub fn run(name: &str, setup: &Setup) -> Result<(CaseReport, Recorder)> {
         rtf: recorder.rtf(setup.dt_s),
         us_per_step: recorder.times(),
         error: finding.error,
+        measured: recorder.measured.take(),
         invariants: finding.invariants,
     };
     Ok((report, recorder))

@@ -4,6 +4,7 @@ use crate::engine::limit::{self, NotFinished};
 use crate::engine::{Engine, EngineFactory, OwnFactory};
 use crate::random::Random;
 use anyhow::Result;
+use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::state::BaseReference;
 use palmares_sim::{BaseCommand, Model, State};
@@ -23,6 +24,8 @@ pub struct Setup {
     pub reference_dt_s: Option<f64>,
     /// The start: 0 is the scene as it is, in the others every object is up to [`ASIDE_M`] aside.
     pub start: u32,
+    /// The hand of a case that measures one; `None` is the case's own.
+    pub hand: Option<&'static Arc<Hand>>,
 }
 
 /// Largest shift of objects for another start, m, along x and along y: finer than objects can be placed by
@@ -37,7 +40,7 @@ impl Setup {
 
     /// The scene as it is, without a reference run.
     pub fn new(engine: &'static dyn EngineFactory, dt_s: f64) -> Self {
-        Setup { engine, dt_s, reference_dt_s: None, start: 0 }
+        Setup { engine, dt_s, reference_dt_s: None, start: 0, hand: None }
     }
 
     /// The engine of this setup, about to take its first step of the model's own length.
