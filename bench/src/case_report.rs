@@ -21,8 +21,8 @@ pub struct CaseReport {
     /// The case's own figure.
     pub error: Figure,
     /// What the case measured on a hand, where it repeats a published measurement.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub measured: Option<Measured>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measured: Vec<Measured>,
     /// Checks of the run; null where the case has none.
     pub invariants: Invariants,
 }

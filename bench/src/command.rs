@@ -57,7 +57,7 @@ impl CaseOptions {
         println!("  Newton     {mean:.2} iterations on average, {most} at most");
         let value = report.error.value.map_or("not computed".into(), |x| format!("{x:.3e}"));
         println!("  {:<10} {value} {}", report.error.name, report.error.unit);
-        if let Some(measured) = &report.measured {
+        for measured in &report.measured {
             print!("{measured}");
         }
         println!("  invariants {}", serde_json::to_string(&report.invariants)?);

@@ -24,7 +24,7 @@ pub struct Recorder {
     iterations_max: usize,
     longest_s: Option<f64>,
     /// What the case measured on a hand.
-    pub measured: Option<Measured>,
+    pub measured: Vec<Measured>,
 }
 
 impl Recorder {

@@ -8,3 +8,4 @@ pub mod mjcf;
 pub mod played;
 pub mod report;
 pub mod trials;
+pub mod validation;

@@ -1,10 +1,10 @@
-//! `palmares-compare`: plays cases and grasps on other engines and ours, and writes docs/report.
+//! `palmares-compare`: plays cases and grasps on other engines and ours, and writes docs/report and docs/validation.
 
 use anyhow::{Result, ensure};
 use clap::{Args, Parser, Subcommand};
 use palmares_bench::command::CaseOptions;
 use palmares_compare::engine::EngineKind;
-use palmares_compare::{cameras, child, grasps, mjcf, report};
+use palmares_compare::{cameras, child, grasps, mjcf, report, validation};
 use std::path::PathBuf;
 
 /// The hand emulator compared with other engines.
@@ -37,6 +37,8 @@ enum Command {
         #[command(flatten)]
         options: report::Options,
     },
+    /// Repeat published measurements on real hands, and write a page about them.
+    Validate(validation::Options),
     /// Judge the runs of a report's JSON again, and write its page and pictures anew, without running anything.
     Page {
         /// The file.
@@ -91,6 +93,7 @@ fn main() -> Result<()> {
                 false => report::write(&options).map(drop),
             }
         }
+        Command::Validate(options) => validation::run(&options),
         Command::Page { report } => report::runner::rewrite(&report),
         Command::Claims { write: true, root } => report::claims::write(&root),
         Command::Claims { write: false, root } => {

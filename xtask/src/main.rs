@@ -1,4 +1,5 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `fuzz`, `generate`, `pages`, `pages-of-record`, `release`, `report`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `fuzz`, `generate`, `pages`, `pages-of-record`, `release`, `report`, `test`,
+//! `validate`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
@@ -19,6 +20,7 @@ mod python;
 mod release;
 mod report;
 mod tools;
+mod validate;
 mod viewer;
 mod wheel;
 mod workspace;
@@ -59,6 +61,8 @@ enum Task {
     Release(release::Options),
     /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
+    /// Repeat published measurements on real hands; write docs/validation.
+    Validate(validate::Options),
     /// Build the pages' scripts, which the next build of the server includes.
     Viewer,
     /// Build the Python package with the engine, the program and its pages, into target/wheels.
@@ -79,6 +83,7 @@ fn main() -> ExitCode {
         Task::Release(options) => release::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Test => check::run(),
+        Task::Validate(options) => validate::run(&options).map(|()| true),
         Task::Viewer => viewer::run().map(|()| true),
         Task::Wheel(options) => wheel::run(&options).map(|()| true),
     };

@@ -1,18 +1,17 @@
-//! Holding: a pinch at the edge of Coulomb's law, a bar squeezed, the largest step that holds.
+//! Holding: a pinch at the edge of Coulomb's law, the largest step that holds.
 
 use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, kept};
 use super::scene::{G, Scene, cuboid};
-use super::setup::{Setup, ends_of_steps, ramp, risen, steps};
+use super::setup::{Setup, risen, steps};
 use crate::case_report::{Figure, Invariants};
 use crate::recorder::Recorder;
-use crate::rigs::softhand;
 use crate::rigs::{Finger, bolted, fingers};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use palmares_models::hand::{Geom, HingeKind};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::{Config, Owner};
+use palmares_sim::Config;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -22,11 +21,6 @@ pub const CASES: &[Case] = &[
         "pinch_hold",
         "two jaws press a box with 0.95, 1.05, 1.5 of m g / 2 mu: slip, and creep over 60 s; and while rising",
         pinch_hold,
-    ),
-    Case::ours(
-        "softhand_hold_45mm",
-        "SoftHand closes on a fixed 45 mm cylinder: force on it; the real hand's: 20 N",
-        squeeze,
     ),
     Case::new(
         "grasp_max_dt",
@@ -119,33 +113,6 @@ pub fn pinch_hold(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let error =
         Figure::new("error of the slip acceleration at 0.95 of the holding force", 100.0 * worst, "%");
     Ok(Finding { error, invariants: Invariants { slip_mm_s: Some(creep), ..recorder.invariants() } })
-}
-
-/// Force of the closed hand on a cylinder of 45 x 120 mm that is fixed before the palm, N. Catalano et al. (IJRR 2014)
-/// measured a holding force of 20 N with the standard motor, from which the tendon's limit was chosen.
-pub fn squeeze(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let bar = Shape::Cylinder { radius: 0.0225, half_length: 0.06 };
-    // Across the roots of the fingers.
-    let across = Pose::from_parts(Vec3::new(0.045, 0.0, 0.14), Rotation::from_rotation_x(FRAC_PI_2));
-    // With the hand's 1.16 the pair has the 0.8 with which the tendon's limit was chosen.
-    let (mut world, mut command) =
-        Scene::with_hand(Config::with_step(setup.dt_s), softhand()?, Pose::IDENTITY)?
-            .fixed(&bar, across, 0.64 / 1.16)?
-            .start(setup)?;
-    for t in ends_of_steps(3.0, setup.dt_s) {
-        command.sigma[0] = ramp(t).0;
-        recorder.step(&mut *world, &command)?;
-    }
-    let own = world.world().context("only our own engine tells its forces")?;
-    let mut on_bar = Vec3::ZERO;
-    for contact in own.contact_forces() {
-        match (contact.a, contact.b) {
-            (Owner::Static, _) => on_bar -= contact.force,
-            (_, Owner::Static) => on_bar += contact.force,
-            _ => {}
-        }
-    }
-    Ok(recorder.finding(Figure::new("holding force", on_bar.length(), "N")))
 }
 
 /// The largest step of 2^−k s at which the SoftHand keeps a capsule, in ms; every smaller one from 1/4096 s on must

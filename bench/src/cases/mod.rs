@@ -98,7 +98,7 @@ pub fn run(name: &str, setup: &Setup) -> Result<(CaseReport, Recorder)> {
         rtf: recorder.rtf(setup.dt_s),
         us_per_step: recorder.times(),
         error: finding.error,
-        measured: recorder.measured.take(),
+        measured: std::mem::take(&mut recorder.measured),
         invariants: finding.invariants,
     };
     Ok((report, recorder))

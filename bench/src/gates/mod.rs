@@ -2,6 +2,7 @@
 //! starts, and its comment names it. No gate asserts a time. One file per subject, as in `cases/`.
 
 mod balls;
+mod calibration;
 mod consistency;
 mod faces;
 mod free_motion;

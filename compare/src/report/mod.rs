@@ -7,7 +7,7 @@ mod outcome_cache;
 mod page;
 mod passes;
 mod peer_result;
-mod plots;
+pub(crate) mod plots;
 pub mod runner;
 pub mod ticks;
 

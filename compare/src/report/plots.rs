@@ -9,11 +9,11 @@ use plotters::style::register_font;
 use std::path::Path;
 
 const FONT: &[u8] = include_bytes!("../../../hand-tools/assets/dejavu-sans/DejaVuSans.ttf");
-const SANS: &str = "sans-serif";
+pub(crate) const SANS: &str = "sans-serif";
 /// Left end of horizontal bars.
 const LEFT: i32 = 215;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Colour of an engine; the three differ in lightness as well, for prints and for the colour-blind.
 fn colour(engine: &str) -> RGBColor {
@@ -25,7 +25,7 @@ fn colour(engine: &str) -> RGBColor {
 }
 
 /// An error of plotters for `anyhow`.
-fn failed(error: impl std::fmt::Display) -> anyhow::Error {
+pub(crate) fn failed(error: impl std::fmt::Display) -> anyhow::Error {
     anyhow!("cannot draw: {error}")
 }
 
@@ -36,7 +36,6 @@ pub(super) fn picture(case: &str) -> String {
 
 /// Draws all pictures into a folder.
 pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
-    register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))?;
     for case in cases(report) {
         let runs: Vec<&Run> =
             report.runs.iter().filter(|run| run.case == case && drawn(report, run)).collect();
@@ -73,7 +72,9 @@ fn compared(report: &Comparison) -> Vec<&str> {
     cases(report).into_iter().filter(|case| peer(case)).collect()
 }
 
-fn on_page(path: &Path, size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<()> {
+/// One picture in a file.
+pub(crate) fn on_page(path: &Path, size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<()> {
+    register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))?;
     let root = SVGBackend::new(path, size).into_drawing_area();
     root.fill(&WHITE).map_err(failed)?;
     draw(&root)?;
