@@ -8,11 +8,12 @@ or by 0, a length and a message. Then, each led by one byte:
     C                      answered by the number of contacts of the last step, and of each: numbers in the names of both
                            shapes, place, normal from the first to the second, force on the second, gap
     R  longest             play everything since the start again, for at most so many CPU seconds; answered by CPU
-                           seconds per step
+                           seconds per step, and those of steps from the same states without multiccd and noslip
 
 CPU time is that of this thread around mj_step alone, less what reading the clock and calling MuJoCo cost.
 """
 
+import copy
 import struct
 import sys
 import time
@@ -43,15 +44,30 @@ def overhead_ns():
     return sorted(spent)[len(spent) // 2]
 
 
+def without_extras(model):
+    """The model without multiccd and noslip; the same one if it has neither."""
+    multiccd = mujoco.mjtDisableBit.mjDSBL_MULTICCD
+    if model.opt.noslip_iterations == 0 and model.opt.disableflags & multiccd:
+        return model
+    bare = copy.copy(model)
+    bare.opt.disableflags |= multiccd
+    bare.opt.noslip_iterations = 0
+    return bare
+
+
 def replay(model, start, log, longest_ns):
-    """CPU seconds per step of the same run in one tight loop."""
+    """CPU seconds per step of the same run in one tight loop, and of its steps, each from the same state, without extras."""
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = start
+    bare = without_extras(model)
+    states = []
     ctrl, step = data.ctrl, mujoco.mj_step
     total = count = 0
     for op, values in log:
         if op == b"S":
             ctrl[:] = values
+            if bare is not model:
+                states.append((data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy(), values))
             begin = clock()
             step(model, data)
             total += clock() - begin
@@ -61,7 +77,15 @@ def replay(model, start, log, longest_ns):
         else:
             data.qpos[:] = values[: model.nq]
             data.qvel[:] = values[model.nq :]
-    return (total / max(count, 1) - OVERHEAD_NS) * 1e-9
+    lesser = total
+    if bare is not model:
+        data, lesser = mujoco.MjData(bare), 0
+        for qpos, qvel, warm, ctrl in states:
+            data.qpos[:], data.qvel[:], data.qacc_warmstart[:], data.ctrl[:] = qpos, qvel, warm, ctrl
+            begin = clock()
+            step(bare, data)
+            lesser += clock() - begin
+    return [(spent / max(count, 1) - OVERHEAD_NS) * 1e-9 for spent in (total, lesser)]
 
 
 def contacts(model, data):

@@ -7,5 +7,7 @@ pub mod grasps;
 pub mod mjcf;
 pub mod played;
 pub mod report;
+pub mod scene_id;
+pub mod search;
 pub mod trials;
 pub mod validation;

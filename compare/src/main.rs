@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use clap::{Args, Parser, Subcommand};
 use palmares_bench::command::CaseOptions;
 use palmares_compare::engine::EngineKind;
-use palmares_compare::{cameras, child, grasps, mjcf, report, validation};
+use palmares_compare::{cameras, child, grasps, mjcf, report, search, validation};
 use std::path::PathBuf;
 
 /// The hand emulator compared with other engines.
@@ -23,6 +23,9 @@ enum Command {
     Cameras(cameras::Options),
     /// Write a task's scene as a file for MuJoCo, with its commands.
     Mjcf(mjcf::Options),
+    /// Search the documented options of the peers for sets that solve a scene, and write docs/report/search. Goes on where
+    /// it was stopped.
+    Search(search::command::Options),
     /// Run one case on an engine and print its report.
     Case(Case),
     /// Compare the engines over scenes and steps, and write a report with tables, plots and JSON.
@@ -79,6 +82,7 @@ struct Case {
 fn main() -> Result<()> {
     match Arguments::parse().command {
         Command::Cameras(options) => cameras::run(&options),
+        Command::Search(options) => search::command::run(&options),
         Command::Mjcf(options) => mjcf::run(&options),
         Command::Grasps(options) => grasps::command::run(&options),
         Command::Case(Case { case, engine, settings }) => {

@@ -1,7 +1,8 @@
 //! A task's scene as a file for MuJoCo, so that others can measure the same scene.
 
-use crate::engine::mujoco::{self, export};
-use anyhow::{Context, Result};
+use crate::engine::EngineKind;
+use crate::engine::mujoco::export;
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use palmares_models::hand::Hand;
 use palmares_sim::Command;
@@ -46,8 +47,9 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<()> {
     let task = Task::builtin().into_iter().find(|task| task.name == options.task).context("no such task")?;
     let hand = Hand::builtin(&options.hand).context("no such hand")?;
-    let settings = mujoco::SETTINGS.iter().find(|known| known.name == options.settings);
-    let settings = settings.context("MuJoCo has no such settings here")?;
+    let EngineKind::MuJoCo(settings) = EngineKind::from_names("mujoco", Some(&options.settings))? else {
+        bail!("these are no settings of MuJoCo");
+    };
     let (tick_s, motors) = (task.tick_s, hand.motors.len());
     let mut run = Run::new(task, hand, Seed::from_u64(options.seed))?;
     for _ in 0..(options.lead_in_s / tick_s).round() as u64 {

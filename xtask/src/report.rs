@@ -41,6 +41,10 @@ pub(crate) struct Options {
     /// Reuse gathered outcomes of peers from any commit.
     #[arg(long)]
     reuse_peers: bool,
+    /// Search the documented options of the other engines instead, and write docs/report/search. Hours; goes on where it was
+    /// stopped, from target/search.jsonl.
+    #[arg(long)]
+    search: bool,
     /// A report's JSON from which the runs of engines that are not played, and their times, are taken.
     #[arg(long)]
     keep: Option<PathBuf>,
@@ -50,6 +54,9 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> Result<()> {
     eprintln!("== building palmares-compare");
     let program = build("palmares-compare", true)?;
+    if options.search {
+        return search(options, &program);
+    }
     let default = if options.quick { "target/report" } else { "docs/report" };
     let out = options.out.clone().unwrap_or_else(|| workspace::root().join(default));
     let mut report = Command::new(&program);
@@ -80,7 +87,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         eprintln!("== preparing MuJoCo");
         match mujoco(&program) {
             Ok(python) => {
-                report.env("PALMARES_MUJOCO_PYTHON", python);
+                report.env(PYTHON, python);
             }
             Err(error) => eprintln!("MuJoCo cannot be installed ({error:#}); the report goes on without it"),
         }
@@ -90,9 +97,34 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
+/// Searches the options of the other engines.
+fn search(options: &Options, program: &Path) -> Result<()> {
+    let engines: Vec<&str> = options.engines.split(',').filter(|engine| *engine != "own").collect();
+    let mut search = Command::new(program);
+    search.current_dir(workspace::root()).args(["search", "--engines", &engines.join(",")]);
+    search.args(["--run-limit-s", &options.run_limit_s.to_string()]);
+    for (flag, value) in [("--cases", &options.cases), ("--steps-ms", &options.steps_ms)] {
+        if let Some(value) = value {
+            search.args([flag, value]);
+        }
+    }
+    if let Some(jobs) = options.jobs {
+        search.args(["--jobs", &jobs.to_string()]);
+    }
+    if engines.contains(&"mujoco") {
+        search.env(PYTHON, mujoco(program).context("MuJoCo cannot be installed")?);
+    }
+    let status = search.status().context("cannot start palmares-compare")?;
+    ensure!(status.success(), "the search failed ({status})");
+    Ok(())
+}
+
+/// Names the interpreter that has MuJoCo.
+const PYTHON: &str = "PALMARES_MUJOCO_PYTHON";
+
 /// An interpreter with the package `mujoco`, in an environment in the target directory; made once.
 pub(crate) fn mujoco(program: &Path) -> Result<PathBuf> {
-    if let Some(named) = std::env::var_os("PALMARES_MUJOCO_PYTHON") {
+    if let Some(named) = std::env::var_os(PYTHON) {
         return Ok(named.into());
     }
     let target = program.parent().and_then(Path::parent).context("the target directory")?;

@@ -86,7 +86,8 @@ impl Engine for Own {
         let start = ThreadTime::now();
         let mut phases = Phases::new();
         self.world.step_timed(command, &mut phases);
-        Ok(Cost { total_s: clock::spent_s(start, self.overhead), phases_s: phases.spent_s })
+        let total_s = clock::spent_s(start, self.overhead);
+        Ok(Cost { total_s, phases_s: phases.spent_s, ..Cost::default() })
     }
 
     fn state(&self) -> &State {

@@ -1,12 +1,14 @@
 //! The engines that there are, each with its named settings.
 
+use super::option_set::{self, Dimension};
 use super::{mujoco, rapier};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use palmares_bench::engine::limit::Limited;
 use palmares_bench::engine::{Engine, EngineFactory, OwnFactory};
 use palmares_models::hand::Hand;
 use palmares_sim::{Model, State};
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An engine with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,17 +66,65 @@ impl EngineKind {
         Ok(kinds)
     }
 
-    /// From the command line: an engine and its settings, `default` where none are named.
+    /// From the command line: an engine and its settings, `default` where none are named; options of named ones may be
+    /// [changed](super::option_set).
     ///
     /// # Errors
-    /// No such engine, or it has no such settings.
+    /// No such engine, or it has no such settings or options.
     pub fn from_names(name: &str, settings: Option<&str>) -> Result<Self> {
         let kinds = Self::with_all_settings(name)?;
-        let wanted = settings.unwrap_or("default");
-        kinds.iter().find(|kind| kind.settings() == wanted).copied().with_context(|| {
+        let wanted = option_set::kept(settings.unwrap_or("default"));
+        let (base, changes) = option_set::parse(wanted)?;
+        let base = kinds.iter().find(|kind| kind.settings() == base).copied().with_context(|| {
             let names: Vec<&str> = kinds.iter().map(|kind| kind.settings()).collect();
-            format!("unknown settings `{wanted}` of {name}; known settings: {}", names.join(", "))
-        })
+            format!("unknown settings `{base}` of {name}; known settings: {}", names.join(", "))
+        })?;
+        if changes.is_empty() {
+            return Ok(base);
+        }
+        static MADE: Mutex<BTreeMap<(&str, &str), EngineKind>> = Mutex::new(BTreeMap::new());
+        let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = made.get(&(base.name(), wanted)) {
+            return Ok(*known);
+        }
+        let words = changes.iter().map(|(key, value)| format!("{key} {value}")).collect::<Vec<_>>();
+        let about = option_set::kept(&format!("`{}` with {}", base.settings(), words.join(", ")));
+        let kind = match base {
+            EngineKind::Own => bail!("ours has one set of settings, without options"),
+            EngineKind::Rapier(it) => {
+                EngineKind::Rapier(Box::leak(Box::new(it.with(wanted, about, changes)?)))
+            }
+            EngineKind::MuJoCo(it) => {
+                EngineKind::MuJoCo(Box::leak(Box::new(it.with(wanted, about, changes)?)))
+            }
+        };
+        made.insert((base.name(), wanted), kind);
+        Ok(kind)
+    }
+
+    /// The same with one option changed; none if it has this value already, or there is no such option.
+    pub fn changed(self, option: &str, value: &str) -> Option<Self> {
+        let has = match self {
+            EngineKind::Own => return None,
+            EngineKind::Rapier(it) => {
+                it.changes.iter().find(|(key, _)| *key == option).map(|(_, value)| *value)
+            }
+            EngineKind::MuJoCo(it) => it.get(option),
+        };
+        if has == Some(value) {
+            return None;
+        }
+        let name = option_set::changed(self.settings(), option, value);
+        Self::from_names(self.name(), Some(&name)).ok()
+    }
+
+    /// What a search changes of it.
+    pub fn space(self) -> &'static [Dimension] {
+        match self {
+            EngineKind::Own => &[],
+            EngineKind::Rapier(_) => rapier::SPACE,
+            EngineKind::MuJoCo(_) => mujoco::SPACE,
+        }
     }
 
     /// Starts this engine with these settings.

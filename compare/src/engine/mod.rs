@@ -2,6 +2,7 @@
 
 mod kind;
 pub mod mujoco;
+pub mod option_set;
 pub mod rapier;
 #[cfg(test)]
 mod tests;

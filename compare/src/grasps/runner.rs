@@ -2,6 +2,7 @@
 
 use crate::child;
 use crate::engine::{EngineKind, mujoco};
+use crate::scene_id;
 use crate::trials::family::{Family, HandKind, Trial};
 use crate::trials::play::Fate;
 use anyhow::{Context, Result};
@@ -36,6 +37,9 @@ pub struct Run {
     /// Shift of the object from its drawn place, µm.
     #[serde(default)]
     pub aside_um: f64,
+    /// Identity of its scene and set point.
+    #[serde(default)]
+    pub scene: String,
     /// The outcome.
     pub fate: Fate,
     /// Wall-clock time of the run, s: for the estimate of the time left.
@@ -75,6 +79,8 @@ pub struct Plan {
 
 struct Task<'a> {
     trial: &'a Trial,
+    /// [Identity](scene_id) of the trial.
+    scene: &'a str,
     engine: EngineKind,
     step_ms: f64,
     aside_um: f64,
@@ -112,7 +118,18 @@ impl Task<'_> {
             fate => fate.with_context(|| format!("{:?}", self.key()))?,
         };
         let wall_s = begin.elapsed().as_secs_f64();
-        Ok(Run { hand, family, index, engine, settings, step_ms, aside_um, fate, wall_s })
+        Ok(Run {
+            hand,
+            family,
+            index,
+            engine,
+            settings,
+            step_ms,
+            aside_um,
+            scene: self.scene.to_owned(),
+            fate,
+            wall_s,
+        })
     }
 }
 
@@ -128,17 +145,20 @@ pub fn run(plan: &Plan, file: &Path) -> Result<Vec<Run>> {
     let trials = trials(plan)?;
     let tasks: Vec<Task> = trials
         .iter()
-        .flat_map(|trial| {
+        .flat_map(|(trial, scene)| {
             let fits = |engine: &&EngineKind| trial.hand == HandKind::SoftHand || **engine == EngineKind::Own;
             plan.engines.iter().filter(fits).flat_map(move |engine| {
                 let aside_um = plan.aside_um;
-                let at = move |step_ms: &f64| Task { trial, engine: *engine, step_ms: *step_ms, aside_um };
+                let at =
+                    move |step_ms: &f64| Task { trial, scene, engine: *engine, step_ms: *step_ms, aside_um };
                 plan.steps_ms.iter().map(at)
             })
         })
         .collect();
     let commit = machine::commit();
     let mut known = known(file, &commit, plan.reuse_peers)?;
+    let scenes: BTreeMap<Key, &str> = tasks.iter().map(|task| (task.key(), task.scene)).collect();
+    known.retain(|key, run| scenes.get(key).is_some_and(|scene| *scene == run.scene));
     let open: Vec<&Task> = tasks.iter().filter(|task| !known.contains_key(&task.key())).collect();
     eprintln!("{} of {} grasps are to be played", open.len(), tasks.len());
     if let Some(folder) = file.parent() {
@@ -155,11 +175,15 @@ pub fn run(plan: &Plan, file: &Path) -> Result<Vec<Run>> {
     Ok(tasks.iter().filter_map(|task| known.get(&task.key()).cloned()).collect())
 }
 
-fn trials(plan: &Plan) -> Result<Vec<Trial>> {
+/// The drawn grasps with their identities.
+fn trials(plan: &Plan) -> Result<Vec<(Trial, String)>> {
     let mut trials = Vec::new();
     for hand in &plan.hands {
         for family in plan.families.iter().filter(|family| family.fits(*hand)) {
-            trials.extend(Trial::of(*hand, *family, plan.placements)?);
+            for trial in Trial::of(*hand, *family, plan.placements)? {
+                let scene = scene_id::of_trial(&trial)?;
+                trials.push((trial, scene));
+            }
         }
     }
     Ok(trials)
@@ -300,7 +324,7 @@ mod tests {
     fn runs_of_a_commit_are_known_and_those_of_changed_files_are_not() {
         let file = std::env::temp_dir().join(format!("palmares-known-{}.jsonl", std::process::id()));
         let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
-        let run = Task { trial, engine: EngineKind::Own, step_ms: 16.0, aside_um: 0.0 }
+        let run = Task { trial, scene: "a", engine: EngineKind::Own, step_ms: 16.0, aside_um: 0.0 }
             .play(60.0)
             .expect("ours plays");
         let peer = Run { engine: "mujoco".into(), ..run.clone() };

@@ -2,11 +2,13 @@
 
 use super::runner::{Plan, Run};
 use super::tally::{Count, Flips, wilson};
+use crate::scene_id;
 use crate::trials::family::{self, Family, HandKind};
 use crate::trials::play::Ending;
 use anyhow::{Context, Result, ensure};
 use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -53,6 +55,9 @@ pub(crate) struct Row {
     pub cells: Vec<Cell>,
     /// Changes of the outcome with the step.
     pub flips: Flips,
+    /// Identity of its scenes and set points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scenes: Option<String>,
     /// Commit of the program that played it, if it was kept from an earlier table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commit: Option<String>,
@@ -132,6 +137,16 @@ impl Table {
                 self.engines.push(engine);
             }
         }
+        for row in earlier.rows.iter().filter(|row| row.engine != "own") {
+            let own = self.rows.iter().find(|own| own.hand == row.hand && own.family == row.family);
+            ensure!(
+                own.is_none_or(|own| own.scenes == row.scenes),
+                "rows cannot be kept: {} `{}` played other scenes in {}",
+                row.engine,
+                row.settings,
+                row.family
+            );
+        }
         let known = |row: &Row| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
         for mut row in earlier.rows.into_iter().filter(|row| row.engine != "own") {
             if !self.rows.iter().any(|own| known(own) == known(&row)) {
@@ -182,17 +197,39 @@ impl Table {
         Ok(table)
     }
 
-    /// All drawn families together with a hand, for every engine with its settings.
+    /// All drawn families together with a hand, for every engine with its settings, at every step.
     pub(crate) fn drawn(&self, hand: &str) -> Vec<Sum<'_>> {
+        self.drawn_at(hand, &self.steps_ms)
+    }
+
+    /// The steps at which every engine has played every drawn grasp of a hand with each of its settings.
+    pub(crate) fn common_steps(&self, hand: &str) -> Vec<f64> {
+        let sums = self.drawn(hand);
+        let played = |k: usize| sums.iter().all(|sum| sum.counts[k].of + sum.counts[k].not_finished > 0);
+        (0..self.steps_ms.len()).filter(|k| played(*k)).map(|k| self.steps_ms[k]).collect()
+    }
+
+    /// All drawn families together with a hand, for every engine with its settings, at these steps.
+    pub(crate) fn drawn_at(&self, hand: &str, steps_ms: &[f64]) -> Vec<Sum<'_>> {
         let drawn = |row: &&Row| Family::DRAWN.iter().any(|family| row.family == family.name());
         let mut sums = Vec::new();
         for [engine, settings, _] in &self.engines {
             let of = |row: &&Row| row.hand == hand && row.engine == *engine && row.settings == *settings;
             let rows: Vec<&Row> = self.rows.iter().filter(of).filter(drawn).collect();
             if !rows.is_empty() {
-                let at = |k: usize| rows.iter().fold(Count::default(), |sum, row| sum + row.cells[k].count);
-                let counts = (0..self.steps_ms.len()).map(at).collect();
-                let flips = rows.iter().fold(Flips::default(), |sum, row| sum + row.flips);
+                let cells = |row: &Row| -> Vec<Cell> {
+                    let of = |step_ms: &f64| row.cells.iter().find(|cell| cell.step_ms == *step_ms).cloned();
+                    steps_ms.iter().filter_map(of).collect()
+                };
+                let mut counts = vec![Count::default(); steps_ms.len()];
+                let mut flips = Flips::default();
+                for cells in rows.into_iter().map(cells) {
+                    for (count, cell) in counts.iter_mut().zip(&cells) {
+                        *count = *count + cell.count;
+                    }
+                    let played = cells.iter().filter(|cell| !cell.endings.is_empty());
+                    flips = flips + Flips::of_endings(&played.map(|cell| &*cell.endings).collect::<Vec<_>>());
+                }
                 sums.push(Sum { engine, settings, counts, flips });
             }
         }
@@ -222,6 +259,9 @@ impl Row {
     fn of(hand: HandKind, family: Family, engine: [&str; 2], plan: &Plan, runs: &[&Run]) -> Self {
         let at = |step_ms: &f64| runs.iter().filter(|run| run.step_ms == *step_ms).copied().collect();
         let [engine, settings] = engine.map(str::to_owned);
+        let by_grasp: BTreeMap<usize, String> =
+            runs.iter().map(|run| (run.index, run.scene.clone())).collect();
+        let scenes: Vec<String> = by_grasp.into_values().collect();
         Row {
             hand: hand.name().to_owned(),
             family: family.name().to_owned(),
@@ -229,6 +269,7 @@ impl Row {
             settings,
             cells: plan.steps_ms.iter().map(|step_ms| Cell::of(*step_ms, at(step_ms))).collect(),
             flips: Flips::of(runs.iter().copied()),
+            scenes: Some(scene_id::of_all(&scenes)),
             commit: None,
         }
     }

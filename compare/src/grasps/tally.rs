@@ -103,6 +103,24 @@ impl Flips {
         flips
     }
 
+    /// Counts the outcomes at several steps, each in the order of the draw: k kept, n not finished.
+    pub fn of_endings(by_step: &[&str]) -> Self {
+        let grasps = by_step.iter().map(|endings| endings.len()).min().unwrap_or(0);
+        let mut flips = Flips::default();
+        for grasp in 0..grasps {
+            let at = |endings: &&str| endings.as_bytes()[grasp];
+            let kept: Vec<bool> =
+                by_step.iter().map(at).filter(|it| *it != b'n').map(|it| it == b'k').collect();
+            if kept.len() > 1 {
+                let changes = kept.windows(2).filter(|pair| pair[0] != pair[1]).count();
+                let one =
+                    Flips { flips: changes, pairs: kept.len() - 1, grasps: usize::from(changes > 0), of: 1 };
+                flips = flips + one;
+            }
+        }
+        flips
+    }
+
     /// Flips out of the pairs, %.
     pub fn percent(&self) -> f64 {
         100.0 * self.flips as f64 / self.pairs.max(1) as f64
@@ -137,6 +155,7 @@ mod tests {
             settings: text("default"),
             step_ms,
             aside_um: 0.0,
+            scene: String::new(),
             fate,
             wall_s: 0.0,
         }
@@ -171,6 +190,8 @@ mod tests {
             run(2, 1.0, Ending::Kept),
         ];
         assert_eq!(Flips::of(runs.iter()), Flips { flips: 1, pairs: 4, grasps: 1, of: 2 });
+        let alike = Flips::of_endings(&["okk", "skk", "kkk", "knk"]);
+        assert_eq!(alike, Flips { flips: 1, pairs: 8, grasps: 1, of: 3 });
         let count = Count::of(runs.iter());
         assert_eq!(count, Count { kept: 5, overlapping: 1, diverged: 0, not_finished: 1, of: 7 });
     }

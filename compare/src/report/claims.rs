@@ -2,11 +2,12 @@
 //! two marks, and compared with them by a test. ARCHITECTURE.md has none.
 
 use super::comparison::Comparison;
-use super::dominance::PeerResult;
+use super::dominance::{PeerResult, Verdict};
 use super::passes::BY_STARTS;
 use super::runner::read;
 use crate::engine::EngineKind;
 use crate::grasps::table::{Sum, Table, best};
+use crate::search::table as search;
 use crate::trials::family::HandKind;
 use anyhow::{Context, Result, bail};
 use std::fmt::Write;
@@ -18,11 +19,11 @@ pub const BEGIN: &str = "<!-- claims: written by `palmares-compare claims --writ
 /// The mark after them.
 pub const END: &str = "<!-- end of claims -->";
 
-/// The reports and the counted grasps, in the repository.
-const REPORTS: [&str; 2] = ["docs/report/report.json", "docs/report/further/report.json"];
+/// The reports, the counted grasps and the search, in the repository. Where two reports have a case, the last one counts.
+const REPORTS: [&str; 3] =
+    ["docs/report/report.json", "docs/report/further/report.json", "docs/report/hands/report.json"];
 const GRASPS: &str = "docs/report/grasps/grasps.json";
-/// The step of the grasps in the claims, ms.
-const GRASPS_MS: f64 = 1.0;
+const SEARCH: &str = "docs/report/search/search.json";
 
 /// The documents whose claims differ from the committed reports.
 ///
@@ -52,14 +53,24 @@ pub fn write(root: &Path) -> Result<()> {
 
 /// Name, text and claims of every document.
 fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
-    let [main, further] = REPORTS;
-    let reports = [read(&root.join(main))?, read(&root.join(further))?];
+    let made = REPORTS.iter().map(|file| root.join(file)).filter(|file| file.exists());
+    let mut reports = made.map(|file| read(&file)).collect::<Result<Vec<_>>>()?;
+    for k in 0..reports.len() {
+        let later: Vec<String> = reports[k + 1..]
+            .iter()
+            .flat_map(|report| &report.results)
+            .map(|result| result.case.clone())
+            .collect();
+        reports[k].results.retain(|result| !later.contains(&result.case));
+    }
     let grasps = Table::read(&root.join(GRASPS))?;
+    let search = Some(root.join(SEARCH)).filter(|file| file.exists());
+    let search = search.map(|file| search::Table::read(&file)).transpose()?;
     let text =
         |file: &str| fs::read_to_string(root.join(file)).with_context(|| format!("cannot read {file}"));
     Ok([
-        ("README.md", text("README.md")?, readme(&reports, &grasps)),
-        ("docs/physics.md", text("docs/physics.md")?, physics(&reports)),
+        ("README.md", text("README.md")?, readme(&reports, &grasps, search.as_ref())),
+        ("docs/physics.md", text("docs/physics.md")?, physics(&reports, &grasps)),
     ])
 }
 
@@ -78,99 +89,183 @@ fn outside(text: &str) -> Result<String> {
     Ok(replaced(text, "")?.replace(BEGIN, "").replace(END, ""))
 }
 
-fn readme(reports: &[Comparison; 2], grasps: &Table) -> String {
+fn readme(reports: &[Comparison], grasps: &Table, search: Option<&search::Table>) -> String {
     let mut out = said_of_all(reports) + &said_of_grasps(grasps);
-    let scenes = BY_STARTS.iter().flat_map(|case| reports[0].results.iter().filter(|v| v.case == *case));
+    out += &search.map_or_else(String::new, said_of_search);
+    let all = || reports.iter().flat_map(|report| &report.results);
+    let scenes = BY_STARTS.iter().flat_map(|case| all().filter(|result| result.case == *case));
     out += "Results in the scenes with hands:\n\n";
     scenes.for_each(|result| bullet(&mut out, result));
     out
 }
 
-fn physics(reports: &[Comparison; 2]) -> String {
+fn physics(reports: &[Comparison], grasps: &Table) -> String {
     let mut out = said_of_all(reports);
-    let ahead: Vec<&PeerResult> = reports.iter().flat_map(Comparison::ahead).collect();
-    if !ahead.is_empty() {
-        out += "A peer is ahead in:\n\n";
-        ahead.into_iter().for_each(|result| bullet(&mut out, result));
+    let all = || reports.iter().flat_map(|report| &report.results);
+    for (verdict, title) in [(Verdict::Lost, "A peer is ahead in:"), (Verdict::Neither, "Neither solves:")] {
+        let of: Vec<&PeerResult> = all().filter(|result| result.verdict() == verdict).collect();
+        if !of.is_empty() {
+            out += &format!("{title}\n\n");
+            of.into_iter().for_each(|result| bullet(&mut out, result));
+            out += "\n";
+        }
     }
-    out
+    out + &said_of_flips(grasps)
 }
 
-fn said_of_all(reports: &[Comparison; 2]) -> String {
-    let [main, further] = reports;
-    let all: usize = reports.iter().map(|report| report.results.len()).sum();
-    let ahead: usize = reports.iter().map(|report| report.ahead().count()).sum();
-    let commits = if main.record.commit == further.record.commit {
-        format!("commit {}", main.record.commit)
-    } else {
-        format!("commits {} and {}", main.record.commit, further.record.commit)
+fn said_of_all(reports: &[Comparison]) -> String {
+    let all = || reports.iter().flat_map(|report| &report.results);
+    let count = |verdict: Verdict| all().filter(|result| result.verdict() == verdict).count();
+    let mut commits: Vec<&str> = reports.iter().map(|report| &*report.record.commit).collect();
+    commits.dedup();
+    let commits = match &commits[..] {
+        [one] => format!("commit {one}"),
+        several => format!("commits {}", several.join(", ")),
     };
-    let peers = main.engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
-    let peers: Vec<String> = peers
-        .map(|note| {
+    let alone = all().filter(|result| result.verdict() == Verdict::Won && result.best().is_none()).count();
+    let mut said = format!(
+        "{} comparisons of a scene with another engine ({commits}), each at the same steps for both: in {} ours solves the scene \
+         and no run of the other engine is both faster and at least as accurate with any of its settings (in {alone} of these \
+         it solves the scene at no step); in {} it is ahead; in {} neither solves the scene.",
+        all().count(),
+        count(Verdict::Won),
+        count(Verdict::Lost),
+        count(Verdict::Neither),
+    );
+    match count(Verdict::Unknown) {
+        0 => {}
+        n => said += &format!(" In {n} no run of the other engine ended in its time."),
+    }
+    let mut settings: Vec<String> = Vec::new();
+    for report in reports {
+        let steps: Vec<&[f64]> = report.results.iter().map(|result| &*result.steps_ms).collect();
+        let at = steps.first().filter(|first| steps.iter().all(|it| it == *first));
+        let at = at
+            .map_or("the steps that both played".to_owned(), |steps_ms| format!("{} ms", numbers(steps_ms)));
+        let peers = report.engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
+        for note in peers {
             let names: Vec<String> =
                 note.settings.iter().map(|choice| format!("`{}`", choice.name)).collect();
-            format!("{} {} with {}", note.name, note.version, names.join(", "))
-        })
-        .collect();
+            let (name, version) = (&note.name, &note.version);
+            let line = format!("{name} {version} with {} at {at}", names.join(", "));
+            if !settings.contains(&line) {
+                settings.push(line);
+            }
+        }
+    }
+    said += &format!(" Settings and steps: {}.", settings.join("; "));
+    wrapped(&said) + "\n"
+}
+
+fn numbers(of: &[f64]) -> String {
+    of.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// Number of the random grasps that each engine holds; each peer at every step with the settings that hold most there.
+fn said_of_grasps(grasps: &Table) -> String {
+    let hand = HandKind::SoftHand.name();
+    let steps_ms = grasps.common_steps(hand);
+    let sums = grasps.drawn_at(hand, &steps_ms);
+    let mut engines: Vec<&str> = sums.iter().map(|sum| sum.engine).collect();
+    engines.dedup();
+    let said = engines.into_iter().map(|engine| {
+        let of: Vec<&Sum> = sums.iter().filter(|sum| sum.engine == engine).collect();
+        let most = |k: usize| of.iter().rev().max_by_key(|sum| sum.counts[k].kept);
+        let kept: Vec<String> =
+            (0..steps_ms.len()).filter_map(|k| Some(most(k)?.counts[k].kept.to_string())).collect();
+        let mut names: Vec<String> =
+            (0..steps_ms.len()).filter_map(|k| Some(format!("`{}`", most(k)?.settings))).collect();
+        names.sort();
+        names.dedup();
+        let (name, with) = match engine == EngineKind::Own.name() {
+            true => ("ours", String::new()),
+            false => {
+                (engine, format!(", with the best of its settings at each step ({}),", names.join(", ")))
+            }
+        };
+        format!("{name}{with} holds {}", kept.join(", "))
+    });
+    let said = said.collect::<Vec<_>>().join("; ");
+    let of = sums.iter().flat_map(|sum| &sum.counts).map(|count| count.of + count.not_finished).max();
     wrapped(&format!(
-        "In {} of {all} comparisons of a scene with another engine ({commits}; {}) no run of that engine is both faster than \
-         ours and at least as accurate, with any of its settings.",
-        all - ahead,
-        peers.join("; "),
+        "Random grasps of the SoftHand, chosen before any engine played them (commit {}, \
+         [all counts](docs/report/grasps/README.md)), of {} at {} ms: {said}.",
+        grasps.record.commit,
+        of.unwrap_or(0),
+        numbers(&steps_ms),
     )) + "\n"
 }
 
-/// Number of the random grasps that each engine holds; each peer with its best settings.
-fn said_of_grasps(grasps: &Table) -> String {
-    let sums = grasps.drawn(HandKind::SoftHand.name());
+/// How often the outcome of a grasp changes with the step.
+fn said_of_flips(grasps: &Table) -> String {
+    let hand = HandKind::SoftHand.name();
+    let steps_ms = grasps.common_steps(hand);
+    let sums = grasps.drawn_at(hand, &steps_ms);
     let own = sums.iter().filter(|sum| sum.engine == EngineKind::Own.name());
-    let at = grasps.steps_ms.iter().position(|step| *step == GRASPS_MS);
-    let said = own.chain(best(&sums)).map(|sum| {
-        let (Sum { engine, settings, flips, .. }, all) = (sum, sum.all());
-        let (which, count) = match at.map(|at| sum.counts[at]).filter(|count| count.of > 0) {
-            Some(count) => (format!("at {GRASPS_MS} ms"), count),
-            None => ("over all steps".into(), all),
-        };
-        let (name, settings) = match *engine == EngineKind::Own.name() {
+    let said = own.chain(best(&sums)).map(|Sum { engine, settings, flips, .. }| {
+        let (name, with) = match *engine == EngineKind::Own.name() {
             true => ("ours", String::new()),
             false => (*engine, format!(" with `{settings}`")),
         };
-        let flips = match flips.pairs {
-            0 => String::new(),
-            _ => format!(", and {:.1} % of the outcomes differ with the next longer step", flips.percent()),
-        };
-        format!("{name}{settings} holds {} of {} {which}{flips}", count.kept, count.of)
+        let (percent, grasps, of) = (flips.percent(), flips.grasps, flips.of);
+        format!("{name}{with} {percent:.1} %, in {grasps} of {of} grasps")
     });
-    let said = said.collect::<Vec<_>>().join("; ");
     wrapped(&format!(
-        "Random grasps of the SoftHand, chosen before any engine played them (commit {}, \
-         [all counts](docs/report/grasps/README.md)): {said}.",
-        grasps.record.commit,
+        "Outcomes of these [grasps](report/grasps/README.md) that differ from one of the steps {} ms to the next longer one, \
+         each peer with the settings with which it holds most: {}.",
+        numbers(&steps_ms),
+        said.collect::<Vec<_>>().join("; "),
+    )) + "\n"
+}
+
+/// What a search over the options of the peers found.
+fn said_of_search(search: &search::Table) -> String {
+    let mut engines: Vec<(&str, &str)> = search.found.iter().map(|it| (&*it.engine, &*it.version)).collect();
+    engines.sort_unstable();
+    engines.dedup();
+    let said = engines.into_iter().map(|(engine, version)| {
+        let of = search.found.iter().filter(|found| found.engine == engine);
+        let scenes = of.map(|found| {
+            let (most, plays, sets) = (found.most(), found.plays, found.sets.len());
+            match found.solving().next() {
+                Some(best) => {
+                    format!("`{}` {most} of {plays} with `{}` ({sets} sets)", found.scene, best.settings)
+                }
+                None => format!("`{}` none of {plays} ({sets} sets)", found.scene),
+            }
+        });
+        format!("{engine} {version}: {}", scenes.collect::<Vec<_>>().join(", "))
+    });
+    wrapped(&format!(
+        "[A search](docs/report/search/README.md) over the documented options of the other engines at {} ms, and the most plays \
+         of a scene that any set of options solves: {}.",
+        numbers(&search.steps_ms),
+        said.collect::<Vec<_>>().join("; "),
     )) + "\n"
 }
 
 fn bullet(out: &mut String, result: &PeerResult) {
-    let tried = result.settings.first().map_or(0, |first| first.tried);
-    let said = match result.best() {
-        None => format!("{} succeeds with 0 of {tried} step lengths", result.peer),
-        Some(best) => {
-            format!(
-                "{} with `{}` succeeds with {} of {tried} step lengths",
-                result.peer, best.settings, best.done
-            )
+    let PeerResult { case, peer, own_done, steps_ms, .. } = result;
+    let tried = steps_ms.len();
+    let unfinished = result.settings.iter().map(|outcome| outcome.unfinished).min().unwrap_or(0);
+    let ended = match unfinished {
+        0 => String::new(),
+        n => format!(" ({n} did not end in time)"),
+    };
+    let theirs = match result.surest() {
+        None => format!("{peer} succeeds with 0 of {tried} step lengths{ended}"),
+        Some(it) => {
+            format!("{peer} with `{}` succeeds with {} of {tried} step lengths{ended}", it.settings, it.done)
         }
     };
-    let ours = match result.best() {
-        None => format!("ours with {}", result.own_done),
-        Some(_) if !result.holds() => format!("it is ahead at {}", result.ahead()),
-        Some(best) => {
-            let times =
-                best.least_advantage.map_or(String::new(), |x| format!(" and at least {x:.1} times as fast"));
-            format!("ours with {}{times}", result.own_done)
-        }
+    let beside = match (result.verdict(), result.best()) {
+        (Verdict::Lost, _) => format!("; it is ahead at {}", result.ahead()),
+        (_, Some(best)) => best
+            .times_as_fast()
+            .map_or(String::new(), |times| format!("; ours is {times}, beside `{}`", best.settings)),
+        _ => String::new(),
     };
-    let _ = writeln!(out, "- `{}`: {said}, {ours}.", result.case);
+    let _ = writeln!(out, "- `{case}`: {theirs}, ours with {own_done}{beside}.");
 }
 
 /// Lines of at most 110 characters.
@@ -226,6 +321,37 @@ mod tests {
                 let at = text.find(peer);
                 let around = at.map(|at| text[at..].chars().take(120).collect::<String>());
                 assert_eq!(around, None, "{file}: a claim that no report stands behind");
+            }
+        }
+    }
+
+    /// The best that a search finds has to be played at every step: then no expert finds a better set among those.
+    #[test]
+    fn no_set_of_a_search_serves_a_peer_better_than_its_named_settings() {
+        let file = root().join(SEARCH);
+        if !file.exists() {
+            println!("skipped: there is no {SEARCH}");
+            return;
+        }
+        let search = search::Table::read(&file).expect("it can be read");
+        for found in &search.found {
+            let (scene, engine, most) = (&found.scene, &found.engine, found.most());
+            assert_eq!(
+                found.most_named(),
+                most,
+                "{engine} in {scene}: name the set that solves {most} plays"
+            );
+        }
+    }
+
+    #[test]
+    fn counted_grasps_have_one_origin() {
+        let marked = documents(root()).expect("they are in the repository");
+        for (file, text, _) in marked {
+            let text = outside(&text).expect("it has marks");
+            for words in [" of 144", "all 144", "% of the outcomes", "% of the grasps"] {
+                let line = text.lines().find(|line| line.contains(words));
+                assert_eq!(line, None, "{file}: only the claims tell counts of grasps");
             }
         }
     }

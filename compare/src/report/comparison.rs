@@ -1,6 +1,6 @@
 //! The machine-readable report.
 
-use super::peer_result::PeerResult;
+use super::peer_result::{PeerResult, Verdict};
 use super::ticks::Ticks;
 use crate::engine::EngineKind;
 use palmares_bench::case_report::{Figure, Invariants, Times};
@@ -61,7 +61,7 @@ impl Comparison {
 
     /// Comparisons in which a peer is ahead.
     pub fn ahead(&self) -> impl Iterator<Item = &PeerResult> {
-        self.results.iter().filter(|result| !result.holds())
+        self.results.iter().filter(|result| result.verdict() == Verdict::Lost)
     }
 }
 
@@ -139,6 +139,9 @@ pub struct Run {
     pub settings: String,
     /// Step, ms.
     pub dt_ms: f64,
+    /// Identity of its scene and commands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<String>,
     /// The case's figure; none if the run did not end.
     pub error: Option<Figure>,
     /// Its checks.
@@ -153,7 +156,10 @@ pub struct Run {
     pub starts: Option<Starts>,
     /// Median over the timing runs of the CPU time for a second of simulated time, s.
     pub cpu_s: f64,
-    /// Least and most of them.
+    /// Without the parts that the other engines do not have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpu_bare_s: Option<f64>,
+    /// Least and most of [`Run::cpu_s`].
     pub cpu_s_between: [f64; 2],
     /// CPU time per step of the median run; split if the engine reports parts.
     pub us_per_step: Times,
@@ -172,18 +178,20 @@ pub struct Starts {
 
 impl Run {
     /// A run of which nothing is known yet.
-    pub(super) fn begun(case: &str, kind: EngineKind, dt_ms: f64) -> Self {
+    pub(super) fn begun(case: &str, kind: EngineKind, dt_ms: f64, scene: &str) -> Self {
         Run {
             case: case.to_owned(),
             engine: kind.name().to_owned(),
             settings: kind.settings().to_owned(),
             dt_ms,
+            scene: Some(scene.to_owned()),
             error: None,
             invariants: Invariants::default(),
             trouble: None,
             unfinished: false,
             starts: None,
             cpu_s: 0.0,
+            cpu_bare_s: None,
             cpu_s_between: [0.0; 2],
             us_per_step: Times::default(),
         }
@@ -211,6 +219,11 @@ impl Run {
         }
         let bounded = self.error.as_ref().is_some_and(|figure| figure.within.is_some());
         self.usable_error().map(|error| if bounded { 0.0 } else { error })
+    }
+
+    /// CPU time for a second of simulated time without the parts that the other engines do not have, s.
+    pub fn bare_s(&self) -> f64 {
+        self.cpu_bare_s.unwrap_or(self.cpu_s)
     }
 
     /// Difference from the engine's own run at a far smaller step, if that is the figure.

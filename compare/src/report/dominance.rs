@@ -1,7 +1,8 @@
-//! Decides whether a peer is faster than ours at an error that is not larger, with any of its settings.
+//! Decides whether a peer is faster than ours at an error that is not larger, with any of its settings. Only steps that both
+//! have played count.
 
 use super::comparison::{Run, distinct};
-pub use super::peer_result::{PeerResult, SettingsResult};
+pub use super::peer_result::{PeerResult, SettingsResult, Verdict};
 
 /// Compares every peer with ours, case by case.
 pub fn peer_results(runs: &[Run], own: &str, peers: &[impl AsRef<str>]) -> Vec<PeerResult> {
@@ -14,8 +15,19 @@ fn result(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<PeerResult>
     let by = |engine: &str| -> Vec<&Run> {
         runs.iter().filter(|run| run.case == case && run.engine == engine).collect()
     };
-    let (ours, theirs) = (by(own), by(peer));
+    let (mut ours, mut theirs) = (by(own), by(peer));
     let names = distinct(theirs.iter().map(|run| &run.settings));
+    let steps_ms: Vec<f64> = ours
+        .iter()
+        .map(|run| run.dt_ms)
+        .filter(|dt_ms| {
+            let played = |name: &&str| theirs.iter().any(|run| run.settings == **name && run.dt_ms == *dt_ms);
+            names.iter().all(played)
+        })
+        .collect();
+    for runs in [&mut ours, &mut theirs] {
+        runs.retain(|run| steps_ms.contains(&run.dt_ms));
+    }
     let outcomes = names.iter().map(|name| {
         let with: Vec<&Run> = theirs.iter().filter(|run| run.settings == *name).copied().collect();
         outcome(name, &ours, &with)
@@ -26,7 +38,9 @@ fn result(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<PeerResult>
     Some(PeerResult {
         case: case.to_owned(),
         peer: peer.to_owned(),
+        steps_ms,
         settings,
+        timed: ours.iter().chain(&theirs).all(|run| !run.does_it() || run.cpu_s > 0.0),
         own_done: ours.iter().filter(|run| run.does_it()).count(),
         own_differs: differences(&ours),
         unit: figure.map_or(String::new(), |figure| figure.unit.clone()),
@@ -34,19 +48,26 @@ fn result(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<PeerResult>
 }
 
 fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
-    let point =
-        |run: &&Run| run.judged().filter(|_| run.cpu_s > 0.0).map(|error| (error, run.cpu_s, run.dt_ms));
-    let own_points: Vec<_> = ours.iter().filter_map(point).collect();
-    let (mut ahead_ms, mut least): (Vec<f64>, Option<f64>) = (Vec::new(), None);
-    for (error, time, dt_ms) in theirs.iter().filter_map(point) {
-        let at_most = own_points.iter().filter(|(e, ..)| *e <= error).map(|(_, t, _)| *t);
-        let fastest = at_most.fold(f64::INFINITY, f64::min);
-        if fastest > time {
-            ahead_ms.push(dt_ms);
+    let timed = |runs: &[&Run]| -> Vec<(f64, Run)> {
+        let timed = runs.iter().filter(|run| run.cpu_s > 0.0);
+        timed.filter_map(|run| Some((run.judged()?, (*run).clone()))).collect()
+    };
+    let own_points = timed(ours);
+    let fastest = |error: f64, time: fn(&Run) -> f64| {
+        let at_most = own_points.iter().filter(|(own, _)| *own <= error).map(|(_, run)| time(run));
+        at_most.fold(f64::INFINITY, f64::min)
+    };
+    let least = |ratio: f64, before: Option<f64>| Some(before.map_or(ratio, |before| before.min(ratio)));
+    let (mut ahead_ms, mut with, mut without): (Vec<f64>, Option<f64>, Option<f64>) =
+        (Vec::new(), None, None);
+    for (error, run) in timed(theirs) {
+        let best = fastest(error, |run| run.cpu_s);
+        if best > run.cpu_s {
+            ahead_ms.push(run.dt_ms);
         }
-        if fastest.is_finite() {
-            let ratio = time / fastest;
-            least = least.into_iter().chain([ratio]).reduce(f64::min);
+        if best.is_finite() {
+            with = least(run.cpu_s / best, with);
+            without = least(run.bare_s() / fastest(error, Run::bare_s), without);
         }
     }
     let done: Vec<&Run> = theirs.iter().filter(|run| run.does_it()).copied().collect();
@@ -57,7 +78,8 @@ fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
         tried: theirs.len(),
         unfinished: theirs.iter().filter(|run| run.unfinished).count(),
         ahead_ms,
-        least_advantage: least,
+        least_advantage: with,
+        least_bare_advantage: without,
         overlap_mm: overlaps.reduce(f64::max),
         differs: differences(&done),
     }
@@ -85,12 +107,14 @@ mod tests {
             engine: engine.into(),
             settings: "default".into(),
             dt_ms,
+            scene: None,
             error: Some(Figure::new("e", error, "mm")),
             invariants: Invariants::default(),
             trouble: None,
             unfinished: false,
             starts: None,
             cpu_s,
+            cpu_bare_s: None,
             cpu_s_between: [cpu_s; 2],
             us_per_step: Times::default(),
         }
@@ -104,19 +128,27 @@ mod tests {
 
     #[test]
     fn a_faster_peer_at_a_smaller_error_is_told() {
-        let result =
-            only(&[run("own", 1.0, 0.5, 0.1), run("peer", 1.0, 0.4, 0.05), run("peer", 2.0, 0.6, 0.2)]);
+        let result = only(&[
+            run("own", 1.0, 0.5, 0.1),
+            run("own", 2.0, 0.5, 0.1),
+            run("peer", 1.0, 0.4, 0.05),
+            run("peer", 2.0, 0.6, 0.2),
+        ]);
         assert_eq!(result.settings[0].ahead_ms, [1.0]);
-        assert!(!result.holds());
+        assert_eq!(result.verdict(), Verdict::Lost);
         assert_eq!(result.settings[0].least_advantage, Some(2.0));
         assert_eq!(result.words(), "**the peer is ahead** at 1 ms with `default`");
     }
 
     #[test]
     fn a_faster_peer_at_a_larger_error_is_beaten_by_a_larger_step_of_ours() {
-        let result =
-            only(&[run("own", 1.0, 0.1, 0.1), run("own", 4.0, 0.3, 0.03), run("peer", 4.0, 0.4, 0.05)]);
-        assert!(result.holds(), "{result:?}");
+        let result = only(&[
+            run("own", 1.0, 0.1, 0.1),
+            run("own", 4.0, 0.3, 0.03),
+            run("peer", 1.0, 0.4, 0.5),
+            run("peer", 4.0, 0.4, 0.05),
+        ]);
+        assert_eq!(result.verdict(), Verdict::Won, "{result:?}");
     }
 
     #[test]
@@ -143,11 +175,11 @@ mod tests {
             run.trouble = trouble(run.error.as_ref().expect("set"), &run.invariants);
             run
         };
-        let own = bounded(run("own", 4.0, 0.0, 0.01), 0.9);
+        let own = [1.0, 2.0, 4.0].map(|dt_ms| bounded(run("own", dt_ms, 0.0, 0.04 / dt_ms), 0.9));
         let slower = bounded(run("peer", 1.0, 0.0, 0.05), 0.1);
         let faster = bounded(run("peer", 2.0, 0.0, 0.005), -0.2);
         let thrown = bounded(run("peer", 4.0, 0.0, 0.001), 1.1);
-        let result = only(&[own, slower, faster, thrown.clone()]);
+        let result = only(&[&own[..], &[slower, faster, thrown.clone()]].concat());
         assert_eq!(thrown.trouble.as_deref(), Some("more than 1 m/s"));
         assert_eq!((result.settings[0].done, result.settings[0].tried), (2, 3));
         assert_eq!(result.settings[0].ahead_ms, [2.0]);
@@ -159,7 +191,36 @@ mod tests {
         lost.trouble = Some("object lost".into());
         let result = only(&[run("own", 1.0, 0.1, 0.1), lost]);
         assert_eq!((result.settings[0].done, result.settings[0].tried), (0, 1));
-        assert!(result.holds() && result.best().is_none());
+        assert!(result.verdict() == Verdict::Won && result.best().is_none());
+    }
+
+    #[test]
+    fn a_scene_that_nobody_solves_is_won_by_nobody() {
+        let lost = |engine: &str| Run { trouble: Some("object lost".into()), ..run(engine, 1.0, 0.1, 0.1) };
+        let nobody = only(&[lost("own"), lost("peer")]);
+        assert_eq!((nobody.verdict(), &*nobody.words()), (Verdict::Neither, "neither does it"));
+        let peer = only(&[lost("own"), run("peer", 1.0, 0.1, 0.1)]);
+        assert_eq!(peer.verdict(), Verdict::Lost);
+    }
+
+    #[test]
+    fn a_step_that_one_engine_has_not_played_counts_for_none() {
+        let faster = run("peer", 0.25, 0.01, 0.001);
+        let result =
+            only(&[run("own", 1.0, 0.1, 0.1), run("own", 2.0, 0.1, 0.1), run("peer", 1.0, 0.1, 0.3), faster]);
+        assert_eq!((&result.steps_ms[..], result.own_done, result.settings[0].tried), (&[1.0][..], 1, 1));
+        assert_eq!(result.verdict(), Verdict::Won);
+    }
+
+    #[test]
+    fn the_advantage_without_extra_parts_is_that_of_both_without() {
+        let bare = |run: Run, cpu_bare_s: f64| Run { cpu_bare_s: Some(cpu_bare_s), ..run };
+        let own = bare(run("own", 1.0, 0.1, 0.1), 0.1);
+        let result = only(&[own, bare(run("peer", 1.0, 0.1, 0.8), 0.6)]);
+        assert_eq!(
+            result.words(),
+            "ours is never slower; at least 8.0 times as fast, 6.0 without its extra parts"
+        );
     }
 
     #[test]
@@ -194,10 +255,11 @@ mod tests {
             ..run
         };
         let own = of(15, run("own", 4.0, 9.0, 0.1));
+        let [lost, dropped] = [1.0, 2.0].map(|dt_ms| of(0, run("own", dt_ms, 9.0, 0.0)));
         let surer = of(16, run("peer", 1.0, 0.1, 0.5));
         let luckier = of(8, run("peer", 2.0, 0.1, 0.2));
         let unlucky = of(7, run("peer", 4.0, 0.1, 0.01));
-        let result = only(&[own, surer, luckier, unlucky]);
+        let result = only(&[lost, dropped, own, surer, luckier, unlucky]);
         assert_eq!((result.settings[0].done, result.settings[0].tried), (2, 3));
         assert_eq!(result.settings[0].ahead_ms, [1.0], "none of ours does it from all 16");
         assert_eq!(result.settings[0].least_advantage, Some(2.0));
@@ -210,7 +272,7 @@ mod tests {
         let alone = only(&[run("own", 1.0, 0.1, 0.1), endless.clone()]);
         assert_eq!(alone.words(), "nothing is known; 1 of the peer's runs did not finish in time");
         let ahead = run("peer", 2.0, 0.1, 0.01);
-        let both = only(&[run("own", 1.0, 0.1, 0.1), endless, ahead]);
+        let both = only(&[run("own", 1.0, 0.1, 0.1), run("own", 2.0, 0.1, 0.1), endless, ahead]);
         let outcome = &both.settings[0];
         assert_eq!((outcome.done, outcome.tried, outcome.unfinished), (1, 2, 1));
         assert_eq!(

@@ -36,7 +36,7 @@ pub(super) struct OutcomeCache {
 
 impl OutcomeCache {
     /// Reads the outcomes of this commit from the file; with `reuse_peers` also those of peers from any
-    /// commit. A program with changed files has no commit: its runs are played again.
+    /// commit, which count where the scene is still the same. A program with changed files has no commit: its runs are played again.
     ///
     /// # Errors
     /// The file cannot be made or written.
@@ -63,9 +63,10 @@ impl OutcomeCache {
         Ok(OutcomeCache { commit: commit.to_owned(), quick, known, log })
     }
 
-    /// The outcome of a case, if it is known.
-    pub(super) fn get(&self, case: &str, kind: EngineKind, dt_ms: f64) -> Option<&Run> {
-        self.known.get(&key(case, kind.name(), kind.settings(), dt_ms))
+    /// The outcome of a case with this scene, if it is known.
+    pub(super) fn get(&self, case: &str, kind: EngineKind, dt_ms: f64, scene: &str) -> Option<&Run> {
+        let known = self.known.get(&key(case, kind.name(), kind.settings(), dt_ms));
+        known.filter(|run| run.scene.as_deref() == Some(scene))
     }
 
     /// Keeps an outcome.
@@ -89,8 +90,8 @@ mod tests {
         let peer = EngineKind::all().find(|kind| *kind != EngineKind::Own).expect("a peer");
         let mut kept = OutcomeCache::open(&file, "abc", false, false).expect("a file");
         for kind in [EngineKind::Own, peer] {
-            assert!(kept.get("slide_stop", kind, 2.0).is_none());
-            kept.add(&Run::begun("slide_stop", kind, 2.0)).expect("written");
+            assert!(kept.get("slide_stop", kind, 2.0, "scene").is_none());
+            kept.add(&Run::begun("slide_stop", kind, 2.0, "scene")).expect("written");
         }
         drop(kept);
         fs::write(&file, fs::read_to_string(&file).expect("text") + "{\"commit\":\"abc").expect("cut off");
@@ -102,7 +103,8 @@ mod tests {
             ("def", false, true, false, true),
         ] {
             let kept = OutcomeCache::open(&file, commit, quick, reuse).expect("a file");
-            let known = |kind| kept.get("slide_stop", kind, 2.0).is_some();
+            let known = |kind| kept.get("slide_stop", kind, 2.0, "scene").is_some();
+            assert!(kept.get("slide_stop", peer, 2.0, "another").is_none());
             assert_eq!((known(EngineKind::Own), known(peer)), (own, other), "{commit} {quick} {reuse}");
         }
         fs::remove_dir_all(folder).expect("removed");

@@ -1,7 +1,7 @@
 //! The report as a page to read.
 
 use super::comparison::{Comparison, Run};
-use super::dominance::{PeerResult, SettingsResult};
+use super::dominance::{PeerResult, SettingsResult, Verdict};
 use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
 use super::plots::{at_one_ms, cases, largest_usable, picture};
 use palmares_bench::cases::{self as scenes, ASIDE_M};
@@ -60,7 +60,9 @@ fn head(page: &mut String, report: &Comparison) {
         "*CPU time* is that of the stepping thread for one simulated second, the median of {} runs (fewer where they take \
         more than {ENOUGH_S} s), without reading poses, writing commands and reading the clock; outcomes and timings come from \
         separate passes; in the latter the engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are \
-        played again in one tight loop of its own, without the pipe. Only what does its scene is timed. Errors below 1 nrad, \
+        played again in one tight loop of its own, without the pipe. The start of a process is in no time. *Bare* is that time \
+        without parts that the others do not have: of MuJoCo the same steps from the same states without `multiccd` and `noslip`; \
+        of rapier without its tendon, which the adapter computes; of ours everything. Only what does its scene is timed. Errors below 1 nrad, \
         0.1 µm and 0.001 % count as equal; within a bound speed alone decides. A run of a peer, or its reference, that takes \
         more than {} s {} is *not finished* and judged by nothing.\n",
         report.repeats,
@@ -84,14 +86,20 @@ fn dominance(page: &mut String, report: &Comparison) {
         return;
     }
     let all = report.results.len();
+    let count = |verdict| report.results.iter().filter(|result| result.verdict() == verdict).count();
     put!(page, "## Is a peer ever ahead?\n");
     put!(
         page,
         "For every run of a peer that does its scene, with any of its settings: is there a run of ours with at most its error \
-        in at most its time? In {} of {all} comparisons there always is. Named are the settings with which the peer comes \
+        in at most its time? Only steps that ours and the peer with each of its settings have played count. In {} of {all} \
+        comparisons there always is, and ours does the scene; in {} the peer is ahead; in {} neither does the scene; in {} no \
+        run of the peer finished. Named are the settings with which the peer comes \
         nearest to ours, or is farthest ahead. `palmares-compare check` with the path of this folder's `report.json` prints this \
-        table and fails where there is not.\n",
-        all - report.ahead().count(),
+        table and fails where a peer is ahead.\n",
+        count(Verdict::Won),
+        count(Verdict::Lost),
+        count(Verdict::Neither),
+        count(Verdict::Unknown),
     );
     put!(
         page,
@@ -102,7 +110,7 @@ fn dominance(page: &mut String, report: &Comparison) {
         let (own, words) = (v.own_done, v.words());
         let best = v.best();
         let name = best.map_or("none".to_owned(), |best| format!("`{}`", best.settings));
-        let tried = v.settings.first().map_or(0, |first| first.tried);
+        let tried = v.steps_ms.len();
         let done = best.map_or(0, |best| best.done);
         let (differs, ours) =
             (range(best.and_then(|best| best.differs), &v.unit), range(v.own_differs, &v.unit));
@@ -215,10 +223,10 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
     }
     put!(
         page,
-        "| engine | settings | step | does it | {name} [{unit}]{most} | CPU ms a second | between | times real time | deepest \
+        "| engine | settings | step | does it | {name} [{unit}]{most} | CPU ms a second | bare | between | times real time | deepest \
         overlap, at most |"
     );
-    put!(page, "|---|---|---|---|---|---|---|---|---|");
+    put!(page, "|---|---|---|---|---|---|---|---|---|---|");
     runs.iter().for_each(|run| row(page, run, unit));
     page.push('\n');
     let largest =
@@ -231,15 +239,20 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
 
 /// The results of a peer by its settings.
 fn by_settings(page: &mut String, result: &PeerResult) {
-    put!(page, "| {} | does it: steps | deepest overlap | least time beside ours | ahead at |", result.peer);
-    put!(page, "|---|---|---|---|---|");
+    put!(
+        page,
+        "| {} | does it: steps | deepest overlap | least time beside ours | bare | ahead at |",
+        result.peer
+    );
+    put!(page, "|---|---|---|---|---|---|");
     for outcome in &result.settings {
         let SettingsResult { settings, done, tried, .. } = outcome;
         let overlap = outcome.overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
-        let ratio = outcome.least_advantage.map_or("–".to_owned(), |ratio| format!("{ratio:.1}"));
+        let ratio = |of: Option<f64>| of.map_or("–".to_owned(), |ratio| format!("{ratio:.1}"));
+        let (with, bare) = (ratio(outcome.least_advantage), ratio(outcome.least_bare_advantage));
         let steps: Vec<String> = outcome.ahead_ms.iter().map(|ms| format!("{ms} ms")).collect();
         let ahead = if steps.is_empty() { "–".to_owned() } else { steps.join(", ") };
-        put!(page, "| `{settings}` | {done} of {tried} | {overlap} | {ratio} | {ahead} |");
+        put!(page, "| `{settings}` | {done} of {tried} | {overlap} | {with} | {bare} | {ahead} |");
     }
     page.push('\n');
 }
@@ -260,9 +273,10 @@ fn row(page: &mut String, run: &Run, unit: &str) {
     let depth = seen.max_penetration_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}{bound} mm"));
     let times = if run.cpu_s > 0.0 {
         let [least, most] = run.cpu_s_between.map(|s| 1e3 * s);
-        format!("{:.2} | {least:.2} … {most:.2} | {:.0}", 1e3 * run.cpu_s, 1.0 / run.cpu_s)
+        let (all, bare) = (1e3 * run.cpu_s, 1e3 * run.bare_s());
+        format!("{all:.2} | {bare:.2} | {least:.2} … {most:.2} | {:.0}", 1.0 / run.cpu_s)
     } else {
-        "– | – | –".to_owned()
+        "– | – | – | –".to_owned()
     };
     let Run { engine, settings, dt_ms, .. } = run;
     put!(page, "| {engine} | {settings} | {dt_ms} ms | {does_it} | {value} | {times} | {depth} |");

@@ -40,6 +40,8 @@ const TURNS: usize = 4;
 pub(super) struct Job {
     pub case: &'static Case,
     pub kind: EngineKind,
+    /// [Identity](crate::scene_id) of the case.
+    pub scene: String,
 }
 
 /// Options of the runs.
@@ -77,13 +79,13 @@ pub(super) fn outcomes(
     let done: Vec<Mutex<Vec<Run>>> = jobs.iter().map(|_| Mutex::default()).collect();
     let work = || {
         while let Some(at) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|at| *at < jobs.len()) {
-            let Job { case, kind } = &jobs[at];
+            let Job { case, kind, scene } = &jobs[at];
             let runs = conduct.steps_ms.iter().map(|dt_ms| {
-                let known = locked(&kept).get(case.name, *kind, *dt_ms).cloned();
+                let known = locked(&kept).get(case.name, *kind, *dt_ms, scene).cloned();
                 let run = match known {
                     Some(run) => run,
                     None => {
-                        let mut run = outcome(case, *kind, *dt_ms, conduct)?;
+                        let mut run = outcome(&jobs[at], *dt_ms, conduct)?;
                         run.starts = from_starts(case, *kind, &run, conduct)?;
                         locked(&kept).add(&run)?;
                         run
@@ -119,10 +121,11 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// One run for its outcome, with a reference run where it needs one.
-fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Result<Run> {
+fn outcome(Job { case, kind, scene }: &Job, dt_ms: f64, conduct: Conduct) -> Result<Run> {
+    let kind = *kind;
     let reference_dt_s = Some(reference_s(kind, conduct.quick));
     let task = Task::Case { name: case.name.to_owned(), reference_dt_s, start: 0 };
-    let mut run = Run::begun(case.name, kind, dt_ms);
+    let mut run = Run::begun(case.name, kind, dt_ms, scene);
     match task.play(kind, 1e-3 * dt_ms, conduct.run_limit_s)? {
         Ok(Played { error, invariants, trouble }) => {
             (run.error, run.invariants, run.trouble) = (Some(error), invariants, trouble);
@@ -194,7 +197,7 @@ fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Ru
     let longest_s = if conduct.quick { QUICK_LONGEST_S } else { LONGEST_S };
     let within = |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s, run);
     let mut clocks = Vec::new();
-    for (Job { case, kind }, run) in runs {
+    for (Job { case, kind, .. }, run) in runs {
         let setup = Setup::new(kind.factory(), 1e-3 * run.dt_ms);
         let mut play = move || {
             let mut recorder = Recorder::for_at_most(longest_s);
@@ -203,7 +206,10 @@ fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Ru
         };
         let clock: Box<dyn FnMut() -> Option<Times>> = if matches!(kind, EngineKind::MuJoCo(_)) {
             let (first, mut recording) = mujoco::Recording::of(|| within(&mut play));
-            Box::new(move || Some(Times { total: 1e6 * recording.replay(longest_s).ok()?, ..first? }))
+            Box::new(move || {
+                let [total, bare] = recording.replay(longest_s).ok()?.map(|s| 1e6 * s);
+                Some(Times { total, bare, ..first? })
+            })
         } else {
             Box::new(move || within(&mut play))
         };
@@ -227,6 +233,7 @@ fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Ru
         run.us_per_step = times[times.len() / 2];
         run.cpu_s_between = [cpu(times[0].total), cpu(times[times.len() - 1].total)];
         run.cpu_s = cpu(run.us_per_step.total);
+        run.cpu_bare_s = Some(cpu(run.us_per_step.bare));
         run
     };
     clocks.into_iter().map(finish).collect()

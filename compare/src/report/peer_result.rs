@@ -2,15 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One peer in one case.
+/// One peer in one case, over the steps that both have played.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct PeerResult {
     /// The case.
     pub case: String,
     /// The peer.
     pub peer: String,
+    /// The steps that count, ms: those that ours and the peer with each of its settings have played.
+    #[serde(default)]
+    pub steps_ms: Vec<f64>,
     /// Its results with each of its settings, the best first.
     pub settings: Vec<SettingsResult>,
+    /// Whether all runs that solve the scene were timed.
+    #[serde(default)]
+    pub timed: bool,
     /// Steps of ours that solve the scene.
     pub own_done: usize,
     /// Least and most difference of those from our own fine run, if that is the case's figure.
@@ -34,10 +40,26 @@ pub struct SettingsResult {
     pub ahead_ms: Vec<f64>,
     /// Least ratio of its time to that of our fastest run with at most its error; none when nothing compares.
     pub least_advantage: Option<f64>,
+    /// The same without the parts of its time for what ours does not have.
+    #[serde(default)]
+    pub least_bare_advantage: Option<f64>,
     /// Deepest overlap of the usable runs, mm.
     pub overlap_mm: Option<f64>,
     /// Least and most difference of those from its own fine run, if that is the case's figure.
     pub differs: Option<[f64; 2]>,
+}
+
+/// The verdict of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Ours solves the scene, and no run of the peer is faster at an equal or smaller error.
+    Won,
+    /// A run of the peer is.
+    Lost,
+    /// Neither solves the scene at any step.
+    Neither,
+    /// No run of the peer ended in its time, or those that solve the scene were not timed.
+    Unknown,
 }
 
 impl SettingsResult {
@@ -49,14 +71,29 @@ impl SettingsResult {
 }
 
 impl PeerResult {
-    /// The peer's best settings for this scene, if any solve it.
+    /// The peer's best settings for this scene, if any solve it: those that are ahead of ours or come nearest.
     pub fn best(&self) -> Option<&SettingsResult> {
         self.settings.first().filter(|best| best.done > 0)
     }
 
-    /// Ours was never slower at an equal or smaller error, with any settings.
-    pub fn holds(&self) -> bool {
-        self.settings.iter().all(|outcome| outcome.ahead_ms.is_empty())
+    /// The settings with which the peer solves the scene at most steps, if any do.
+    pub fn surest(&self) -> Option<&SettingsResult> {
+        let most = self.settings.iter().map(|outcome| outcome.done).max()?;
+        self.settings.iter().find(|outcome| outcome.done == most && most > 0)
+    }
+
+    /// The verdict.
+    pub fn verdict(&self) -> Verdict {
+        let all = |of: fn(&SettingsResult) -> bool| self.settings.iter().all(of);
+        if !all(|outcome| outcome.ahead_ms.is_empty()) || self.own_done == 0 && self.best().is_some() {
+            Verdict::Lost
+        } else if all(|outcome| outcome.unfinished == outcome.tried) || self.best().is_some() && !self.timed {
+            Verdict::Unknown
+        } else if self.own_done == 0 {
+            Verdict::Neither
+        } else {
+            Verdict::Won
+        }
     }
 
     /// Steps at which the peer is ahead, with the settings of each.
@@ -71,19 +108,32 @@ impl PeerResult {
     /// In words.
     pub fn words(&self) -> String {
         let count = |of: fn(&SettingsResult) -> usize| self.settings.iter().map(of).sum::<usize>();
-        let unfinished = count(|outcome| outcome.unfinished);
-        let words = match self.best() {
-            None if unfinished == count(|outcome| outcome.tried) => "nothing is known".into(),
-            None => "the peer does it at no step".into(),
-            Some(_) if !self.holds() => format!("**the peer is ahead** at {}", self.ahead()),
-            Some(SettingsResult { least_advantage: Some(ratio), .. }) => {
-                format!("ours is never slower; at least {ratio:.1} times as fast")
-            }
-            Some(_) => "ours is never slower".into(),
+        let words = match (self.verdict(), self.best()) {
+            (Verdict::Unknown, _) => "nothing is known".into(),
+            (Verdict::Neither, _) => "neither does it".into(),
+            (Verdict::Lost, _) => format!("**the peer is ahead** at {}", self.ahead()),
+            (Verdict::Won, None) => "the peer does it at no step".into(),
+            (Verdict::Won, Some(best)) => match best.times_as_fast() {
+                Some(times) => format!("ours is never slower; {times}"),
+                None => "ours is never slower".into(),
+            },
         };
-        match unfinished {
+        match count(|outcome| outcome.unfinished) {
             0 => words,
             n => format!("{words}; {n} of the peer's runs did not finish in time"),
         }
+    }
+}
+
+impl SettingsResult {
+    /// The least advantage of ours in words, with and without what ours does not have.
+    pub fn times_as_fast(&self) -> Option<String> {
+        let with = format!("at least {:.1} times as fast", self.least_advantage?);
+        let differs =
+            |bare: &f64| format!("{bare:.1}") != format!("{:.1}", self.least_advantage.unwrap_or(*bare));
+        Some(match self.least_bare_advantage.filter(differs) {
+            Some(bare) => format!("{with}, {bare:.1} without its extra parts"),
+            None => with,
+        })
     }
 }

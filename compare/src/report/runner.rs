@@ -6,6 +6,7 @@ use super::outcome_cache::OutcomeCache;
 use super::passes::{self, Conduct, Job, Progress, reference_s};
 use super::{page, plots, ticks};
 use crate::engine::{EngineKind, mujoco, rapier};
+use crate::scene_id;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use palmares_bench::cases::{self, Case};
@@ -133,7 +134,8 @@ fn plan(options: &Options) -> Result<Planned> {
     let mut jobs = Vec::new();
     for case in chosen {
         let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
-        jobs.extend(of.map(|kind| Job { case, kind: *kind }));
+        let scene = scene_id::of_case(case);
+        jobs.extend(of.map(|kind| Job { case, kind: *kind, scene: scene.clone() }));
     }
     Ok(Planned { engines, jobs, steps, left_out })
 }
@@ -202,6 +204,15 @@ fn keep(
             run.engine == note.name && cases.contains(&run.case) && steps_ms.contains(&run.dt_ms)
         };
         let kept: Vec<Run> = earlier.runs.iter().filter(of).cloned().collect();
+        for run in &kept {
+            let now = runs.iter().find(|now| now.case == run.case).and_then(|now| now.scene.as_ref());
+            ensure!(
+                run.scene.as_ref() == now,
+                "the report of commit {} played another scene in {}",
+                earlier.record.commit,
+                run.case
+            );
+        }
         let wanted = cases.len() * steps_ms.len() * known.settings.len();
         ensure!(
             kept.len() == wanted,
@@ -273,7 +284,7 @@ fn notes(options: &Options) -> Vec<EngineNote> {
     let note = |kind: EngineKind| {
         let (version, notes) = match kind {
             EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_notes()),
-            EngineKind::Rapier(_) => (Ok("0.36.1".to_owned()), rapier::notes()),
+            EngineKind::Rapier(_) => (Ok(rapier::VERSION.to_owned()), rapier::notes()),
             EngineKind::MuJoCo(_) => (mujoco::version(), mujoco::notes()),
         };
         let chosen: Vec<&EngineKind> =

@@ -1,6 +1,6 @@
 //! The same scene as a MuJoCo model.
 
-use super::settings::Settings;
+use super::settings::{ARMATURE, BOXES, CONDIM, Settings};
 use palmares_models::hand::{HingeKind, Inertia, Link};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
@@ -64,6 +64,10 @@ struct Written {
 struct Writer<'a> {
     model: &'a Model,
     settings: &'a Settings,
+    /// Whether rounded boxes keep their roundings, as meshes.
+    rounded: bool,
+    /// Least `condim` of a contact.
+    condim: u32,
     /// Friction of most objects, and the largest levers.
     common: Option<(f64, Levers)>,
     written: Vec<Written>,
@@ -76,7 +80,7 @@ struct Writer<'a> {
 /// Notes on all settings, for the report.
 pub(super) fn notes() -> Vec<String> {
     [
-        "elliptic cones, Newton, default tolerances; joint limits are as soft as contacts",
+        "Newton, default tolerances; joint limits are as soft as contacts",
         "bodies sleep as ours do in scenes without a hand; with one nothing sleeps, for MuJoCo would stop what is held",
         "rolling joint: two hinges in one body and a joint equality, no coupler mass",
         "tendon: fixed tendon and affine actuator with K and b of the model; its set point is clamped to where the \
@@ -98,6 +102,8 @@ pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Opt
     let mut w = Writer {
         model,
         settings,
+        rounded: settings.get(BOXES) != Some("sharp"),
+        condim: settings.get(CONDIM).map_or(Ok(3), str::parse).ok()?,
         common: common(model.objects()),
         written: Vec::new(),
         hinges: Vec::new(),
@@ -114,14 +120,12 @@ pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Opt
     w.pairs();
     w.constraints();
     let g = config.gravity;
-    let sleep = if config.sleeping && model.hand().is_none() { "<flag sleep='enable'/>" } else { "" };
-    let Settings { integrator, impratio, contact, .. } = settings;
-    let soft = contact.attributes("");
+    let sleep = if config.sleeping && model.hand().is_none() { "sleep='enable'" } else { "" };
+    let (options, flags, soft) = (settings.option(), settings.flags(), settings.contact());
     let xml = format!(
         "<mujoco model='palmares'>\
          <compiler angle='radian' autolimits='false' inertiafromgeom='false'/>\
-         <option timestep='{}' integrator='{integrator}' cone='elliptic' impratio='{impratio}' gravity='{}' \
-         sleep_tolerance='{}'>{sleep}</option>\
+         <option timestep='{}' {options} gravity='{}' sleep_tolerance='{}'><flag {flags} {sleep}/></option>\
          <size memory='256M'/><default><geom {soft}/><pair {soft}/></default>\
          <asset>{}</asset><worldbody>{world}</worldbody>{}</mujoco>",
         config.step_s,
@@ -167,7 +171,7 @@ impl Writer<'_> {
             Shape::Sphere { radius } => ("sphere", format!("{radius:?}")),
             Shape::Capsule { radius, half_length } => ("capsule", format!("{radius:?} {half_length:?}")),
             Shape::Cylinder { radius, half_length } => ("cylinder", format!("{radius:?} {half_length:?}")),
-            Shape::Box { half_extents, rounding } if *rounding > 0.0 => {
+            Shape::Box { half_extents, rounding } if *rounding > 0.0 && self.rounded => {
                 let core = Vec3::from_array(*half_extents) - Vec3::splat(*rounding);
                 let corner = |k: u32| {
                     let signs = [4, 2, 1].map(|bit| if k & bit == 0 { -1.0 } else { 1.0 });
@@ -209,9 +213,10 @@ impl Writer<'_> {
         self.written.push(Written { owner, friction, levers });
         match (owner, self.common) {
             (Owner::Static | Owner::Link(_), Some((of_objects, levers))) => {
-                format!("{name} priority='1' {}", surface((friction * of_objects).sqrt(), levers))
+                let surface = surface((friction * of_objects).sqrt(), levers, self.condim);
+                format!("{name} priority='1' {surface}")
             }
-            _ => format!("{name} {}", surface(friction, levers)),
+            _ => format!("{name} {}", surface(friction, levers, self.condim)),
         }
     }
 
@@ -224,8 +229,8 @@ impl Writer<'_> {
             for (i, a) in self.written[..j].iter().enumerate() {
                 if a.owner != b.owner && (differs(a) || differs(b)) {
                     let (mu, levers) = ((a.friction * b.friction).sqrt(), a.levers.larger(b.levers));
-                    let Levers { torsional, rolling } = levers;
-                    let condim = levers.condim();
+                    let condim = levers.condim().max(self.condim);
+                    let Levers { torsional, rolling } = levers.at_least(self.condim);
                     out += &format!(
                         "<pair geom1='g{i}' geom2='g{j}' condim='{condim}' \
                          friction='{mu:?} {mu:?} {torsional:?} {rolling:?} {rolling:?}'/>"
@@ -359,6 +364,9 @@ impl Writer<'_> {
         self.hinges.push(HingeDof { coordinate, ratio, offset });
         let (at, axis) = (vector(here.translation), vector(here.rotation * axis));
         write!(self.out, "<joint name='j{index}' type='{kind}' pos='{at}' axis='{axis}'").ok()?;
+        if let Some(armature) = self.settings.get(ARMATURE) {
+            write!(self.out, " armature='{armature}'").ok()?;
+        }
         if self.masters[coordinate].is_none() && ratio != 0.0 {
             self.masters[coordinate] = Some(index);
             let c = &self.model.hand()?.coordinates[coordinate];
@@ -374,7 +382,7 @@ impl Writer<'_> {
             let ends = [ratio * c.lower + offset, ratio * c.upper + offset];
             if ends.iter().all(|x| x.abs() < 100.0) {
                 let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-                let limit = self.settings.contact.attributes("limit");
+                let limit = self.settings.limits();
                 write!(self.out, " limited='true' range='{low:?} {high:?}' {limit}").ok()?;
             }
         }
@@ -407,7 +415,7 @@ impl Writer<'_> {
             let shift = hinge.offset - slope * self.hinges[m].offset;
             out += &format!(
                 "<joint joint1='j{i}' joint2='j{m}' polycoef='{shift:?} {slope:?} 0 0 0' {}/>",
-                self.settings.coupling.attributes("")
+                self.settings.coupling()
             );
         }
         out += "</equality><tendon>";
@@ -467,6 +475,12 @@ impl Levers {
         Levers { torsional: self.torsional.max(other.torsional), rolling: self.rolling.max(other.rolling) }
     }
 
+    /// MuJoCo's own levers, 5 mm and 0.1 mm, where settings ask for friction that the model has not.
+    fn at_least(self, condim: u32) -> Self {
+        let or = |lever: f64, own: f64, needs: u32| if lever == 0.0 && condim >= needs { own } else { lever };
+        Levers { torsional: or(self.torsional, 5e-3, 4), rolling: or(self.rolling, 1e-4, 6) }
+    }
+
     /// Number of directions that MuJoCo's contact resists.
     fn condim(self) -> u32 {
         match self {
@@ -485,15 +499,17 @@ fn common(objects: &[Arc<Object>]) -> Option<(f64, Levers)> {
     Some((most.friction, levers))
 }
 
-fn surface(friction: f64, levers: Levers) -> String {
-    let Levers { torsional, rolling } = levers;
-    format!("condim='{}' friction='{friction:?} {torsional:?} {rolling:?}'", levers.condim())
+fn surface(friction: f64, levers: Levers, least: u32) -> String {
+    let condim = levers.condim().max(least);
+    let Levers { torsional, rolling } = levers.at_least(least);
+    format!("condim='{condim}' friction='{friction:?} {torsional:?} {rolling:?}'")
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::SETTINGS;
     use super::*;
+    use crate::engine::EngineKind;
     use palmares_bench::rigs::softhand;
     use palmares_sim::Config;
 
@@ -528,5 +544,27 @@ mod tests {
         let implicit = of("recommended_implicitfast");
         assert!(implicit.contains("integrator='implicitfast'") && implicit.contains("impratio='10'"));
         assert!(!default.contains("sleep='enable'"), "nothing sleeps beside a hand");
+        assert!(of("stiff5_multiccd_off").contains("<flag multiccd='disable' />"));
+    }
+
+    #[test]
+    fn changed_options_reach_the_document() {
+        let EngineKind::MuJoCo(settings) = EngineKind::from_names(
+            "mujoco",
+            Some("stiff5+solref=-1000,-10+condim=4+noslip_iterations=10+armature=1e-6"),
+        )
+        .expect("all of these are options") else {
+            panic!("another engine");
+        };
+        let xml = written(settings);
+        for said in [
+            "<geom solref='-1000 -10' solimp='0.99 0.999 0.001'/>",
+            "solreflimit='-1000 -10'",
+            "noslip_iterations='10'",
+            "condim='4' friction='0.5 0.005 0.0'",
+            "armature='1e-6'",
+        ] {
+            assert!(xml.contains(said), "{said}");
+        }
     }
 }

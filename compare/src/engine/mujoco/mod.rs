@@ -14,7 +14,7 @@ use palmares_sim::actuation::{base, motor};
 use palmares_sim::{BaseCommand, Command, Model, State};
 use palmares_sim::{ContactForce, StepOutcome};
 use parry3d_f64::glamx::EulerRot;
-pub use settings::{SETTINGS, Settings};
+pub use settings::{SETTINGS, SPACE, Settings};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -44,19 +44,28 @@ impl Recording {
         (outcome, Recording(STARTED.take().unwrap_or_default()))
     }
 
-    /// Plays all scenes again, each for at most `longest_s` of CPU time. CPU time per step, s, averaged by their steps.
+    /// Plays all scenes again, each for at most `longest_s` of CPU time. CPU time per step, s, averaged by their steps: all
+    /// of it, and that of the same steps without `multiccd` and `noslip`.
     ///
     /// # Errors
     /// MuJoCo has stopped.
-    pub fn replay(&mut self, longest_s: f64) -> Result<f64> {
-        let (mut sum, mut steps) = (0.0, 0);
+    pub fn replay(&mut self, longest_s: f64) -> Result<[f64; 2]> {
+        let (mut sums, mut steps) = ([0.0; 2], 0);
         for worker in &self.0 {
             let mut worker = worker.borrow_mut();
-            sum += worker.steps as f64 * worker.replay(longest_s)?;
+            let spent = worker.replay(longest_s)?;
+            for (sum, spent) in sums.iter_mut().zip(spent) {
+                *sum += worker.steps as f64 * spent;
+            }
             steps += worker.steps;
         }
-        Ok(sum / steps.max(1) as f64)
+        Ok(sums.map(|sum| sum / steps.max(1) as f64))
     }
+}
+
+/// The scene as a document with MuJoCo's own settings; none if it has no equivalent.
+pub fn scene_text(model: &Model, state: &State) -> Option<String> {
+    Some(mjcf::document(model, state, &SETTINGS[0])?.xml)
 }
 
 /// Lets MuJoCo play a scene under some commands, one for each step, and keeps what went into it.
@@ -265,7 +274,7 @@ impl Engine for MuJoCo {
         self.state.step += 1;
         self.outcome.penetration_m = frame.overlap_m;
         self.outcome.converged = self.state.is_finite() && frame.warnings == 0;
-        Ok(Cost { total_s: frame.spent_s, phases_s: [0.0; 3] })
+        Ok(Cost { total_s: frame.spent_s, ..Cost::default() })
     }
 
     fn state(&self) -> &State {

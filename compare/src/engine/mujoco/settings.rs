@@ -1,113 +1,264 @@
 //! Named settings of MuJoCo. They follow the chapters "Modeling" (solver parameters, preventing slip, tuning)
-//! and "Computation" (integrators) of its documentation, version 4.0.
+//! and "Computation" (integrators) of its documentation, version 4.0. An option has the name of its MJCF attribute.
 
-use std::fmt::Display;
+use crate::engine::option_set::{Dimension, Options};
+use anyhow::{Result, bail};
 
-/// The options of MuJoCo that settings choose; the others keep MuJoCo's defaults.
+/// MuJoCo's options, by the names of their MJCF attributes; what is not named keeps MuJoCo's default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// As on the command line.
     pub name: &'static str,
     /// Description, with the reason for the values.
     pub about: &'static str,
-    /// `integrator`.
-    pub(super) integrator: &'static str,
-    /// `impratio`, ratio of frictional to normal constraint impedance.
-    pub(super) impratio: f64,
-    /// Contacts and joint limits.
-    pub(super) contact: Softness,
-    /// Couplings of rolling joints, which are loop closures.
-    pub(super) coupling: Softness,
+    /// Of an option that is named twice the last value counts.
+    pub(super) options: Options,
 }
 
-/// Softness of a constraint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Softness {
-    /// `solref[0]`, time constant, s; the damping ratio is 1.
-    time_s: f64,
-    /// `solimp[0..3]`: impedance at no violation, at `width`, and `width`, m.
-    impedance: [f64; 3],
-}
+/// Attributes of `<option>`.
+const OPTION: [&str; 12] = [
+    "integrator",
+    "cone",
+    "impratio",
+    "solver",
+    "iterations",
+    "tolerance",
+    "ls_iterations",
+    "ls_tolerance",
+    "noslip_iterations",
+    "noslip_tolerance",
+    "ccd_iterations",
+    "ccd_tolerance",
+];
+/// Attributes of `<flag>`.
+const FLAG: [&str; 9] = [
+    "multiccd",
+    "nativeccd",
+    "warmstart",
+    "eulerdamp",
+    "refsafe",
+    "island",
+    "ipc",
+    "speculative",
+    "diagexact",
+];
+/// Attributes of every geom and pair.
+const CONTACT: [&str; 4] = ["solref", "solimp", "margin", "gap"];
+/// Options that are no attribute of their own: softness of the couplings of rolling joints, which are loop closures, least
+/// `condim` of every contact, `armature` of the hand's joints, and whether rounded boxes lose their roundings, which makes
+/// them MuJoCo's own boxes instead of meshes.
+pub(super) const COUPLING_SOLREF: &str = "coupling_solref";
+pub(super) const COUPLING_SOLIMP: &str = "coupling_solimp";
+pub(super) const CONDIM: &str = "condim";
+pub(super) const ARMATURE: &str = "armature";
+pub(super) const BOXES: &str = "boxes";
+const OTHER: [&str; 5] = [COUPLING_SOLREF, COUPLING_SOLIMP, CONDIM, ARMATURE, BOXES];
 
-impl Softness {
-    /// As attributes that end in `of`.
-    pub(super) fn attributes(&self, of: impl Display) -> String {
-        let [least, most, width] = self.impedance;
-        format!("solref{of}='{} 1' solimp{of}='{least} {most} {width}'", self.time_s)
+impl Settings {
+    /// The same with other options.
+    ///
+    /// # Errors
+    /// There is no option of such a name.
+    pub(in crate::engine) fn with(
+        &self,
+        name: &'static str,
+        about: &'static str,
+        changes: Options,
+    ) -> Result<Self> {
+        let known = OPTION.iter().chain(&FLAG).chain(&CONTACT).chain(&OTHER);
+        for (key, _) in changes {
+            if !known.clone().any(|it| it == key) {
+                let names: Vec<&str> = known.copied().collect();
+                bail!("unknown option `{key}` of mujoco; known options: {}", names.join(", "));
+            }
+        }
+        let options = [self.options, changes].concat().leak();
+        Ok(Settings { name, about, options })
+    }
+
+    pub(in crate::engine) fn get(&self, option: &str) -> Option<&'static str> {
+        self.options.iter().rev().find(|(key, _)| *key == option).map(|(_, value)| *value)
+    }
+
+    fn attributes(&self, of: &[&str], ending: &str) -> String {
+        let attribute = |key: &&str| Some(format!("{key}{ending}='{}'", self.get(key)?));
+        of.iter().filter_map(attribute).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Attributes of `<option>`.
+    pub(super) fn option(&self) -> String {
+        self.attributes(&OPTION, "")
+    }
+
+    /// Attributes of `<flag>`.
+    pub(super) fn flags(&self) -> String {
+        self.attributes(&FLAG, "")
+    }
+
+    /// Attributes of every geom and pair.
+    pub(super) fn contact(&self) -> String {
+        self.attributes(&CONTACT, "")
+    }
+
+    /// Attributes of joint limits, which are as soft as contacts.
+    pub(super) fn limits(&self) -> String {
+        self.attributes(&["solref", "solimp"], "limit")
+    }
+
+    /// Attributes of the couplings of rolling joints.
+    pub(super) fn coupling(&self) -> String {
+        let value = |option: &str| self.get(option).unwrap_or_default();
+        format!("solref='{}' solimp='{}'", value(COUPLING_SOLREF), value(COUPLING_SOLIMP))
     }
 }
-
-/// MuJoCo's own contacts: `solref` 0.02 1, `solimp` 0.9 0.95 0.001.
-const DEFAULT: Softness = Softness { time_s: 0.02, impedance: [0.9, 0.95, 1e-3] };
-/// Couplings stay together within 0.1 mrad; otherwise as soft as contacts.
-const DEFAULT_COUPLING: Softness = Softness { time_s: 0.02, impedance: [0.99, 0.999, 1e-4] };
-/// "Rigid contacts usually prefer lowering it to 0.004 to 0.01 and loop closures to 0.004 to 0.005".
-const RECOMMENDED: Softness = Softness { time_s: 0.005, impedance: [0.9, 0.95, 1e-3] };
-const RECOMMENDED_COUPLING: Softness = Softness { time_s: 0.004, impedance: [0.99, 0.999, 1e-4] };
 
 /// All of them.
 ///
 /// The integrator is `discrete` unless stated otherwise: "for stiff springs and servos", which tendons and
 /// base are; it alone is implicit in position. Cones are elliptic, "a better model of the physical reality",
 /// and without them impratio means nothing. MuJoCo advises impratio 10 for manipulation and up to 100 against
-/// slow slip.
+/// slow slip. "Rigid contacts usually prefer lowering" solref "to 0.004 to 0.01 and loop closures to 0.004 to 0.005".
+/// Couplings stay together within 0.1 mrad; otherwise they are as soft as contacts.
 pub const SETTINGS: &[Settings] = &[
     Settings {
         name: "default",
         about: "MuJoCo's own contacts, solref 0.02, solimp 0.9 0.95 0.001, impratio 1; integrator discrete, elliptic cones",
-        integrator: "discrete",
-        impratio: 1.0,
-        contact: DEFAULT,
-        coupling: DEFAULT_COUPLING,
+        options: DEFAULT,
     },
     Settings {
         name: "default_impratio100",
         about: "the same contacts, impratio 100 against slow slip",
-        integrator: "discrete",
-        impratio: 100.0,
-        contact: DEFAULT,
-        coupling: DEFAULT_COUPLING,
+        options: &[
+            ("integrator", "discrete"),
+            ("cone", "elliptic"),
+            ("impratio", "100"),
+            ("solref", "0.02 1"),
+            ("solimp", "0.9 0.95 0.001"),
+            (COUPLING_SOLREF, "0.02 1"),
+            (COUPLING_SOLIMP, "0.99 0.999 0.0001"),
+        ],
     },
     Settings {
         name: "recommended",
         about: "what its table of recommended initial values says: solref 0.005, solimp as it comes, impratio 10, elliptic \
                 cones; of its two integrators the one for stiff springs and servos, discrete",
-        integrator: "discrete",
-        impratio: 10.0,
-        contact: RECOMMENDED,
-        coupling: RECOMMENDED_COUPLING,
+        options: &recommended("discrete"),
     },
     Settings {
         name: "recommended_implicitfast",
         about: "the same with the other recommended integrator, implicitfast, which is implicit in velocity alone",
-        integrator: "implicitfast",
-        impratio: 10.0,
-        contact: RECOMMENDED,
-        coupling: RECOMMENDED_COUPLING,
+        options: &recommended("implicitfast"),
     },
     Settings {
         name: "recommended_rk4",
         about: "the same with RK4, which is advised for tumbling bodies and systems that nearly keep their energy; stiff cables \
                 are beyond it",
-        integrator: "RK4",
-        impratio: 10.0,
-        contact: RECOMMENDED,
-        coupling: RECOMMENDED_COUPLING,
+        options: &recommended("RK4"),
     },
     Settings {
         name: "stiff5",
         about: "solref 0.005, solimp 0.99 0.999 0.001, impratio 100: little overlap and slow slip",
-        integrator: "discrete",
-        impratio: 100.0,
-        contact: Softness { time_s: 0.005, impedance: [0.99, 0.999, 1e-3] },
-        coupling: Softness { time_s: 0.004, impedance: [0.999, 0.9999, 1e-4] },
+        options: &stiff5("enable"),
+    },
+    Settings {
+        name: "stiff5_multiccd_off",
+        about: "the same with `multiccd` disabled, one contact for each pair of convex shapes; it is on by default since 4.0",
+        options: &stiff5("disable"),
     },
     Settings {
         name: "stiff2",
         about: "solref 0.002, solimp 0.999 0.9999 0.001, impratio 100: nearly rigid at short steps",
-        integrator: "discrete",
-        impratio: 100.0,
-        contact: Softness { time_s: 0.002, impedance: [0.999, 0.9999, 1e-3] },
-        coupling: Softness { time_s: 0.002, impedance: [0.9999, 0.99999, 1e-4] },
+        options: &stiff2("enable"),
     },
+    Settings {
+        name: "stiff2_multiccd_off",
+        about: "the same with `multiccd` disabled",
+        options: &stiff2("disable"),
+    },
+];
+
+const DEFAULT: Options = &[
+    ("integrator", "discrete"),
+    ("cone", "elliptic"),
+    ("impratio", "1"),
+    ("solref", "0.02 1"),
+    ("solimp", "0.9 0.95 0.001"),
+    (COUPLING_SOLREF, "0.02 1"),
+    (COUPLING_SOLIMP, "0.99 0.999 0.0001"),
+];
+
+const fn recommended(integrator: &'static str) -> [(&'static str, &'static str); 7] {
+    [
+        ("integrator", integrator),
+        ("cone", "elliptic"),
+        ("impratio", "10"),
+        ("solref", "0.005 1"),
+        ("solimp", "0.9 0.95 0.001"),
+        (COUPLING_SOLREF, "0.004 1"),
+        (COUPLING_SOLIMP, "0.99 0.999 0.0001"),
+    ]
+}
+
+const fn stiff5(multiccd: &'static str) -> [(&'static str, &'static str); 8] {
+    [
+        ("integrator", "discrete"),
+        ("cone", "elliptic"),
+        ("impratio", "100"),
+        ("solref", "0.005 1"),
+        ("solimp", "0.99 0.999 0.001"),
+        (COUPLING_SOLREF, "0.004 1"),
+        (COUPLING_SOLIMP, "0.999 0.9999 0.0001"),
+        ("multiccd", multiccd),
+    ]
+}
+
+const fn stiff2(multiccd: &'static str) -> [(&'static str, &'static str); 8] {
+    [
+        ("integrator", "discrete"),
+        ("cone", "elliptic"),
+        ("impratio", "100"),
+        ("solref", "0.002 1"),
+        ("solimp", "0.999 0.9999 0.001"),
+        (COUPLING_SOLREF, "0.002 1"),
+        (COUPLING_SOLIMP, "0.9999 0.99999 0.0001"),
+        ("multiccd", multiccd),
+    ]
+}
+
+/// What a search changes, one option at a time: the documented options that contacts, friction and integration have.
+pub const SPACE: &[Dimension] = &[
+    Dimension("multiccd", &["enable", "disable"]),
+    Dimension("nativeccd", &["disable"]),
+    Dimension("boxes", &["sharp"]),
+    Dimension("integrator", &["discrete", "implicitfast", "implicit", "Euler", "RK4"]),
+    Dimension("cone", &["elliptic", "pyramidal"]),
+    Dimension("impratio", &["1", "10", "100", "1000"]),
+    Dimension("noslip_iterations", &["3", "10", "50"]),
+    Dimension("condim", &["4", "6"]),
+    Dimension(
+        "solref",
+        &["0.02 1", "0.01 1", "0.005 1", "0.002 1", "0.005 0.5", "0.005 2", "-40000 -400", "-200000 -900"],
+    ),
+    Dimension(
+        "solimp",
+        &[
+            "0.9 0.95 0.001",
+            "0.95 0.99 0.001",
+            "0.99 0.999 0.001",
+            "0.999 0.9999 0.001",
+            "0.9 0.999 0.003",
+            "0 0.99 0.002",
+        ],
+    ),
+    Dimension("margin", &["0.001", "0.003"]),
+    Dimension("solver", &["CG", "PGS"]),
+    Dimension("iterations", &["300"]),
+    Dimension("tolerance", &["1e-10", "1e-12"]),
+    Dimension("ccd_iterations", &["100"]),
+    Dimension("ccd_tolerance", &["1e-9"]),
+    Dimension("armature", &["1e-6", "1e-5"]),
+    Dimension("refsafe", &["disable"]),
+    Dimension("ipc", &["enable"]),
+    Dimension("speculative", &["enable"]),
+    Dimension("diagexact", &["enable"]),
 ];

@@ -20,12 +20,15 @@ use palmares_sim::{Command, Model, State};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::pipeline::PhysicsWorld;
 use scene::Surfaces;
-pub use settings::{SETTINGS, STIFF120, Settings};
+pub use settings::{SETTINGS, SPACE, STIFF120, Settings};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// Time to read the clock.
 static OVERHEAD: OnceLock<Duration> = OnceLock::new();
+
+/// Its version.
+pub const VERSION: &str = "0.36.1";
 
 /// Notes on all settings, for the report.
 pub fn notes() -> Vec<String> {
@@ -135,10 +138,11 @@ impl Engine for Rapier {
         if let Some(hand) = &self.hand {
             hand.actuate(&mut self.world, &self.model, &mut self.state, command);
         }
+        let added_s = self.hand.as_ref().map_or(0.0, |_| clock::spent_s(start, self.overhead));
         self.world.step_with_events(&self.surfaces, &());
         let total_s = clock::spent_s(start, self.overhead);
         self.pull_state();
-        Ok(Cost { total_s, phases_s: [0.0; 3] })
+        Ok(Cost { total_s, added_s, ..Cost::default() })
     }
 
     fn state(&self) -> &State {

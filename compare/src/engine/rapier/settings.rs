@@ -1,9 +1,10 @@
-//! Named settings of rapier.
+//! Named settings of rapier. An option has the name of its field in `IntegrationParameters`.
 
-use rapier3d_f64::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
-
+use crate::engine::option_set::{Dimension, Options};
+use anyhow::{Context, Result, bail};
 use palmares_bench::engine::RIGID;
 use palmares_sim::Model;
+use rapier3d_f64::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
 
 /// Effort of rapier's solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +35,8 @@ pub struct Settings {
     fitted: bool,
     hand: Effort,
     free: Effort,
+    /// Options that are changed last.
+    pub(in crate::engine) changes: Options,
 }
 
 const COULOMB: FrictionModel = FrictionModel::Coulomb;
@@ -52,6 +55,7 @@ pub const SETTINGS: &[Settings] = &[
         fitted: false,
         hand: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 1 },
         free: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 1 },
+        changes: &[],
     },
     STIFF120,
 ];
@@ -74,9 +78,44 @@ pub const STIFF120: Settings = Settings {
     fitted: true,
     hand: Effort { friction: COULOMB, substeps: 1, sweeps: 32 },
     free: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 2 },
+    changes: &[],
 };
 
+/// What a search changes, one option at a time.
+pub const SPACE: &[Dimension] = &[
+    Dimension("num_solver_iterations", &["1", "2", "4", "8"]),
+    Dimension("num_internal_pgs_iterations", &["1", "4", "16", "32", "64"]),
+    Dimension("num_internal_stabilization_iterations", &["0", "2", "4"]),
+    Dimension("natural_frequency", &["30", "60", "120", "240", "480", "1000"]),
+    Dimension("damping_ratio", &["0.5", "1", "2", "5", "10"]),
+    Dimension("friction_model", &["coulomb", "simplified"]),
+    Dimension("friction_in_bias_pass", &["true", "false"]),
+    Dimension("length_unit", &["0.02", "0.05", "0.1", "1"]),
+    Dimension("normalized_max_corrective_velocity", &["0.2", "1", "10", "40"]),
+    Dimension("normalized_prediction_distance", &["0.02", "0.1"]),
+    Dimension("normalized_allowed_linear_error", &["0.0005"]),
+    Dimension("warmstart_coefficient", &["0", "0.9"]),
+    Dimension("max_ccd_substeps", &["0", "4"]),
+];
+
 impl Settings {
+    /// The same with other options.
+    ///
+    /// # Errors
+    /// There is no option of such a name, or it has no such value.
+    pub(in crate::engine) fn with(
+        &self,
+        name: &'static str,
+        about: &'static str,
+        changes: Options,
+    ) -> Result<Self> {
+        let mut tried = IntegrationParameters::default();
+        for (option, value) in changes {
+            change(&mut tried, option, value)?;
+        }
+        Ok(Settings { name, about, changes, ..*self })
+    }
+
     /// Sets rapier up for a scene.
     pub(super) fn apply(&self, parameters: &mut IntegrationParameters, model: &Model) {
         let config = model.config();
@@ -105,5 +144,63 @@ impl Settings {
         });
         parameters.contact_softness = softness;
         parameters.static_contact_softness = fixed;
+        for (option, value) in self.changes {
+            // It has been tried in `with`.
+            let _ = change(parameters, option, value);
+        }
+    }
+}
+
+/// Sets an option; `natural_frequency` and `damping_ratio` are those of all contacts.
+fn change(parameters: &mut IntegrationParameters, option: &str, value: &str) -> Result<()> {
+    let number = || value.parse::<f64>().with_context(|| format!("{option}: `{value}` is no number"));
+    let count = || value.parse::<usize>().with_context(|| format!("{option}: `{value}` is no count"));
+    let flag = || value.parse::<bool>().with_context(|| format!("{option}: `{value}` is not true or false"));
+    let p = parameters;
+    match option {
+        "num_solver_iterations" => p.num_solver_iterations = count()?,
+        "num_internal_pgs_iterations" => p.num_internal_pgs_iterations = count()?,
+        "num_internal_stabilization_iterations" => p.num_internal_stabilization_iterations = count()?,
+        "max_ccd_substeps" => p.max_ccd_substeps = count()?,
+        "natural_frequency" => {
+            p.contact_softness.natural_frequency = number()?;
+            p.static_contact_softness.natural_frequency = number()?;
+        }
+        "damping_ratio" => {
+            p.contact_softness.damping_ratio = number()?;
+            p.static_contact_softness.damping_ratio = number()?;
+        }
+        "friction_model" => {
+            p.friction_model = match value {
+                "coulomb" => COULOMB,
+                "simplified" => SIMPLIFIED,
+                _ => bail!("{option}: `{value}` is not coulomb or simplified"),
+            }
+        }
+        "friction_in_bias_pass" => p.friction_in_bias_pass = flag()?,
+        "length_unit" => p.length_unit = number()?,
+        "normalized_max_corrective_velocity" => p.normalized_max_corrective_velocity = number()?,
+        "normalized_prediction_distance" => p.normalized_prediction_distance = number()?,
+        "normalized_allowed_linear_error" => p.normalized_allowed_linear_error = number()?,
+        "warmstart_coefficient" => p.warmstart_coefficient = number()?,
+        _ => bail!("unknown option `{option}` of rapier"),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_option_of_the_search_can_be_set_to_each_of_its_values() {
+        for Dimension(option, values) in SPACE {
+            for value in *values {
+                let mut parameters = IntegrationParameters::default();
+                change(&mut parameters, option, value).expect("it is an option");
+            }
+        }
+        let wrong = STIFF120.with("name", "about", &[("damping", "1")]).expect_err("refused").to_string();
+        assert!(wrong.contains("unknown option `damping`"), "{wrong}");
     }
 }

@@ -1,0 +1,62 @@
+//! Settings that are named settings with some options changed: `stiff5+multiccd=disable+noslip_iterations=10`. Where a value
+//! has blanks, the name has commas.
+
+use anyhow::{Context, Result};
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+/// Options by their names; of one that is named twice the last value counts.
+pub type Options = &'static [(&'static str, &'static str)];
+
+/// An option, and the values that a search gives it.
+#[derive(Clone, Copy, Debug)]
+pub struct Dimension(pub &'static str, pub &'static [&'static str]);
+
+/// The mark before a changed option.
+const CHANGE: char = '+';
+
+/// The name of settings with one more option changed.
+pub fn changed(name: &str, option: &str, value: &str) -> String {
+    let before = name.split(CHANGE).filter(|part| part.split_once('=').is_none_or(|(key, _)| key != option));
+    let before = before.collect::<Vec<_>>().join("+");
+    format!("{before}{CHANGE}{option}={}", value.replace(' ', ","))
+}
+
+/// The named settings and the changes of a name.
+///
+/// # Errors
+/// A change is not `option=value`.
+pub(super) fn parse(name: &'static str) -> Result<(&'static str, Options)> {
+    let mut parts = name.split(CHANGE);
+    let base = parts.next().unwrap_or_default();
+    let changes = parts.map(|part| {
+        let (key, value) = part
+            .split_once('=')
+            .with_context(|| format!("`{part}` in the settings `{name}` is not option=value"))?;
+        Ok((key, kept(&value.replace(',', " "))))
+    });
+    Ok((base, changes.collect::<Result<Vec<_>>>()?.leak()))
+}
+
+/// A text that lives as long as the program; each is kept once.
+pub(super) fn kept(text: &str) -> &'static str {
+    static KEPT: Mutex<BTreeMap<String, &'static str>> = Mutex::new(BTreeMap::new());
+    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    all.entry(text.to_owned()).or_insert_with(|| text.to_owned().leak())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_of_a_changed_option_replaces_it() {
+        let name = changed("stiff5", "solref", "0.002 1");
+        assert_eq!(name, "stiff5+solref=0.002,1");
+        let name = changed(&changed(&name, "condim", "4"), "solref", "-100 -5");
+        assert_eq!(name, "stiff5+condim=4+solref=-100,-5");
+        let (base, changes) = parse(kept(&name)).expect("it is a name");
+        assert_eq!((base, changes), ("stiff5", &[("condim", "4"), ("solref", "-100 -5")][..]));
+        assert!(parse("stiff5+condim").is_err());
+    }
+}

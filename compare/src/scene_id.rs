@@ -1,0 +1,166 @@
+//! Identity of what a case or a grasp asks of an engine: scenes and commands, without anyone's physics. An outcome of a peer
+//! stays valid as long as it does not change, whatever happens to our engine.
+
+use crate::engine::mujoco;
+use crate::trials::family::Trial;
+use crate::trials::scene::scene;
+use anyhow::{Result, bail};
+use palmares_bench::cases::{Case, Setup};
+use palmares_bench::engine::{Cost, Engine, EngineFactory};
+use palmares_bench::recorder::Recorder;
+use palmares_models::content::ContentHash;
+use palmares_sim::{Command, Model, State, StepOutcome};
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// Step for which it is taken, s; the scenes of a case do not depend on the step.
+const STEP_S: f64 = 4e-3;
+/// Commands beyond these do not count.
+const MOST_STEPS: u64 = 20_000;
+/// Number of its digits.
+const DIGITS: usize = 16;
+
+thread_local! {
+    static SEEN: RefCell<ContentHash> = RefCell::new(ContentHash::default());
+}
+
+/// Identity of a case.
+pub fn of_case(case: &Case) -> String {
+    SEEN.set(ContentHash::of(case.name));
+    // A case may end with an error, since nothing moves; so it does each time.
+    let _ = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
+    digits(SEEN.take())
+}
+
+/// Identity of a drawn grasp.
+///
+/// # Errors
+/// A shape without volume.
+pub fn of_trial(trial: &Trial) -> Result<String> {
+    let mut hash = ContentHash::of(trial.family.name());
+    let made = scene(trial, STEP_S)?;
+    begin(&mut hash, &made.model, &made.state);
+    hash.floats(&[trial.sigma, trial.preshape]);
+    Ok(digits(hash))
+}
+
+/// Identity of several.
+pub fn of_all(identities: &[String]) -> String {
+    let mut hash = ContentHash::default();
+    hash.list(identities, |hash, identity| hash.text(identity));
+    digits(hash)
+}
+
+fn digits(hash: ContentHash) -> String {
+    let mut digits = hash.to_hex();
+    digits.truncate(DIGITS);
+    digits
+}
+
+fn begin(hash: &mut ContentHash, model: &Model, state: &State) {
+    let config = model.config();
+    hash.floats(&[config.contact_stiffness, config.step_s]);
+    hash.text(&format!("{:?}", config.base));
+    // Of the hand that which is not in the document, and which an adapter reads.
+    if let Some(hand) = model.hand() {
+        hash.list(&hand.motors, |hash, motor| hash.floats(&[motor.scaling, motor.offset, motor.speed_limit]));
+        hash.list(&hand.tendons, |hash, tendon| {
+            hash.float(tendon.force_limit);
+            hash.list(&tendon.motors, |hash, (motor, weight)| {
+                hash.count(*motor);
+                hash.float(*weight);
+            });
+        });
+    }
+    hash.list(model.objects(), |hash, object| object.digest(hash));
+    hash.text(&mujoco::scene_text(model, state).unwrap_or_default());
+    hash.floats(&state.q);
+    hash.floats(&state.v);
+}
+
+/// An engine in which nothing moves.
+#[derive(Debug)]
+struct Watcher;
+
+struct Watched {
+    model: Arc<Model>,
+    state: State,
+    said: String,
+}
+
+impl EngineFactory for Watcher {
+    fn name(&self) -> &'static str {
+        "none"
+    }
+
+    fn settings(&self) -> &'static str {
+        "none"
+    }
+
+    fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
+        SEEN.with_borrow_mut(|hash| begin(hash, &model, &state));
+        Ok(Box::new(Watched { model, state, said: String::new() }))
+    }
+}
+
+impl Engine for Watched {
+    fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    fn step(&mut self, command: &Command) -> Result<Cost> {
+        self.state.step += 1;
+        if self.state.step > MOST_STEPS {
+            bail!("that is enough");
+        }
+        let said = format!("{command:?}");
+        if said != self.said {
+            SEEN.with_borrow_mut(|hash| hash.text(&said));
+            self.said = said;
+        }
+        Ok(Cost::default())
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn state_mut(&mut self) -> &mut State {
+        &mut self.state
+    }
+
+    fn outcome(&self) -> StepOutcome {
+        StepOutcome { converged: true, ..StepOutcome::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trials::family::{Family, HandKind};
+    use palmares_bench::cases;
+
+    fn named(name: &str) -> String {
+        of_case(cases::all().find(|case| case.name == name).expect("there is such a case"))
+    }
+
+    #[test]
+    fn a_case_has_one_identity_and_another_case_another() {
+        assert_eq!(named("softhand_cylinder"), named("softhand_cylinder"));
+        assert_ne!(named("softhand_cylinder"), named("softhand_box"));
+        assert_ne!(
+            named("softhand_cylinder"),
+            named("softhand_cylinder_60s"),
+            "the same scene, other commands"
+        );
+    }
+
+    #[test]
+    fn a_grasp_with_another_set_point_is_another() {
+        let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
+        let tighter = Trial { sigma: trial.sigma + 0.1, ..trial.clone() };
+        let [one, same, other] = [trial, trial, &tighter].map(|it| of_trial(it).expect("a sound scene"));
+        assert_eq!(one, same);
+        assert_ne!(one, other);
+    }
+}

@@ -1,0 +1,46 @@
+//! The result of a search as a page to read.
+
+use super::table::{Found, Table};
+use std::fmt::Write;
+
+/// Sets that a scene's table shows.
+const SHOWN: usize = 12;
+
+/// Markdown.
+pub(super) fn write(table: &Table) -> String {
+    let steps = table.steps_ms.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+    let mut page = format!(
+        "# What the options of other engines give\n\n\
+         Written by `palmares-compare search`; do not edit. Commit {}.\n\n\
+         The search begins with the named settings of the [report](../README.md#the-engines-and-their-settings) and changes one \
+         documented option at a time of the best set whose changes were not tried yet. Options have the names of the engine's \
+         own documentation. A scene is played at {steps} ms, a case from several starts that differ by at most a tenth of a \
+         millimetre; `grasps` are the first of each family of [drawn grasps](../grasps/README.md). A set whose first start fails \
+         at every step is given up. The number of plays that solve the scene decides, then how the others end, then the deepest \
+         overlap. It says what a set does at these steps; the report says what the named settings do at all.\n\n\
+         | scene | engine | sets tried | sets that solve any play | most plays solved | by named settings |\n\
+         |---|---|---|---|---|---|\n",
+        table.commit
+    );
+    for found in &table.found {
+        let Found { scene, engine, version, plays, sets } = found;
+        let (most, named) = (found.most(), found.most_named());
+        let _ = writeln!(
+            page,
+            "| {scene} | {engine} {version} | {} | {} | {most} of {plays} | {named} of {plays} |",
+            sets.len(),
+            found.solving().count(),
+        );
+    }
+    for found in &table.found {
+        let _ = writeln!(
+            page,
+            "\n## {} on {}\n\n| options | plays solved |\n|---|---|",
+            found.scene, found.engine
+        );
+        for set in found.sets.iter().take(SHOWN) {
+            let _ = writeln!(page, "| `{}` | {} of {} |", set.settings, set.solved, set.of);
+        }
+    }
+    page
+}

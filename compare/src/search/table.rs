@@ -1,0 +1,85 @@
+//! The result of a search.
+
+use crate::engine::EngineKind;
+use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::Path;
+
+const FORMAT: u32 = 1;
+
+/// The content of the page and the JSON.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Table {
+    format: u32,
+    /// Commit of the program.
+    pub commit: String,
+    /// Steps, ms.
+    pub steps_ms: Vec<f64>,
+    /// One for each engine and scene.
+    pub found: Vec<Found>,
+}
+
+/// An engine in a scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Found {
+    /// The case, or `grasps`.
+    pub scene: String,
+    /// The engine.
+    pub engine: String,
+    /// Its version.
+    pub version: String,
+    /// Number of plays of a set that is played to the end.
+    pub plays: usize,
+    /// Sets of options that were tried, the best first.
+    pub sets: Vec<Set>,
+}
+
+/// A set of options.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Set {
+    /// Its name: named settings with changed options.
+    pub settings: String,
+    /// Plays that solve the scene.
+    pub solved: usize,
+    /// Plays that were played: a set whose first plays all fail is given up.
+    pub of: usize,
+}
+
+impl Found {
+    /// The largest number of solved plays of any set.
+    pub fn most(&self) -> usize {
+        self.sets.iter().map(|set| set.solved).max().unwrap_or(0)
+    }
+
+    /// The same of the named settings, which reports play.
+    pub fn most_named(&self) -> usize {
+        let named = |set: &&Set| {
+            EngineKind::all().any(|kind| kind.name() == self.engine && kind.settings() == set.settings)
+        };
+        self.sets.iter().filter(named).map(|set| set.solved).max().unwrap_or(0)
+    }
+
+    /// Sets that solve the scene in at least one play.
+    pub fn solving(&self) -> impl Iterator<Item = &Set> {
+        self.sets.iter().filter(|set| set.solved > 0)
+    }
+}
+
+impl Table {
+    pub(super) fn new(commit: String, steps_ms: Vec<f64>, found: Vec<Found>) -> Self {
+        Table { format: FORMAT, commit, steps_ms, found }
+    }
+
+    /// Reads a written one.
+    ///
+    /// # Errors
+    /// No such file, or not of this format.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let table: Table = serde_json::from_str(&text)
+            .with_context(|| format!("{} is no search of format {FORMAT}", path.display()))?;
+        ensure!(table.format == FORMAT, "{}: format {} is not {FORMAT}", path.display(), table.format);
+        Ok(table)
+    }
+}
