@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     fn play(end: End, overlap_mm: f64) -> Play {
-        let text = || String::new();
+        let text = String::new;
         let overlap_mm = Some(overlap_mm);
         Play { scene: text(), number: 0, engine: text(), settings: text(), step_ms: 1.0, end, overlap_mm }
     }
