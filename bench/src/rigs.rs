@@ -20,6 +20,7 @@ pub fn softhand() -> Result<Arc<Hand>> {
     let mut hand = Hand::clone(&*Hand::builtin("softhand").context("the SoftHand is built in")?);
     hand.coordinates.iter_mut().for_each(|coordinate| coordinate.stiffness *= FIRM_SPRINGS);
     (hand.tendons[0].force_limit, hand.motors[0].speed_limit) = FIRM_DRIVE;
+    // No load slows it: other engines have no such motors.
     (hand.motors[0].stall_force, hand.motors[0].power_limit) = (None, None);
     Ok(Arc::new(hand))
 }

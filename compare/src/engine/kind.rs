@@ -175,5 +175,7 @@ fn has_constant_moment_arms(engine: &str, model: &Model) -> Result<()> {
         !model.hand().is_some_and(coupled),
         "{engine} gets no springs across joints and no closed chains"
     );
+    let slowed = |hand: &Arc<Hand>| hand.motors.iter().any(|motor| motor.slows());
+    ensure!(!model.hand().is_some_and(slowed), "{engine} gets no motors that a load slows");
     Ok(())
 }
