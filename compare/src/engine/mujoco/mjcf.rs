@@ -509,7 +509,6 @@ fn surface(friction: f64, levers: Levers, least: u32) -> String {
 mod tests {
     use super::super::SETTINGS;
     use super::*;
-    use crate::engine::EngineKind;
     use palmares_bench::rigs::softhand;
     use palmares_sim::Config;
 
@@ -549,14 +548,11 @@ mod tests {
 
     #[test]
     fn changed_options_reach_the_document() {
-        let EngineKind::MuJoCo(settings) = EngineKind::from_names(
-            "mujoco",
-            Some("stiff5+solref=-1000,-10+condim=4+noslip_iterations=10+armature=1e-6"),
-        )
-        .expect("all of these are options") else {
-            panic!("another engine");
-        };
-        let xml = written(settings);
+        let stiff5 = SETTINGS.iter().find(|it| it.name == "stiff5").expect("there are such");
+        let changes =
+            &[("solref", "-1000 -10"), ("condim", "4"), ("noslip_iterations", "10"), ("armature", "1e-6")];
+        let settings = stiff5.with("changed", "changed", changes).expect("all of these are options");
+        let xml = written(&settings);
         for said in [
             "<geom solref='-1000 -10' solimp='0.99 0.999 0.001'/>",
             "solreflimit='-1000 -10'",
