@@ -109,17 +109,18 @@ def test_an_effort_is_the_same_in_every_way_to_play(url: str, tmp_path: Path) ->
     with palmares.Client(url) as client:
         client.reset("grasp", "softhand", seed=4)
         for effort in (None, 0.25, None, 1.0):
-            local = world.step(base=still, hand=1.0, repeat=80, effort=effort)
-            remote = client.step(base=still, hand=1.0, repeat=80, effort=effort)
-            stepped = batch.step([[0.0] * 6 + [1.0]], 80, effort=None if effort is None else [[effort]])
+            for _ in range(4):
+                local = world.step(base=still, hand=1.0, repeat=100, effort=effort)
+                remote = client.step(base=still, hand=1.0, repeat=100, effort=effort)
+            stepped = batch.step([[0.0] * 6 + [1.0]], 400, effort=None if effort is None else [[effort]])
             tensions.append(local.hand.actuators[0].tension)
             assert remote.hand == local.hand
             assert stepped.observations["motors"][0, 0, 3] == tensions[-1]
             assert remote.applied_action == local.applied_action
         result = client.stop()
     assert local.applied_action.effort == [1.0]
-    assert tensions[1] == pytest.approx(tensions[2])
-    assert tensions[1] < 0.4 * tensions[0]
+    assert tensions[1] == pytest.approx(tensions[2], rel=1e-3)
+    assert tensions[1] < 0.35 * tensions[0]
     assert tensions[3] > 2.0 * tensions[2]
     assert batch.state_hashes() == [world.state_hash()]
     assert world.result().state_hash == result.state_hash

@@ -56,18 +56,25 @@ async fn commands_out_of_range_are_clipped_and_reported() {
 async fn an_effort_limits_the_pull_of_the_motors_until_another_comes() {
     let server = Server::start();
     let (mut client, _) = Client::playing(&server, "a").await;
-    let step =
-        |tick: u64, action: Value| json!({"op": "step", "tick": tick, "repeat": 100, "action": action});
-    let tension = |obs: &Value| obs["hand"]["actuators"][0]["tension"].as_f64().expect("a tension");
-    let obs = client.ask(step(0, json!({"hand": [1.0]}))).await;
-    assert!(obs["applied_action"].get("effort").is_none(), "no run has one before its first: {obs}");
-    let whole = tension(&obs);
-    let obs = client.ask(step(100, json!({"effort": [0.25]}))).await;
-    assert_eq!(obs["applied_action"]["effort"], json!([0.25]));
-    assert!(tension(&obs) < 0.4 * whole, "{} of {whole}", tension(&obs));
-    let obs = client.ask(step(200, json!({"hand": [0.9]}))).await;
-    assert_eq!(obs["applied_action"]["effort"], json!([0.25]), "what is left out keeps its last target");
-    let obs = client.ask(step(300, json!({"effort": [7.0]}))).await;
-    assert_eq!(obs["applied_action"]["effort"], json!([1.0]));
-    assert!(tension(&obs) > 0.8 * whole, "{} of {whole}", tension(&obs));
+    let mut tick = 0;
+    // Four seconds with an action; the tension after them.
+    let mut play = async |action: Value| {
+        let mut obs = Value::Null;
+        for _ in 0..4 {
+            obs = client.ask(json!({"op": "step", "tick": tick, "repeat": 100, "action": action})).await;
+            tick += 100;
+        }
+        (obs["hand"]["actuators"][0]["tension"].as_f64().expect("a tension"), obs["applied_action"].clone())
+    };
+    let (whole, applied) = play(json!({"hand": [1.0]})).await;
+    assert!(applied.get("effort").is_none(), "no run has one before its first: {applied}");
+    let (part, applied) = play(json!({"effort": [0.25]})).await;
+    assert_eq!(applied["effort"], json!([0.25]));
+    assert!(part < 0.35 * whole, "{part} of {whole}");
+    let (kept, applied) = play(json!({})).await;
+    assert_eq!(applied["effort"], json!([0.25]), "what is left out keeps its last target");
+    assert!((kept / part - 1.0).abs() < 1e-3, "{kept} {part}");
+    let (again, applied) = play(json!({"effort": [7.0]})).await;
+    assert_eq!(applied["effort"], json!([1.0]));
+    assert!(again > 0.9 * whole, "{again} of {whole}");
 }
