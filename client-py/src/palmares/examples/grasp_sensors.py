@@ -3,9 +3,9 @@
     python grasp_sensors.py --seed 1                    # needs `palmares serve`, or --url local
 
 Two depth cameras show the table. Points above it belong to the object: the smallest upright box around them
-is its position, its size and the direction of its longer side. The hand comes down on it with its palm,
-fingers across the longer side, closes and lifts. If the wrist then does not carry the object's weight, the
-controller takes new images and tries the other of its two grasps.
+is its position, its size and the direction of its longer side. `grasp_softhand.py` has the grasps for an
+object of this size. The hand takes the first one, closes and lifts. If the wrist then does not carry the
+object's weight, the controller takes new images and tries the next grasp.
 """
 
 from __future__ import annotations
@@ -20,38 +20,14 @@ import numpy as np
 
 import palmares
 from palmares.arrays import Array, array
+from palmares.examples.grasp_softhand import CLOSE_S, Grasp, grasps_for
 from palmares.rotation import quat_of, rot_z
-from palmares.skills.grasps import TopGrasp
 from palmares.skills.motion import UP, Mover, RunOverError
 from palmares.skills.objects import ObjectBounds
 from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 
-NARROW = TopGrasp(
-    name="narrow",
-    pitch_rad=1.6657,
-    roll_rad=0.3491,
-    above_m=0.0068,
-    aside_m=0.0243,
-    along_m=0.1964,
-    sigma_open=0.0212,
-    sigma_closed=0.9,
-    sink_m=0.12,
-)
-WIDE = TopGrasp(
-    name="wide",
-    pitch_rad=1.7469,
-    roll_rad=0.1715,
-    above_m=0.0109,
-    aside_m=0.0189,
-    along_m=0.2234,
-    sigma_open=0.0,
-    sigma_closed=1.0,
-    sink_m=0.12,
-)
-WIDE_M = 0.085
-"""Wider objects are grasped with the wide grasp first"""
 LIFT_M = 0.16
 """Height of the lift"""
 TRIES = 4
@@ -133,14 +109,15 @@ class Senses(Mover):
         return array(cloud[np.isfinite(cloud).all(axis=1)])
 
 
-def attempt(hand: Senses, found: FoundObject, grasp: TopGrasp, weight_n: float) -> bool:
+def attempt(hand: Senses, found: FoundObject, grasp: Grasp, turn_rad: float, weight_n: float) -> bool:
     """Grasp and lift the object. Return whether the wrist carries its weight."""
-    rotation = grasp.rotation(found.yaw_rad)
+    rotation = grasp.rotation(found.yaw_rad + turn_rad)
     at = grasp.base_position(found.bounds, rotation)
-    hand.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
+    for position in grasp.way_in(at, rotation):
+        hand.to(0.8, position, quat_of(rotation), sigma=grasp.sigma_open)
     empty = hand.wrist_force(FEEL_S)
     hand.to(0.5, at)
-    hand.to(0.6, sigma=grasp.sigma_closed)
+    hand.to(CLOSE_S, sigma=grasp.sigma_closed)
     hand.wait(0.3)
     hand.to(0.6, at + LIFT_M * UP)
     return float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
@@ -177,13 +154,12 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
             found = find_object(hand.look(), table_m)
             if found is None:
                 break
+            size_m = found.bounds.size
+            grasps = grasps_for(size_m, target.mass)
+            grasp, turn_rad = grasps[tries % len(grasps)]
             tries += 1
-            size_m = found.bounds.high - found.bounds.low
-            wide = size_m[1] > WIDE_M
-            # After a failure try the other grasp.
-            grasp = WIDE if wide == (tries % 2 == 1) else NARROW
             LOG.info(f"{grasp.name}: {np.round(size_m, 3)} m large at {np.round(found.bounds.middle, 3)} m")
-            if attempt(hand, found, grasp, weight_n):
+            if attempt(hand, found, grasp, turn_rad, weight_n):
                 hand.wait(10.0)
             hand.to(0.4, sigma=0.0)
             hand.to(0.6, hand.position + 0.1 * UP)

@@ -2,9 +2,10 @@
 
     python grasp_softhand.py --seed 1                   # needs `palmares serve`, or --url local
 
-The hand comes down on the object with its palm, fingers across the longer side, closes, lifts and waits. The
-server then shakes it. If the object stays on the table or falls, the hand tries another grasp.
-`tasks/grasp/task.toml` defines the score. Change the numbers of a grasp and see their effect.
+The hand comes down on the object with its palm, fingers across the longer side, closes, lifts and waits. It
+grasps a tall and slim object from the side. The server then shakes it. If the object stays on the table or
+falls, the hand tries another grasp. `tasks/grasp/task.toml` defines the score. Change the numbers of a grasp
+and see their effect.
 """
 
 from __future__ import annotations
@@ -12,19 +13,22 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 import palmares
 from palmares.arrays import Array
 from palmares.rotation import quat_of
-from palmares.skills.grasps import TopGrasp
+from palmares.skills.grasps import SideGrasp, TopGrasp
 from palmares.skills.holding import GraspSummary, grasp_summary, lift_and_hold
-from palmares.skills.motion import UP, Mover, RunOverError
+from palmares.skills.motion import Mover, RunOverError
 from palmares.skills.objects import ObjectBounds, upright_box
 from palmares.skills.runs import play
 
 LOG = logging.getLogger(__name__)
+
+Grasp = TopGrasp | SideGrasp
 
 # name, pitch, roll, above, aside, along, σ open, σ closed, sink; units as in `TopGrasp`
 NARROW = TopGrasp("narrow", 1.6657, 0.3491, 0.0068, 0.0243, 0.1964, 0.0212, 0.9, 0.12)
@@ -39,10 +43,18 @@ LOW = TopGrasp("low", 1.5416, 0.1583, -0.0193, 0.0335, 0.1697, 0.2159, 0.9286, 0
 TILTED = TopGrasp("tilted", 1.9271, -0.0653, 0.0071, 0.0167, 0.1946, 0.0432, 0.9653, 0.12)
 ROLLED = TopGrasp("rolled", 1.8662, 0.7226, -0.0123, 0.031, 0.2102, 0.1107, 0.8157, 0.12)
 RIM = TopGrasp("rim", 1.3616, 0.0934, 0.004, -0.0925, 0.1349, 0.0464, 0.8276, 0.12)
+STANDING = TopGrasp("standing", 1.791, 0.0992, 0.0081, 0.0013, 0.2195, 0.0202, 1.0, 0.12)
+CAN = TopGrasp("can", 1.8, 0.105, 0.004, 0.01, 0.223, 0.01, 1.0, 0.12)
+BALL = TopGrasp("ball", 1.7495, 0.161, -0.0243, 0.0333, 0.2136, 0.0371, 1.0, 0.12)
+SIDE = SideGrasp("side", 0.112, 0.018, 0.0022, 0.1815, 0.0945, 1.0, 0.1, 0.15)
 ACROSS, ALONG, OBLIQUE, BACK = 0.0, math.pi / 2, 1.195, -2.33
 """Turns of the hand, rad: fingers across the object's longer side, along it, or in between from two sides"""
+AGAINST = -0.12
+"""Turn of a grasp from the side: fingers along the object's longer side"""
 COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (WIDE, ALONG)]
 """Grasps of a compact object, the best first, each with its turn"""
+UPRIGHT = [(STANDING, -0.124), (WIDE, ACROSS), (NARROW, ALONG)]
+"""Grasps of a compact object that stands upright"""
 LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG)]
 """Grasps of a long object"""
 THIN = [(FLAT, ACROSS), (LOW, BACK), (FLAT, ALONG), (LOW, ALONG), (STEEP, ALONG)]
@@ -51,6 +63,12 @@ THIN_AND_LONG = [(FLAT, ALONG), (LOW, ALONG), (WIDE, ACROSS), (LOW, BACK), (FLAT
 """Grasps of a thin and long object"""
 BROAD = [(WIDE, ACROSS), (HIGH, ACROSS), (LOOSE, ALONG), (WIDE, ALONG), (STEEP, ALONG)]
 """Grasps of an object that is broad even across its shorter side"""
+BROAD_UPRIGHT = [(CAN, -0.04), (WIDE, ACROSS), (WIDE, ALONG)]
+"""Grasps of a broad object that stands upright"""
+BROAD_ROUND = [(BALL, -0.1), (WIDE, ACROSS), (HIGH, ACROSS)]
+"""Grasps of a broad object as high as it is long"""
+SLIM = [(SIDE, AGAINST), (NARROW, ACROSS), (WIDE, ACROSS)]
+"""Grasps of a tall and slim object"""
 TALL = [(WIDE, ACROSS), (HIGH, ACROSS), (STEEP, ALONG)]
 """Grasps of a tall object"""
 TALL_AND_LONG = [(TILTED, OBLIQUE), (NARROW, ACROSS), (STEEP, ALONG), (WIDE, ACROSS)]
@@ -65,21 +83,25 @@ DRILL = [(STEEP, ALONG), (WIDE, ACROSS)]
 """Grasps of a tall and very long object"""
 PLATE = [(RIM, -ALONG), (LOOSE, ACROSS)]
 """Grasps of an object at its rim"""
+ROUND_FROM, UPRIGHT_FROM = 0.9, 1.25
+"""Ratios of the height to the longer side from which an object is as high as long, or stands upright"""
 LONG_FROM, DRILL_FROM = 1.9, 3.5
 """Ratios of the longer to the shorter side from which an object is long or very long"""
-SLIM_M, BROAD_M, LARGE_M, PLATE_M = 0.06, 0.085, 0.12, 0.24
-"""Lengths of the shorter side: above them a tall object is not compact, others are broad, large, a plate"""
+SLIM_M, BROAD_M, LARGE_M, PLATE_M = 0.065, 0.085, 0.12, 0.24
+"""Lengths of the shorter side: above them a tall object is not slim, others are broad, large, a plate"""
 TALL_M, THIN_M = 0.16, 0.033
 """Heights from which an object is tall, and below which it is thin"""
 TINY_M = 0.04
 """Length of the longer side up to which an object is never thin"""
 HEAVY_KG, HEAVIER_KG = 1.0, 1.1
 """Masses from which a tall object is heavy or very heavy"""
+CLOSE_S = 1.2
+"""Duration of the closing; the motor needs 1.1 s from open to closed"""
 TRIES = 8
 """Attempts per run"""
 
 
-def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
+def grasps_for(size_m: Array, mass_kg: float) -> Sequence[tuple[Grasp, float]]:
     """Return grasps and their turns for an object: longer side, shorter side and height, m; mass, kg."""
     longer, shorter, height = size_m
     ratio = longer / shorter
@@ -88,21 +110,28 @@ def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
     if height > TALL_M:
         if ratio > LONG_FROM:
             return DRILL if ratio > DRILL_FROM else TALL_AND_LONG
-        return TALL if shorter > SLIM_M else COMPACT
+        return TALL if shorter > SLIM_M else SLIM
     if height < THIN_M and longer > TINY_M:
         return PLATE if shorter > PLATE_M else THIN_AND_LONG if ratio > LONG_FROM else THIN
     if shorter > BROAD_M:
-        return LARGE if shorter > LARGE_M and height > LARGE_M else BROAD
-    return LONG if ratio > LONG_FROM else COMPACT
+        if shorter > LARGE_M and height > LARGE_M:
+            return LARGE
+        if height > ROUND_FROM * longer:
+            return BROAD_UPRIGHT if height > UPRIGHT_FROM * longer else BROAD_ROUND
+        return BROAD
+    if ratio > LONG_FROM:
+        return LONG
+    return UPRIGHT if height > UPRIGHT_FROM * longer else COMPACT
 
 
-def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp) -> None:
+def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: Grasp) -> None:
     """Grasp, lift and hold the object; the run is over after the shake."""
     rotation = grasp.rotation(yaw_rad)
     at = grasp.base_position(target, rotation)
-    mover.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
+    for position in grasp.way_in(at, rotation):
+        mover.to(0.8, position, quat_of(rotation), sigma=grasp.sigma_open)
     mover.to(0.5, at)
-    mover.to(0.6, sigma=grasp.sigma_closed)
+    mover.to(CLOSE_S, sigma=grasp.sigma_closed)
     lift_and_hold(mover, at)
 
 
@@ -110,7 +139,7 @@ def run(
     client: palmares.Client,
     seed: int | None,
     task: str = "grasp",
-    only: tuple[TopGrasp, float] | None = None,
+    only: tuple[Grasp, float] | None = None,
     hand: str = "softhand",
 ) -> GraspSummary:
     """Play one run.

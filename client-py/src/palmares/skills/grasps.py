@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.rotation import rot_zyz
+from palmares.rotation import rot_z, rot_zyz
+from palmares.skills.motion import UP
 from palmares.skills.objects import ObjectBounds
 
 __all__ = [
     "SOFTHAND_PRESHAPED",
     "Capsules",
+    "SideGrasp",
     "TopGrasp",
 ]
 
@@ -108,3 +110,45 @@ class TopGrasp:
         height_m = float(target.high[2] - target.low[2])
         in_hand = array([height_m / 2 + self.above_m, self.aside_m, self.along_m])
         return array(target.middle - rotation @ in_hand)
+
+    def way_in(self, at: Array, rotation: Array) -> list[Array]:
+        """Return the positions (3,), m, of the base on its way to the grasp at `at` (3,)."""
+        return [array(at + self.sink_m * UP)]
+
+
+@dataclass(frozen=True)
+class SideGrasp:
+    """A grasp of the SoftHand from the side: fingers horizontal, thumb up, palm on the longer side."""
+
+    name: str
+    roll_rad: float
+    """Turns the palm about the fingers' axis, upwards"""
+    gap_m: float
+    """Distance of the hand's axis from the object's longer side"""
+    above_m: float
+    """Height of the hand over the object's middle"""
+    along_m: float
+    """z of the object's middle in the hand frame, along the fingers"""
+    sigma_open: float
+    """Motor command on the way to the object"""
+    sigma_closed: float
+    """Motor command of the grasp"""
+    back_m: float
+    """The hand comes down at this distance from the grasp and then moves forward along its palm normal"""
+    rise_m: float
+    """It comes down from this height over the grasp"""
+
+    def rotation(self, yaw_rad: float) -> Array:
+        """Return world-from-hand (3, 3): fingers along +x, turned by `yaw_rad` about the vertical."""
+        upright = array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        return array(rot_z(yaw_rad) @ upright @ rot_z(self.roll_rad))
+
+    def base_position(self, target: ObjectBounds, rotation: Array) -> Array:
+        """Return the position of the base when the fingers close on `target`, (3,), m."""
+        in_hand = array([target.size[1] / 2 + self.gap_m, 0.0, self.along_m])
+        return array(target.middle - rotation @ in_hand + self.above_m * UP)
+
+    def way_in(self, at: Array, rotation: Array) -> list[Array]:
+        """Return the positions (3,), m, of the base on its way to the grasp at `at` (3,)."""
+        before = at - self.back_m * rotation[:, 0]
+        return [array(before + self.rise_m * UP), array(before)]
