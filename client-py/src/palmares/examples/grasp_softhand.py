@@ -67,7 +67,7 @@ BROAD_UPRIGHT = [(CAN, -0.04), (WIDE, ACROSS), (WIDE, ALONG)]
 """Grasps of a broad object that stands upright"""
 BROAD_ROUND = [(BALL, -0.1), (WIDE, ACROSS), (HIGH, ACROSS)]
 """Grasps of a broad object as high as it is long"""
-SLIM = [(SIDE, AGAINST), (NARROW, ACROSS), (WIDE, ACROSS)]
+SLIM: list[tuple[Grasp, float]] = [(SIDE, AGAINST), (NARROW, ACROSS), (WIDE, ACROSS)]
 """Grasps of a tall and slim object"""
 TALL = [(WIDE, ACROSS), (HIGH, ACROSS), (STEEP, ALONG)]
 """Grasps of a tall object"""

@@ -111,7 +111,7 @@ class TopGrasp:
         in_hand = array([height_m / 2 + self.above_m, self.aside_m, self.along_m])
         return array(target.middle - rotation @ in_hand)
 
-    def way_in(self, at: Array, rotation: Array) -> list[Array]:
+    def way_in(self, at: Array, rotation: Array) -> list[Array]:  # noqa: ARG002
         """Return the positions (3,), m, of the base on its way to the grasp at `at` (3,)."""
         return [array(at + self.sink_m * UP)]
 
