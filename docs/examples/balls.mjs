@@ -16,6 +16,7 @@ const BALL_IN_HAND = [0.0527, 0.05, 0.2103]; // The ball's centre when the finge
 const PRESHAPE = 0.0977, CLOSED = 1.0; // Motor commands: slightly curled on the way, and the grasp.
 const ADVANCE = 0.0165; // The approach ends this far behind the grasp; the palm then moves forward.
 const LEAN = 0.155, CLEARANCE = 0.32; // The approach comes down along this tilt, from this far above.
+const CREEP = 0.06, CREEP_S = 1.8; // The lift begins slowly: the fingers close under the ball, the motor follows.
 const LIFT = 0.36, LIFTED = 0.15; // How far it is lifted; a ball that rose by LIFTED is in the hand.
 const RAKE = { height: 0.02, inward: 0.07, sigma: 0.6, way: 0.12, retreat: 0.3 };
 const YAWS = Array.from({ length: 24 }, (_, k) => (2 * Math.PI * k) / 24); // Directions tried for every ball.
@@ -244,10 +245,11 @@ async function pickAndCarry(hand, target, boxB) {
   await hand.to(1.4, { position: above, quat: target.quat, sigma: PRESHAPE });
   await hand.to(0.8, { position: before });
   await hand.to(0.3, { position: graspAt });
-  await hand.to(1.5, { sigma: CLOSED });
-  await hand.wait(0.4);
+  await hand.to(1.0, { sigma: CLOSED });
+  await hand.wait(0.2);
   const heights = hand.balls.map((ball) => ball[2]);
-  await hand.to(1.2, { position: add(graspAt, [0, 0, LIFT]) });
+  await hand.to(CREEP_S, { position: add(graspAt, [0, 0, CREEP]) });
+  await hand.to(0.8, { position: add(graspAt, [0, 0, LIFT]) });
   if (hand.balls.some((ball, k) => ball[2] > heights[k] + LIFTED)) {
     // The ball, not the hand, should arrive near the middle of box B.
     const [x, y] = [0, 1].map((k) => (boxB.min[k] + boxB.max[k]) / 2 - target.at[k]);

@@ -39,6 +39,8 @@ ADVANCE_M = 0.0165
 """The approach stops this far behind the grasp; the palm then moves forward along its normal"""
 LEAN, CLEARANCE_M = 0.156, 0.32
 """Slope of the approach, horizontal per vertical distance, and its height"""
+CREEP_M, CREEP_S = 0.06, 1.8
+"""First part of the lift, slow: the fingers close under the ball, and the motor follows them"""
 LIFT_M = 0.36
 """The ball and the fingers under it then pass over the wall"""
 FEEL_S = 0.1
@@ -167,9 +169,10 @@ def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmar
     empty = hand.wrist_force(FEEL_S)
     hand.to(0.8, before)
     hand.to(0.3, grasp_at)
-    hand.to(1.5, sigma=1.0)
-    hand.wait(0.4)
-    hand.to(1.2, grasp_at + LIFT_M * UP)
+    hand.to(1.0, sigma=1.0)
+    hand.wait(0.2)
+    hand.to(CREEP_S, grasp_at + CREEP_M * UP)
+    hand.to(0.8, grasp_at + LIFT_M * UP)
     caught = float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
     if caught:
         # The ball, not the hand, should arrive near the middle of box B.

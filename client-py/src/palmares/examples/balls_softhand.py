@@ -76,11 +76,14 @@ class Script:
     travel_s: float = 1.4
     approach_s: float = 0.8
     advance_s: float = 0.3
-    close_s: float = 1.5
-    """The motor needs 1.1 s from open to closed; the tendon then takes up its tension"""
-    squeeze_s: float = 0.4
+    close_s: float = 1.0
+    """The motor needs 1.1 s from open to the fist; a ball stops it earlier"""
+    squeeze_s: float = 0.2
     """Wait between closing and lifting"""
-    lift_s: float = 1.2
+    creep_m: float = 0.06
+    """First part of the lift, slow: the fingers close under the ball, and the motor follows them"""
+    creep_s: float = 1.8
+    lift_s: float = 0.8
     carry_s: float = 1.2
     hold_s: float = 0.2
     """Wait over box B until the ball hangs still"""
@@ -218,6 +221,7 @@ def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> b
     mover.wait(SCRIPT.squeeze_s)
 
     heights = truth_of(mover.obs).positions[:, 2]
+    mover.to(SCRIPT.creep_s, grasp_at + SCRIPT.creep_m * UP)
     mover.to(SCRIPT.lift_s, grasp_at + SCRIPT.lift_height_m * UP)
     caught = bool(np.any(truth_of(mover.obs).positions[:, 2] > heights + SCRIPT.lifted_m))
     if caught:

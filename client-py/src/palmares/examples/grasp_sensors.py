@@ -20,7 +20,7 @@ import numpy as np
 
 import palmares
 from palmares.arrays import Array, array
-from palmares.examples.grasp_softhand import CLOSE_S, Grasp, grasps_for
+from palmares.examples.grasp_softhand import CLOSE_S, LIFT_S, Grasp, grasps_for
 from palmares.rotation import quat_of, rot_z
 from palmares.skills.motion import UP, Mover, RunOverError
 from palmares.skills.objects import ObjectBounds
@@ -119,7 +119,7 @@ def attempt(hand: Senses, found: FoundObject, grasp: Grasp, turn_rad: float, wei
     hand.to(0.5, at)
     hand.to(CLOSE_S, sigma=grasp.sigma_closed)
     hand.wait(0.3)
-    hand.to(0.6, at + LIFT_M * UP)
+    hand.to(LIFT_S, at + LIFT_M * UP)
     return float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
 
 

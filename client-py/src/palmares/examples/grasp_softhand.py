@@ -95,8 +95,8 @@ TINY_M = 0.04
 """Length of the longer side up to which an object is never thin"""
 HEAVY_KG, HEAVIER_KG = 1.0, 1.1
 """Masses from which a tall object is heavy or very heavy"""
-CLOSE_S = 1.2
-"""Duration of the closing; the motor needs 1.1 s from open to closed"""
+CLOSE_S, LIFT_S = 1.2, 1.2
+"""Durations of the closing, for which the motor needs 1.1 s, and of the lift, in which it still tightens"""
 TRIES = 8
 """Attempts per run"""
 
@@ -132,7 +132,7 @@ def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: Grasp) ->
         mover.to(0.8, position, quat_of(rotation), sigma=grasp.sigma_open)
     mover.to(0.5, at)
     mover.to(CLOSE_S, sigma=grasp.sigma_closed)
-    lift_and_hold(mover, at)
+    lift_and_hold(mover, at, LIFT_S)
 
 
 def run(

@@ -24,14 +24,16 @@ PATIENCE_S = 8.0
 """Longest hold; holding and shaking take 5 s, unless the object slips"""
 
 
-def lift_and_hold(mover: Mover, at: Array) -> None:
+def lift_and_hold(mover: Mover, at: Array, lift_s: float = 0.6) -> None:
     """Lift the closed hand from `at` (3,), m, and wait while object 0 is in it; then open.
+
+    A motor that its load slows tightens the grasp during a lift of more than the default `lift_s`.
 
     The run is over after the shake (`RunOverError`). This returns if the object was not lifted, or fell.
     """
     mover.wait(0.3)
     lowest_m = truth_of(mover.obs).positions[0, 2] + LIFTED_M
-    mover.to(0.6, at + LIFT_M * UP)
+    mover.to(lift_s, at + LIFT_M * UP)
     for _ in range(math.ceil(PATIENCE_S / 0.1)):
         if truth_of(mover.obs).positions[0, 2] < lowest_m:
             break
