@@ -36,7 +36,9 @@ def test_every_built_in_task_and_hand_has_an_id() -> None:
     tasks = {task.name for task in known.tasks}
     assert tasks == set(ids.TASKS.values()) == set(flat.OBJECTS)
     # The SoftHand's variants are arguments: hand="softhand_skin".
-    assert {hand.name for hand in known.hands} - {"softhand_skin", "softhand_strong"} == set(ids.HANDS.values())
+    assert {hand.name for hand in known.hands} - {"softhand_skin", "softhand_strong"} == set(
+        ids.HANDS.values()
+    )
     assert sorted(ids.names()) == sorted(IDS)
 
 

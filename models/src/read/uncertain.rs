@@ -161,7 +161,7 @@ fn range(
                     low > 0.0
                 }
             };
-            if !least || !(low < high && high <= largest) {
+            if !(least && low < high && high <= largest) {
                 let valid = format!(
                     "[low, high], ascending, not negative and at most {largest:e}; a tendon's or motor's above 0"
                 );
