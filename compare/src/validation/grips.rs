@@ -201,15 +201,17 @@ pub(super) fn rest_of(effort: &Effort, hand: &Arc<Hand>, sigma: &[f64]) -> Resul
     Ok(world.state().q.clone())
 }
 
-/// Angle of the Barrett's outer joints over that of the inner ones, closing in air.
+/// Angle of the Barrett's outer joints over that of the inner ones, each finger closing in air alone: together they meet.
 pub(super) fn barrett_ratio(effort: &Effort) -> Result<Vec<Measured>> {
     let hand = Hand::builtin(BARRETT.hand).context("the Barrett is built in")?;
     let joint =
         |q: &[f64], name: &str| Ok::<f64, anyhow::Error>(q[hand.coordinate(name).context("a joint")?]);
     let mut placements = Vec::new();
     for sigma in [0.2, 0.4, 0.6] {
-        let q = rest_of(effort, &hand, &[sigma, sigma, sigma, 0.0])?;
         for finger in 1..=3 {
+            let mut alone = [0.0; 4];
+            alone[finger - 1] = sigma;
+            let q = rest_of(effort, &hand, &alone)?;
             let inner = joint(&q, &format!("inner_joint_{finger}"))?;
             let outer = joint(&q, &format!("outer_joint_{finger}"))?;
             placements.push((format!("finger {finger}, σ = {sigma}"), Some(outer / inner)));

@@ -3,7 +3,7 @@
 use super::{Effort, Outcome, plot};
 use anyhow::{Context, Result};
 use palmares_bench::measured::{Measured, Spread};
-use palmares_tasks::identity;
+use palmares_bench::record::Record;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -50,13 +50,13 @@ fn text(outcomes: &[Outcome], effort: Effort) -> Result<String> {
         page,
         "# Validation against published measurements\n\n\
          Measurements on real hands, repeated on ours. Written by\n\n```\ncargo xtask validate{}\n```\n\n\
-         at a step of {step_ms} ms, with the engine `{}`.\n\n\
+         at a step of {step_ms} ms.\n\n{}\n\n\
          A value of ours is the mean over placements, with the least and the largest. A placement in which the hand does not \
          keep the object counts as lost, not as zero. *Fitted* means that a number of the hand was chosen so that this \
          measurement agrees: such a row tests nothing.\n\n\
          ![Ours over published, mean and range, for every measurement with a published number](ratios.svg)\n\n",
         if effort.few { " --quick" } else { "" },
-        identity::engine(),
+        Record::now("validation")?.line(),
     )?;
     page.push_str("| measurement | published | ours | range | lost |\n|---|---|---|---|---|\n");
     for outcome in outcomes {

@@ -88,8 +88,8 @@ pub(crate) const STUDIES: &[Study] = &[
             with a six-axis sensor (ATI Nano17) between the halves. One recording is printed",
         here: "The wrist is fixed; the cylinder lies across the palm at the roots of the fingers, in nine places that a \
             person would choose; the person holds it until the hand has closed on its full command, and lets go. The force \
-            is that between the halves, at rest, in the mean over the planes through the cylinder's axis: the paper does \
-            not say how the split lay. No weight: a sensor is zeroed with it",
+            is that between the halves, at rest, with the split parallel to the palm; the paper does \
+            not say how it lay, so that the mean over all splits is listed too. No weight: a sensor is zeroed with it",
         published: Some(20.0),
         theirs: "about 20 N along the sensor's z axis, the largest of the recording",
         unit: "N",
