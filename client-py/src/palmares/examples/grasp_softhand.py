@@ -43,7 +43,7 @@ LOW = TopGrasp("low", 1.5416, 0.1583, -0.0193, 0.0335, 0.1697, 0.2159, 0.9286, 0
 TILTED = TopGrasp("tilted", 1.9271, -0.0653, 0.0071, 0.0167, 0.1946, 0.0432, 0.9653, 0.12)
 ROLLED = TopGrasp("rolled", 1.8662, 0.7226, -0.0123, 0.031, 0.2102, 0.1107, 0.8157, 0.12)
 RIM = TopGrasp("rim", 1.3616, 0.0934, 0.004, -0.0925, 0.1349, 0.0464, 0.8276, 0.12)
-STANDING = TopGrasp("standing", 1.791, 0.0992, 0.0081, 0.0013, 0.2195, 0.0202, 1.0, 0.12)
+STANDING = TopGrasp("standing", 1.81, 0.09, 0.006, 0.004, 0.222, 0.01, 1.0, 0.12)
 CAN = TopGrasp("can", 1.8331, 0.0595, 0.0043, 0.0107, 0.2204, 0.024, 1.0, 0.12)
 BALL = TopGrasp("ball", 1.722, 0.092, -0.0285, 0.046, 0.2185, 0.0, 1.0, 0.12)
 SIDE = SideGrasp("side", 0.112, 0.018, 0.0022, 0.1815, 0.0945, 1.0, 0.1, 0.15)
@@ -53,7 +53,7 @@ AGAINST = -0.12
 """Turn of a grasp from the side: fingers along the object's longer side"""
 COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (WIDE, ALONG)]
 """Grasps of a compact object, the best first, each with its turn"""
-UPRIGHT = [(STANDING, -0.124), (WIDE, ACROSS), (NARROW, ALONG)]
+UPRIGHT = [(STANDING, -0.1), (WIDE, ACROSS), (NARROW, ALONG)]
 """Grasps of a compact object that stands upright"""
 LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG)]
 """Grasps of a long object"""
