@@ -11,7 +11,6 @@ pub mod energy;
 pub mod engine;
 #[cfg(test)]
 mod gates;
-pub mod instrument;
 pub mod machine;
 pub mod measured;
 pub mod monitor;

@@ -167,7 +167,7 @@ fn the_published_softhand_is_usable_and_its_oddities_are_named() {
 fn a_pushed_hand_is_drawn_where_the_closed_form_has_it() {
     let folder = TempDir::new().expect("temporary directory");
     let (svg, png) = (folder.path().join("a.svg"), folder.path().join("a.png"));
-    let push = ["--sigma", "0.5", "--push", "index_distal:-1,0,-0.5"];
+    let push = ["--sigma", "0.5", "--push", "index_distal:-0.5,0,-0.25"];
     let mut arguments = vec!["hand", "show", "softhand", "--output", text(&svg)];
     arguments.extend(push);
     let (code, out, err) = palmares(&arguments);

@@ -153,7 +153,7 @@ async fn a_rake_within_the_limits_is_shown_with_its_numbers_and_earns_nothing_by
     assert!((value - 0.28).abs() < 1e-9 && size["limit"] == json!(0.3), "{size}");
     assert_eq!((&size["allowed"], &size["beyond_others"]), (&json!(true), &json!(true)), "{size}");
     // All built-in hands but the one with a skin, whose sizes are those of another.
-    assert_eq!(size["others"].as_object().map(serde_json::Map::len), Some(15), "{size}");
+    assert_eq!(size["others"].as_object().map(serde_json::Map::len), Some(16), "{size}");
     assert_eq!(shown["in_the_way"], json!([]));
 
     let folder = TempDir::new().expect("temporary directory");

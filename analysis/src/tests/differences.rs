@@ -433,7 +433,7 @@ fn stiffness_of_a_loaded_grasp_is_the_derivative_of_its_equilibrium() {
 fn fixed_tendons_keep_their_length_and_are_the_limit_of_stiff_ones() {
     for hand in &hands() {
         let q = posture(hand);
-        let tension = vec![0.5; hand.tendons.len()];
+        let tension: Vec<f64> = hand.tendons.iter().map(|tendon| 0.25 * tendon.force_limit).collect();
         let posture = Posture { q: &q, tension: &tension };
         let fixed =
             CompliantHand::tendon_driven(hand, posture, Tendons::Fixed, 0.0, None).expect("compliant");

@@ -11,10 +11,10 @@
 
 use super::case::{Case, Finding};
 use super::grasp_scene::{Lie, Scene, floating};
+use super::instrument::{Closing, Held, body, own, weightless};
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
 use crate::energy::Ledger;
-use crate::instrument::{Closing, Held, body, own, weightless};
 use crate::measured::Measured;
 use crate::recorder::Recorder;
 use crate::rigs;

@@ -17,6 +17,7 @@ pub mod heaps;
 pub mod held;
 pub mod hold;
 pub mod impact;
+pub mod instrument;
 pub mod mechanism;
 pub mod pile;
 pub mod pinch;

@@ -1,10 +1,10 @@
 //! Grips of other hands: a split cylinder pinched between the fingertips or wrapped, pulled out along its axis, and poses
 //! at rest in air.
 
-use super::Effort;
+use super::outcome::Effort;
 use anyhow::{Context, Result};
 use palmares_bench::cases::ends_of_steps;
-use palmares_bench::instrument::{Closing, Held, body, weightless};
+use palmares_bench::cases::instrument::{Closing, Held, body, weightless};
 use palmares_bench::measured::Measured;
 use palmares_bench::recorder::Recorder;
 use palmares_models::hand::Hand;

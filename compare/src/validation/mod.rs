@@ -1,6 +1,7 @@
 //! `palmares-compare validate`: published measurements on real hands beside the same measurement on ours, as docs/validation.
 
 mod grips;
+mod outcome;
 mod page;
 mod plot;
 mod recording;
@@ -9,12 +10,12 @@ mod studies;
 
 use anyhow::{Context, Result};
 use clap::Args;
+use outcome::{Effort, Outcome};
 use palmares_bench::cases::Setup;
-use palmares_bench::measured::{Measured, Spread};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::fs;
 use std::path::PathBuf;
-use studies::{STUDIES, Study};
+use studies::STUDIES;
 
 /// What to measure, and where to write it.
 #[derive(Args, Clone, Debug)]
@@ -34,44 +35,6 @@ pub struct Options {
     /// A recording of a Yale T42, one JSON object per episode; docs/validation says how to make it of the published files.
     #[arg(long)]
     t42: Option<PathBuf>,
-}
-
-/// How much is measured.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
-    /// Our engine at the step of the measurement.
-    pub(crate) setup: Setup,
-    /// Whether few placements do.
-    pub(crate) few: bool,
-}
-
-/// A study with what was measured: the compared quantity first.
-pub(crate) struct Outcome {
-    pub(crate) study: &'static Study,
-    pub(crate) measured: Vec<Measured>,
-}
-
-impl Outcome {
-    /// Mean and range of the compared quantity; none where no placement held the object.
-    pub(crate) fn spread(&self) -> Option<Spread> {
-        self.measured.first().and_then(Measured::spread)
-    }
-
-    /// Its values, for the line of JSON. A number that is missing is null.
-    fn entry(&self) -> Value {
-        let spread = self.spread();
-        let of = |part: fn(Spread) -> f64| spread.map(part).filter(|x| x.is_finite());
-        let first = self.measured.first();
-        json!({
-            "published": self.study.published,
-            "unit": self.study.unit,
-            "ours_mean": of(|s| s.mean),
-            "ours_min": of(|s| s.least),
-            "ours_max": of(|s| s.largest),
-            "placements": first.map_or(0, |m| m.placements.len()),
-            "lost": first.map_or(0, Measured::lost),
-        })
-    }
 }
 
 /// Measures everything, writes the page and prints the line.

@@ -1,6 +1,7 @@
 //! The page docs/validation: a table of contents, then one section per measurement.
 
-use super::{Effort, Outcome, plot};
+use super::outcome::{Effort, Outcome};
+use super::plot;
 use anyhow::{Context, Result};
 use palmares_bench::measured::{Measured, Spread};
 use palmares_bench::record::Record;

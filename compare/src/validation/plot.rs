@@ -1,6 +1,6 @@
 //! The picture of the page: ours over published, mean and range.
 
-use super::Outcome;
+use super::outcome::Outcome;
 use crate::report::plots::{SANS, failed, on_page};
 use anyhow::Result;
 use palmares_bench::measured::Spread;

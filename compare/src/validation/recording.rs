@@ -4,9 +4,8 @@
 //! published, so only what does not depend on them is compared: the angle between the motions that the two motors give the
 //! object, and the ratio of their lengths.
 
-use super::Effort;
 use super::grips::{T42, in_fingertips};
-use super::studies::Study;
+use super::outcome::{Effort, Study};
 use anyhow::{Context, Result, ensure};
 use palmares_bench::measured::Measured;
 use palmares_bench::recorder::Recorder;

@@ -1,6 +1,6 @@
 //! The SoftHand's measurements, with the standard motor and the stronger one.
 
-use super::Effort;
+use super::outcome::Effort;
 use anyhow::Result;
 use palmares_bench::cases::calibration::{Closed, FRICTION, close_in_air, held_torque, split_force};
 use palmares_bench::measured::Measured;

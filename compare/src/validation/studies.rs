@@ -1,34 +1,10 @@
 //! The published measurements: their protocol, source and numbers, and how ours is taken. The texts appear on the page.
 
-use super::Effort;
 use super::grips::{BARRETT, Grip, MODEL_O, REFLEX, ROBOTIQ_2F, ROBOTIQ_3F, Reading, T42, Way, measure};
+use super::outcome::{Effort, Study};
 use super::{grips, softhand};
 use anyhow::Result;
 use palmares_bench::measured::Measured;
-
-/// A published measurement and ours.
-pub(crate) struct Study {
-    /// Its name in the line of JSON.
-    pub(crate) key: &'static str,
-    /// Its heading.
-    pub(crate) title: &'static str,
-    /// Who published it.
-    pub(crate) source: &'static str,
-    /// What was done there.
-    pub(crate) protocol: &'static str,
-    /// What is done here.
-    pub(crate) here: &'static str,
-    /// The published number; none where none was found.
-    pub(crate) published: Option<f64>,
-    /// The publication's own words for it.
-    pub(crate) theirs: &'static str,
-    /// Its unit.
-    pub(crate) unit: &'static str,
-    /// Why ours differs.
-    pub(crate) why: &'static str,
-    /// Takes ours; empty where the hand is not built in.
-    pub(crate) measure: fn(&Effort) -> Result<Vec<Measured>>,
-}
 
 const IJRR: &str = "Catalano, Grioli, Farnioli, Serio, Piazza, Bicchi: *Adaptive synergies for the design and control of the \
     Pisa/IIT SoftHand*, IJRR 33(5), 2014, section V-A, figures 18 and 19";

@@ -241,7 +241,13 @@ fn hands_that_contradict_themselves() {
     broken(|h| h.pads.push(soft(1000, 1e6)), "shape 0 of link 1000 is not there");
     broken(|h| h.pads.push(soft(1, f64::NAN)), "modulus is not more than 0");
     broken(|h| h.coordinates[0].lower = 9.0, "limits");
-    broken(|h| h.tendons[0].motors[0].0 = 1, "names motor 1");
+    broken(
+        |h| {
+            (h.motors[0].stall_force, h.motors[0].power_limit) = (None, None);
+            h.tendons[0].motors[0].0 = 1;
+        },
+        "names motor 1",
+    );
     broken(|h| h.tendons[0].moment_arms.swap(0, 1), "ascending");
     broken(|h| h.motors[0].speed_limit = 0.0, "speed limit");
     broken(|h| h.no_collision.push([5, 2]), "no_collision");

@@ -75,7 +75,7 @@ fn each_number_goes_where_it_belongs() {
     let some = own.drawn(&[None, None, Some(1.3), None, None, None, None]).unwrap();
     assert_eq!(
         (some.tendons[1].force_limit, some.coordinates[1].damping),
-        (1.95, own.coordinates[1].damping)
+        (1.3 * own.tendons[1].force_limit, own.coordinates[1].damping)
     );
     assert!(drawn.links.iter().flat_map(|link| &link.geoms).all(|geom| geom.friction == 0.4));
     let speeds: Vec<f64> = drawn.motors.iter().map(|motor| motor.speed_limit).collect();

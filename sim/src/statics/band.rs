@@ -22,7 +22,7 @@ const BALANCE: f64 = 1e-12;
 /// Largest accepted unbalanced part of them.
 const BALANCED: f64 = 1e-9;
 /// Half the difference of two evaluations for a derivative, rad or m.
-const DIFFERENCE: f64 = 1e-6;
+const DIFFERENCE: f64 = 1e-8;
 /// Largest number of Newton steps for one amount of friction.
 const STEPS: usize = 60;
 /// Largest number of steps of a search that do not bring the torques nearer to balance.

@@ -117,7 +117,7 @@ fn a_difference_names_the_tick_and_missing_or_damaged_ticks_are_refused() {
     );
     assert_eq!(
         error(&|run| run.shipped.ticks[1].body[0] = 9),
-        "the ticks after tick 11: their encoding is 9, and this program reads 1"
+        "the ticks after tick 11: their encoding is 9, and this program reads 1 and 2"
     );
     assert_eq!(error(&|run| run.header.engine.push('x')), "the run has another engine than this server");
     assert_eq!(error(&|run| run.header.hand_hash.push('x')), "the run has another hand than this server");

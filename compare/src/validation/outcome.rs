@@ -1,0 +1,68 @@
+//! A study, how much of it is measured, and what came of it.
+
+use anyhow::Result;
+use palmares_bench::cases::Setup;
+use palmares_bench::measured::{Measured, Spread};
+use serde_json::{Value, json};
+
+/// A published measurement and ours.
+pub(crate) struct Study {
+    /// Its name in the line of JSON.
+    pub(crate) key: &'static str,
+    /// Its heading.
+    pub(crate) title: &'static str,
+    /// Who published it.
+    pub(crate) source: &'static str,
+    /// What was done there.
+    pub(crate) protocol: &'static str,
+    /// What is done here.
+    pub(crate) here: &'static str,
+    /// The published number; none where none was found.
+    pub(crate) published: Option<f64>,
+    /// The publication's own words for it.
+    pub(crate) theirs: &'static str,
+    /// Its unit.
+    pub(crate) unit: &'static str,
+    /// Why ours differs.
+    pub(crate) why: &'static str,
+    /// Takes ours; empty where the hand is not built in.
+    pub(crate) measure: fn(&Effort) -> Result<Vec<Measured>>,
+}
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Our engine at the step of the measurement.
+    pub(crate) setup: Setup,
+    /// Whether few placements do.
+    pub(crate) few: bool,
+}
+
+/// A study with what was measured: the compared quantity first.
+pub(crate) struct Outcome {
+    pub(crate) study: &'static Study,
+    pub(crate) measured: Vec<Measured>,
+}
+
+impl Outcome {
+    /// Mean and range of the compared quantity; none where no placement held the object.
+    pub(crate) fn spread(&self) -> Option<Spread> {
+        self.measured.first().and_then(Measured::spread)
+    }
+
+    /// Its values, for the line of JSON. A number that is missing is null.
+    pub(super) fn entry(&self) -> Value {
+        let spread = self.spread();
+        let of = |part: fn(Spread) -> f64| spread.map(part).filter(|x| x.is_finite());
+        let first = self.measured.first();
+        json!({
+            "published": self.study.published,
+            "unit": self.study.unit,
+            "ours_mean": of(|s| s.mean),
+            "ours_min": of(|s| s.least),
+            "ours_max": of(|s| s.largest),
+            "placements": first.map_or(0, |m| m.placements.len()),
+            "lost": first.map_or(0, Measured::lost),
+        })
+    }
+}
