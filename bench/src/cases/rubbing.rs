@@ -104,7 +104,7 @@ pub fn capstan(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         recorder.step(&mut *world, &command)?;
         let direction = if t < 8.0 { -1.0 } else { 1.0 };
         // While every guide slides: not at the ends, and after the turn only when the last guide has let go.
-        if !((2.4..6.4).contains(&t) || (13.0..14.2).contains(&t)) {
+        if !((2.4..6.4).contains(&t) || (13.0..13.7).contains(&t)) {
             continue;
         }
         let state = world.state();
