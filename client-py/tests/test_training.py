@@ -144,7 +144,7 @@ def test_a_randomised_run_is_a_function_of_seed_and_options() -> None:
     again, _ = opened(2, [6, 5, 4], everything)
     assert hashes == again[::-1]
     assert len(set(hashes)) == 3
-    assert (seen["object_mass"][:, :5] > 0.4).all()
+    assert (seen["object_mass"][:, :5] > 0.1).all()
     assert (seen["object_mass"][:, 5:] == 0.0).all()
     assert (seen["object_kind"][:, 5:] == -1.0).all()
     assert not seen["objects"][:, 5:].any()
