@@ -68,7 +68,7 @@ def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
         assert table.cells[0] == title
         assert set(labels) <= set(table.cells)
     assert "goal: (0.450, -0.250, 0.000) to (0.950, 0.250, 0.300) m" in repr(client.scene)
-    assert "sphere, 100 × 100 × 100 mm, 1000 g" in repr(client.scene)
+    assert "sphere, 100 × 100 × 100 mm, 216 g" in repr(client.scene)
 
 
 def test_a_table_escapes_html() -> None:

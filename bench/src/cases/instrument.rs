@@ -1,7 +1,7 @@
 //! Instruments of a person who measures a hand: a body that the hand closes on while the person holds it, its force between
 //! halves, the torque that turns it, the force that pulls it out.
 
-use super::{Setup, ends_of_steps, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::rigs::bolted;

@@ -37,7 +37,7 @@ KNOB = TopGrasp(
     aside_m=-0.004,
     along_m=0.185,
     sigma_open=0.1,
-    sigma_closed=0.88,
+    sigma_closed=1.0,
     sink_m=0.10,
 )
 LID_LIFT_M = 0.10
@@ -49,7 +49,7 @@ HANDLE_M = array([0.200, 0.0, 0.0545])
 HANDLE_SLOPE_RAD = math.atan2(0.030, 0.190)
 IN_PALM_M = array([0.032, -0.007, 0.182])
 """The handle's axis in the hand frame when the fingers close"""
-HANDLE_SIGMA = (0.05, 0.87)
+HANDLE_SIGMA = (0.05, 1.0)
 """Motor commands on the way to the handle and in the grasp"""
 PAN_LIFT_M = 0.16
 
@@ -65,9 +65,9 @@ def put_lid_aside(mover: Mover) -> None:
     at = KNOB.base_position(ball, rotation)
     mover.to(1.0, at + KNOB.sink_m * UP, quat_of(rotation), sigma=KNOB.sigma_open)
     mover.to(0.6, at)
-    mover.to(0.8, sigma=KNOB.sigma_closed)
-    mover.wait(0.3)
-    mover.to(0.8, at + LID_LIFT_M * UP)
+    mover.to(1.4, sigma=KNOB.sigma_closed)
+    mover.wait(0.4)
+    mover.to(1.4, at + LID_LIFT_M * UP)
     mover.wait(0.2)
     target = mover.position + PUT_AT - truth_of(mover.obs).object("lid").xyz
     mover.to(1.5, array([target[0], target[1], mover.position[2]]))
@@ -76,7 +76,7 @@ def put_lid_aside(mover: Mover) -> None:
     tilt_rad = math.acos(min(1.0, abs(float(held.rotation[2, 2]))))
     down = PUT_AT[2] + 0.134 * math.sin(tilt_rad) - held.xyz[2]
     mover.to(1.0, mover.position + down * UP)
-    mover.to(0.6, sigma=0.0)
+    mover.to(1.0, sigma=0.0)
     mover.wait(0.4)
     mover.to(0.8, mover.position + 0.25 * UP)
 
@@ -92,9 +92,9 @@ def lift_pan(mover: Mover) -> None:
     sigma_open, sigma_closed = HANDLE_SIGMA
     mover.to(1.2, at + 0.15 * UP, quat_of(rotation), sigma=sigma_open)
     mover.to(0.8, at)
-    mover.to(0.8, sigma=sigma_closed)
-    mover.wait(0.4)
-    mover.to(1.5, at + PAN_LIFT_M * UP)
+    mover.to(1.4, sigma=sigma_closed)
+    mover.wait(0.6)
+    mover.to(2.0, at + PAN_LIFT_M * UP)
     mover.wait(4.0)
 
 

@@ -75,9 +75,9 @@ def grasp(mover: Mover) -> None:
     mover.to(1.0, before + 0.2 * UP, quat_of(HAND), sigma=sigma_open)
     mover.to(0.8, before)
     mover.to(0.8, at)
-    mover.to(0.8, sigma=sigma_closed)
+    mover.to(1.3, sigma=sigma_closed)
     mover.wait(0.3)
-    mover.to(0.8, at + 0.12 * UP)
+    mover.to(1.0, at + 0.12 * UP)
 
 
 def correct(mover: Mover, tip_at: Array, seconds: float) -> None:
