@@ -201,7 +201,7 @@ pub(super) fn rest_of(effort: &Effort, hand: &Arc<Hand>, sigma: &[f64]) -> Resul
     Ok(world.state().q.clone())
 }
 
-/// Angle of the Barrett's outer joints over that of the inner ones, each finger closing in air alone: together they meet.
+/// Angle of the Barrett's outer joints over that of the inner ones, each finger closing in air alone.
 pub(super) fn barrett_ratio(effort: &Effort) -> Result<Vec<Measured>> {
     let hand = Hand::builtin(BARRETT.hand).context("the Barrett is built in")?;
     let joint =
@@ -209,8 +209,9 @@ pub(super) fn barrett_ratio(effort: &Effort) -> Result<Vec<Measured>> {
     let mut placements = Vec::new();
     for sigma in [0.2, 0.4, 0.6] {
         for finger in 1..=3 {
-            let mut alone = [0.0; 4];
-            alone[finger - 1] = sigma;
+            let name = format!("finger_{finger}");
+            let alone: Vec<f64> =
+                hand.motors.iter().map(|motor| if motor.name == name { sigma } else { 0.0 }).collect();
             let q = rest_of(effort, &hand, &alone)?;
             let inner = joint(&q, &format!("inner_joint_{finger}"))?;
             let outer = joint(&q, &format!("outer_joint_{finger}"))?;
