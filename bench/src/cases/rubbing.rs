@@ -63,7 +63,7 @@ fn finger() -> Result<Hand> {
     hand.tendons.push(Tendon {
         moment_arms: ARM.into_iter().enumerate().collect(),
         stiffness: CABLE,
-        force_limit: 1e3,
+        force_limit: 1.0,
         guides: (0..3).map(guide).collect(),
         ..softhand()?.tendons[0].clone()
     });
@@ -86,7 +86,7 @@ fn started(hand: Hand, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
     Ok((engine, command))
 }
 
-/// Largest error of `T_k / T_{k−1}` at a guide, in percent of `e^{∓μφ}`, while the cable is wound in, and out, in 8 s. The tension beyond
+/// Largest error of `T_k / T_{k−1}` at a guide, in percent of `e^{∓μφ}`, while the cable is wound in, and out, in 4 s. The tension beyond
 /// a guide is the torque of the joint's spring and damper over its arm.
 pub fn capstan(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut hand = finger()?;
@@ -97,14 +97,14 @@ pub fn capstan(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let tendon = hand.tendons[0].clone();
     let (mut world, mut command) = started(hand, setup)?;
     let mut worst: f64 = 0.0;
-    for t in ends_of_steps(16.0, setup.dt_s) {
-        command.sigma[0] = ramp(0.125 * t).0 - ramp(0.125 * t - 1.0).0;
+    for t in ends_of_steps(8.0, setup.dt_s) {
+        command.sigma[0] = ramp(0.25 * t).0 - ramp(0.25 * t - 1.0).0;
         let mut arms = [0.0; 3];
         tendon.gradient(&world.state().q, |c, r| arms[c] += r);
         recorder.step(&mut *world, &command)?;
-        let direction = if t < 8.0 { -1.0 } else { 1.0 };
+        let direction = if t < 4.0 { -1.0 } else { 1.0 };
         // While every guide slides: not at the ends, and after the turn only when the last guide has let go.
-        if !((2.4..6.4).contains(&t) || (13.0..13.7).contains(&t)) {
+        if !((1.2..3.2).contains(&t) || (6.5..7.1).contains(&t)) {
             continue;
         }
         let state = world.state();

@@ -4,7 +4,7 @@ use super::{at_most, converged, within};
 use crate::cases::{Setup, run};
 use palmares_models::hand::Hand;
 
-/// The mean over placements is within the spread that the request for these cases names: 20 % of the force, half of the
+/// The mean over placements is within 20 % of the published force, and within half of the published
 /// torque. Two of nine placements may push the object out: the paper's person would have laid it in again.
 #[test]
 fn both_hands_have_the_published_strength() {

