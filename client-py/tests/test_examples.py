@@ -159,9 +159,9 @@ def test_the_grasp_depends_on_the_size() -> None:
     assert len({(how.name, turn_rad) for how, turn_rad in first.values()}) == len(first)
 
 
-def test_the_grasps_hold_through_the_shake() -> None:
+@pytest.mark.parametrize("seed", [101, 102, 103, 104, 105])
+def test_the_grasp_holds_through_the_shake(seed: int) -> None:
     with palmares.Client("local") as client:
-        runs = [grasp.run(client, seed) for seed in range(101, 106)]
-    assert len({run.object for run in runs}) == len(runs)
-    assert [run.kept for run in runs] == [1] * len(runs), runs
-    assert sum(run.score for run in runs) / len(runs) > 9.5
+        summary = grasp.run(client, seed)
+    assert summary.kept == 1
+    assert summary.score > 9.5

@@ -122,8 +122,8 @@ def test_errors_of_a_users_task(folder: Path) -> None:
         client.reset(str(folder), "pinch")
 
 
-# The calibrated SoftHand puts the lid aside; it does not lift the pan of 0.95 kg by its handle.
-@pytest.mark.parametrize(("example", "score", "goals"), [(pan_softhand, 5.0, 2), (peg_softhand, 10.0, 4)])
+# The SoftHand has 20 N: it does not hold the pan of 0.95 kg level by its handle, the fourth goal.
+@pytest.mark.parametrize(("example", "score", "goals"), [(pan_softhand, 8.0, 3), (peg_softhand, 10.0, 4)])
 def test_the_examples_reach_their_goals(example: object, score: float, goals: int) -> None:
     with palmares.Client("local") as client:
         summary = example.run(client, 1)  # type: ignore[attr-defined]

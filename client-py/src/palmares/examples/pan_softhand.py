@@ -44,14 +44,15 @@ LID_LIFT_M = 0.10
 PUT_AT = array([-0.05, -0.36, 0.010])
 """Position of the lid's frame when the hand opens, m"""
 
-HANDLE_M = array([0.200, 0.0, 0.0545])
+HANDLE_M = array([0.250, 0.0, 0.0624])
 """Point of the grasp on the handle, in the pan's frame"""
 HANDLE_SLOPE_RAD = math.atan2(0.030, 0.190)
 IN_PALM_M = array([0.032, -0.007, 0.182])
 """The handle's axis in the hand frame when the fingers close"""
 HANDLE_SIGMA = (0.05, 1.0)
 """Motor commands on the way to the handle and in the grasp"""
-PAN_LIFT_M = 0.16
+PAN_LIFT_M = 0.27
+"""The pan hangs from its handle: a hand of 20 N does not hold it level"""
 
 # --------------------------------------------------------------------------------------------------------
 
@@ -94,7 +95,7 @@ def lift_pan(mover: Mover) -> None:
     mover.to(0.8, at)
     mover.to(1.4, sigma=sigma_closed)
     mover.wait(0.6)
-    mover.to(2.0, at + PAN_LIFT_M * UP)
+    mover.to(4.0, at + PAN_LIFT_M * UP)
     mover.wait(4.0)
 
 
