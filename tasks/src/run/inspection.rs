@@ -86,7 +86,7 @@ mod tests {
     fn run() -> Run {
         let task = Task::builtin().into_iter().find(|task| task.name == "balls").expect("balls");
         let mut run =
-            Run::new(task, Hand::builtin("softhand").expect("built in"), Seed::from_u64(3)).expect("a scene");
+            Run::new(task, Hand::builtin("softhand").expect("built in"), Seed::from_u64(8)).expect("a scene");
         for tick in 0..150 {
             let z = (0.6 - 0.004 * f64::from(tick)).max(0.2);
             let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
@@ -116,7 +116,7 @@ mod tests {
             .collect();
         let contacts = run.contacts();
         assert_eq!(contacts.len(), truth.contacts.a.len());
-        assert!(contacts.len() >= 10, "every ball lies on something");
+        assert!(contacts.len() > 10, "the balls lie in a box, and the hand on one");
         for (k, contact) in contacts.iter().enumerate() {
             assert_eq!((&names[contact.a], &names[contact.b]), (&truth.contacts.a[k], &truth.contacts.b[k]));
             assert_eq!(contact.force, truth.contacts.force.0[k]);
