@@ -90,7 +90,7 @@ pub(super) enum Way {
 /// What is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reading {
-    /// The force between the halves, split across the closing direction.
+    /// The force between the halves: of a pinch, split across the closing direction; of a wrap, split parallel to the palm.
     Split,
     /// The force that pulls the cylinder out along its axis.
     Pull,
@@ -155,6 +155,10 @@ pub(super) fn measure(
         Way::Pinch => grip.reach_m - TIP_M,
         Way::Wrap => grip.palm_m + RADIUS_M + GAP_M,
     };
+    let plane = match way {
+        Way::Pinch => grip.across,
+        Way::Wrap => grip.approach,
+    };
     let mut recorder = Recorder::default();
     let shifts = &SHIFTS[..if effort.few { 3 } else { SHIFTS.len() }];
     let mut placements = Vec::new();
@@ -165,7 +169,7 @@ pub(super) fn measure(
         let mut held = Held::close(&effort.setup, &mut recorder, scene, &grip.closing())?;
         let value = match reading {
             _ if held.lost()? => None,
-            Reading::Split => Some(held.split_force(&effort.setup, &mut recorder, grip.across)?[1]),
+            Reading::Split => Some(held.split_force(&effort.setup, &mut recorder, plane)?[1]),
             Reading::Pull => Some(held.pulling_force(&effort.setup, &mut recorder, along, PULL)?),
         };
         placements.push((format!("{deep_mm} mm deep, {along_mm} mm aside"), value));

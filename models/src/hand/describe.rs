@@ -7,7 +7,7 @@ use super::da_vinci::DaVinciGeometry;
 use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
 use super::tendon::{Tendon, TendonElement};
 use super::uncertain::{HandQuantity, Range};
-use super::{Hand, HingeKind, Linkage, Sensors, Spring, Start, TactilePatch, Uncertain};
+use super::{Guide, Hand, HingeKind, Linkage, Sensors, Spring, Start, TactilePatch, Uncertain};
 use crate::Pose;
 use crate::shape::Shape;
 
@@ -151,6 +151,9 @@ pub struct CoordinateDescription {
     pub damping: f64,
     /// Rest position of its spring.
     pub rest: f64,
+    /// Largest torque of its dry friction, N·m, or force, N.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub friction: f64,
 }
 
 /// A motor.
@@ -203,6 +206,20 @@ pub struct TendonDescription {
     /// Whether a clutch lets go at f_max.
     #[serde(skip_serializing_if = "is_false")]
     pub breakaway: bool,
+    /// Guides on which it rubs, from the motor outwards.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub guides: Vec<GuideDescription>,
+}
+
+/// A guide on which a tendon rubs.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct GuideDescription {
+    /// Name of the coordinate at which it is.
+    pub coordinate: String,
+    /// Coefficient of friction μ.
+    pub friction: f64,
+    /// Angle φ by which the tendon wraps around it, rad.
+    pub wrap_angle: f64,
 }
 
 /// A part of a tendon whose moment arm depends on a coordinate.
@@ -336,6 +353,7 @@ impl Hand {
                     stiffness: c.stiffness,
                     damping: c.damping,
                     rest: c.rest,
+                    friction: c.friction,
                 })
                 .collect(),
             motors: self
@@ -439,6 +457,11 @@ impl Hand {
             motor: self.motors[motor].name.clone(),
             weight,
         };
+        let guide = |guide: &Guide| GuideDescription {
+            coordinate: self.coordinates[guide.coordinate].name.clone(),
+            friction: guide.friction,
+            wrap_angle: guide.wrap_angle,
+        };
         let describe = |(t, row): (&Tendon, Vec<f64>)| TendonDescription {
             name: t.name.clone(),
             motor: t.motors.first().map_or(String::new(), |(motor, _)| self.motors[*motor].name.clone()),
@@ -455,6 +478,7 @@ impl Hand {
             force_limit: t.force_limit,
             hold_limit: t.hold_limit,
             breakaway: t.breakaway,
+            guides: t.guides.iter().map(guide).collect(),
         };
         self.tendons.iter().zip(self.moment_arms(rest)).map(describe).collect()
     }

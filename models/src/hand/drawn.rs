@@ -47,6 +47,9 @@ impl Hand {
             }
             HandQuantity::SpeedLimit => (0..self.motors.len()).collect(),
             HandQuantity::ForceLimit | HandQuantity::TendonStiffness => (0..self.tendons.len()).collect(),
+            HandQuantity::TendonFriction => {
+                which(&|k| self.tendons[k].rubbing().next().is_some(), self.tendons.len())
+            }
         }
     }
 
@@ -75,6 +78,7 @@ impl Hand {
 
 impl Uncertain {
     fn apply(&self, number: f64, hand: &mut Hand) {
+        let mut stronger = Vec::new();
         for &k in &self.on {
             let new = |own: &mut f64| *own = self.range.applied(number, *own);
             match self.of {
@@ -93,6 +97,7 @@ impl Uncertain {
                     new(&mut tendon.force_limit);
                     let ratio = tendon.force_limit / before;
                     tendon.hold_limit = tendon.hold_limit.map(|hold| hold * ratio);
+                    stronger.extend(tendon.motors.iter().map(|&(motor, _)| (motor, ratio)));
                 }
                 HandQuantity::TendonStiffness => {
                     let tendon = &mut hand.tendons[k];
@@ -100,7 +105,18 @@ impl Uncertain {
                     new(&mut tendon.stiffness);
                     tendon.damping *= tendon.stiffness / before;
                 }
+                HandQuantity::TendonFriction => {
+                    let rubbing = hand.tendons[k].guides.iter_mut().filter(|guide| guide.exponent() > 0.0);
+                    rubbing.for_each(|guide| new(&mut guide.friction));
+                }
             }
+        }
+        // A motor of several tendons is as strong as the first of them.
+        stronger.sort_by_key(|&(motor, _)| motor);
+        stronger.dedup_by_key(|&mut (motor, _)| motor);
+        for (motor, ratio) in stronger {
+            let stall = &mut hand.motors[motor].stall_force;
+            *stall = stall.map(|force| force * ratio);
         }
     }
 }

@@ -31,12 +31,14 @@ pub enum HandQuantity {
     Damping,
     /// Moment arms of all tendons at joints.
     MomentArms,
-    /// Largest tension of tendons, and with it the largest tension that they hold.
+    /// Largest tension of tendons, and with it the largest tension that they hold and the load at which their motors stall.
     ForceLimit,
     /// Largest speed of motors.
     SpeedLimit,
     /// Stiffness K of tendons and drives; their damping keeps its ratio to it.
     TendonStiffness,
+    /// Coefficients of friction between tendons and their guides.
+    TendonFriction,
 }
 
 /// What has a quantity.
@@ -54,7 +56,7 @@ pub enum Owner {
 
 impl HandQuantity {
     /// All of them.
-    pub const ALL: [HandQuantity; 7] = [
+    pub const ALL: [HandQuantity; 8] = [
         HandQuantity::Friction,
         HandQuantity::Stiffness,
         HandQuantity::Damping,
@@ -62,6 +64,7 @@ impl HandQuantity {
         HandQuantity::ForceLimit,
         HandQuantity::SpeedLimit,
         HandQuantity::TendonStiffness,
+        HandQuantity::TendonFriction,
     ];
 
     /// Its name in `hand.toml`.
@@ -74,6 +77,7 @@ impl HandQuantity {
             HandQuantity::ForceLimit => "force_limit",
             HandQuantity::SpeedLimit => "speed_limit",
             HandQuantity::TendonStiffness => "tendon_stiffness",
+            HandQuantity::TendonFriction => "tendon_friction",
         }
     }
 
@@ -83,7 +87,9 @@ impl HandQuantity {
             HandQuantity::Friction => Owner::Link,
             HandQuantity::Stiffness | HandQuantity::Damping | HandQuantity::MomentArms => Owner::Joint,
             HandQuantity::SpeedLimit => Owner::Motor,
-            HandQuantity::ForceLimit | HandQuantity::TendonStiffness => Owner::Tendon,
+            HandQuantity::ForceLimit | HandQuantity::TendonStiffness | HandQuantity::TendonFriction => {
+                Owner::Tendon
+            }
         }
     }
 }
@@ -129,7 +135,7 @@ impl Range {
     }
 
     /// The new number for one of the hand's own.
-    pub(super) fn applied(self, drawn: f64, own: f64) -> f64 {
+    pub(crate) fn applied(self, drawn: f64, own: f64) -> f64 {
         match self {
             Range::Factor(_) => drawn * own,
             Range::Value(_) => drawn,

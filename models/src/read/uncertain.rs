@@ -6,8 +6,9 @@ use serde::Deserialize;
 
 use super::report::Report;
 use crate::error::ModelError;
-use crate::hand::Hand;
+use crate::hand::tendon::MAX_EXPONENT;
 use crate::hand::uncertain::{HandQuantity, Owner, Range, Uncertain};
+use crate::hand::{Guide, Hand};
 
 /// An entry.
 #[derive(Clone, Debug, Deserialize)]
@@ -80,6 +81,16 @@ fn entry(
     };
     let (on, everywhere) = members(name, own, of, hand, at)?;
     let range = range(name, own, of, largest, at)?;
+    if of == HandQuantity::TendonFriction {
+        let high = range.ends()[1];
+        let exponent = |guide: &Guide| guide.wrap_angle * range.applied(high, guide.friction);
+        let sum = |k: &usize| hand.tendons[*k].rubbing().map(|(guide, _)| exponent(guide)).sum::<f64>();
+        let most = on.iter().map(sum).fold(0.0, f64::max);
+        if most > MAX_EXPONENT {
+            let problem = format!("lets friction times wrap angle along a tendon sum up to {most}");
+            return bad(problem, format!("at most {MAX_EXPONENT}"));
+        }
+    }
     Ok(Uncertain { name: name.to_owned(), of, on, everywhere, range })
 }
 
@@ -156,7 +167,10 @@ fn range(
                         "`factor`".to_owned(),
                     );
                 }
-                HandQuantity::Friction | HandQuantity::Stiffness | HandQuantity::Damping => low >= 0.0,
+                HandQuantity::Friction
+                | HandQuantity::Stiffness
+                | HandQuantity::Damping
+                | HandQuantity::TendonFriction => low >= 0.0,
                 HandQuantity::ForceLimit | HandQuantity::SpeedLimit | HandQuantity::TendonStiffness => {
                     low > 0.0
                 }

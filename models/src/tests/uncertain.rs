@@ -1,6 +1,6 @@
 //! `[uncertain]` of `hand.toml`, and hands drawn from it.
 
-use crate::builtin::{builtin_hands, builtin_texts};
+use crate::builtin::{builtin_hands, builtin_texts, builtin_variant};
 use crate::hand::Hand;
 use crate::hand::uncertain::{HandQuantity, Range};
 use crate::read::{self, LoadOptions};
@@ -8,7 +8,11 @@ use std::path::Path;
 
 /// A built-in hand with another table `[uncertain]`.
 fn hand(name: &str, entries: &str) -> Result<Hand, String> {
-    let (urdf, settings) = builtin_texts(name).unwrap();
+    with_settings(name, &builtin_texts(name).unwrap().1, entries)
+}
+
+fn with_settings(name: &str, settings: &str, entries: &str) -> Result<Hand, String> {
+    let (urdf, _) = builtin_texts(name).unwrap();
     let mut settings: toml::Table = settings.parse().unwrap();
     settings.insert("uncertain".into(), entries.parse::<toml::Table>().unwrap().into());
     let files = (Path::new("hand.urdf"), Path::new("hand.toml"));
@@ -92,6 +96,46 @@ fn each_number_goes_where_it_belongs() {
             let factor = if ["distal_1", "distal_3"].contains(&coordinate.name.as_str()) { 1.2 } else { 1.0 };
             assert!((new[k][c] - factor * old[k][c]).abs() < 1e-12, "{} at {}", finger.name, coordinate.name);
         }
+    }
+}
+
+#[test]
+fn a_stronger_drive_stalls_at_a_larger_load() {
+    let own =
+        hand("yale_t42", "grip = { of = \"force_limit\", tendons = [\"left_tendon\"], factor = [0.5, 2] }")
+            .unwrap();
+    let drawn = own.drawn(&[Some(1.5)]).unwrap();
+    assert_eq!(own.motors[0].stall_force, Some(250.0));
+    let stalls: Vec<_> = drawn.motors.iter().map(|motor| motor.stall_force).collect();
+    assert_eq!(stalls, [Some(375.0), Some(250.0)]);
+    assert_eq!((drawn.tendons[0].force_limit, drawn.tendons[1].force_limit), (120.0, 80.0));
+}
+
+#[test]
+fn a_cable_rubs_within_its_range() {
+    let (settings, _) = builtin_variant("softhand", "rubbing").unwrap();
+    let rubbing = |entries: &str| with_settings("softhand", &settings, entries);
+    let own = rubbing("tendon_friction = { value = [0.0, 0.2] }").unwrap();
+    let coefficients =
+        |hand: &Hand| hand.tendons[0].guides.iter().map(|guide| guide.friction).collect::<Vec<_>>();
+    assert_eq!(coefficients(&own), [0.1; 19]);
+    assert_eq!(coefficients(&own.drawn(&[Some(0.2)]).unwrap()), [0.2; 19]);
+    assert_eq!(own.drawn(&[Some(0.0)]).unwrap().friction_places(), 0);
+    let twice = rubbing("tendon_friction = { factor = [0.5, 2.0] }").unwrap();
+    assert_eq!(coefficients(&twice.drawn(&[Some(2.0)]).unwrap()), [0.2; 19]);
+    for (hand, told) in [
+        (rubbing("tendon_friction = { value = [-0.1, 0.2] }"), "has value [-0.1, 0.2]"),
+        (
+            rubbing("tendon_friction = { value = [0.0, 2.0] }"),
+            "lets friction times wrap angle along a tendon sum up to 7.6",
+        ),
+        (
+            hand("softhand", "tendon_friction = { factor = [0.5, 2.0] }"),
+            "is of tendon_friction, and the hand has none",
+        ),
+    ] {
+        let error = hand.expect_err(told);
+        assert!(error.contains(told), "{error}");
     }
 }
 

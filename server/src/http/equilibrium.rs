@@ -15,11 +15,12 @@ use palmares_models::{Pose, Rotation, Vec3};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_sim::dynamics::tree::Kinematics;
+use palmares_sim::statics::band::band;
 use palmares_sim::statics::constrained::{ConstrainedEquilibrium, solve_constrained};
 use palmares_sim::statics::energy::PointConstraint;
 use palmares_sim::statics::loads::torques;
 use palmares_sim::statics::prediction::solve_loaded;
-use palmares_sim::statics::rest::Method;
+use palmares_sim::statics::rest::{Method, NoPrediction};
 use palmares_sim::{Config, Push};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -110,6 +111,19 @@ pub(super) struct EquilibriumResponse {
     reactions: Vec<Reaction>,
     /// Torque of forces, contacts and weight on each joint coordinate, N·m or N.
     torque: Vec<f64>,
+    /// For a hand that rubs, without contacts: the limits between which it rests. All else in the answer is without friction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    band: Option<RestBand>,
+}
+
+/// The limits between which a hand that rubs comes to rest.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "EquilibriumBand")]
+struct RestBand {
+    /// Joint coordinates where it comes to rest while it closes, rad or m.
+    closing: Vec<f64>,
+    /// The same while it opens.
+    opening: Vec<f64>,
 }
 
 /// Pose of a link.
@@ -216,14 +230,18 @@ impl Base {
 fn solve(hand: &Hand, loads: &Loads) -> Result<EquilibriumResponse, Refusal> {
     let config = Config::default();
     let Loads { sigma, base, pushes, holds } = loads;
+    let refused = |why: NoPrediction| {
+        Refusal::new(Code::WrongState, format!("the hand has no such equilibrium: {why}"))
+    };
     let found = if holds.is_empty() {
         let free = solve_loaded(&config, hand, *base, sigma, pushes);
         free.map(|equilibrium| ConstrainedEquilibrium { equilibrium, reactions: Vec::new() })
     } else {
         solve_constrained(&config, hand, *base, sigma, pushes, holds)
     };
-    let ConstrainedEquilibrium { equilibrium, reactions } = found
-        .map_err(|why| Refusal::new(Code::WrongState, format!("the hand has no such equilibrium: {why}")))?;
+    let ConstrainedEquilibrium { equilibrium, reactions } = found.map_err(refused)?;
+    let rubs = hand.friction_places() > 0 && holds.is_empty();
+    let limits = rubs.then(|| band(&config, hand, *base, sigma, pushes)).transpose().map_err(refused)?;
     let mut kin = Kinematics::default();
     kin.update(hand, *base, &equilibrium.q);
     let links = hand.links.iter().zip(&kin.pose).map(|(link, pose)| LinkPose {
@@ -244,6 +262,7 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<EquilibriumResponse, Refusal> {
             .iter()
             .map(|reaction| Reaction { force: reaction.force.to_array(), gap: reaction.gap })
             .collect(),
+        band: limits.map(|limits| RestBand { closing: limits.closing.q, opening: limits.opening.q }),
         q: equilibrium.q,
         tension: equilibrium.tension,
         beyond_closed_form: equilibrium.beyond_closed_form,
@@ -285,6 +304,7 @@ pub(super) async fn equilibrium(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use palmares_models::hand::Guide;
     use palmares_sim::statics::drives::wound_lengths;
     use palmares_sim::statics::equilibrium::ClosedForm;
     use serde_json::{Value, json};
@@ -295,10 +315,13 @@ mod tests {
     }
 
     fn solved(body: Value) -> Result<EquilibriumResponse, String> {
-        let hand = softhand();
+        solved_of(&softhand(), body)
+    }
+
+    fn solved_of(hand: &Hand, body: Value) -> Result<EquilibriumResponse, String> {
         let request: EquilibriumRequest = serde_json::from_value(body).map_err(|error| error.to_string())?;
-        let loads = request.checked(&hand).map_err(|refusal| refusal.message)?;
-        solve(&hand, &loads).map_err(|refusal| refusal.message)
+        let loads = request.checked(hand).map_err(|refusal| refusal.message)?;
+        solve(hand, &loads).map_err(|refusal| refusal.message)
     }
 
     fn close(a: &[f64], b: &[f64], by: f64) -> bool {
@@ -339,6 +362,22 @@ mod tests {
         assert!(close(there, &tip.position, 1e-3), "{there:?} {:?}", tip.position);
         let pushed = found.reactions[0].force.iter().map(|x| x * x).sum::<f64>().sqrt();
         assert!(pushed > 1e-3 && found.law == "newton", "{pushed}");
+    }
+
+    #[test]
+    fn a_hand_that_rubs_rests_between_two_limits() {
+        let mut hand = Hand::clone(&softhand());
+        let all = 0..hand.coordinates.len();
+        hand.tendons[0].guides =
+            all.map(|coordinate| Guide { coordinate, friction: 0.1, wrap_angle: 0.2 }).collect();
+        let found = solved_of(&hand, json!({"motors": [0.4]})).expect("a rest");
+        let band = found.band.expect("it rubs");
+        // Of what the motor winds in, the first joints get more while the hand closes, the last ones less.
+        let (first, last) = (0, hand.coordinates.len() - 1);
+        let at = |c: usize| [band.opening[c], found.q[c], band.closing[c]];
+        assert!(at(first).is_sorted_by(|a, b| a < b), "{:?}", at(first));
+        assert!(at(last).is_sorted_by(|a, b| a > b), "{:?}", at(last));
+        assert!(solved(json!({"motors": [0.4]})).expect("a rest").band.is_none());
     }
 
     #[test]

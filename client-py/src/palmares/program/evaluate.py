@@ -114,7 +114,12 @@ def parser() -> argparse.ArgumentParser:
         "--tasks", type=words, default=[], metavar="A,B", help="tasks (default: the controller's own)"
     )
     made.add_argument(
-        "--hands", type=words, default=[], metavar="A,B", help="hands (default: the controller's own)"
+        "--hands",
+        "--hand",
+        type=words,
+        default=[],
+        metavar="A,B",
+        help="hands (default: the controller's own)",
     )
     scenes = made.add_mutually_exclusive_group()
     scenes.add_argument(
