@@ -23,7 +23,7 @@ pub struct Options {
     /// Folder of the report.
     #[arg(long, default_value = "docs/report")]
     pub out: PathBuf,
-    /// The part of the pages of record that it makes: `report` or `further`.
+    /// The part of the pages of record that it makes: `report`, `further` or `hand_scenes`.
     #[arg(long, default_value = "report")]
     pub part: String,
     /// Engines; ours is always among them.

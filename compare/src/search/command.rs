@@ -7,7 +7,7 @@ use super::table::{Found, Set, Table};
 use crate::engine::{EngineKind, mujoco, rapier};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use palmares_bench::machine;
+use palmares_bench::record::Record;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -84,7 +84,7 @@ pub fn run(options: &Options) -> Result<()> {
 
 /// Writes what is known so far; a search takes long.
 fn publish(options: &Options, found: &[Found]) -> Result<()> {
-    let table = Table::new(machine::commit(), options.steps_ms.clone(), found.to_vec());
+    let table = Table::new(Record::now("search")?, options.steps_ms.clone(), found.to_vec());
     fs::create_dir_all(&options.out).with_context(|| format!("cannot create {}", options.out.display()))?;
     fs::write(options.out.join("search.json"), serde_json::to_string_pretty(&table)? + "\n")?;
     Ok(fs::write(options.out.join("README.md"), page::write(&table))?)

@@ -11,7 +11,8 @@ pub(super) fn write(table: &Table) -> String {
     let steps = table.steps_ms.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
     let mut page = format!(
         "# What the options of other engines give\n\n\
-         Written by `palmares-compare search`; do not edit. Commit {}.\n\n\
+         Written by `palmares-compare search`; do not edit.\n\n\
+         {}\n\n\
          The search begins with the named settings of the [report](../README.md#the-engines-and-their-settings) and changes one \
          documented option at a time of the best set whose changes were not tried yet. Options have the names of the engine's \
          own documentation. A scene is played at {steps} ms, a case from several starts that differ by at most a tenth of a \
@@ -20,7 +21,7 @@ pub(super) fn write(table: &Table) -> String {
          overlap. It says what a set does at these steps; the report says what the named settings do at all.\n\n\
          | scene | engine | sets tried | sets that solve any play | most plays solved | by named settings |\n\
          |---|---|---|---|---|---|\n",
-        table.commit
+        table.record.line()
     );
     for found in &table.found {
         let Found { scene, engine, version, plays, sets } = found;

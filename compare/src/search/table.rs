@@ -2,6 +2,7 @@
 
 use crate::engine::EngineKind;
 use anyhow::{Context, Result, ensure};
+use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
@@ -12,8 +13,9 @@ const FORMAT: u32 = 1;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Table {
     format: u32,
-    /// Commit of the program.
-    pub commit: String,
+    /// How it was measured.
+    #[serde(flatten)]
+    pub record: Record,
     /// Steps, ms.
     pub steps_ms: Vec<f64>,
     /// One for each engine and scene.
@@ -67,8 +69,8 @@ impl Found {
 }
 
 impl Table {
-    pub(super) fn new(commit: String, steps_ms: Vec<f64>, found: Vec<Found>) -> Self {
-        Table { format: FORMAT, commit, steps_ms, found }
+    pub(super) fn new(record: Record, steps_ms: Vec<f64>, found: Vec<Found>) -> Self {
+        Table { format: FORMAT, record, steps_ms, found }
     }
 
     /// Reads a written one.

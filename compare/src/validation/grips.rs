@@ -68,9 +68,12 @@ pub(super) const ROBOTIQ_2F: Grip = grip("robotiq_2f85", Vec3::Y, Vec3::ZERO, (0
 const RADIUS_M: f64 = 0.026;
 const HALF_LENGTH_M: f64 = 0.06;
 const FRICTION: f64 = 0.8;
-/// A pinched cylinder's axis is this far before the fingertips' end, m; a wrapped one touches the palm but for this gap, m.
+/// A cylinder pinched in the studies of motion has its axis this far before the fingertips' end, m.
 const TIP_M: f64 = 0.015;
-const GAP_M: f64 = 0.001;
+/// A person who measures a pinch puts the axis as near to the fingertips' end as the hand keeps it, m; of a wrap, the
+/// cylinder as near to the palm.
+const TIPS_M: [f64; 7] = [0.015, 0.02, 0.025, 0.03, 0.035, 0.04, 0.045];
+const GAPS_M: [f64; 5] = [0.001, 0.005, 0.01, 0.015, 0.02];
 /// A pull grows by this, N/s, until the cylinder has moved by this, m, or to this, N.
 const PULL: (f64, f64, f64) = (20.0, 0.01, 300.0);
 /// A small motion of a motor, in σ.
@@ -144,6 +147,21 @@ pub(super) fn in_fingertips(
     Ok(Some(motions))
 }
 
+/// The first distance from the base at which the hand keeps the cylinder, m; the very first if there is none.
+fn kept(effort: &Effort, grip: &Grip, way: Way, recorder: &mut Recorder) -> Result<f64> {
+    let places: Vec<f64> = match way {
+        Way::Pinch => TIPS_M.iter().map(|tip| grip.reach_m - tip).collect(),
+        Way::Wrap => GAPS_M.iter().map(|gap| grip.palm_m + RADIUS_M + gap).collect(),
+    };
+    for &deep_m in &places {
+        let scene = scene(effort, grip, RADIUS_M, deep_m, 0.0)?;
+        if !Held::close(&effort.setup, recorder, scene, &grip.closing())?.lost()? {
+            return Ok(deep_m);
+        }
+    }
+    Ok(places[0])
+}
+
 pub(super) fn measure(
     effort: &Effort,
     grip: &Grip,
@@ -151,15 +169,12 @@ pub(super) fn measure(
     published: Option<f64>,
 ) -> Result<Vec<Measured>> {
     let along = grip.approach.cross(grip.across);
-    let deep_m = match way {
-        Way::Pinch => grip.reach_m - TIP_M,
-        Way::Wrap => grip.palm_m + RADIUS_M + GAP_M,
-    };
     let plane = match way {
         Way::Pinch => grip.across,
         Way::Wrap => grip.approach,
     };
     let mut recorder = Recorder::default();
+    let deep_m = kept(effort, grip, way, &mut recorder)?;
     let shifts = &SHIFTS[..if effort.few { 3 } else { SHIFTS.len() }];
     let mut placements = Vec::new();
     for (deep_mm, along_mm) in shifts {
@@ -172,7 +187,11 @@ pub(super) fn measure(
             Reading::Split => Some(held.split_force(&effort.setup, &mut recorder, plane)?[1]),
             Reading::Pull => Some(held.pulling_force(&effort.setup, &mut recorder, along, PULL)?),
         };
-        placements.push((format!("{deep_mm} mm deep, {along_mm} mm aside"), value));
+        let place = match way {
+            Way::Pinch => format!("{:.0} mm before the tips' end", 1e3 * (grip.reach_m - deep_m) - deep_mm),
+            Way::Wrap => format!("{:.0} mm off the palm", 1e3 * (deep_m - grip.palm_m - RADIUS_M) + deep_mm),
+        };
+        placements.push((format!("{place}, {along_mm} mm aside"), value));
     }
     let quantity = match reading {
         Reading::Split => "force between the halves",

@@ -18,7 +18,8 @@ const NIST_STRENGTH: &str = "A cylinder of two halves with a force sensor betwee
 const NIST_SLIP: &str = "The hand holds a cylinder with its full force; an arm pulls the cylinder out along its axis; the \
     reading is the largest force before gross slip";
 const NIST_HERE: &str = "A cylinder of 52 mm (the shell for a Mini45 sensor) and 120 mm, split across the closing \
-    direction in a pinch and parallel to the palm in a wrap, friction 0.8 with the hand's own; a person holds it until the hand has closed; no weight";
+    direction in a pinch and parallel to the palm in a wrap, friction 0.8 with the hand's own; a person puts it as \
+    near to the palm, or to the fingertips' end, as the hand keeps it, and holds it until the hand has closed; no weight";
 const NIST_WHY: &str =
     "Prediction, not comparison. Friction, the artefact's length and the place in the hand are guesses";
 

@@ -14,9 +14,11 @@ use std::thread;
 type Make = fn(&Part, &Tools) -> Result<()>;
 
 /// The parts by name.
-pub(super) const COMMANDS: [(&str, Make); 11] = [
+pub(super) const COMMANDS: [(&str, Make); 13] = [
     ("report", report),
     ("further", report),
+    ("hand_scenes", report),
+    ("search", search),
     ("grasps", grasps),
     ("validation", validation),
     ("cameras", cameras),
@@ -69,6 +71,21 @@ fn report(part: &Part, tools: &Tools) -> Result<()> {
     }
     report.args(["--cases", &part.cases.join(","), "--repeats", "3", "--run-limit-s", "100"]);
     played(&mut report)?;
+    claims(tools)
+}
+
+fn search(part: &Part, tools: &Tools) -> Result<()> {
+    let mut search = tools.compare()?;
+    search.arg("search").arg("--out").arg(folder(part, tools)?);
+    if tools.quick {
+        search.args(["--cases", "softhand_cylinder", "--steps-ms", "8", "--starts", "1", "--grasps", "1"]);
+        search.args(["--expansions", "0", "--run-limit-s", "10"]);
+        search.arg("--runs").arg(tools.folder.join("quick-search.jsonl"));
+        return played(&mut search);
+    }
+    let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
+    search.args(["--jobs", &jobs]);
+    played(&mut search)?;
     claims(tools)
 }
 
