@@ -93,7 +93,7 @@ def test_a_fling_keeps_to_the_limits_of_the_base() -> None:
 @pytest.mark.parametrize("example", [shelf_softhand, shelf_reflex], ids=["softhand", "reflex"])
 def test_a_few_pulls_bring_objects_into_the_box(example: object) -> None:
     with palmares.Client("local") as client:
-        summary = example.run(client, 3, picks=4)  # type: ignore[attr-defined]
+        summary = example.run(client, 3, picks=6)  # type: ignore[attr-defined]
         assert client.result is not None
         assert summary.in_box == client.result.in_goal
-        assert summary.in_box >= 2
+        assert summary.in_box >= 3

@@ -128,6 +128,7 @@ def test_an_effort_is_the_same_in_every_way_to_play(url: str, tmp_path: Path) ->
     subprocess.run([PROGRAM, "verify", tmp_path / "effort.mcap"], check=True, capture_output=True)
     with pytest.raises(ValueError, match="effort: found shape"):
         batch.step([[0.0] * 7], 1, effort=[0.5])
+    world.reset(seed=4)
     with pytest.warns(palmares.ClippedActionWarning, match="effort"):
         world.step(effort=1.5)
 

@@ -22,8 +22,13 @@ use std::sync::Arc;
 /// Steps of 1 ms that are counted.
 const STEPS: usize = 50;
 
+/// The built-in hand with firm springs and a strong drive that no load slows: the counts do not move with its calibration.
 fn softhand() -> Arc<Hand> {
-    Hand::builtin("softhand").expect("it is built in")
+    let mut hand = Hand::clone(&*Hand::builtin("softhand").expect("it is built in"));
+    hand.coordinates.iter_mut().for_each(|coordinate| coordinate.stiffness *= 2.0);
+    (hand.tendons[0].force_limit, hand.motors[0].speed_limit) = (2.0, 2.0);
+    (hand.motors[0].stall_force, hand.motors[0].power_limit) = (None, None);
+    Arc::new(hand)
 }
 
 fn object(shape: Shape, mass: f64) -> Arc<Object> {

@@ -119,15 +119,16 @@ export class Control {
 
 /** Seed of a scene of the task `grasp` with an apple, and the pose of the SoftHand's base for its grasp. */
 export const APPLE = 2;
-const [X, Y, Z] = [0.1756, 0.1009, 0.0789];
-const quat_xyzw = [0.7127, -0.1257, -0.6797, 0.1199];
+const [X, Y, Z] = [0.0278, -0.1314, 0.0893];
+const quat_xyzw = [-0.4244, 0.6061, 0.5511, 0.3859];
 
 /** Grasps the apple of a run with seed `APPLE`, lifts it and holds it: 60 ticks give one point, 260 give four. */
 export async function grasp(control: Control, ticks: number): Promise<void> {
   const at = (height: number): object => ({ position: [X, Y, Z + height], quat_xyzw });
   await control.step(100, { base: at(0.12), hand: [0.02] });
   await control.step(50, { base: at(0) });
-  await control.step(90, { hand: [0.9] });
+  await control.step(100, { hand: [0.9] });
+  await control.step(20);
   await control.step(60, { base: at(0.16) });
   for (let left = ticks; left > 0; left -= 100) await control.step(Math.min(left, 100));
 }

