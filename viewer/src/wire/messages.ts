@@ -417,6 +417,8 @@ export interface CoordinateDescription {
   damping: number;
   /** Rest position of its spring. */
   rest: number;
+  /** Largest torque of its dry friction, N·m, or force, N. */
+  friction?: number;
 }
 
 /** A cylinder along z. */
@@ -446,6 +448,14 @@ export interface Ended {
   outcome: Final | null;
   /** Reason why the world failed; absent when it did not. */
   fault?: Fault;
+}
+
+/** The limits between which a hand that rubs comes to rest. */
+export interface EquilibriumBand {
+  /** Joint coordinates where it comes to rest while it closes, rad or m. */
+  closing: number[];
+  /** The same while it opens. */
+  opening: number[];
 }
 
 /** Pose of the base in the world frame. */
@@ -512,6 +522,8 @@ export interface EquilibriumResponse {
   reactions: EquilibriumReaction[];
   /** Torque of forces, contacts and weight on each joint coordinate, N·m or N. */
   torque: number[];
+  /** For a hand that rubs, without contacts: the limits between which it rests. All else in the answer is without friction. */
+  band?: EquilibriumBand;
 }
 
 /** `error`: why a request failed. A request that fails changes nothing. */
@@ -634,6 +646,16 @@ export interface FoxgloveTime {
   nsec: number;
 }
 
+/** A guide on which a tendon rubs. */
+export interface GuideDescription {
+  /** Name of the coordinate at which it is. */
+  coordinate: string;
+  /** Coefficient of friction μ. */
+  friction: number;
+  /** Angle φ by which the tendon wraps around it, rad. */
+  wrap_angle: number;
+}
+
 /** A decision on a hand. */
 export interface HandActionRequest {
   hand_id: string;
@@ -719,7 +741,7 @@ export interface HandObservation {
 }
 
 /** A quantity of a hand that can be uncertain. */
-export type HandQuantity = 'friction' | 'stiffness' | 'damping' | 'moment_arms' | 'force_limit' | 'speed_limit' | 'tendon_stiffness';
+export type HandQuantity = 'friction' | 'stiffness' | 'damping' | 'moment_arms' | 'force_limit' | 'speed_limit' | 'tendon_stiffness' | 'tendon_friction';
 
 /** A hand as stored. */
 export interface HandRow {
@@ -1948,6 +1970,8 @@ export interface TendonDescription {
   force_limit: number;
   /** Whether a clutch lets go at f_max. */
   breakaway?: boolean;
+  /** Guides on which it rubs, from the motor outwards. */
+  guides?: GuideDescription[];
   /** Largest tension that it holds, if no load turns it back. */
   hold_limit?: number;
   /** Weight of every motor that winds it, if these are not one motor of weight 1. */
