@@ -44,7 +44,7 @@ TILTED = TopGrasp("tilted", 1.9271, -0.0653, 0.0071, 0.0167, 0.1946, 0.0432, 0.9
 ROLLED = TopGrasp("rolled", 1.8662, 0.7226, -0.0123, 0.031, 0.2102, 0.1107, 0.8157, 0.12)
 RIM = TopGrasp("rim", 1.3616, 0.0934, 0.004, -0.0925, 0.1349, 0.0464, 0.8276, 0.12)
 STANDING = TopGrasp("standing", 1.81, 0.09, 0.006, 0.004, 0.222, 0.01, 1.0, 0.12)
-CAN = TopGrasp("can", 1.8011, 0.0091, 0.0003, 0.0202, 0.2199, 0.024, 1.0, 0.12)
+CAN = TopGrasp("can", 1.8114, -0.008, 0.0048, 0.0144, 0.2204, 0.024, 1.0, 0.12)
 BALL = TopGrasp("ball", 1.722, 0.092, -0.0285, 0.046, 0.2185, 0.0, 1.0, 0.12)
 SIDE = SideGrasp("side", 0.112, 0.018, 0.0022, 0.1815, 0.0945, 1.0, 0.1, 0.15)
 ACROSS, ALONG, OBLIQUE, BACK = 0.0, math.pi / 2, 1.195, -2.33
@@ -63,7 +63,7 @@ THIN_AND_LONG = [(FLAT, ALONG), (LOW, ALONG), (WIDE, ACROSS), (LOW, BACK), (FLAT
 """Grasps of a thin and long object"""
 BROAD = [(WIDE, ACROSS), (HIGH, ACROSS), (LOOSE, ALONG), (WIDE, ALONG), (STEEP, ALONG)]
 """Grasps of an object that is broad even across its shorter side"""
-BROAD_UPRIGHT = [(CAN, -0.052), (WIDE, ACROSS), (WIDE, ALONG)]
+BROAD_UPRIGHT = [(CAN, -0.056), (WIDE, ACROSS), (WIDE, ALONG)]
 """Grasps of a broad object that stands upright"""
 BROAD_ROUND = [(BALL, -0.04), (WIDE, ACROSS), (HIGH, ACROSS)]
 """Grasps of a broad object as high as it is long"""
