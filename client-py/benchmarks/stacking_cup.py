@@ -1,4 +1,4 @@
-"""Close on a stacking cup in 0.5 s, lift it by 0.1 m in 1.5 s, and draw curves of motor, joints and wrist.
+"""Close on a stacking cup in 1.2 s, lift it by 0.1 m in 1.5 s, and draw curves of motor, joints and wrist.
 
     pip install matplotlib
     python stacking_cup.py --output ../../docs/pictures/stacking_cup.svg
@@ -26,7 +26,7 @@ from palmares.skills.objects import object_bounds
 # name, pitch, roll, above, aside, along, σ open, σ closed, sink
 GRASP = TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.9, 0.12)
 CUP = "065-e_cups"
-CLOSE_S, LIFT_S, LIFT_M, HOLD_S = 0.5, 1.5, 0.1, 0.5
+CLOSE_S, LIFT_S, LIFT_M, HOLD_S = 1.2, 1.5, 0.1, 0.5
 ABOVE_M = 0.02
 """A grasp with the palm above the object, so that it does not press on it"""
 FINGERS = ("thumb", "index", "middle", "ring", "little", "palm")
