@@ -93,7 +93,7 @@ pub(super) enum Way {
 /// What is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reading {
-    /// The force between the halves: of a pinch, split across the closing direction; of a wrap, split parallel to the palm.
+    /// The force between the halves: of a pinch, split across the closing direction; of a wrap, the mean over all splits.
     Split,
     /// The force that pulls the cylinder out along its axis.
     Pull,
@@ -169,10 +169,8 @@ pub(super) fn measure(
     published: Option<f64>,
 ) -> Result<Vec<Measured>> {
     let along = grip.approach.cross(grip.across);
-    let plane = match way {
-        Way::Pinch => grip.across,
-        Way::Wrap => grip.approach,
-    };
+    // Fingers that wrap press from all sides.
+    let split = |[all, across]: [f64; 2]| if way == Way::Pinch { across } else { all };
     let mut recorder = Recorder::default();
     let deep_m = kept(effort, grip, way, &mut recorder)?;
     let shifts = &SHIFTS[..if effort.few { 3 } else { SHIFTS.len() }];
@@ -184,7 +182,7 @@ pub(super) fn measure(
         let mut held = Held::close(&effort.setup, &mut recorder, scene, &grip.closing())?;
         let value = match reading {
             _ if held.lost()? => None,
-            Reading::Split => Some(held.split_force(&effort.setup, &mut recorder, plane)?[1]),
+            Reading::Split => Some(split(held.split_force(&effort.setup, &mut recorder, grip.across)?)),
             Reading::Pull => Some(held.pulling_force(&effort.setup, &mut recorder, along, PULL)?),
         };
         let place = match way {
@@ -222,32 +220,6 @@ pub(super) fn rest_of(effort: &Effort, hand: &Arc<Hand>, sigma: &[f64]) -> Resul
         world.step(&command)?;
     }
     Ok(world.state().q.clone())
-}
-
-/// Angle of the Barrett's outer joints over that of the inner ones, each finger closing in air alone.
-pub(super) fn barrett_ratio(effort: &Effort) -> Result<Vec<Measured>> {
-    let hand = Hand::builtin(BARRETT.hand).context("the Barrett is built in")?;
-    let joint =
-        |q: &[f64], name: &str| Ok::<f64, anyhow::Error>(q[hand.coordinate(name).context("a joint")?]);
-    let mut placements = Vec::new();
-    for sigma in [0.2, 0.4, 0.6] {
-        for finger in 1..=3 {
-            let name = format!("finger_{finger}");
-            let alone: Vec<f64> =
-                hand.motors.iter().map(|motor| if motor.name == name { sigma } else { 0.0 }).collect();
-            let q = rest_of(effort, &hand, &alone)?;
-            let inner = joint(&q, &format!("inner_joint_{finger}"))?;
-            let outer = joint(&q, &format!("outer_joint_{finger}"))?;
-            placements.push((format!("finger {finger}, σ = {sigma}"), Some(outer / inner)));
-        }
-    }
-    Ok(vec![Measured {
-        quantity: "outer joint / inner joint".to_owned(),
-        unit: "1".to_owned(),
-        hand: BARRETT.hand.to_owned(),
-        published: Some(1.0 / 3.0),
-        placements,
-    }])
 }
 
 /// Mass of a hand, kg.

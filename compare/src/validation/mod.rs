@@ -1,5 +1,6 @@
 //! `palmares-compare validate`: published measurements on real hands beside the same measurement on ours, as docs/validation.
 
+mod barrett;
 mod grips;
 mod outcome;
 mod page;

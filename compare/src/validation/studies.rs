@@ -2,7 +2,7 @@
 
 use super::grips::{BARRETT, Grip, MODEL_O, REFLEX, ROBOTIQ_2F, ROBOTIQ_3F, Reading, T42, Way, measure};
 use super::outcome::{Effort, Study};
-use super::{grips, softhand};
+use super::{barrett, grips, softhand};
 use anyhow::Result;
 use palmares_bench::measured::Measured;
 
@@ -18,7 +18,7 @@ const NIST_STRENGTH: &str = "A cylinder of two halves with a force sensor betwee
 const NIST_SLIP: &str = "The hand holds a cylinder with its full force; an arm pulls the cylinder out along its axis; the \
     reading is the largest force before gross slip";
 const NIST_HERE: &str = "A cylinder of 52 mm (the shell for a Mini45 sensor) and 120 mm, split across the closing \
-    direction in a pinch and parallel to the palm in a wrap, friction 0.8 with the hand's own; a person puts it as \
+    direction in a pinch; in a wrap the mean over all splits; friction 0.8 with the hand's own; a person puts it as \
     near to the palm, or to the fingertips' end, as the hand keeps it, and holds it until the hand has closed; no weight";
 const NIST_WHY: &str =
     "Prediction, not comparison. Friction, the artefact's length and the place in the hand are guesses";
@@ -163,7 +163,7 @@ pub(crate) const STUDIES: &[Study] = &[
         theirs: "outer = inner / 3, from 125 / 93.75 − 1",
         unit: "1",
         why: "The drives yield by 0.4 % under the small springs that make the rest unique",
-        measure: grips::barrett_ratio,
+        measure: barrett::ratio,
     },
     Study {
         key: "barrett_fingertip_force",
@@ -171,13 +171,12 @@ pub(crate) const STUDIES: &[Study] = &[
         source: "15 N is recalled from the maker's data sheet, which was not found again; the support pages name a fingertip \
             torque sensor of ± 1 N·m, 20 N at 5 cm",
         protocol: "Not described",
-        here: "One finger against two on a cylinder of 52 mm between the fingertips: the force between its halves is that of \
-            the single finger",
+        here: "One finger closes alone, and its tip meets a fixed smooth sensor head-on, at three places of its way",
         published: Some(15.0),
         theirs: "15 N, recalled",
         unit: "N",
-        why: "The torque limits are guesses made from this number",
-        measure: |effort| measure(effort, &BARRETT, (Way::Pinch, Reading::Split), Some(15.0)),
+        why: "The torque limits are made from this number and the distance of the tip from the outer joint",
+        measure: barrett::fingertip,
     },
     Study {
         key: "robotiq_2f85_grip",
@@ -201,7 +200,7 @@ pub(crate) const STUDIES: &[Study] = &[
         published: Some(60.0),
         theirs: "15 to 60 N, as set",
         unit: "N",
-        why: "The tension limit is a guess made from this number and an arm of 90 mm; the reading is that of the single finger",
+        why: "Fitted: the tension limit is chosen so; the reading is that of the single finger",
         measure: |effort| measure(effort, &ROBOTIQ_3F, (Way::Pinch, Reading::Split), Some(60.0)),
     },
     Study {
