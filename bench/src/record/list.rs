@@ -161,6 +161,6 @@ mod tests {
             "{fingerprint}"
         );
         assert!(!fingerprint.contains("commit"), "{fingerprint}");
-        assert!(super::fingerprint("none").expect_err("no part").to_string().contains("report, further"));
+        assert!(super::fingerprint("none").expect_err("no part").to_string().contains("report, hand_scenes"));
     }
 }
