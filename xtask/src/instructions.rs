@@ -1,15 +1,23 @@
 //! The regression gate on instruction counts: valgrind and gungraun's runner, installed where they are missing.
 
 use crate::apt;
-use crate::cargo::{cargo, idle_cargo};
+use crate::cargo::idle_cargo;
 use crate::python::succeeds;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
-/// The benchmark, compiled, or the reason why this machine cannot run it. It compiles with the lowest priority.
-pub(crate) fn prepare() -> Result<Result<Command, String>> {
+/// What the benchmark says, or the reason why this machine cannot run it. It compiles and runs with the lowest priority.
+pub(crate) fn counted() -> Result<Result<Output, String>> {
+    Ok(match prepare()? {
+        Ok(mut bench) => Ok(bench.output().context("cannot start cargo")?),
+        Err(reason) => Err(reason),
+    })
+}
+
+/// The benchmark, compiled.
+fn prepare() -> Result<Result<Command, String>> {
     let there = answers("valgrind") || (apt::install("valgrind") && answers("valgrind"));
     if !there {
         return Ok(Err("valgrind is not installed (Debian's package `valgrind`), and could not be".into()));
@@ -28,7 +36,7 @@ pub(crate) fn prepare() -> Result<Result<Command, String>> {
     let built =
         idle_cargo().args(named).args(["--no-run", "--quiet"]).status().context("cannot start cargo")?;
     ensure!(built.success(), "the benchmark does not compile; see the messages above");
-    let mut bench = cargo();
+    let mut bench = idle_cargo();
     bench.args(named).env("GUNGRAUN_RUNNER", runner);
     Ok(Ok(bench))
 }
