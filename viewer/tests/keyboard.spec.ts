@@ -21,9 +21,7 @@ async function around(page: Page): Promise<Found> {
     const over = await page.evaluate(() => {
       const { seen, unseen } = (window as unknown as { around: { seen: Set<Element>; unseen: string[] } }).around;
       const at = document.activeElement;
-      // A button that is disabled while it has the focus loses it; the next Tab goes on from there.
-      if (at === null || at === document.body) return false;
-      if (seen.has(at)) return true;
+      if (at === null || at === document.body || seen.has(at)) return true;
       seen.add(at);
       const [style, box] = [getComputedStyle(at), at.getBoundingClientRect()];
       const outlined = style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) >= 2;

@@ -42,6 +42,9 @@ export function auditTab(admin: AdminClient): Tab {
   const turn = (by: number) => (): void => { page = Math.max(0, page + by); void tab.refresh(); };
   const newer = button('Newer', turn(-1), { class: 'small' });
   const older = button('Older', turn(1), { class: 'small' });
+  // Until it is known how many there are: a button that is disabled while it has the focus loses it.
+  newer.disabled = true;
+  older.disabled = true;
   const table = new KeyedTable<AuditEntry>(
     [{ head: '#', class: 'n' }, { head: 'When' }, { head: 'Who' }, { head: 'What' }, { head: 'Subject', class: 'wide' }, { head: 'Why', class: 'wide' }],
     (entry) => String(entry.seq),
