@@ -10,7 +10,7 @@ use crate::viewer::Viewer;
 use anyhow::{Context, Result, anyhow};
 use std::fmt;
 use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -107,8 +107,7 @@ pub(crate) fn run() -> Result<bool> {
                     String::from_utf8_lossy(&output.stdout),
                     String::from_utf8_lossy(&output.stderr)
                 );
-                let passed = u32::from(output.status.success());
-                Ok(Tally { passed, failed: 1 - passed, skipped: 0 })
+                Ok(of_status(output.status))
             }
             Err(reason) => or_skipped(Err(reason)),
         }
@@ -205,9 +204,12 @@ fn or_none(command: std::result::Result<Command, String>) -> Result<Tally> {
 
 /// Runs a command that passes or fails as a whole.
 fn whole(command: &mut Command) -> Result<Tally> {
-    let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
+    command.status().map(of_status).with_context(|| format!("cannot start {command:?}"))
+}
+
+fn of_status(status: ExitStatus) -> Tally {
     let passed = u32::from(status.success());
-    Ok(Tally { passed, failed: 1 - passed, skipped: 0 })
+    Tally { passed, failed: 1 - passed, skipped: 0 }
 }
 
 /// Runs a command, shows its standard output meanwhile and counts the tests that it reports.
