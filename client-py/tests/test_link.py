@@ -16,6 +16,7 @@ import pytest
 
 import palmares
 from palmares.net import link as link_module
+from palmares.net.transport import Closed
 from palmares.wire import Request, TimeRequest
 from tests.fake_server import FakeServer
 
@@ -147,6 +148,27 @@ def test_a_client_that_is_replaced_while_it_resumes_gives_up(server: FakeServer)
         server.replies.append({"close": "session_taken"})
         with pytest.raises(palmares.SessionTakenError):
             client.step()
+    assert [request["op"] for request in server.requests] == ["hello", "reset", "step", "hello"]
+
+
+def test_a_client_whose_heartbeat_learns_that_it_is_replaced_gives_up(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with palmares.Client(server.url, reconnect_s=5.0) as client:
+        client.reset("balls", "softhand")
+        link, resume = client._link, client._link.resume
+
+        def after_the_heartbeat(lost: Closed) -> None:
+            link.beat()
+            resume(lost)
+
+        monkeypatch.setattr(link, "resume", after_the_heartbeat)
+        server.drop_before.add("step")
+        server.replies.append({"close": "session_taken"})
+        for _ in range(2):
+            with pytest.raises(palmares.SessionTakenError):
+                client.step()
+            link.beat()
     assert [request["op"] for request in server.requests] == ["hello", "reset", "step", "hello"]
 
 

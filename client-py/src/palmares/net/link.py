@@ -18,6 +18,7 @@ from palmares.errors import (
     CapacityError,
     ConnectionLostError,
     NoServerError,
+    PalmaresError,
     ProtocolError,
     SessionOverError,
     SessionTakenError,
@@ -90,6 +91,7 @@ class Link:
         self._lock = threading.Lock()
         self._timer = _Timer()
         self.resumed: Welcome | None = None
+        self._ended: PalmaresError | None = None
         self._codec: Codec
         self._transport = self._connect()
         try:
@@ -115,6 +117,7 @@ class Link:
 
         """
         with self._lock:
+            self._raise_if_ended()
             if self.resumed is not None:
                 raise Resumed
             return self._exchange(request, kind)
@@ -144,6 +147,7 @@ class Link:
             time.sleep(delay_s)
             try:
                 with self._lock:
+                    self._raise_if_ended()
                     self._reopen()
                 return
             except (NoServerError, ConnectionLostError, SessionTakenError, CapacityError) as not_yet:
@@ -211,16 +215,25 @@ class Link:
         except ProtocolError as unreadable:
             LOG.warning("%s", unreadable)
         except Closed as lost:
-            if _has_error_code(lost) or self._timer.stopped:
+            if _has_error_code(lost) or self._timer.stopped or self._ended is not None:
                 return  # The next request raises the error.
             try:
                 self._reopen()
-            except Exception as failed:  # The next request tries again and raises the error.
+            except Exception as failed:
+                if isinstance(failed, PalmaresError) and failed.fatal:
+                    self._ended = failed  # The next request raises it.
+                    return
+                # The next request tries again and raises the error.
                 LOG.debug("the connection broke and could not be made again yet: %s", failed)
         finally:
             self._lock.release()
 
     # --- with the lock held ---
+
+    def _raise_if_ended(self) -> None:
+        """Raise the error with which the server ended the session while the heartbeat resumed it."""
+        if self._ended is not None:
+            raise self._ended
 
     def _exchange(self, request: Request, kind: type[Answer]) -> Answer:
         self._send(request)
