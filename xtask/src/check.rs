@@ -1,16 +1,17 @@
 //! `cargo xtask test`: every check, one after the other, with a summary.
 
 use crate::apt;
-use crate::cargo::{build_for_tests, cargo};
+use crate::cargo::{build_for_tests, cargo, idle_cargo};
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
 use crate::tools;
 use crate::viewer::Viewer;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use std::fmt;
 use std::io::{BufRead, BufReader};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Output, Stdio};
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -69,21 +70,22 @@ pub(crate) fn run() -> Result<bool> {
     }
     steps.extend([
         step("Rust formatting", || whole(cargo().args(["fmt", "--all", "--check"]))),
-        step("Rust lints", || {
-            whole(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
-        }),
         step("Postgres for the tests", || {
             let missing = "Postgres is not installed (Debian's package `postgresql`), and could not be";
             or_skipped(apt::postgres().then_some(()).ok_or_else(|| missing.to_owned()))
         }),
     ]);
+    let mut environment = None;
+    steps.push(step("Python environment", || {
+        environment = Some(Environment::prepare()?);
+        Ok(PASSED)
+    }));
     let mut server = None;
     steps.push(step("build of tests, server and Python extension", || {
         server = Some(build_for_tests()?);
         Ok(PASSED)
     }));
-    // It takes minutes, and the tests leave the processors idle for part of theirs.
-    let counts = thread::spawn(instructions::counted);
+    let beside = begin_beside();
     steps.push(step("Rust tests", || {
         let mut tests = cargo();
         tests.args(["test", "--workspace", "--no-fail-fast"]);
@@ -96,26 +98,6 @@ pub(crate) fn run() -> Result<bool> {
             tests.env("PALMARES_SERVER_BIN", program);
         }
         counted(&mut tests, rust_tests)
-    }));
-    steps.push(step("licences and sources of crates", || or_none(tools::cargo_deny()?)));
-    steps.push(step("workflow files", || or_none(tools::actionlint()?)));
-    steps.push(step("instruction counts", || {
-        match counts.join().map_err(|_| anyhow!("it panicked; see above"))?? {
-            Ok(output) => {
-                println!(
-                    "{}{}",
-                    String::from_utf8_lossy(&output.stdout),
-                    String::from_utf8_lossy(&output.stderr)
-                );
-                Ok(of_status(output.status))
-            }
-            Err(reason) => or_skipped(Err(reason)),
-        }
-    }));
-    let mut environment = None;
-    steps.push(step("Python environment", || {
-        environment = Some(Environment::prepare()?);
-        Ok(PASSED)
     }));
     if let (Some(viewer), Some(program)) = (&viewer, &server) {
         steps.push(step("pages in Chromium", || {
@@ -157,9 +139,10 @@ pub(crate) fn run() -> Result<bool> {
             }
             counted(&mut pytest, python_tests)
         }));
-        if let Some(program) = &server {
-            steps.push(step("container", || or_skipped(docker::check(Some(program), environment)?)));
-        }
+    }
+    steps.extend(end_beside(&beside));
+    if let (Some(program), Some(environment)) = (&server, &environment) {
+        steps.push(step("container", || or_skipped(docker::check(Some(program), environment)?)));
     }
 
     println!("\n== summary");
@@ -170,6 +153,54 @@ pub(crate) fn run() -> Result<bool> {
     let total = steps.iter().fold(Tally::default(), |sum, step| sum.plus(step.tally));
     println!("{total}");
     Ok(total.failed == 0)
+}
+
+/// What a check printed, or the reason why this machine cannot make it.
+type Printed = Result<std::result::Result<Output, String>>;
+/// Makes a check.
+type Check = fn() -> Printed;
+
+/// Checks that are made with the lowest priority while tests run, which leave the processors idle for a third of their time.
+const BESIDE: [(&str, Check); 4] = [
+    ("instruction counts", || printed(instructions::counter()?)),
+    ("Rust lints", || {
+        let mut clippy = idle_cargo();
+        clippy.args(["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]);
+        printed(Ok(clippy))
+    }),
+    ("licences and sources of crates", || printed(tools::cargo_deny()?)),
+    ("workflow files", || printed(tools::actionlint()?)),
+];
+
+/// Begins the checks beside the tests. The build is before: cargo lets one command at a time into the target directory.
+fn begin_beside() -> Receiver<Printed> {
+    let (send, made) = mpsc::channel();
+    thread::spawn(move || BESIDE.iter().all(|(_, check)| send.send(check()).is_ok()));
+    made
+}
+
+/// Waits for the checks beside the tests; the time of a step is that of waiting.
+fn end_beside(made: &Receiver<Printed>) -> Vec<Step> {
+    BESIDE
+        .iter()
+        .map(|(name, _)| {
+            step(name, || match made.recv().context("it panicked; see above")?? {
+                Ok(Output { status, stdout, stderr }) => {
+                    println!("{}{}", String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
+                    Ok(of_status(status))
+                }
+                Err(reason) => or_skipped(Err(reason)),
+            })
+        })
+        .collect()
+}
+
+/// Runs a command, where this machine has it, and keeps what it prints.
+fn printed(command: std::result::Result<Command, String>) -> Printed {
+    Ok(match command {
+        Ok(mut command) => Ok(command.output().with_context(|| format!("cannot start {command:?}"))?),
+        Err(reason) => Err(reason),
+    })
 }
 
 /// Announces a step, runs it and takes its time. A step that cannot run has failed.
@@ -191,14 +222,6 @@ fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
             println!("skipped: {reason}");
             Ok(Tally { skipped: 1, ..Tally::default() })
         }
-    }
-}
-
-/// Runs a command, where this machine has it.
-fn or_none(command: std::result::Result<Command, String>) -> Result<Tally> {
-    match command {
-        Ok(mut command) => whole(&mut command),
-        Err(reason) => or_skipped(Err(reason)),
     }
 }
 

@@ -6,18 +6,10 @@ use crate::python::succeeds;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
-/// What the benchmark says, or the reason why this machine cannot run it. It compiles and runs with the lowest priority.
-pub(crate) fn counted() -> Result<Result<Output, String>> {
-    Ok(match prepare()? {
-        Ok(mut bench) => Ok(bench.output().context("cannot start cargo")?),
-        Err(reason) => Err(reason),
-    })
-}
-
-/// The benchmark, compiled.
-fn prepare() -> Result<Result<Command, String>> {
+/// The benchmark, compiled, or the reason why this machine cannot run it. It compiles and runs with the lowest priority.
+pub(crate) fn counter() -> Result<Result<Command, String>> {
     let there = answers("valgrind") || (apt::install("valgrind") && answers("valgrind"));
     if !there {
         return Ok(Err("valgrind is not installed (Debian's package `valgrind`), and could not be".into()));

@@ -28,6 +28,9 @@ pub struct Part {
     /// Cases of this crate that it plays.
     #[serde(default)]
     pub cases: Vec<String>,
+    /// Their steps, ms.
+    #[serde(default)]
+    pub steps_ms: Vec<f64>,
     /// Its pages, from the root of the repository.
     pub pages: Vec<String>,
 }

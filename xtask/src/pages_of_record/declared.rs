@@ -17,6 +17,8 @@ pub(super) struct Part {
     pub by_hand: bool,
     /// Cases of palmares-bench that it plays.
     pub cases: Vec<String>,
+    /// Their steps, ms, by commas; empty for those of a report.
+    pub steps_ms: String,
     /// Its pages, from the root of the repository.
     pub pages: Vec<String>,
 }
@@ -36,11 +38,14 @@ fn part(declared: &Value) -> Result<Part> {
         let values = declared.get(key).and_then(Value::as_array).into_iter().flatten();
         values.filter_map(|value| value.as_str().map(str::to_owned)).collect()
     };
+    let steps = declared.get("steps_ms").and_then(Value::as_array).into_iter().flatten();
+    let steps: Vec<String> = steps.filter_map(Value::as_float).map(|step| step.to_string()).collect();
     Ok(Part {
         about: text("about").unwrap_or_default(),
         hours: declared.get("hours").and_then(Value::as_float).unwrap_or_default(),
         by_hand: declared.get("by_hand").and_then(Value::as_bool).unwrap_or_default(),
         cases: list("cases"),
+        steps_ms: steps.join(","),
         pages: list("pages"),
         name,
     })

@@ -70,6 +70,9 @@ fn report(part: &Part, tools: &Tools) -> Result<()> {
         return played(&mut report);
     }
     report.args(["--cases", &part.cases.join(","), "--repeats", "3", "--run-limit-s", "100"]);
+    if !part.steps_ms.is_empty() {
+        report.args(["--steps-ms", &part.steps_ms]);
+    }
     played(&mut report)?;
     claims(tools)
 }
