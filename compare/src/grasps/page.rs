@@ -2,6 +2,7 @@
 
 use super::table::{Cell, Row, Sum, Table, best};
 use super::tally::{Count, wilson};
+use crate::engine::EngineKind;
 use crate::trials::play::{MOVED_M, OVERLAP_M};
 use std::fmt::Write;
 
@@ -46,7 +47,7 @@ fn head(page: &mut String, table: &Table) {
         page,
         "The hand stands palm down over an object on a pedestal, closes, lifts it by 10 cm, holds it still for 1.5 s and shakes \
         it by ±3 cm at 3 Hz for 2 s. Objects and placements are uniform random draws from ranges and a seed that were \
-        written down before any engine had played them (`compare/src/grasps/family.rs`): the first {} of each family. \
+        written down before any engine had played them (`compare/src/trials/family.rs`): the first {} of each family. \
         A grasp is *kept* if the object is lifted by more than 5 cm, from half a second after the lift until the end \
         moves by less than {:.0} mm in the palm and is nowhere deeper than {:.0} mm in the hand, and if every step converges. That is judged \
         from poses alone, by the same code for all engines. Beside the count stands Wilson's interval at 95 %. *+n deep*: so many more would be kept, were they not \
@@ -65,6 +66,14 @@ fn head(page: &mut String, table: &Table) {
     kept.dedup();
     if !kept.is_empty() {
         put!(page, "Kept from earlier commits: {}.\n", kept.join(", "));
+    }
+    let is_played = |kind: &EngineKind| {
+        table.rows.iter().any(|row| (&*row.engine, &*row.settings) == (kind.name(), kind.settings()))
+    };
+    let name = |kind: EngineKind| format!("{} `{}`", kind.name(), kind.settings());
+    let left_out: Vec<String> = EngineKind::all().filter(|kind| !is_played(kind)).map(name).collect();
+    if !left_out.is_empty() {
+        put!(page, "Not played: {}.\n", left_out.join(", "));
     }
     if let Some(limit_s) = table.run_limit_cpu_s {
         put!(
