@@ -10,7 +10,7 @@ use palmares_bench::engine::{Cost, Engine, EngineFactory};
 use palmares_bench::recorder::Recorder;
 use palmares_models::content::ContentHash;
 use palmares_sim::{Command, Model, State, StepOutcome};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
 /// Step for which it is taken, s; the scenes of a case do not depend on the step.
@@ -22,14 +22,16 @@ const DIGITS: usize = 16;
 
 thread_local! {
     static SEEN: RefCell<ContentHash> = RefCell::new(ContentHash::default());
+    static HAND: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Identity of a case.
-pub fn of_case(case: &Case) -> String {
+/// Identity of a case, and whether it has a hand.
+pub fn of_case(case: &Case) -> (String, bool) {
     SEEN.set(ContentHash::of(case.name));
+    HAND.set(false);
     // A case may end with an error, since nothing moves; so it does each time.
     let _ = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
-    digits(SEEN.take())
+    (digits(SEEN.take()), HAND.get())
 }
 
 /// Identity of a drawn grasp.
@@ -99,6 +101,7 @@ impl EngineFactory for Watcher {
 
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
         SEEN.with_borrow_mut(|hash| begin(hash, &model, &state));
+        HAND.set(HAND.get() || model.hand().is_some());
         Ok(Box::new(Watched { model, state, said: String::new() }))
     }
 }
@@ -141,7 +144,7 @@ mod tests {
     use palmares_bench::cases;
 
     fn named(name: &str) -> String {
-        of_case(cases::all().find(|case| case.name == name).expect("there is such a case"))
+        of_case(cases::all().find(|case| case.name == name).expect("there is such a case")).0
     }
 
     #[test]
@@ -153,6 +156,13 @@ mod tests {
             named("softhand_cylinder_60s"),
             "the same scene, other commands"
         );
+    }
+
+    #[test]
+    fn a_case_has_a_hand_or_none() {
+        let has_hand = |name: &str| of_case(cases::all().find(|case| case.name == name).expect("a case")).1;
+        assert!(has_hand("softhand_cylinder"));
+        assert!(!has_hand("slide_stop"));
     }
 
     #[test]

@@ -47,6 +47,11 @@ impl EngineKind {
         !matches!(self, EngineKind::Rapier(_))
     }
 
+    /// Whether these settings are for scenes with a hand alone.
+    pub fn is_for_hands_alone(self) -> bool {
+        matches!(self, EngineKind::Rapier(settings) if settings.hands_alone)
+    }
+
     /// Description of these settings, with the reason to choose them.
     pub fn about_settings(self) -> &'static str {
         match self {

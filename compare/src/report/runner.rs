@@ -133,8 +133,9 @@ fn plan(options: &Options) -> Result<Planned> {
     };
     let mut jobs = Vec::new();
     for case in chosen {
+        let (scene, hand) = scene_id::of_case(case);
         let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
-        let scene = scene_id::of_case(case);
+        let of = of.filter(|kind| hand || !kind.is_for_hands_alone());
         jobs.extend(of.map(|kind| Job { case, kind: *kind, scene: scene.clone() }));
     }
     Ok(Planned { engines, jobs, steps, left_out })
@@ -200,6 +201,9 @@ fn keep(
         let Some(known) = earlier.engines.iter().find(|known| known.ran && known.name == note.name) else {
             continue;
         };
+        let for_hands = |settings: &str| {
+            EngineKind::all().any(|kind| kind.is_for_hands_alone() && kind.settings() == settings)
+        };
         let of = |run: &&Run| {
             run.engine == note.name && cases.contains(&run.case) && steps_ms.contains(&run.dt_ms)
         };
@@ -215,12 +219,13 @@ fn keep(
         }
         // An earlier report may have fewer steps: only those of both engines count.
         let has = |step: &&f64| kept.iter().any(|run| run.dt_ms == **step);
-        let wanted = cases.len() * steps_ms.iter().filter(has).count() * known.settings.len();
+        let everywhere = known.settings.iter().filter(|choice| !for_hands(&choice.name)).count();
+        let wanted = cases.len() * steps_ms.iter().filter(has).count() * everywhere;
+        let found = kept.iter().filter(|run| !for_hands(&run.settings)).count();
         ensure!(
-            !kept.is_empty() && kept.len() == wanted,
-            "the report of commit {} has {} of {wanted} runs of {}",
+            found > 0 && found == wanted,
+            "the report of commit {} has {found} of {wanted} runs of {}",
             earlier.record.commit,
-            kept.len(),
             note.name
         );
         let kept_from = known.kept_from.clone().unwrap_or_else(|| earlier.origin());

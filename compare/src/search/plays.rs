@@ -49,7 +49,7 @@ impl Scene {
             .find(|case| case.name == name)
             .with_context(|| format!("there is no case `{name}`"))?;
         let play = |start| Task::Case { name: name.clone(), reference_dt_s: None, start };
-        Ok(Scene { plays: (0..starts).map(play).collect(), identity: scene_id::of_case(case), name })
+        Ok(Scene { plays: (0..starts).map(play).collect(), identity: scene_id::of_case(case).0, name })
     }
 
     /// Number of plays at one step.
