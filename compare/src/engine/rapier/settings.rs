@@ -77,8 +77,16 @@ pub const SETTINGS: &[Settings] = &[
     },
     Settings {
         name: "stiff1000",
-        about: "the same with contacts of 1000 Hz: of the sets that a search found, it holds the balls most often",
+        about: "the same with contacts of 1000 Hz, which a search found for the balls",
         contact_hz: [1000.0, 1000.0],
+        hands_alone: true,
+        ..STIFF120
+    },
+    Settings {
+        name: "stiff1000_2_steps",
+        about: "contacts of 1000 Hz and 2 sub-steps: of the sets that a search found, it holds the balls most often",
+        contact_hz: [1000.0, 1000.0],
+        hand: Effort { friction: COULOMB, substeps: 2, sweeps: 32 },
         hands_alone: true,
         ..STIFF120
     },
