@@ -1,4 +1,4 @@
-//! `cargo xtask test`: every check, one after the other, with a summary.
+//! `cargo xtask test`: every check, some of them beside the tests, with a summary.
 
 use crate::apt;
 use crate::cargo::{build_for_tests, cargo, idle_cargo};

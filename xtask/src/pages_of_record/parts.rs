@@ -103,7 +103,8 @@ fn grasps(part: &Part, tools: &Tools) -> Result<()> {
         grasps.arg("--runs").arg(tools.folder.join("quick-grasps.jsonl"));
         return played(&mut grasps);
     }
-    // The peers' steps are those that README.md compares; the settings left out have kept the fewest.
+    // The peers' steps are those that README.md compares. The settings left out kept fewer in the count before, or none in the
+    // search.
     let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
     grasps.args(["--jobs", &jobs, "--run-limit-s", "60", "--engine"]);
     let play = |more: &[&str]| -> Result<()> {
