@@ -14,6 +14,7 @@ mod digest;
 pub mod dynamics;
 pub mod model;
 mod outcome;
+pub mod placing;
 mod snapshot;
 pub mod solver;
 pub mod state;
