@@ -19,6 +19,7 @@ pub mod grasp;
 pub mod hand;
 pub mod hull;
 pub mod linear;
+pub mod mechanics;
 pub mod quality;
 pub mod quasistatic;
 pub mod world;

@@ -42,13 +42,16 @@ pub enum PlacingError {
     /// A list has another length.
     #[error("{what}: found {found} numbers; wanted {wanted}")]
     Length {
-        /// `q` or `v`.
+        /// The list.
         what: &'static str,
         /// Their number.
         found: usize,
         /// The right number.
         wanted: usize,
     },
+    /// A quaternion has no direction.
+    #[error("quat_xyzw: found {0:?}; wanted a quaternion of length 1")]
+    NoDirection([f64; 4]),
     /// A number is not finite or beyond its bound.
     #[error("{what}: found {found}; wanted a number from -{bound:e} to {bound:e}")]
     OutOfBounds {
@@ -102,6 +105,27 @@ impl World {
         state.reference = BaseReference { pose: to.base, linear: three(0), angular: three(3) };
         let moved = (to.base, &to.q) != (now.base, &now.q);
         self.placed(|owner| moved && matches!(owner, Owner::Link(_)));
+        Ok(())
+    }
+
+    /// Sets σ and dσ/dt, 1/s, of every motor; what is commanded stays.
+    ///
+    /// # Errors
+    /// Another number of motors, or a number that is out of bounds.
+    pub fn place_motors(&mut self, to: &[[f64; 2]]) -> Result<(), PlacingError> {
+        let wanted = self.state().motors.len();
+        if to.len() != wanted {
+            return Err(PlacingError::Length { what: "motors", found: to.len(), wanted });
+        }
+        bounded("motors", to.as_flattened(), MAX_SPEED)?;
+        let there = self.state().motors.iter().map(|motor| [motor.position, motor.velocity]);
+        if there.eq(to.iter().copied()) {
+            return Ok(());
+        }
+        for (motor, [position, velocity]) in self.state.motors.iter_mut().zip(to) {
+            (motor.position, motor.velocity) = (*position, *velocity);
+        }
+        self.placed(|_| false);
         Ok(())
     }
 

@@ -11,6 +11,7 @@ mod interrupt;
 mod lookup;
 mod message;
 mod snapshot;
+mod state;
 mod training;
 mod workers;
 mod world;

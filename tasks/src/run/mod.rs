@@ -9,6 +9,7 @@ mod hand_body;
 mod inspection;
 mod observe;
 mod outcome;
+mod placing;
 pub(crate) mod predictor;
 mod push;
 mod push_error;
@@ -25,6 +26,7 @@ pub use evidence::Evidence;
 pub use failure::Failure;
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
+pub use placing::Placement;
 pub use push_error::PushError;
 pub use shots::{Shot, ShotError, camera_name, shots};
 pub use snapshot::{Snapshot, SnapshotError};
@@ -79,6 +81,8 @@ pub struct Run {
     history: Vec<Event>,
     /// Work of each motor on its tendons, J.
     motor_work_j: Vec<f64>,
+    /// Whether something was put elsewhere since tick 0.
+    placed: bool,
     /// Digest of the state, if the next tick is prepared.
     prepared: Option<u64>,
     /// Computation of the last tick, in the unit of [`palmares_sim::bounds`].
@@ -123,6 +127,7 @@ impl Run {
             news: Vec::new(),
             history: Vec::new(),
             motor_work_j: vec![0.0; hand.motors.len()],
+            placed: false,
             prepared: None,
             computed: 0,
             noise: Noise::None,

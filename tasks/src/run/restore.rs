@@ -30,6 +30,7 @@ impl Run {
             news: noted(&self.news),
             history: noted(&self.history),
             motor_work_j: self.motor_work_j.clone(),
+            placed: self.placed,
         }
     }
 
@@ -59,6 +60,7 @@ impl Run {
         self.pushing.clone_from(&from.pushing);
         (self.news, self.history) = (events(&from.news), events(&from.history));
         self.motor_work_j.clone_from(&from.motor_work_j);
+        self.placed = from.placed;
         self.prepared = None;
         Ok(())
     }
@@ -91,6 +93,7 @@ impl Run {
             news: self.news.clone(),
             history: self.history.clone(),
             motor_work_j: self.motor_work_j.clone(),
+            placed: self.placed,
             prepared: None,
             computed: 0,
         }

@@ -41,6 +41,7 @@ pub struct Snapshot {
     pub(super) news: Vec<Noted>,
     pub(super) history: Vec<Noted>,
     pub(super) motor_work_j: Vec<f64>,
+    pub(super) placed: bool,
 }
 
 /// Error of a snapshot from which a run cannot continue.

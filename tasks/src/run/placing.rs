@@ -1,0 +1,130 @@
+//! A run whose hand, motors or objects are put elsewhere, for learners and planners in the same process. No server does it, and
+//! a run that it was done to has no replay.
+
+use super::Run;
+use super::cameras::ImageCache;
+use super::targets::Target;
+use crate::action::{BaseTarget, unit};
+use crate::observation::BodyState;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::placing::{HandMotion, ObjectMotion, PlacingError};
+
+/// What is put elsewhere, in the units of observations. The rest stays as it is.
+#[derive(Clone, Debug, Default)]
+pub struct Placement {
+    /// Pose and velocity of the base.
+    pub base: Option<BodyState>,
+    /// Joint coordinates, rad or m.
+    pub q: Option<Vec<f64>>,
+    /// Their velocities.
+    pub joint_velocity: Option<Vec<f64>>,
+    /// σ and dσ/dt, 1/s, of every motor.
+    pub motors: Option<Vec<[f64; 2]>>,
+    /// Pose and velocity of every free object.
+    pub objects: Option<Vec<BodyState>>,
+}
+
+impl Run {
+    /// Whether something was put elsewhere since tick 0.
+    pub fn is_placed(&self) -> bool {
+        self.placed
+    }
+
+    /// σ and dσ/dt, 1/s, of every motor.
+    pub fn motor_motion(&self) -> Vec<[f64; 2]> {
+        self.world.state().motors.iter().map(|motor| [motor.position, motor.velocity]).collect()
+    }
+
+    /// Pose and velocity of the base.
+    pub fn base_state(&self) -> BodyState {
+        let state = self.world.state();
+        let three = |k: usize| [state.v[k], state.v[k + 1], state.v[k + 2]];
+        BodyState {
+            position: state.base.translation.to_array(),
+            quat_xyzw: state.base.rotation.to_array(),
+            linear: three(0),
+            angular: three(3),
+        }
+    }
+
+    /// Puts the hand, its motors or the objects elsewhere. The target of the base goes along. What is put where it is, bit for bit,
+    /// changes nothing.
+    ///
+    /// # Errors
+    /// A list has the wrong length, a quaternion no direction, or a number is out of bounds; nothing has changed.
+    pub fn place(&mut self, to: &Placement) -> Result<(), PlacingError> {
+        let before = self.world.snapshot();
+        let placed = self.place_all(to);
+        if placed.is_err() {
+            self.world.resume(&before);
+        }
+        placed
+    }
+
+    fn place_all(&mut self, to: &Placement) -> Result<(), PlacingError> {
+        let hash = self.world.state().hash();
+        self.prepared = None;
+        if let Some(wanted) = &to.motors {
+            self.world.place_motors(wanted)?;
+        }
+        let mut hand = self.world.hand_motion().ok_or_else(|| PlacingError::Missing("hand".into()))?;
+        if let Some(base) = &to.base {
+            let now = self.base_state();
+            hand.base = pose(base, &now)?;
+            hand.v[..3].copy_from_slice(&base.linear);
+            hand.v[3..6].copy_from_slice(&base.angular);
+        }
+        for (what, wanted, own) in
+            [("q", &to.q, &mut hand.q[..]), ("joint_velocity", &to.joint_velocity, &mut hand.v[6..])]
+        {
+            let Some(wanted) = wanted else { continue };
+            if wanted.len() != own.len() {
+                return Err(PlacingError::Length { what, found: wanted.len(), wanted: own.len() });
+            }
+            own.copy_from_slice(wanted);
+        }
+        self.world.place_hand(&hand)?;
+        if let Some(wanted) = &to.objects {
+            let now: Vec<BodyState> = self.object_states().collect();
+            if wanted.len() != now.len() {
+                return Err(PlacingError::Length { what: "objects", found: wanted.len(), wanted: now.len() });
+            }
+            for (object, (wanted, now)) in wanted.iter().zip(&now).enumerate().filter(|(_, (a, b))| a != b) {
+                let frame = pose(wanted, now)?;
+                let from_com = frame.rotation * self.world.model().objects()[object].com;
+                let angular = Vec3::from_array(wanted.angular);
+                let motion = ObjectMotion {
+                    central: Pose::from_parts(frame.translation + from_com, frame.rotation),
+                    linear: Vec3::from_array(wanted.linear) + angular.cross(from_com),
+                    angular,
+                };
+                self.world.place_object(object, &motion)?;
+            }
+        }
+        if self.world.state().hash() == hash {
+            return Ok(());
+        }
+        self.placed = true;
+        self.image_cache = ImageCache::default();
+        if to.base.is_some() {
+            let HandMotion { base, .. } = hand;
+            self.target = Target::Pose { from: base, to: base };
+            self.applied.base = Some(BaseTarget::Pose {
+                position: base.translation.to_array(),
+                quat_xyzw: base.rotation.to_array(),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// The pose of a body; a quaternion that is the present one keeps its bits.
+fn pose(wanted: &BodyState, now: &BodyState) -> Result<Pose, PlacingError> {
+    let given = wanted.quat_xyzw;
+    let rotation = match given == now.quat_xyzw {
+        true => Some(Rotation::from_array(given)),
+        false => Some(given).filter(|given| given.iter().all(|x| x.is_finite())).and_then(unit),
+    };
+    let rotation = rotation.ok_or(PlacingError::NoDirection(given))?;
+    Ok(Pose::from_parts(Vec3::from_array(wanted.position), rotation))
+}
