@@ -5,9 +5,11 @@ use crate::fields::{Field, constant, fields, write};
 use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
 use crate::snapshot::Snapshot;
+use crate::state::{self, Given};
 use crate::training::{Asked, Training, status};
 use crate::workers::Workers;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
+use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
 use palmares_sim::SharedScratch;
 use palmares_tasks::training::{Shaper, Terms, open};
@@ -22,6 +24,8 @@ use std::time::{Duration, Instant};
 thread_local! {
     /// The scratch memory that a thread lends to the world that it steps.
     static WORKSPACE: RefCell<SharedScratch> = RefCell::default();
+    /// The same for the mechanics of a hand.
+    static MECHANICS: RefCell<Mechanics> = RefCell::default();
 }
 
 /// A world of the batch, with its results.
@@ -365,7 +369,7 @@ impl Batch {
         let Some(outcome) = &self.slot(world)?.outcome else { return Ok(None) };
         let told = PyDict::new(py);
         let run = self.slot(world)?.run.as_ref();
-        let varied = run.is_some_and(|run| run.task().is_varied());
+        let varied = run.is_some_and(|run| run.task().is_varied() || run.is_placed());
         told.set_item("status", status(outcome, varied))?;
         told.set_item("score", outcome.score)?;
         told.set_item("in_goal", outcome.in_goal)?;
@@ -381,28 +385,72 @@ impl Batch {
 
     /// Takes a snapshot of a world.
     fn snapshot(&self, world: usize) -> PyResult<Snapshot> {
-        let run = self.slot(world)?.run.as_ref();
-        let run = run.ok_or_else(|| {
-            PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
-        })?;
-        Ok(Snapshot { run: run.snapshot(), history: None })
+        let run = self.slot(world)?.run.as_ref().ok_or_else(|| no_run(world))?;
+        Ok(Snapshot { run: run.snapshot(), number: Some(self.slots[world].seed), history: None })
     }
 
-    /// Continues a world from a snapshot of the same task, hand, seed and noise.
+    /// Continues a world from a snapshot of the same task, hand and noise. A world of another seed becomes a run of the snapshot's.
     fn restore(&mut self, world: usize, from: &Bound<'_, Snapshot>) -> PyResult<()> {
         self.slot(world)?;
+        let snapshot = from.get();
+        if let Some(seed) = snapshot.number.filter(|seed| *seed != self.slots[world].seed) {
+            self.become_run_of(world, seed)?;
+        }
         let sensing = self.sensing;
         let slot = &mut self.slots[world];
         let run = slot.run.as_mut();
-        let run = run.ok_or_else(|| {
-            PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
-        })?;
-        run.restore(&from.get().run).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        write(run, sensing, self.task.objects.count, &slot.constant, &mut slot.row);
-        (slot.score, slot.reward, slot.outcome) = (run.score(), 0.0, None);
-        slot.shaping = 0.0;
-        slot.shaper.iter_mut().for_each(|shaper| shaper.restart(run));
-        slot.events.clear();
+        let run = run.ok_or_else(|| no_run(world))?;
+        run.restore(&snapshot.run).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        slot.continued(sensing, self.task.objects.count);
+        Ok(())
+    }
+
+    /// Quantities of all worlds, by their names: arrays (N, …).
+    fn arrays<'py>(&mut self, py: Python<'py>, names: Vec<String>) -> PyResult<Bound<'py, PyDict>> {
+        let quantities = state::named(&names)?;
+        self.all_open()?;
+        let Batch { task, hand, slots, workers, .. } = self;
+        let objects = task.objects.count;
+        let mut rows: Vec<Vec<f64>> = vec![Vec::new(); slots.len()];
+        let mut all: Vec<(&mut Slot, &mut Vec<f64>)> = slots.iter_mut().zip(&mut rows).collect();
+        py.detach(|| {
+            workers.each(&mut all, |(slot, row)| {
+                let Some(run) = &slot.run else { return };
+                MECHANICS.with_borrow_mut(|now| state::row(&quantities, run, now, objects, row));
+            });
+        });
+        state::arrays(py, &quantities, hand, objects, &[rows.len()], &rows)
+    }
+
+    /// Contacts of the last step of all worlds, in `most` rows each.
+    fn contacts<'py>(&self, py: Python<'py>, most: usize) -> PyResult<Bound<'py, PyDict>> {
+        self.all_open()?;
+        let runs = self.slots.iter().filter_map(|slot| slot.run.as_ref());
+        let all: Vec<_> = runs.map(|run| state::contacts(run, most)).collect();
+        state::contact_arrays(py, &[all.len()], most, &all)
+    }
+
+    /// Puts hands, motors or objects of the worlds of `mask` elsewhere. After an error nothing has changed.
+    fn place(&mut self, given: Given<'_>, mask: Vec<bool>) -> PyResult<()> {
+        self.fits("mask", mask.len())?;
+        self.all_open()?;
+        let (sensing, objects) = (self.sensing, self.task.objects.count);
+        let present: Vec<usize> =
+            self.slots.iter().map(|slot| slot.run.as_ref().map_or(0, |run| run.object_states().count())).collect();
+        let placements = given.placements(&self.hand, objects, &[self.slots.len()], &present)?;
+        let mut before = Vec::new();
+        for (world, placement) in placements.iter().enumerate().filter(|(world, _)| mask[*world]) {
+            let run = self.slots[world].run.as_mut().ok_or_else(|| no_run(world))?;
+            before.push((world, run.snapshot()));
+            if let Err(error) = run.place(placement) {
+                for (world, snapshot) in &before {
+                    // It is of this run.
+                    let _ = self.slots[*world].run.as_mut().map(|run| run.restore(snapshot));
+                }
+                return Err(PyValueError::new_err(format!("world {world}: {error}")));
+            }
+        }
+        before.iter().for_each(|(world, _)| self.slots[*world].continued(sensing, objects));
         Ok(())
     }
 }
@@ -411,6 +459,27 @@ impl Batch {
     fn slot(&self, world: usize) -> PyResult<&Slot> {
         let missing = || PyValueError::new_err(format!("no world {world}; there are {}", self.slots.len()));
         self.slots.get(world).ok_or_else(missing)
+    }
+
+    fn all_open(&self) -> PyResult<()> {
+        self.slots.iter().position(|slot| slot.run.is_none()).map_or(Ok(()), |world| Err(no_run(world)))
+    }
+
+    /// Opens the run of a seed in a world, as a copy of another world that has it, if there is one.
+    fn become_run_of(&mut self, world: usize, seed: u64) -> PyResult<()> {
+        let Batch { task, hand, noise, sensing, training, slots, .. } = self;
+        let other = slots.iter().position(|slot| slot.seed == seed && slot.run.is_some());
+        if let Some(other) = other {
+            let from = &slots[other];
+            let run = from.run.as_ref().map(Run::fork);
+            let (constant, drawn) = (from.constant.clone(), from.drawn.clone());
+            let shaper = run.as_ref().and_then(|run| training.shaper(run));
+            let slot = &mut slots[world];
+            (slot.run, slot.seed, slot.constant, slot.drawn, slot.shaper) = (run, seed, constant, drawn, shaper);
+            return Ok(());
+        }
+        let how = How { task, hand, noise: *noise, sensing: *sensing, training };
+        slots[world].open(&how, seed).map_err(PyValueError::new_err)
     }
 
     fn fits(&self, name: &str, found: usize) -> PyResult<()> {
@@ -435,6 +504,17 @@ impl Slot {
         self.events.clear();
         self.run = Some(run);
         Ok(())
+    }
+
+    /// Its run goes on from another state.
+    fn continued(&mut self, sensing: Sensing, objects: usize) {
+        let Slot { run: Some(run), score, reward, row, constant, shaper, shaping, outcome, events, .. } = self else {
+            return;
+        };
+        write(run, sensing, objects, constant, row);
+        (*score, *reward, *outcome, *shaping) = (run.score(), 0.0, None, 0.0);
+        shaper.iter_mut().for_each(|shaper| shaper.restart(run));
+        events.clear();
     }
 
     /// Whether it does not move any more.
@@ -482,6 +562,10 @@ impl Slot {
         *reward = now - *score;
         *score = now;
     }
+}
+
+fn no_run(world: usize) -> PyErr {
+    PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
 }
 
 /// The action of a row: velocity of the base, σ of every motor and, in a longer row, the effort of every motor.

@@ -10,6 +10,8 @@ use pyo3::types::PyBytes;
 #[pyclass(frozen, module = "palmares._native")]
 pub(crate) struct Snapshot {
     pub(crate) run: run::Snapshot,
+    /// The number of its seed; unknown when it comes from bytes.
+    pub(crate) number: Option<u64>,
     /// The actions until then; unknown when it comes from bytes.
     pub(crate) history: Option<History>,
 }
@@ -21,7 +23,7 @@ impl Snapshot {
     fn new(data: &[u8]) -> PyResult<Self> {
         let run =
             run::Snapshot::from_bytes(data).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok(Snapshot { run, history: None })
+        Ok(Snapshot { run, number: None, history: None })
     }
 
     /// The tick after which it was taken.

@@ -6,7 +6,9 @@ use crate::interrupt::{LOOK, Told, interruptible, interruptible_told, tell};
 use crate::lookup;
 use crate::message;
 use crate::snapshot::Snapshot;
+use crate::state::{self, Given};
 use crate::training::{Asked, Training, status};
+use palmares_analysis::mechanics::Mechanics;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::{Ack, RunInfo, RunResult};
 use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, Step, request};
@@ -131,7 +133,7 @@ impl World {
 
     /// Takes a snapshot.
     fn snapshot(&self) -> Snapshot {
-        Snapshot { run: self.run.snapshot(), history: self.history.clone() }
+        Snapshot { run: self.run.snapshot(), number: Some(self.number), history: self.history.clone() }
     }
 
     /// Continues from a snapshot of this world, or of another of the same task, hand, seed and noise.
@@ -167,6 +169,33 @@ impl World {
         analysis::held(py, self.run.world(), object)
     }
 
+    /// Quantities by their names.
+    fn arrays<'py>(&self, py: Python<'py>, names: Vec<String>) -> PyResult<Bound<'py, PyDict>> {
+        let quantities = state::named(&names)?;
+        let (hand, objects) = (self.run.hand(), self.run.object_states().count());
+        let mut row = Vec::new();
+        state::row(&quantities, &self.run, &mut Mechanics::default(), objects, &mut row);
+        state::arrays(py, &quantities, hand, objects, &[], &[row])
+    }
+
+    /// Contacts of the last step, in `most` rows.
+    fn contacts<'py>(&self, py: Python<'py>, most: usize) -> PyResult<Bound<'py, PyDict>> {
+        state::contact_arrays(py, &[], most, &[state::contacts(&self.run, most)])
+    }
+
+    /// Puts the hand, its motors or the objects elsewhere. After an error nothing has changed.
+    fn place(&mut self, given: Given<'_>) -> PyResult<()> {
+        let objects = self.run.object_states().count();
+        let placements = given.placements(self.run.hand(), objects, &[], &[objects])?;
+        for placement in &placements {
+            self.run.place(placement).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        }
+        self.outcome = None;
+        self.shaping = 0.0;
+        self.shaper.iter_mut().for_each(|shaper| shaper.restart(&self.run));
+        Ok(())
+    }
+
     /// Digest of the state, 16 hexadecimal digits.
     fn state_hash(&self) -> String {
         self.run.state_hash()
@@ -200,7 +229,7 @@ impl World {
     /// Whether it differs from the runs of its task.
     #[getter]
     fn varied(&self) -> bool {
-        self.run.task().is_varied()
+        self.run.task().is_varied() || self.run.is_placed()
     }
 
     #[getter]
@@ -223,6 +252,10 @@ impl World {
             return Err(PyValueError::new_err(message));
         };
         let (task, hand) = (Arc::clone(self.run.task()), Arc::clone(self.run.hand()));
+        if self.run.is_placed() {
+            let message = "something was put elsewhere in this run: its actions alone do not play it again";
+            return Err(PyValueError::new_err(message));
+        }
         if task.is_varied() {
             let message =
                 "a randomised run, or one with some of the objects, is none of the task's: it has no replay";
@@ -386,7 +419,7 @@ impl World {
         let Some(outcome) = self.outcome.clone() else {
             return Err(PyRuntimeError::new_err("the run was not counted"));
         };
-        let status = status(&outcome, self.run.task().is_varied());
+        let status = status(&outcome, self.varied());
         let run = RunInfo {
             run_id: self.run_id.clone(),
             task: self.run.task().name.clone(),
