@@ -17,6 +17,7 @@ from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
 from palmares.sim.progress import progress
+from palmares.sim.state import STATE, State, named, placed, rows_of_contacts, state_of
 from palmares.sim.world import read
 from palmares.training import Training, checked
 
@@ -269,8 +270,65 @@ class Batch:
         """Return the state of a world; see `World.snapshot`."""
         return self._native.snapshot(self._world(world))
 
+    def state(self) -> State:
+        """Return poses, velocities and tensions as arrays (N, …); see `World.state`.
+
+        ``memory`` is ``None``: a learner who goes back bit for bit keeps `snapshot` of its worlds.
+        """
+        return state_of(self._native.arrays(list(STATE)), None)
+
+    def set_state(
+        self,
+        state: State | None = None,
+        mask: Mask | None = None,
+        *,
+        base: ArrayLike | None = None,
+        q: ArrayLike | None = None,
+        joint_velocity: ArrayLike | None = None,
+        motors: ArrayLike | None = None,
+        objects: ArrayLike | None = None,
+    ) -> Arrays:
+        """Put parts of the worlds of `mask`, or of all, elsewhere; return the observations. See `World.set_state`.
+
+        Args:
+            state: Arrays of all parts, with a first axis (N, …).
+            mask: (N,).
+            base: (N, 13)
+            q: (N, joints)
+            joint_velocity: (N, joints)
+            motors: (N, motors, 2)
+            objects: (N, objects, 13); rows of objects that a run lacks are ignored.
+
+        Raises:
+            ValueError: As `World.set_state`; nothing has changed.
+
+        """
+        parts = {
+            "base": base,
+            "q": q,
+            "joint_velocity": joint_velocity,
+            "motors": motors,
+            "objects": objects,
+        }
+        self._native.place(placed(state, parts, self._shapes()), self._mask(mask))
+        return self.observe()
+
+    def mechanics(self, *names: str) -> Arrays:
+        """Return what follows from the states, arrays (N, …); see `World.mechanics`."""
+        return self._native.arrays(named(names))
+
+    def contacts(self, most: int = 64) -> dict[str, NDArray[Any]]:
+        """Return the contacts of the last steps, arrays (N, …); see `World.contacts`."""
+        return self._native.contacts(rows_of_contacts(most))
+
+    def _shapes(self) -> dict[str, tuple[int, ...]]:
+        return {name: array.shape for name, array in self._native.arrays(list(STATE)).items()}
+
     def restore(self, world: int, snapshot: Snapshot | bytes) -> None:
-        """Set a world to a snapshot of the same task, hand, seed and noise."""
+        """Set a world to a snapshot of the same task, hand and noise.
+
+        With a snapshot of another seed the world becomes a run of that seed.
+        """
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))
         self._native.restore(self._world(world), snapshot)

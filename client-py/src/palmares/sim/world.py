@@ -6,6 +6,8 @@ import os
 from collections.abc import Iterable
 from typing import Any, Literal, Self, TypeVar
 
+from numpy.typing import ArrayLike, NDArray
+
 from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
 from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
@@ -16,6 +18,7 @@ from palmares.net.codec import CODECS, with_channels
 from palmares.net.requests import names, whole_of
 from palmares.scene import Scene
 from palmares.sim.progress import progress
+from palmares.sim.state import STATE, Arrays, State, named, placed, rows_of_contacts, state_of
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
 from palmares.wire import (
@@ -167,18 +170,108 @@ class World:
         return self._native.snapshot()
 
     def restore(self, snapshot: Snapshot | bytes) -> Observation:
-        """Go back to a snapshot of this world, or of another of the same task, hand, seed and noise.
+        """Go back to a snapshot of this world, or of another of the same task, hand and noise.
 
-        The world then continues bit for bit as the original did. Return the observation of that tick.
+        The world then continues bit for bit as the original did; with a snapshot of another seed, in that
+        seed's scene. Return the observation of that tick.
 
         Raises:
-            ValueError: The snapshot is of another scene or hand, or of another version of the package.
+            ValueError: The snapshot is of another task or hand, or of another version of the package.
 
         """
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))
+        if snapshot.seed != self._seed:
+            self.reset(snapshot.seed)
         self._native.restore(snapshot)
         return self.observe()
+
+    def state(self) -> State:
+        """Return poses, velocities and tensions as arrays, with everything else in `State.memory`."""
+        return state_of(self._native.arrays(list(STATE)), self.snapshot())
+
+    def set_state(
+        self,
+        state: State | None = None,
+        *,
+        base: ArrayLike | None = None,
+        q: ArrayLike | None = None,
+        joint_velocity: ArrayLike | None = None,
+        motors: ArrayLike | None = None,
+        objects: ArrayLike | None = None,
+    ) -> Observation:
+        """Continue from a state of this world or another, and put parts of it elsewhere; return the observation.
+
+        A state that `state` returned continues bit for bit. What differs from its ``memory``, or is given by
+        name, is put elsewhere: it forgets its contacts, every object wakes, and the target of a moved base is
+        where it is. Bodies may overlap; the next steps push them apart. Such a run is for learning: it has no
+        replay, and its result has the status ``training``.
+
+        Args:
+            state: Of the same task, hand and noise; left out, the present one.
+            base: (13,), as `State.base`.
+            q: (joints,)
+            joint_velocity: (joints,)
+            motors: (motors, 2)
+            objects: (objects, 13)
+
+        Raises:
+            ValueError: A wrong shape, a number that is not finite or out of bounds, a quaternion of length 0,
+                or a state of another task or hand.
+
+        """
+        if state is not None and isinstance(state.memory, list):
+            raise ValueError("state: found one of a batch; wanted one of a world: batch.state(world)")
+        if state is not None and state.memory is not None:
+            self.restore(state.memory)
+        parts = {
+            "base": base,
+            "q": q,
+            "joint_velocity": joint_velocity,
+            "motors": motors,
+            "objects": objects,
+        }
+        self._native.place(placed(state, parts, self._shapes()))
+        return self.observe()
+
+    def mechanics(self, *names: str) -> Arrays:
+        """Return what follows from the state, in world axes; all of it, or the named quantities.
+
+        A velocity of the hand is the linear velocity of the base's origin, its angular velocity, q̇: n = 6 +
+        joints numbers. It obeys ``M v̇ + c = Jᵀ f + …``.
+
+        - ``links`` (links, 7): position (m) and quaternion x y z w of each link, in the order of
+          `palmares.analysis.Hand.links`
+        - ``link_velocities`` (links, 6): linear (m/s), of the link's origin, and angular (rad/s)
+        - ``jacobians`` (links, 6, n): of the link's origin: ``link_velocities = jacobians @ v``
+        - ``fingertips`` (fingers, 7), ``fingertip_jacobians`` (fingers, 6, n): the same of each finger's last
+          link
+        - ``mass_matrix`` (n, n): M
+        - ``bias`` (n,): c, Coriolis and centrifugal forces, and gravity if the hand does not compensate its
+          own weight
+        - ``moment_arms`` (tendons, joints): R(q)
+
+        Raises:
+            ValueError: There is no such quantity.
+
+        """
+        return self._native.arrays(named(names))
+
+    def contacts(self, most: int = 64) -> dict[str, NDArray[Any]]:
+        """Return the contacts of the last step in arrays of `most` rows.
+
+        - ``count`` (): their number; where it is larger than `most`, those with the largest forces are kept
+        - ``mask`` (most,): which rows are contacts
+        - ``bodies`` (most, 2): −1 furniture; the hand's links from 0 on, then the free objects
+        - ``position`` (most, 3), m; ``normal`` (most, 3) from the first body to the second
+        - ``force``, ``torque`` (most, 3): on the second body, N and N·m, the torque about the normal
+        - ``gap`` (most,): m at the step's begin, negative where they overlap
+
+        """
+        return self._native.contacts(rows_of_contacts(most))
+
+    def _shapes(self) -> dict[str, tuple[int, ...]]:
+        return {name: array.shape for name, array in self._native.arrays(list(STATE)).items()}
 
     def fork(self) -> Self:
         """Return a copy of the world that continues on its own."""
