@@ -386,15 +386,15 @@ impl Batch {
     /// Takes a snapshot of a world.
     fn snapshot(&self, world: usize) -> PyResult<Snapshot> {
         let run = self.slot(world)?.run.as_ref().ok_or_else(|| no_run(world))?;
-        Ok(Snapshot { run: run.snapshot(), number: Some(self.slots[world].seed), history: None })
+        Ok(Snapshot { run: run.snapshot(), number: self.slots[world].seed, history: None })
     }
 
     /// Continues a world from a snapshot of the same task, hand and noise. A world of another seed becomes a run of the snapshot's.
     fn restore(&mut self, world: usize, from: &Bound<'_, Snapshot>) -> PyResult<()> {
         self.slot(world)?;
         let snapshot = from.get();
-        if let Some(seed) = snapshot.number.filter(|seed| *seed != self.slots[world].seed) {
-            self.become_run_of(world, seed)?;
+        if snapshot.number != self.slots[world].seed {
+            self.become_run_of(world, snapshot.number)?;
         }
         let sensing = self.sensing;
         let slot = &mut self.slots[world];

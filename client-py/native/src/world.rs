@@ -133,7 +133,7 @@ impl World {
 
     /// Takes a snapshot.
     fn snapshot(&self) -> Snapshot {
-        Snapshot { run: self.run.snapshot(), number: Some(self.number), history: self.history.clone() }
+        Snapshot { run: self.run.snapshot(), number: self.number, history: self.history.clone() }
     }
 
     /// Continues from a snapshot of this world, or of another of the same task, hand, seed and noise.
@@ -272,7 +272,7 @@ impl World {
         let header = Header {
             sensing: self.sensing,
             noise,
-            seed_number: Some(self.number),
+            seed_number: self.number,
             ..Header::new(&self.run_id, &team, &task, &hand, seed, started)
         };
         let (history, reason) = (history.clone(), self.outcome.as_ref().map(|outcome| outcome.reason));

@@ -29,6 +29,10 @@ impl RunKey {
         }
     }
 
+    pub(super) fn is_of(&self, seed: Seed) -> bool {
+        self.seed == seed.0
+    }
+
     /// The first difference to another key.
     pub(super) fn differs(&self, other: &RunKey) -> Option<&'static str> {
         let RunKey { task, task_hash, hand, hand_hash, seed, real_noise } = self;

@@ -6,6 +6,7 @@ use super::targets::{Pushing, Target};
 use crate::action::{Action, BaseTarget};
 use crate::observation::Event;
 use crate::referee;
+use crate::seed::Seed;
 use flate2::Compression;
 use flate2::read::DeflateDecoder;
 use flate2::write::DeflateEncoder;
@@ -128,6 +129,11 @@ impl Snapshot {
     /// The tick after which it was taken.
     pub fn tick(&self) -> u64 {
         self.tick
+    }
+
+    /// Whether it is of a run of this seed.
+    pub fn is_of(&self, seed: Seed) -> bool {
+        self.key.is_of(seed)
     }
 
     /// Encodes the snapshot, for this version of the program on any machine: [`Snapshot::from_bytes`] reads them.
