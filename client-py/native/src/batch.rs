@@ -12,6 +12,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, T
 use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
 use palmares_sim::SharedScratch;
+use palmares_tasks::run::SnapshotError;
 use palmares_tasks::training::{Shaper, Terms, open};
 use palmares_tasks::{Action, BaseTarget, Fault, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::PyValueError;
@@ -48,6 +49,14 @@ struct Slot {
     outcome: Option<Outcome>,
     /// Events of the last step.
     events: Vec<(u64, String, Option<usize>)>,
+}
+
+/// A run that is not in a world yet.
+struct Opened {
+    run: Run,
+    constant: Vec<f64>,
+    drawn: Vec<f64>,
+    shaper: Option<Shaper>,
 }
 
 /// Options of the runs of a batch.
@@ -393,15 +402,16 @@ impl Batch {
     fn restore(&mut self, world: usize, from: &Bound<'_, Snapshot>) -> PyResult<()> {
         self.slot(world)?;
         let snapshot = from.get();
-        if snapshot.number != self.slots[world].seed {
-            self.become_run_of(world, snapshot.number)?;
+        let refused = |error: SnapshotError| PyValueError::new_err(error.to_string());
+        if snapshot.number == self.slots[world].seed {
+            let run = self.slots[world].run.as_mut().ok_or_else(|| no_run(world))?;
+            run.restore(&snapshot.run).map_err(refused)?;
+        } else {
+            let mut opened = self.opened(snapshot.number)?;
+            opened.run.restore(&snapshot.run).map_err(refused)?;
+            self.slots[world].take(opened, snapshot.number);
         }
-        let sensing = self.sensing;
-        let slot = &mut self.slots[world];
-        let run = slot.run.as_mut();
-        let run = run.ok_or_else(|| no_run(world))?;
-        run.restore(&snapshot.run).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        slot.continued(sensing, self.task.objects.count);
+        self.slots[world].continued(self.sensing, self.task.objects.count);
         Ok(())
     }
 
@@ -465,21 +475,16 @@ impl Batch {
         self.slots.iter().position(|slot| slot.run.is_none()).map_or(Ok(()), |world| Err(no_run(world)))
     }
 
-    /// Opens the run of a seed in a world, as a copy of another world that has it, if there is one.
-    fn become_run_of(&mut self, world: usize, seed: u64) -> PyResult<()> {
+    /// The run of a seed: a copy of a world that has it, if there is one.
+    fn opened(&self, seed: u64) -> PyResult<Opened> {
         let Batch { task, hand, noise, sensing, training, slots, .. } = self;
-        let other = slots.iter().position(|slot| slot.seed == seed && slot.run.is_some());
-        if let Some(other) = other {
-            let from = &slots[other];
-            let run = from.run.as_ref().map(Run::fork);
-            let (constant, drawn) = (from.constant.clone(), from.drawn.clone());
-            let shaper = run.as_ref().and_then(|run| training.shaper(run));
-            let slot = &mut slots[world];
-            (slot.run, slot.seed, slot.constant, slot.drawn, slot.shaper) = (run, seed, constant, drawn, shaper);
-            return Ok(());
+        let of_seed = slots.iter().filter(|slot| slot.seed == seed);
+        if let Some((run, slot)) = of_seed.filter_map(|slot| Some((slot.run.as_ref()?, slot))).next() {
+            let (constant, drawn) = (slot.constant.clone(), slot.drawn.clone());
+            return Ok(Opened { run: run.fork(), constant, drawn, shaper: training.shaper(run) });
         }
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
-        slots[world].open(&how, seed).map_err(PyValueError::new_err)
+        Opened::of(&how, seed).map_err(PyValueError::new_err)
     }
 
     fn fits(&self, name: &str, found: usize) -> PyResult<()> {
@@ -491,19 +496,29 @@ impl Batch {
     }
 }
 
-impl Slot {
-    fn open(&mut self, how: &How<'_>, seed: u64) -> Result<(), String> {
+impl Opened {
+    fn of(how: &How<'_>, seed: u64) -> Result<Self, String> {
         let How { task, hand, noise, sensing, training } = *how;
         let run = open(task, hand, Seed::from_u64(seed), noise, &training.options);
         let run = run.map_err(|error| error.to_string())?;
-        self.drawn = training.drawn(hand, Seed::from_u64(seed));
-        self.constant = constant(&run, sensing, task.objects.count, &self.drawn);
-        write(&run, sensing, task.objects.count, &self.constant, &mut self.row);
-        (self.seed, self.score, self.reward, self.outcome) = (seed, run.score(), 0.0, None);
-        (self.shaper, self.shaping) = (training.shaper(&run), 0.0);
-        self.events.clear();
-        self.run = Some(run);
+        let drawn = training.drawn(hand, Seed::from_u64(seed));
+        let constant = constant(&run, sensing, task.objects.count, &drawn);
+        let shaper = training.shaper(&run);
+        Ok(Opened { run, constant, drawn, shaper })
+    }
+}
+
+impl Slot {
+    fn open(&mut self, how: &How<'_>, seed: u64) -> Result<(), String> {
+        self.take(Opened::of(how, seed)?, seed);
+        self.continued(how.sensing, how.task.objects.count);
         Ok(())
+    }
+
+    /// Its run is another.
+    fn take(&mut self, Opened { run, constant, drawn, shaper }: Opened, seed: u64) {
+        (self.constant, self.drawn, self.shaper) = (constant, drawn, shaper);
+        (self.run, self.seed) = (Some(run), seed);
     }
 
     /// Its run goes on from another state.
