@@ -403,7 +403,7 @@ impl Batch {
         self.slot(world)?;
         let snapshot = from.get();
         let refused = |error: SnapshotError| PyValueError::new_err(error.to_string());
-        if snapshot.number == self.slots[world].seed {
+        if snapshot.number == self.slots[world].seed && self.slots[world].run.is_some() {
             let run = self.slots[world].run.as_mut().ok_or_else(|| no_run(world))?;
             run.restore(&snapshot.run).map_err(refused)?;
         } else {
