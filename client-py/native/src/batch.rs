@@ -157,6 +157,7 @@ impl Batch {
             lookup::seed(*seed)?;
         }
         let Batch { task, hand, noise, sensing, training, slots, workers, .. } = self;
+        let workers = workers.started()?;
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
         let chosen = slots.iter_mut().zip(seeds).zip(mask).filter(|(_, chosen)| *chosen);
         let mut chosen: Vec<(&mut Slot, u64, Result<(), String>)> =
@@ -205,7 +206,7 @@ impl Batch {
             return Err(PyValueError::new_err(format!("world {world} has no run yet: call reset first")));
         }
         let (sensing, objects) = (self.sensing, self.task.objects.count);
-        let (slots, workers) = (&mut self.slots, &self.workers);
+        let (slots, workers) = (&mut self.slots, self.workers.started()?);
         let mut moving: Vec<(&mut Slot, Action)> = slots
             .iter_mut()
             .zip(actions.chunks(width))
@@ -420,7 +421,7 @@ impl Batch {
         let quantities = state::named(&names)?;
         self.all_open()?;
         let Batch { task, hand, slots, workers, .. } = self;
-        let objects = task.objects.count;
+        let (objects, workers) = (task.objects.count, workers.started()?);
         let mut rows: Vec<Vec<f64>> = vec![Vec::new(); slots.len()];
         let mut all: Vec<(&mut Slot, &mut Vec<f64>)> = slots.iter_mut().zip(&mut rows).collect();
         py.detach(|| {

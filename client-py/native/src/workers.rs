@@ -20,6 +20,8 @@ const AWAKE: Duration = Duration::from_micros(200);
 pub(crate) struct Workers {
     /// The others, if there are any.
     pool: Option<ThreadPool>,
+    /// The process that they are of: a fork has none of its parent's threads.
+    process: u32,
     count: usize,
     /// Number of lists until now.
     lists: Arc<AtomicU64>,
@@ -30,15 +32,18 @@ impl Workers {
     pub(crate) fn new(count: usize) -> PyResult<Self> {
         let cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
         let count = if count == 0 { cores() } else { count };
-        let build = || {
-            ThreadPoolBuilder::new()
-                .num_threads(count - 1)
-                .thread_name(|k| format!("palmares {k}"))
-                .build()
-                .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))
-        };
-        let pool = (count > 1).then(build).transpose()?;
-        Ok(Workers { pool, count, lists: Arc::default() })
+        Ok(Workers { pool: pool(count)?, process: std::process::id(), count, lists: Arc::default() })
+    }
+
+    /// Starts the threads anew in a process that was forked: without them a list would never end.
+    pub(crate) fn started(&mut self) -> PyResult<&Self> {
+        let process = std::process::id();
+        if self.process != process {
+            // The old pool's threads are of the parent; nothing can wait for them here.
+            std::mem::forget(std::mem::replace(&mut self.pool, pool(self.count)?));
+            self.process = process;
+        }
+        Ok(self)
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -72,6 +77,18 @@ impl Workers {
             pool.spawn(move || stay_awake(|| lists.load(Ordering::Relaxed) == list));
         }
     }
+}
+
+/// The other threads of `count`.
+fn pool(count: usize) -> PyResult<Option<ThreadPool>> {
+    let build = || {
+        ThreadPoolBuilder::new()
+            .num_threads(count - 1)
+            .thread_name(|k| format!("palmares {k}"))
+            .build()
+            .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))
+    };
+    (count > 1).then(build).transpose()
 }
 
 /// Waits as long as there is something to wait `for_it`, but no longer than [`AWAKE`].

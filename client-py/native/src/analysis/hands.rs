@@ -5,6 +5,7 @@ use super::contacts::Given;
 use super::design::{Goals, Variables};
 use crate::interrupt::interruptible;
 use crate::lookup;
+use crate::workers::Workers;
 use nalgebra::{DMatrix, DVector};
 use numpy::{PyArray1, PyArray2};
 use palmares_analysis::closing::close;
@@ -21,7 +22,6 @@ use palmares_sim::statics::rest::Method;
 use palmares_sim::{Config, Push};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A vector and a matrix for Python.
@@ -252,11 +252,14 @@ impl HandModel {
         let loads = loads.into_iter().map(Vec3::from_array).collect();
         let trial = Trial { mass, friction, close_s, hold_s, sigma, loads };
         let (hand, config) = (Arc::clone(&self.hand), self.config.clone());
+        let workers = Workers::new(0)?;
         let played = interruptible(py, move || {
             let one = |(shape, place): &(Shape, Pose)| {
                 play(&config, &hand, shape, *place, &trial).map_err(|error| error.to_string())
             };
-            shapes.par_iter().map(one).collect::<Result<Vec<Outcome>, String>>()
+            let mut all: Vec<_> = shapes.iter().map(|shape| (shape, None)).collect();
+            workers.each(&mut all, |(shape, played)| *played = Some(one(shape)));
+            all.into_iter().filter_map(|(_, played)| played).collect::<Result<Vec<Outcome>, String>>()
         })?;
         let word = |fate| match fate {
             Fate::Overlaps => "overlaps",

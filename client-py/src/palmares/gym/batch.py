@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
+from palmares.gym.ends import refuse_options
 from palmares.gym.fields import Arrays, box
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.sim import Batch, welcome
@@ -26,10 +27,11 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     *k* alone determine the scene of episode *k* of environment *i*, so that a training does not depend on the
     number of threads or on the ends of other episodes.
 
-    ``infos`` of a step have ``result`` for each episode that is over (score, in_goal, outside, reason, ticks,
-    …; ``fault`` and ``note`` of a failed world, as in `Batch.result`), with
-    ``autoreset_mode=AutoresetMode.SAME_STEP`` also ``final_obs`` and ``final_info``, and with `shaping` also
-    ``shaping`` (num_envs,), the shaped part of the rewards. Where `randomise` draws the hand, infos of steps
+    ``infos`` of a step have the entries of `PalmaresEnv`: ``tick``, ``score``, ``is_success`` (num_envs,),
+    ``events``, a list for each, and ``result`` for each run that is over; ``fault`` and ``note`` in it are of
+    a failed world, as in `Batch.result`. With ``autoreset_mode=AutoresetMode.SAME_STEP`` they also have
+    ``final_obs`` and ``final_info``, and with `shaping` ``shaping`` (num_envs,), the shaped part of the
+    rewards. Where `randomise` draws the hand, infos of steps
     and resets have ``hand_drawn`` (num_envs, numbers), for a privileged critic: `Batch.hand_drawn`.
 
     Args:
@@ -46,6 +48,8 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
+        max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; the task's
+            time limit alone when left out.
         autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
             (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
         single: Arguments of a single environment, such as ``url`` and ``cameras``: a `TypeError` here.
@@ -69,6 +73,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         discount: float | None = None,
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
+        max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         **single: Any,
     ) -> None:
@@ -103,6 +108,9 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
         self._over = np.zeros(num_envs, dtype=bool)
+        most = max_episode_steps
+        self._most_steps = None if most is None else whole("max_episode_steps", most, 1, MAX_COUNT)
+        self._steps = np.zeros(num_envs, dtype=np.int64)
 
     @property
     def fraction(self) -> float:
@@ -126,7 +134,11 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
                 and determines those of later episodes. Left out, each environment goes to its next episode.
             options: Only ``reset_mask``.
 
+        Raises:
+            ValueError: A seed, the mask or an option is invalid; nothing has changed.
+
         """
+        refuse_options(options, ("reset_mask",))
         mask = np.ones(self.num_envs, dtype=bool)
         if options and "reset_mask" in options:
             mask = mask_of("reset_mask", options["reset_mask"], self.num_envs)
@@ -141,7 +153,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             raise ValueError(f"seed: found {len(given)}; wanted one, or one for each of {self.num_envs}")
         chosen = [self._next(k, given[k]) if mask[k] else 0 for k in range(self.num_envs)]
         observations = self.batch.reset(chosen, mask)
-        self._over[mask] = False
+        self._over[mask], self._steps[mask] = False, 0
         return observations, {"seed": np.array(self.batch.seeds), "_seed": mask} | self._privileged()
 
     def _privileged(self) -> dict[str, Any]:
@@ -178,24 +190,70 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         rewards, terminated, truncated = stepped.rewards, stepped.terminated, stepped.truncated
         rewards[ended] = 0.0
         observations = stepped.observations
-        infos: dict[str, Any] = {}
+        self._steps = np.where(ended, 0, self._steps + 1)
+        finished = terminated | truncated
+        if self._most_steps is not None:
+            truncated = truncated | (~terminated & (self._steps >= self._most_steps))
+        every = np.ones(self.num_envs, dtype=bool)
+        infos: dict[str, Any] = {
+            "tick": np.array(self.batch.ticks),
+            "score": self.batch.scores,
+            "is_success": terminated.copy(),
+            "events": self._events(),
+        }
+        infos |= {f"_{name}": every.copy() for name in list(infos)}
         if stepped.shaping is not None:
             shaping = np.where(ended, 0.0, stepped.shaping)
-            infos = {"shaping": shaping, "_shaping": np.ones(self.num_envs, dtype=bool)}
+            infos |= {"shaping": shaping, "_shaping": every.copy()}
             if self._shaping is True:
                 rewards += shaping
         self._over = terminated | truncated
-        for k in np.flatnonzero(self._over):
+        for k in np.flatnonzero(finished):
             infos = self._add_info(infos, {"result": self.batch.result(int(k))}, int(k))
         if self.autoreset_mode is AutoresetMode.SAME_STEP and self._over.any():
+            told = [name for name in infos if not name.startswith("_")]
             for k in np.flatnonzero(self._over):
                 final = {name: values[k].copy() for name, values in observations.items()}
-                info = {"final_obs": final, "final_info": {"result": self.batch.result(int(k))}}
-                infos = self._add_info(infos, info, int(k))
+                last = {name: infos[name][k] for name in told if infos[f"_{name}"][k]}
+                infos = self._add_info(infos, {"final_obs": final, "final_info": last}, int(k))
             seeds = [self._next(k, None) if self._over[k] else 0 for k in range(self.num_envs)]
             observations = self.batch.reset(seeds, self._over)
+            self._steps[self._over] = 0
             self._over = np.zeros(self.num_envs, dtype=bool)
         return observations, rewards, terminated, truncated, infos | self._privileged()
+
+    def _events(self) -> np.ndarray[Any, Any]:
+        """Return the referee's events of the last step, a list for each environment."""
+        events = np.empty(self.num_envs, dtype=object)
+        for k in range(self.num_envs):
+            events[k] = self.batch.events(k)
+        return events
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Return an attribute, or the result of a method, of every environment: it is one for all of them."""
+        value = getattr(self, name)
+        if callable(value):
+            value = value(*args, **kwargs)
+        return (value,) * self.num_envs
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Return an attribute of every environment."""
+        return (getattr(self, name),) * self.num_envs
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute, such as ``fraction``, of all environments.
+
+        Raises:
+            AttributeError: There is no such attribute.
+            ValueError: The values differ between environments, which share it.
+
+        """
+        if not hasattr(self, name):
+            raise AttributeError(f"{name}: there is no such attribute")
+        several = list(values) if isinstance(values, list | tuple | np.ndarray) else [values]
+        if len(several) not in (1, self.num_envs) or any(value != several[0] for value in several):
+            raise ValueError(f"{name}: found {values}; wanted one value for all {self.num_envs} environments")
+        setattr(self, name, several[0])
 
     def close_extras(self, **_: Any) -> None:
         """Do nothing: nothing is open."""

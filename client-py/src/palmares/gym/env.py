@@ -14,6 +14,7 @@ from palmares.arguments import one_of, table, whole
 from palmares.arrays import array
 from palmares.channels import depth_of
 from palmares.client import LOCAL, Client
+from palmares.gym.ends import refuse_options, result_of
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, shaping_of, training_of
@@ -51,9 +52,10 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     The number of objects is unknown before a run is opened. So the space of ``objects`` is a `Sequence` of
     any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
 
-    When an episode is over, ``info["result"]`` is its `palmares.Result`: the objects have settled and are
-    counted, and with the last reward the sum is the final score. ``info["events"]`` has the referee's events.
-    Where `randomise` draws the hand, ``info["hand_drawn"]`` has the drawn numbers by name, for a privileged
+    The info of a step has ``tick``, ``score``, ``events``, the referee's, and ``is_success``: whether the
+    task is complete. When an episode is over, ``result`` has the count after the objects have settled: status,
+    score, in_goal, outside, reason, ticks, … as `palmares.Result`; with the last reward the sum is the final
+    score. Where `randomise` draws the hand, ``info["hand_drawn"]`` has the drawn numbers by name, for a privileged
     critic.
 
     Attributes:
@@ -181,7 +183,13 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Arrays, dict[str, Any]]:
-        """Stop the open run, if any, and open another; `seed` sets this scene and those of later resets."""
+        """Stop the open run, if any, and open another; `seed` sets this scene and those of later resets.
+
+        Raises:
+            ValueError: There are `options`, or the seed is none; nothing has changed.
+
+        """
+        refuse_options(options)
         super().reset(seed=seed, options=options)
         if seed is None:
             seed = int(self.np_random.integers(2**53))
@@ -215,10 +223,12 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         velocity = table("twist", action["twist"], 6)
         base = twist(velocity[:3], velocity[3:])
         obs = self._player.step(base, action["hand"], self._ticks, self._cameras)
-        score, info = obs.score, {"tick": obs.tick, "events": obs.events} | self._privileged()
+        score = obs.score
+        info: dict[str, Any] = {"tick": obs.tick, "events": obs.events, "is_success": obs.terminated}
+        info |= self._privileged()
         if obs.done:
             result = self._player.result()
-            info["result"], score = result, result.score
+            info["result"], score = result_of(result, None), result.score
         info["score"] = score
         reward, self._score = score - self._score, score
         if self._shaping:

@@ -16,6 +16,7 @@ import numpy as np
 
 from palmares.arrays import Array, array
 from palmares.client import Client
+from palmares.errors import PalmaresError
 from palmares.messages import Observation, Result, Specs
 from palmares.rotation import angle_between, slerp
 from palmares.skills.runs import Summary
@@ -82,8 +83,10 @@ def duration(distance_m: float, angle_rad: float, limits: BaseLimits, at_least_s
     )
 
 
-class RunOverError(Exception):
-    """The server ended the run: the task is complete, or a limit was reached."""
+class RunOverError(PalmaresError):
+    """The run ended: the task is complete, or a limit was reached."""
+
+    code = "run_over"
 
 
 class Mover:
