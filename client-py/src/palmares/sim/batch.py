@@ -99,8 +99,9 @@ class Batch:
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
         checked(training, str(task))
-        self._native = NativeBatch(str(task), str(hand), count, sensing, noise, threads, training)
+        self._made = (str(task), str(hand), count, sensing, noise, threads)
         self._training = training or Training()
+        self._native = NativeBatch(*self._made, training)
         specs = read(native_welcome("", [], []), Welcome).specs
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
         self._limits = (limits[0] * (1.0 + 1e-9), limits[1] * (1.0 + 1e-9))
@@ -332,6 +333,20 @@ class Batch:
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))
         self._native.restore(self._world(world), snapshot)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the batch for pickle: its worlds continue in another process; `result` of those that are over is lost."""
+        opened = [tick > 0 or self.opened for tick in self.ticks]
+        kept = [bytes(self.snapshot(k)) if there else None for k, there in enumerate(opened)]
+        return self.__dict__ | {"_native": kept}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Continue a pickled batch."""
+        self.__dict__.update(state)
+        self._native = NativeBatch(*self._made, self._training)
+        for world, kept in enumerate(state["_native"]):
+            if kept is not None:
+                self.restore(world, kept)
 
     def __repr__(self) -> str:
         return f"<Batch of {self.count} worlds on {self.threads} threads>"

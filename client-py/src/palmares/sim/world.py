@@ -280,6 +280,27 @@ class World:
         fork._native = self._native.fork()
         return fork
 
+    def __copy__(self) -> Self:
+        """Return a `fork`."""
+        return self.fork()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Return a `fork`."""
+        return self.fork()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the world for pickle: it continues in another process, without the ticks of its replay."""
+        return self.__dict__ | {"_native": bytes(self.snapshot())}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Continue a pickled world."""
+        self.__dict__.update(state)
+        kept = Snapshot(state["_native"])
+        self._native = NativeWorld(
+            self._task, self._hand, kept.seed, self._sensing, self._noise, self._training
+        )
+        self._native.restore(kept)
+
     def held(self, object: str) -> dict[str, Any]:  # noqa: A002
         """Return the contacts of the hand with an object in the last step, for `palmares.analysis.held`.
 
