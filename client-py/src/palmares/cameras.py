@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from palmares import wire
 from palmares.arrays import Array, Vec3, array
+from palmares.png import grey, png
 from palmares.rotation import matrix_of
+from palmares.views import Rows, Viewed, vector
 
 
 class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
@@ -32,8 +34,11 @@ class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
         return array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
 
-class CameraImage(wire.CameraImage, kw_only=True, dict=True):
-    """An image of a camera. The optical frame has x to the right, y down and z forward."""
+class CameraImage(Viewed, wire.CameraImage, kw_only=True, dict=True):
+    """An image of a camera. The optical frame has x to the right, y down and z forward.
+
+    A notebook shows its colours, or its depth as greys.
+    """
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -87,6 +92,25 @@ class CameraImage(wire.CameraImage, kw_only=True, dict=True):
         if z <= 0.0:
             return (float("nan"), float("nan"))
         return (self.fx * x / z + self.cx, self.fy * y / z + self.cy)
+
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of a printed image."""
+        rows = [("pose", f"{vector(self.position)} m, quaternion {vector(self.quat_xyzw)}")]
+        if self._depth is not None:
+            known = self.depth[np.isfinite(self.depth)]
+            near = f"{known.min():.3f} to {known.max():.3f} m, " if known.size else ""
+            rows.append(("depth", f"{near}{known.size} of {self.width * self.height} pixels"))
+        if self._rgb is not None:
+            rows.append(("rgb", "colours"))
+        if self._bodies is not None:
+            rows.append(("bodies", f"{len(np.unique(self.bodies))} of them"))
+        return f"CameraImage of {self.camera} at tick {self.tick}, {self.width} × {self.height}", rows
+
+    def _repr_png_(self) -> bytes | None:
+        """Return the picture for a notebook."""
+        if self._rgb is not None:
+            return png(self.rgb)
+        return None if self._depth is None else png(grey(self.depth))
 
     def _pixels(self, channel: str, pixels: bytes | None) -> bytes:
         if pixels is None:

@@ -59,6 +59,8 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("palmares")
 # The address of runs in this process.
 LOCAL = "local"
+# Path of the socket below the address of a server.
+SOCKET = "/v1/control"
 NO_TRAINING = "training: servers do not offer it; use url='local'"
 # Most repetitions of one request after the rate limit or a broken connection.
 MAX_RETRIES = 20
@@ -86,7 +88,7 @@ class Client:
         training: Only with ``local``: shaped rewards and varied runs, a `palmares.sim.Training`.
 
     Attributes:
-        clipping: Warns when the first action is clipped.
+        clipping: Warns when a field of an action is clipped, once in each run.
 
     Raises:
         NoServerError: There is no server at `url`.
@@ -192,6 +194,7 @@ class Client:
         )
         obs = self._ask(request, Observation)
         self._tick, self._run_id = obs.tick, obs.run_id
+        self.clipping.begin()
         self._run, self._scene = obs.run, obs.scene
         self._names = [body.name for body in obs.scene.free] if obs.scene is not None else []
         self._motors = len(obs.hand.actuators)
@@ -437,8 +440,13 @@ class Client:
         return self._stream.skipped
 
     def close(self) -> None:
-        """End the session. The server stops and scores an open run."""
+        """End the session. The server stops and scores an open run. A closed client stays closed."""
         self._link.close()
+        self._forget_run()
+
+    def __repr__(self) -> str:
+        run = "no run" if self._run is None else f"{self._run.task} with {self._run.hand}, tick {self._tick}"
+        return f"<Client of {self.welcome.team} at {self._link.where}, {run}>"
 
     def __enter__(self) -> Self:
         return self
@@ -611,5 +619,6 @@ def _addresses(url: str) -> tuple[str, str]:
         raise ValueError(f"{url!r} is not the address of a server; try http://127.0.0.1:8080")
     ws = schemes[parts.scheme]
     http = "https" if ws == "wss" else "http"
-    path = parts.path.rstrip("/")
-    return f"{http}://{parts.netloc}{path}", f"{ws}://{parts.netloc}{path}/v1/control"
+    # `palmares serve` and its pages show the address of the socket.
+    path = parts.path.rstrip("/").removesuffix(SOCKET)
+    return f"{http}://{parts.netloc}{path}", f"{ws}://{parts.netloc}{path}{SOCKET}"

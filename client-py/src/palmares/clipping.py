@@ -1,4 +1,4 @@
-"""A warning the first time an action is clipped."""
+"""A warning the first time that a field of an action is clipped in a run."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ class ClippedActionWarning(UserWarning):
 
 
 class Clipping:
-    """Compares requested with applied actions; warns the first time they differ."""
+    """Compares requested with applied actions; warns the first time that they differ in a field."""
 
     def __init__(self) -> None:
         self._requested: Action | None = None
         self._from_tick = 0
         self._muted = False
+        self._warned: set[str] = set()
 
     @property
     def is_muted(self) -> bool:
@@ -31,6 +32,15 @@ class Clipping:
     def mute(self) -> None:
         """Disable warnings: the caller clips."""
         self._muted, self._requested = True, None
+
+    def begin(self) -> None:
+        """Begin another run, which warns again."""
+        self._requested = None
+        self._warned.clear()
+
+    def has_warned(self, field: str) -> bool:
+        """Whether a clipped field gives no further warning in this run."""
+        return self._muted or field in self._warned
 
     def request(self, action: Action, from_tick: int = 0) -> None:
         """Keep a requested action; observations show it from `from_tick` on."""
@@ -45,24 +55,27 @@ class Clipping:
         for field, wanted, was in _numbers(requested, applied):
             if any(abs(a - b) > 1e-12 for a, b in zip(wanted, was, strict=True)):
                 self.warn(field, wanted, was, stacklevel + 1)
-                return
 
     def check_unit(self, actions: Array, stacklevel: int) -> None:
         """Warn if an entry of actions (…, n) is outside [−1, 1]."""
-        if self._muted or not np.any(np.abs(actions) > 1.0):
+        if self.has_warned("action") or not np.any(np.abs(actions) > 1.0):
             return
         rows = actions.reshape(-1, actions.shape[-1])
         row = rows[np.abs(rows).max(axis=1) > 1.0][0]
         self.warn("action", row.tolist(), row.clip(-1.0, 1.0).tolist(), stacklevel + 1)
 
-    def warn(self, field: str, wanted: Sequence[float], was: Sequence[float], stacklevel: int) -> None:
-        """Warn that a field was clipped; only the first call warns."""
-        if self._muted:
+    def warn(
+        self, field: str, wanted: Sequence[float], was: Sequence[float], stacklevel: int, where: str = ""
+    ) -> None:
+        """Warn that a field was clipped, once; `where` is written before its name."""
+        if self.has_warned(field):
             return
-        self._muted = True
+        self._warned.add(field)
+        # Python shows the same text from the same line once: this one has numbers.
         warnings.warn(
-            f"{field} = {_short(wanted)} was clipped to {_short(was)}. This warning comes once; "
-            "`applied_action` of an observation has the applied action, `welcome.specs` the limits",
+            f"{where}{field} = {_short(wanted)} was clipped to {_short(was)}. This warning comes once for each "
+            "field of a run; `applied_action` of an observation has the applied action, `welcome.specs` the "
+            "limits",
             ClippedActionWarning,
             stacklevel=stacklevel + 1,
         )

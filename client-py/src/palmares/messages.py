@@ -18,10 +18,27 @@ from palmares.wire import (
 )
 
 
-class HandState(wire.HandState, kw_only=True):
+class HandState(Viewed, wire.HandState, kw_only=True):
     """State of the hand, as its own sensors read it."""
 
     base: BodyState
+
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of a printed hand."""
+        rows = [("base", f"{vector(self.base.position)} m, quaternion {vector(self.base.quat_xyzw)}")]
+        for motor in self.actuators:
+            state = f"σ {motor.position:.3f} of {motor.command:.3f} commanded, tension {motor.tension:.3g}"
+            rows.append((motor.name, state))
+        rows.append(("wrist", f"{vector(self.wrist.force)} N, {vector(self.wrist.torque)} N·m"))
+        if self.joints.size:
+            rows.append(("encoders", vector(self.joints.tolist()) + " rad"))
+        if self.touch.size:
+            pressed = self.touch[:, 2]
+            taxels = f"{int((pressed > 0.0).sum())} of {pressed.size} taxels"
+            rows.append(("touch", f"{taxels}, {pressed.sum():.3g} N in all"))
+        if self.acceleration is not None:
+            rows.append(("acceleration", f"{vector(self.acceleration)} m/s²"))
+        return "HandState", rows
 
 
 class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
@@ -47,20 +64,7 @@ class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
         """Return the title and the lines of a printed observation."""
         over = f", over: {self.reason}" if self.done else ""
         title = f"Observation of tick {self.tick} ({self.sim_time_s:.2f} s), score {self.score:g}{over}"
-        hand = self.hand
-        rows = [("base", f"{vector(hand.base.position)} m, quaternion {vector(hand.base.quat_xyzw)}")]
-        for motor in hand.actuators:
-            state = f"σ {motor.position:.3f} of {motor.command:.3f} commanded, tension {motor.tension:.3g}"
-            rows.append((motor.name, state))
-        rows.append(("wrist", f"{vector(hand.wrist.force)} N, {vector(hand.wrist.torque)} N·m"))
-        if hand.joints.size:
-            rows.append(("encoders", vector(hand.joints.tolist()) + " rad"))
-        if hand.touch.size:
-            pressed = hand.touch[:, 2]
-            taxels = f"{int((pressed > 0.0).sum())} of {pressed.size} taxels"
-            rows.append(("touch", f"{taxels}, {pressed.sum():.3g} N in all"))
-        if hand.acceleration is not None:
-            rows.append(("acceleration", f"{vector(hand.acceleration)} m/s²"))
+        _, rows = self.hand._lines()
         for name, image in self.cameras.items():
             rows.append((f"camera {name}", f"{image.width} × {image.height}"))
         if self.truth is not None:
@@ -117,7 +121,7 @@ class FieldSpec(wire.FieldSpec, kw_only=True):
         )
 
 
-class Specs(wire.Specs, kw_only=True):
+class Specs(Viewed, wire.Specs, kw_only=True):
     """Every field of actions and observations."""
 
     action: list[FieldSpec]
@@ -127,8 +131,13 @@ class Specs(wire.Specs, kw_only=True):
         """Return a field of an action, such as ``base.linear``; the `KeyError` for others lists all names."""
         return named("field of actions", name, self.action)
 
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of printed specs."""
+        rows = [(field.name, f"{field.shape} {field.unit}") for field in [*self.action, *self.observation]]
+        return f"Specs of {len(self.action)} fields of actions, {len(self.observation)} of observations", rows
 
-class Welcome(wire.Welcome, kw_only=True, tag="welcome"):
+
+class Welcome(Viewed, wire.Welcome, kw_only=True, tag="welcome"):
     """The server's greeting when a session begins or resumes, with all constants of the session."""
 
     specs: Specs
@@ -140,3 +149,13 @@ class Welcome(wire.Welcome, kw_only=True, tag="welcome"):
     def hand(self, name: str) -> HandInfo:
         """Return motors and joints of a hand; the `KeyError` for others lists all hands."""
         return named("hand", name, self.hands)
+
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of a printed greeting."""
+        left = "no limit" if self.session_left_s is None else f"{self.session_left_s:.0f} s left"
+        return f"Welcome of {self.team} to {self.competition.name}", [
+            ("mode", self.competition.mode),
+            ("session", left),
+            ("tasks", ", ".join(task.name for task in self.tasks)),
+            ("hands", ", ".join(hand.name for hand in self.hands)),
+        ]

@@ -54,10 +54,14 @@ class ScenePart(Placed, wire.ScenePart, kw_only=True):
     """A convex part of a body, placed in the body frame."""
 
 
-class SceneBody(wire.SceneBody, kw_only=True):
+class SceneBody(Viewed, wire.SceneBody, kw_only=True):
     """A body and its shapes, in the world frame at tick 0."""
 
     parts: list[ScenePart]
+
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of a printed body."""
+        return f"SceneBody {self.name}, id {self.id}: {_in_words(self)}", []
 
     @property
     def xyz(self) -> Array:

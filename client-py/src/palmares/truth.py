@@ -14,10 +14,20 @@ import msgspec
 from palmares import wire
 from palmares.arrays import Array, Vec3
 from palmares.scene import Placed, named
+from palmares.views import Rows, Viewed, first, vector
 
 
-class BodyState(Placed, wire.BodyState, kw_only=True):
+class BodyState(Viewed, Placed, wire.BodyState, kw_only=True):
     """Pose and velocity of a body in the world frame."""
+
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of a printed body."""
+        return type(self).__name__, [
+            ("position", f"{vector(self.position)} m"),
+            ("quat_xyzw", vector(self.quat_xyzw)),
+            ("linear", f"{vector(self.linear)} m/s"),
+            ("angular", f"{vector(self.angular)} rad/s"),
+        ]
 
 
 class ObjectState(BodyState, kw_only=True, gc=False):
@@ -26,6 +36,10 @@ class ObjectState(BodyState, kw_only=True, gc=False):
     id: int
     """Index in the scene."""
     name: str
+
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of a printed object."""
+        return f"ObjectState of {self.name}", super()._lines()[1]
 
 
 class Contact(msgspec.Struct, kw_only=True, gc=False):
@@ -37,8 +51,16 @@ class Contact(msgspec.Struct, kw_only=True, gc=False):
     force: Vec3
 
 
-class Truth(wire.Truth, kw_only=True, dict=True):
+class Truth(Viewed, wire.Truth, kw_only=True, dict=True):
     """The full state; only with ``sensing="truth"``. Each part is decoded when it is first read."""
+
+    def _lines(self) -> tuple[str, Rows]:
+        """Return the title and the lines of a printed truth."""
+        places = zip(self.names, self.positions.tolist(), strict=True)
+        rows = first([(name, f"{vector(at)} m") for name, at in places], "objects")
+        rows.append(("joints", vector(self.joints.position.tolist()) + " rad"))
+        pressed = [(f"{it.a} on {it.b}", f"{vector(it.force)} N") for it in self.contacts]
+        return f"Truth of {len(self.positions)} objects, {len(pressed)} contacts", rows + first(pressed, "contacts")
 
     @cached_property
     def positions(self) -> Array:

@@ -181,10 +181,13 @@ class Batch:
         if clipped is not None:
             world, place = clipped
             field, columns = FIELDS[place]
+            if self.clipping.has_warned(field):
+                return
             wanted = actions[world, columns]
             limit = None if field == "hand" else self._limits[place]
             was = wanted.clip(0.0, 1.0) if limit is None else wanted * limit / np.linalg.norm(wanted)
-            self.clipping.warn(f"actions[{world}]: {field}", wanted.tolist(), was.tolist(), stacklevel=3)
+            where = f"actions[{world}]: "
+            self.clipping.warn(field, wanted.tolist(), was.tolist(), 3, where)
 
     def observe(self) -> Arrays:
         """Return the observations: an array (N, …) of each field."""

@@ -100,6 +100,7 @@ class World:
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation has no scene")
         self._native, self._seed = native, seed
+        self._clipping.begin()
         self._run, self._scene, self._run_id = obs.run, obs.scene, obs.run_id
         self._names = [body.name for body in obs.scene.free]
         self._motors = len(obs.hand.actuators)
