@@ -194,6 +194,10 @@ class Link:
         """Shorten the heartbeat's period during a real-time run."""
         self._timer.set_period(HEARTBEAT_REALTIME_S if realtime else HEARTBEAT_S)
 
+    def abandon(self) -> None:
+        """Drop the run of this process; a server has no such request."""
+        raise NotImplementedError
+
     def close(self) -> None:
         """End the session with `bye` and close the connection."""
         self._timer.stop()
