@@ -17,6 +17,9 @@ and property states the shapes it takes and returns. `array` makes an array of a
 ``rotation`` of every pose are arrays.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage, Intrinsics
 from palmares.client import Client
@@ -150,3 +153,15 @@ __all__ = [
     "pose",
     "twist",
 ]
+
+if TYPE_CHECKING:
+    from palmares import analysis, evaluate, gym, motion, rotation, server, sim, skills
+
+_MODULES = ("analysis", "evaluate", "gym", "motion", "rotation", "server", "sim", "skills")
+
+
+def __getattr__(name: str) -> Any:
+    """Import a module of the package at its first use, so that ``import palmares`` is enough."""
+    if name in _MODULES:
+        return import_module(f"palmares.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -344,7 +344,7 @@ class Client:
     def abandon(self) -> None:
         """Close the run without a result; in this process nothing settles and nothing is counted."""
         if self.is_local:
-            self._link.close()
+            self._link.abandon()
             self._forget_run()
         else:
             self.stop()

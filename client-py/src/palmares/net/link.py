@@ -22,6 +22,7 @@ from palmares.errors import (
     ProtocolError,
     SessionOverError,
     SessionTakenError,
+    WrongStateError,
     error_of,
 )
 from palmares.messages import Result, Welcome
@@ -50,6 +51,7 @@ HEARTBEAT_S = 2.0
 HEARTBEAT_REALTIME_S = 0.05
 
 LOG = logging.getLogger("palmares")
+CLOSED = "wrong_state: the client is closed; make another one"
 Answer = TypeVar("Answer", bound=Reply)
 
 
@@ -116,6 +118,8 @@ class Link:
             Closed: The connection broke; the server may have processed the request or not.
 
         """
+        if self._timer.stopped:
+            raise WrongStateError(CLOSED)
         with self._lock:
             self._raise_if_ended()
             if self.resumed is not None:
@@ -140,7 +144,8 @@ class Link:
 
         """
         last: Exception = lost
-        give_up = time.monotonic() + self._reconnect_s
+        begun = time.monotonic()
+        give_up, told = begun + self._reconnect_s, False
         for delay_s in _resume_delays():
             if time.monotonic() + delay_s > give_up:
                 break
@@ -149,11 +154,16 @@ class Link:
                 with self._lock:
                     self._raise_if_ended()
                     self._reopen()
+                if told:
+                    LOG.warning("connected again after %.1f s", time.monotonic() - begun)
                 return
             except (NoServerError, ConnectionLostError, SessionTakenError, CapacityError) as not_yet:
                 if not_yet.fatal:
                     raise
                 last = not_yet
+                if not told:
+                    LOG.warning("connection lost, trying again for %g s: %s", self._reconnect_s, not_yet)
+                told = True
         raise ConnectionLostError(
             f"the connection broke and did not come back within {self._reconnect_s:g} s: {last}"
         ) from last

@@ -13,7 +13,7 @@ from palmares import sim
 from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
 from palmares.messages import Result, Welcome
 from palmares.net.codec import Encoding
-from palmares.net.link import Link
+from palmares.net.link import CLOSED, Link
 from palmares.wire import (
     LeaderboardRow,
     PerturbRequest,
@@ -50,7 +50,7 @@ class LocalLink(Link):
         self.training = training
         self._own_hands: list[str] = []
         self._own_tasks: list[str] = []
-        self._open = False
+        self._open = self._closed = False
         self._simulated_s = 0.0
         self._greet()
         self.resumed = None
@@ -63,6 +63,8 @@ class LocalLink(Link):
             PalmaresError: The request was refused.
 
         """
+        if self._closed:
+            raise WrongStateError(CLOSED)
         reply: Reply
         if isinstance(request, ResetRequest):
             reply = self._reset(request)
@@ -233,6 +235,11 @@ class LocalLink(Link):
     def beat(self) -> None:
         """Do nothing."""
 
-    def close(self) -> None:
+    def abandon(self) -> None:
         """Drop the world."""
         self.world, self._open = None, False
+
+    def close(self) -> None:
+        """Drop the world; further requests are refused."""
+        self.abandon()
+        self._closed = True
