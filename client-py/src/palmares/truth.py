@@ -60,7 +60,9 @@ class Truth(Viewed, wire.Truth, kw_only=True, dict=True):
         rows = first([(name, f"{vector(at)} m") for name, at in places], "objects")
         rows.append(("joints", vector(self.joints.position.tolist()) + " rad"))
         pressed = [(f"{it.a} on {it.b}", f"{vector(it.force)} N") for it in self.contacts]
-        return f"Truth of {len(self.positions)} objects, {len(pressed)} contacts", rows + first(pressed, "contacts")
+        return f"Truth of {len(self.positions)} objects, {len(pressed)} contacts", rows + first(
+            pressed, "contacts"
+        )
 
     @cached_property
     def positions(self) -> Array:

@@ -78,7 +78,9 @@ class Placed:
     objects: Array | None
 
 
-def placed(state: State | None, parts: dict[str, ArrayLike | None], shapes: dict[str, tuple[int, ...]]) -> Placed:
+def placed(
+    state: State | None, parts: dict[str, ArrayLike | None], shapes: dict[str, tuple[int, ...]]
+) -> Placed:
     """Return what is put elsewhere: the parts, and those of the state that are not among them.
 
     Raises:
