@@ -292,7 +292,7 @@ class Batch:
         motors: ArrayLike | None = None,
         objects: ArrayLike | None = None,
     ) -> Arrays:
-        """Put parts of the worlds of `mask`, or of all, elsewhere; return the observations. See `World.set_state`.
+        """Put parts of the worlds of `mask`, or of all, elsewhere; see `World.set_state`.
 
         Args:
             state: Arrays of all parts, with a first axis (N, …).
@@ -338,7 +338,7 @@ class Batch:
         self._native.restore(self._world(world), snapshot)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the batch for pickle: its worlds continue in another process; `result` of those that are over is lost."""
+        """Return the batch for pickle: its worlds continue in another process, without their `result`."""
         opened = [tick > 0 or self.opened for tick in self.ticks]
         kept = [bytes(self.snapshot(k)) if there else None for k, there in enumerate(opened)]
         return self.__dict__ | {"_native": kept}

@@ -51,12 +51,13 @@ class State:
     """(objects, 13): as ``base``, for each free object"""
     tension: Array
     """(tendons,): tensions of the last step, N, or the unit of the tendon; ``set_state`` does not read them"""
-    memory: Snapshot | list[Snapshot] | None = None
-    """Everything else; of a batch one for each world"""
+    memory: Snapshot | None = None
+    """Everything else; ``None`` in a state of a batch"""
 
     def replace(self, **arrays: ArrayLike) -> State:
         """Return a copy with other arrays."""
-        return replace(self, **{name: np.asarray(array, dtype=np.float64) for name, array in arrays.items()})
+        changed: dict[str, Any] = {name: np.asarray(it, dtype=np.float64) for name, it in arrays.items()}
+        return replace(self, **changed)
 
     def copy(self) -> State:
         """Return a copy whose arrays are its own."""
@@ -113,6 +114,6 @@ def rows_of_contacts(most: int) -> int:
     return whole("most", most, 1, MOST_CONTACTS)
 
 
-def state_of(arrays: dict[str, NDArray[np.float64]], memory: Snapshot | list[Snapshot] | None) -> State:
+def state_of(arrays: dict[str, NDArray[np.float64]], memory: Snapshot | None) -> State:
     """Return a state of native arrays."""
     return State(**arrays, memory=memory)

@@ -201,7 +201,7 @@ class World:
         motors: ArrayLike | None = None,
         objects: ArrayLike | None = None,
     ) -> Observation:
-        """Continue from a state of this world or another, and put parts of it elsewhere; return the observation.
+        """Continue from a state of this world or another, and put parts elsewhere; return the observation.
 
         A state that `state` returned continues bit for bit. What differs from its ``memory``, or is given by
         name, is put elsewhere: it forgets its contacts, every object wakes, and the target of a moved base is
@@ -221,8 +221,6 @@ class World:
                 or a state of another task or hand.
 
         """
-        if state is not None and isinstance(state.memory, list):
-            raise ValueError("state: found one of a batch; wanted one of a world: batch.state(world)")
         if state is not None and state.memory is not None:
             self.restore(state.memory)
         parts = {

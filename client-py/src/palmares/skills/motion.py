@@ -88,6 +88,9 @@ class RunOverError(PalmaresError):
 
     code = "run_over"
 
+    def __init__(self, reason: str | None) -> None:
+        super().__init__(f"the run is over: {reason}")
+
 
 class Mover:
     """Moves base and fingers of a lockstep run along smoothsteps, with a new target at every tick.
