@@ -10,7 +10,7 @@ use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
 use palmares_models::{Rotation, Vec3};
-use palmares_senses::camera::{Body, CameraSensor, GBuffer, Geometry, draw, shade};
+use palmares_senses::camera::{Body, CameraSensor, GBuffer, Geometry, Intrinsics, draw, shade};
 use palmares_senses::channels::cameras::{BODIES, DEPTH, RGB};
 use palmares_senses::noise::Noise;
 use serde::{Deserialize, Serialize};
@@ -76,6 +76,32 @@ impl Cameras {
             geometry: OnceLock::new(),
             first_link: scene.bodies.len(),
         }
+    }
+}
+
+impl Cameras {
+    /// sRGB of every body.
+    pub(super) fn colors(&self) -> &[[f64; 3]] {
+        &self.colors
+    }
+
+    /// Draws the bodies at these poses, by a camera at a pose in a link or in the world.
+    pub(super) fn draw(
+        &self,
+        moved: impl Iterator<Item = (usize, Pose)>,
+        link: Option<usize>,
+        pose: Pose,
+        lens: &Intrinsics,
+        image: &mut GBuffer,
+    ) -> Pose {
+        let geometry = self.geometry.get_or_init(|| Geometry::new(&self.bodies));
+        let mut poses = self.fixed.clone();
+        for (body, pose) in moved {
+            poses[body] = pose;
+        }
+        let at = link.map_or(Pose::IDENTITY, |link| poses[self.first_link + link]) * pose;
+        draw(geometry, &poses, at, lens, image);
+        at
     }
 }
 
@@ -208,20 +234,14 @@ impl Exposure {
     }
 
     fn draw(&self) -> CameraImage {
-        let Cameras { views, bodies, fixed, colors, geometry, first_link } = &*self.cameras;
+        let Cameras { views, colors, .. } = &*self.cameras;
         let View { sensor, link } = &views[self.shot.camera];
         let CameraSensor { camera, intrinsics, .. } = sensor;
-        let geometry = geometry.get_or_init(|| Geometry::new(bodies));
-        let mut poses = fixed.clone();
-        for (body, pose) in &self.poses {
-            poses[*body] = *pose;
-        }
-        let on = link.map_or(Pose::IDENTITY, |link| poses[first_link + link]);
-        let pose = on * camera.pose();
         let [depth, rgb, bodies] = [&DEPTH, &RGB, &BODIES].map(|image| self.shot.has(image));
         let mut drawn = GBuffer::default();
         drawn.with_normals(rgb || sensor.is_late());
-        draw(geometry, &poses, pose, intrinsics, &mut drawn);
+        let poses = self.poses.iter().copied();
+        let pose = self.cameras.draw(poses, *link, camera.pose(), intrinsics, &mut drawn);
         CameraImage {
             camera: camera.name.clone(),
             tick: self.tick,

@@ -1,0 +1,83 @@
+//! Pictures of the present world by ideal cameras of any size, for learners and films. The images of real cameras, with their
+//! latency and errors, are those of [`Run::expose`].
+
+use super::Run;
+use super::shots::{ShotError, camera_name};
+use palmares_models::Pose;
+use palmares_models::camera::MAX_PIXELS;
+use palmares_senses::camera::{GBuffer, Intrinsics, shade};
+
+/// A camera and the number of its pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    lens: Intrinsics,
+    /// Pose of the optical frame: in a link, or in the world.
+    pose: Pose,
+    link: Option<usize>,
+}
+
+/// The reason why there is no such view.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ViewError {
+    /// There is no such camera.
+    #[error(transparent)]
+    Camera(#[from] ShotError),
+    /// Too many pixels, or none.
+    #[error("a picture of {width} × {height} pixels; wanted 1 to {MAX_PIXELS} of them")]
+    Size {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+}
+
+impl View {
+    /// A camera of the world that looks from a point to another with a horizontal field of view in degrees.
+    ///
+    /// # Errors
+    /// Too many pixels, or none.
+    pub fn of(pose: Pose, fov_deg: f64, size: (u32, u32), range_m: (f64, f64)) -> Result<Self, ViewError> {
+        let (width, height) = sized(size)?;
+        let lens = Intrinsics::new(width, height, fov_deg, range_m.0, range_m.1);
+        Ok(View { lens, pose, link: None })
+    }
+
+    /// Its intrinsics.
+    pub fn lens(&self) -> &Intrinsics {
+        &self.lens
+    }
+}
+
+fn sized((width, height): (u32, u32)) -> Result<(u32, u32), ViewError> {
+    let pixels = u64::from(width) * u64::from(height);
+    if (1..=MAX_PIXELS).contains(&pixels) { Ok((width, height)) } else { Err(ViewError::Size { width, height }) }
+}
+
+impl Run {
+    /// The view of a camera of task or hand, with its own number of pixels or another; its horizontal field of view stays.
+    ///
+    /// # Errors
+    /// There is no such camera, too many pixels, or none.
+    pub fn view(&self, name: &str, size: Option<(u32, u32)>) -> Result<View, ViewError> {
+        let cameras = || self.task.cameras.iter().chain(&self.hand.sensors.cameras);
+        let camera = cameras().find(|camera| camera_name(&self.task, camera) == name).ok_or_else(|| {
+            let known: Vec<String> = cameras().map(|camera| camera_name(&self.task, camera)).collect();
+            ShotError::Unknown { name: name.chars().take(64).collect(), known: known.join(", ") }
+        })?;
+        let (width, height) = sized(size.unwrap_or((camera.width, camera.height)))?;
+        let lens = Intrinsics::new(width, height, camera.fov_deg, camera.near, camera.far);
+        let link = camera.link.as_deref().and_then(|link| self.hand.link(link));
+        Ok(View { lens, pose: camera.pose(), link })
+    }
+
+    /// Draws the present world: depth and body of every pixel, with normals for [`Run::colours`].
+    pub fn draw(&self, view: &View, image: &mut GBuffer) {
+        self.cameras.draw(self.poses(), view.link, view.pose, &view.lens, image);
+    }
+
+    /// sRGB of a drawn image with normals, three bytes a pixel.
+    pub fn colours(&self, view: &View, image: &GBuffer) -> Vec<u8> {
+        shade(image, &view.lens, self.cameras.colors())
+    }
+}
