@@ -4,6 +4,7 @@
 use crate::fields::{Field, constant, fields, write};
 use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
+use crate::pictures;
 use crate::snapshot::Snapshot;
 use crate::state::{self, Given};
 use crate::training::{Asked, Training, status};
@@ -439,6 +440,20 @@ impl Batch {
         let runs = self.slots.iter().filter_map(|slot| slot.run.as_ref());
         let all: Vec<_> = runs.map(|run| state::contacts(run, most)).collect();
         state::contact_arrays(py, &[all.len()], most, &all)
+    }
+
+    /// Pictures of all worlds by one camera: arrays (N, height, width, …) of each kind.
+    fn pictures<'py>(
+        &mut self,
+        py: Python<'py>,
+        asked: pictures::Asked,
+        kinds: Vec<String>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.all_open()?;
+        let Batch { slots, workers, .. } = self;
+        let runs: Vec<&mut Run> = slots.iter_mut().filter_map(|slot| slot.run.as_mut()).collect();
+        let lead = [runs.len()];
+        pictures::pictures(py, runs, Some(workers.started()?), &asked, &kinds, &lead)
     }
 
     /// Puts hands, motors or objects of the worlds of `mask` elsewhere. After an error nothing has changed.

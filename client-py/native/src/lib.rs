@@ -10,6 +10,7 @@ mod history;
 mod interrupt;
 mod lookup;
 mod message;
+mod pictures;
 mod snapshot;
 mod state;
 mod training;

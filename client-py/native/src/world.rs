@@ -5,6 +5,7 @@ use crate::history::{Entry, History, Push};
 use crate::interrupt::{LOOK, Told, interruptible, interruptible_told, tell};
 use crate::lookup;
 use crate::message;
+use crate::pictures;
 use crate::snapshot::Snapshot;
 use crate::state::{self, Given};
 use crate::training::{Asked, Training, status};
@@ -181,6 +182,16 @@ impl World {
     /// Contacts of the last step, in `most` rows.
     fn contacts<'py>(&self, py: Python<'py>, most: usize) -> PyResult<Bound<'py, PyDict>> {
         state::contact_arrays(py, &[], most, &[state::contacts(&self.run, most)])
+    }
+
+    /// A picture: arrays (height, width, …) of each kind.
+    fn pictures<'py>(
+        &mut self,
+        py: Python<'py>,
+        asked: pictures::Asked,
+        kinds: Vec<String>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        pictures::pictures(py, vec![&mut self.run], None, &asked, &kinds, &[])
     }
 
     /// Puts the hand, its motors or the objects elsewhere. After an error nothing has changed.

@@ -1,0 +1,137 @@
+//! Pictures of many worlds, drawn by the pool into arrays that Python gets without a copy.
+
+use crate::analysis::arrays::{Seven, pose, value_error};
+use crate::workers::Workers;
+use numpy::{Element, PyArray1, PyArrayMethods};
+use palmares_senses::camera::GBuffer;
+use palmares_tasks::Run;
+use palmares_tasks::run::View;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::cell::RefCell;
+
+thread_local! {
+    static DRAWN: RefCell<GBuffer> = RefCell::default();
+}
+
+/// What a picture shows, in the order of [`Frame`].
+const KINDS: [&str; 4] = ["depth", "depth_mm", "rgb", "bodies"];
+
+/// A camera as Python describes it.
+#[derive(FromPyObject)]
+pub(crate) struct Asked {
+    /// Name of a camera of task or hand.
+    camera: Option<String>,
+    /// Without a name: pose of the optical frame in the world, field of view, range.
+    pose: Option<Seven>,
+    fov_deg: f64,
+    range_m: (f64, f64),
+    /// Width and height.
+    size: Option<(u32, u32)>,
+}
+
+impl Asked {
+    fn view(&self, run: &Run) -> PyResult<View> {
+        match (&self.camera, self.pose) {
+            (Some(name), _) => run.view(name, self.size).map_err(value_error),
+            (None, Some(at)) => {
+                let size = self.size.unwrap_or((320, 240));
+                View::of(pose("pose", at)?, self.fov_deg, size, self.range_m).map_err(value_error)
+            }
+            (None, None) => Err(value_error("camera: wanted a name or a pose")),
+        }
+    }
+}
+
+/// A world and its part of each array; empty where it is not wanted.
+struct Frame<'a> {
+    run: &'a mut Run,
+    depth: &'a mut [f32],
+    millimetres: &'a mut [u16],
+    rgb: &'a mut [u8],
+    bodies: &'a mut [u16],
+}
+
+impl Frame<'_> {
+    fn draw(&mut self, view: &View) {
+        DRAWN.with_borrow_mut(|drawn| {
+            drawn.with_normals(!self.rgb.is_empty());
+            self.run.draw(view, drawn);
+            for (to, z) in self.depth.iter_mut().zip(&drawn.depth) {
+                *to = if z.is_finite() { *z as f32 } else { 0.0 };
+            }
+            for (to, z) in self.millimetres.iter_mut().zip(&drawn.depth) {
+                *to = if *z < 65.535 { (1e3 * z + 0.5) as u16 } else { 0 };
+            }
+            if !self.rgb.is_empty() {
+                self.rgb.copy_from_slice(&self.run.colours(view, drawn));
+            }
+            if !self.bodies.is_empty() {
+                self.bodies.copy_from_slice(&drawn.body);
+            }
+        });
+    }
+}
+
+/// Pictures of runs: of each kind an array (lead, height, width), of colours with three more.
+pub(crate) fn pictures<'py>(
+    py: Python<'py>,
+    runs: Vec<&mut Run>,
+    workers: Option<&Workers>,
+    asked: &Asked,
+    kinds: &[String],
+    lead: &[usize],
+) -> PyResult<Bound<'py, PyDict>> {
+    if let Some(unknown) = kinds.iter().find(|kind| !KINDS.contains(&kind.as_str())) {
+        return Err(value_error(format!("kinds: found {unknown:?}; wanted some of {}", KINDS.join(", "))));
+    }
+    let count = runs.len();
+    let Some(view) = runs.first().map(|run| asked.view(run)).transpose()? else {
+        return Err(value_error("there is no world"));
+    };
+    let pixels = view.lens().pixels();
+    let len = |kind: &str, each: usize| if kinds.iter().any(|it| it == kind) { each * pixels } else { 0 };
+    let each = [len("depth", 1), len("depth_mm", 1), len("rgb", 3), len("bodies", 1)];
+    let (mut depth, mut millimetres) = (vec![0.0_f32; count * each[0]], vec![0_u16; count * each[1]]);
+    let (mut rgb, mut bodies) = (vec![0_u8; count * each[2]], vec![0_u16; count * each[3]]);
+    {
+        let (mut a, mut b) = (parts(&mut depth, each[0]), parts(&mut millimetres, each[1]));
+        let (mut c, mut d) = (parts(&mut rgb, each[2]), parts(&mut bodies, each[3]));
+        let mut frames: Vec<Frame> = runs
+            .into_iter()
+            .map(|run| Frame { run, depth: a(), millimetres: b(), rgb: c(), bodies: d() })
+            .collect();
+        py.detach(|| match workers {
+            Some(workers) => workers.each(&mut frames, |frame| frame.draw(&view)),
+            None => frames.iter_mut().for_each(|frame| frame.draw(&view)),
+        });
+    }
+    let told = PyDict::new(py);
+    let size = [view.lens().height as usize, view.lens().width as usize];
+    for kind in kinds {
+        let shape: Vec<usize> = lead.iter().copied().chain(size).collect();
+        match kind.as_str() {
+            "depth" => put(py, &told, kind, std::mem::take(&mut depth), &shape)?,
+            "depth_mm" => put(py, &told, kind, std::mem::take(&mut millimetres), &shape)?,
+            "rgb" => put(py, &told, kind, std::mem::take(&mut rgb), &[&shape[..], &[3]].concat())?,
+            _ => put(py, &told, kind, std::mem::take(&mut bodies), &shape)?,
+        }
+    }
+    Ok(told)
+}
+
+/// Its parts of a length, one after the other; empty ones for the length 0.
+fn parts<'a, T>(all: &'a mut [T], len: usize) -> impl FnMut() -> &'a mut [T] {
+    let mut chunks = all.chunks_mut(len.max(1));
+    move || chunks.next().unwrap_or_default()
+}
+
+fn put<T: Element>(
+    py: Python<'_>,
+    told: &Bound<'_, PyDict>,
+    kind: &str,
+    values: Vec<T>,
+    shape: &[usize],
+) -> PyResult<()> {
+    told.set_item(kind, PyArray1::from_vec(py, values).reshape(shape.to_vec())?)
+}
