@@ -25,6 +25,8 @@ from dataclasses import dataclass
 
 from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
+from palmares.sim.pictures import View
+from palmares.sim.state import State
 from palmares.sim.world import World, read
 from palmares.training import Training
 

@@ -16,6 +16,7 @@ from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whol
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
+from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, State, named, placed, rows_of_contacts, state_of
 from palmares.sim.world import read
@@ -324,6 +325,20 @@ class Batch:
     def contacts(self, most: int = 64) -> dict[str, NDArray[Any]]:
         """Return the contacts of the last steps, arrays (N, …); see `World.contacts`."""
         return self._native.contacts(rows_of_contacts(most))
+
+    def pictures(
+        self,
+        camera: str | View,
+        size: tuple[int, int] | None = None,
+        kinds: Sequence[Kind] | Kind = "depth",
+    ) -> dict[str, NDArray[Any]]:
+        """Draw all worlds on the pool: an array (N, height, width) of each kind, of ``rgb`` (N, height, width, 3).
+
+        The arrays are contiguous; torch and jax take them without a copy. The arguments are those of
+        `World.pictures`.
+
+        """
+        return self._native.pictures(asked(camera, size), kinds_of(kinds))
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         return {name: array.shape for name, array in self._native.arrays(list(STATE)).items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal, Self, TypeVar
 
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from palmares.messages import Observation, Result, Welcome
 from palmares.net.codec import CODECS, with_channels
 from palmares.net.requests import names, whole_of
 from palmares.scene import Scene
+from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, Arrays, State, named, placed, rows_of_contacts, state_of
 from palmares.targets import Base, Hand, Numbers, action_of, vector
@@ -268,6 +269,28 @@ class World:
 
         """
         return self._native.contacts(rows_of_contacts(most))
+
+    def pictures(
+        self,
+        camera: str | View,
+        size: tuple[int, int] | None = None,
+        kinds: Sequence[Kind] | Kind = "depth",
+    ) -> dict[str, NDArray[Any]]:
+        """Draw the present world: an array (height, width) of each kind, of ``rgb`` (height, width, 3).
+
+        Args:
+            camera: Name of a camera of task or hand, whose field of view stays, or a `View` of your own. It has
+                no errors and no latency; `observe` and ``gymnasium.make`` give the images of real cameras.
+            size: Width and height; those of the named camera, or 320 × 240.
+            kinds: What is wanted: ``depth`` float32, m, 0 where there is none; ``depth_mm`` uint16, mm;
+                ``rgb`` uint8; ``bodies`` uint16, ids of the scene's bodies, then the hand's links, 65535 for
+                none.
+
+        Raises:
+            ValueError: There is no such camera or kind, or a size is out of bounds.
+
+        """
+        return self._native.pictures(asked(camera, size), kinds_of(kinds))
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         return {name: array.shape for name, array in self._native.arrays(list(STATE)).items()}

@@ -1,0 +1,105 @@
+"""Pictures of worlds in this process, of any size and from anywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from palmares.arguments import is_real, whole
+from palmares.arrays import array
+from palmares.rotation import quat_of
+
+Kind = Literal["depth", "depth_mm", "rgb", "bodies"]
+KINDS: tuple[Kind, ...] = ("depth", "depth_mm", "rgb", "bodies")
+MOST_PIXELS = 1280 * 720
+"""Most pixels of a picture"""
+
+
+@dataclass(frozen=True)
+class View:
+    """A pinhole camera of your own in the world, without errors.
+
+    >>> view = View.looking((0.5, -0.5, 0.5), at=(0.0, 0.0, 0.1))
+    >>> view.fov_deg
+    60.0
+    """
+
+    position: tuple[float, float, float]
+    """m"""
+    quat_xyzw: tuple[float, float, float, float]
+    """Orientation of the optical frame: x to the right, y down, z forward"""
+    fov_deg: float = 60.0
+    """Horizontal field of view"""
+    range_m: tuple[float, float] = (0.01, 10.0)
+    """Nearest and farthest surface that has a depth"""
+
+    @classmethod
+    def looking(
+        cls,
+        position: Sequence[float],
+        at: Sequence[float],
+        up: Sequence[float] = (0.0, 0.0, 1.0),
+        fov_deg: float = 60.0,
+    ) -> View:
+        """Return a view from a point towards another.
+
+        Raises:
+            ValueError: The two points are one, or the view is along `up`.
+
+        """
+        forward = array(at) - array(position)
+        right = np.cross(forward, array(up))
+        if np.linalg.norm(forward) < 1e-9 or np.linalg.norm(right) < 1e-9 * np.linalg.norm(forward):
+            raise ValueError(f"view from {tuple(position)} to {tuple(at)}: wanted another point, not along up")
+        z = forward / np.linalg.norm(forward)
+        x = right / np.linalg.norm(right)
+        quat = quat_of(np.column_stack([x, np.cross(z, x), z]))
+        place = tuple(float(number) for number in position)
+        return cls(place, tuple(quat.tolist()), fov_deg)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A view as the compiled part takes it."""
+
+    camera: str | None
+    pose: tuple[float, ...] | None
+    fov_deg: float
+    range_m: tuple[float, float]
+    size: tuple[int, int] | None
+
+
+def asked(camera: str | View, size: tuple[int, int] | None) -> Asked:
+    """Return the view, checked.
+
+    Raises:
+        ValueError: The size, the field of view or the range is out of bounds.
+
+    """
+    if size is not None:
+        width, height = size
+        size = (whole("size[0]", width, 1, MOST_PIXELS), whole("size[1]", height, 1, MOST_PIXELS))
+    if isinstance(camera, str):
+        return Asked(camera, None, 60.0, (0.01, 10.0), size)
+    near, far = camera.range_m
+    if not (is_real(camera.fov_deg) and 1.0 <= camera.fov_deg <= 170.0):
+        raise ValueError(f"fov_deg: found {camera.fov_deg}; wanted 1 to 170")
+    if not (is_real(near) and is_real(far) and 0.0 < near < far):
+        raise ValueError(f"range_m: found {camera.range_m}; wanted two distances, the nearer first")
+    return Asked(None, (*camera.position, *camera.quat_xyzw), camera.fov_deg, (near, far), size)
+
+
+def kinds_of(kinds: Sequence[Kind] | Kind) -> list[str]:
+    """Return the kinds of pictures.
+
+    Raises:
+        ValueError: There is no such kind, or there is none.
+
+    """
+    chosen = [kinds] if isinstance(kinds, str) else list(kinds)
+    if not chosen or any(kind not in KINDS for kind in chosen):
+        raise ValueError(f"kinds: found {chosen}; wanted some of {', '.join(KINDS)}")
+    return list(dict.fromkeys(chosen))
