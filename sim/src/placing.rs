@@ -1,12 +1,12 @@
 //! Poses and velocities that are set from outside, as a learner or a planner does: the hand or an object is somewhere else, and
 //! the world goes on from there.
 //!
-//! What is placed forgets its contacts: a stiction anchor of the old pose would pull it back. Every object wakes, because one may
-//! have lain on what is gone. Tensions, friction of cables and clutches stay: a step solves them anew from there. Placing
+//! Contacts keep their memory, which is a displacement and no place: the forces of the next step are continuous in what is placed,
+//! so that differences of steps have a limit. A pair of shapes that is apart then forgets as always. Every object wakes, because
+//! one may have lain on what is gone. Tensions, friction of cables and clutches stay: a step solves them anew from there. Placing
 //! something where it is, with the velocity that it has, changes no bit.
 
 use crate::bounds::{MAX_DISTANCE, MAX_SPEED};
-use crate::model::Owner;
 use crate::state::{BaseReference, Sleep};
 use crate::world::World;
 use palmares_models::{Pose, Vec3};
@@ -103,8 +103,7 @@ impl World {
         state.v[..to.v.len()].copy_from_slice(&to.v);
         let three = |k: usize| Vec3::new(to.v[k], to.v[k + 1], to.v[k + 2]);
         state.reference = BaseReference { pose: to.base, linear: three(0), angular: three(3) };
-        let moved = (to.base, &to.q) != (now.base, &now.q);
-        self.placed(|owner| moved && matches!(owner, Owner::Link(_)));
+        self.placed();
         Ok(())
     }
 
@@ -125,7 +124,7 @@ impl World {
         for (motor, [position, velocity]) in self.state.motors.iter_mut().zip(to) {
             (motor.position, motor.velocity) = (*position, *velocity);
         }
-        self.placed(|_| false);
+        self.placed();
         Ok(())
     }
 
@@ -148,17 +147,13 @@ impl World {
         self.state.objects[object] = to.central;
         self.state.v[first..first + 3].copy_from_slice(&to.linear.to_array());
         self.state.v[first + 3..first + 6].copy_from_slice(&to.angular.to_array());
-        let moved = to.central != now.central;
-        self.placed(|owner| moved && owner == Owner::Object(object));
+        self.placed();
         Ok(())
     }
 
-    /// Forgets the contacts of bodies that were moved, and everything that the last step left for the next; wakes every object.
-    fn placed(&mut self, moved: impl Fn(Owner) -> bool) {
-        let model = std::sync::Arc::clone(self.model());
-        let gone = |collider: u32| moved(model.colliders()[collider as usize].owner);
+    /// Forgets what the last step has left for the next beside the memory of contacts; wakes every object.
+    fn placed(&mut self) {
         let state = &mut self.state;
-        state.pairs.retain(|pair| !gone(pair.key.0) && !gone(pair.key.1));
         state.sleep.fill(Sleep::default());
         state.earlier.smooth = false;
         state.substeps = 0;

@@ -205,8 +205,7 @@ class World:
         """Continue from a state of this world or another, and put parts elsewhere; return the observation.
 
         A state that `state` returned continues bit for bit. What differs from its ``memory``, or is given by
-        name, is put elsewhere: it forgets its contacts, every object wakes, and the target of a moved base is
-        where it is. Bodies may overlap; the next steps push them apart. Such a run is for learning: it has no
+        name, is put elsewhere: every object wakes, and the target of a moved base is where it is. Bodies may overlap; the next steps push them apart. Such a run is for learning: it has no
         replay, and its result has the status ``training``.
 
         Args:
