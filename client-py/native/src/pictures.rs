@@ -22,8 +22,9 @@ const KINDS: [&str; 4] = ["depth", "depth_mm", "rgb", "bodies"];
 pub(crate) struct Asked {
     /// Name of a camera of task or hand.
     camera: Option<String>,
-    /// Without a name: pose of the optical frame in the world, field of view, range.
+    /// Without a name: pose of the optical frame in a link or in the world, field of view, range.
     pose: Option<Seven>,
+    link: Option<String>,
     fov_deg: f64,
     range_m: (f64, f64),
     /// Width and height.
@@ -36,7 +37,8 @@ impl Asked {
             (Some(name), _) => run.view(name, self.size).map_err(value_error),
             (None, Some(at)) => {
                 let size = self.size.unwrap_or((320, 240));
-                View::of(pose("pose", at)?, self.fov_deg, size, self.range_m).map_err(value_error)
+                let link = self.link.as_deref();
+                run.own_view(pose("pose", at)?, link, self.fov_deg, size, self.range_m).map_err(value_error)
             }
             (None, None) => Err(value_error("camera: wanted a name or a pose")),
         }

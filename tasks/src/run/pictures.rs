@@ -22,6 +22,14 @@ pub enum ViewError {
     /// There is no such camera.
     #[error(transparent)]
     Camera(#[from] ShotError),
+    /// There is no such link.
+    #[error("no link `{name}`; there are: {known}")]
+    Link {
+        /// The name in the request.
+        name: String,
+        /// The links of the hand.
+        known: String,
+    },
     /// Too many pixels, or none.
     #[error("a picture of {width} × {height} pixels; wanted 1 to {MAX_PIXELS} of them")]
     Size {
@@ -33,16 +41,6 @@ pub enum ViewError {
 }
 
 impl View {
-    /// A camera of the world that looks from a point to another with a horizontal field of view in degrees.
-    ///
-    /// # Errors
-    /// Too many pixels, or none.
-    pub fn of(pose: Pose, fov_deg: f64, size: (u32, u32), range_m: (f64, f64)) -> Result<Self, ViewError> {
-        let (width, height) = sized(size)?;
-        let lens = Intrinsics::new(width, height, fov_deg, range_m.0, range_m.1);
-        Ok(View { lens, pose, link: None })
-    }
-
     /// Its intrinsics.
     pub fn lens(&self) -> &Intrinsics {
         &self.lens
@@ -69,6 +67,30 @@ impl Run {
         let lens = Intrinsics::new(width, height, camera.fov_deg, camera.near, camera.far);
         let link = camera.link.as_deref().and_then(|link| self.hand.link(link));
         Ok(View { lens, pose: camera.pose(), link })
+    }
+
+    /// The view of a camera that no task has: its optical frame at a pose in a link or in the world, with a horizontal field of
+    /// view in degrees.
+    ///
+    /// # Errors
+    /// There is no such link, too many pixels, or none.
+    pub fn own_view(
+        &self,
+        pose: Pose,
+        link: Option<&str>,
+        fov_deg: f64,
+        size: (u32, u32),
+        range_m: (f64, f64),
+    ) -> Result<View, ViewError> {
+        let (width, height) = sized(size)?;
+        let index = |name: &str| {
+            self.hand.link(name).ok_or_else(|| {
+                let known: Vec<&str> = self.hand.links.iter().map(|link| link.name.as_str()).collect();
+                ViewError::Link { name: name.chars().take(64).collect(), known: known.join(", ") }
+            })
+        };
+        let link = link.map(index).transpose()?;
+        Ok(View { lens: Intrinsics::new(width, height, fov_deg, range_m.0, range_m.1), pose, link })
     }
 
     /// Draws the present world: depth and body of every pixel, with normals for [`Run::colours`].

@@ -16,7 +16,7 @@ from palmares.clipping import Clipping
 from palmares.gym.ends import refuse_options
 from palmares.gym.fields import Arrays, box
 from palmares.gym.training import Shaping, shaping_of, training_of
-from palmares.sim import Batch, welcome
+from palmares.sim import TASKS, Batch, View, welcome
 
 
 class BatchEnv(VectorEnv[Arrays, Array, Array]):
@@ -50,6 +50,10 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         fraction: Part of the task's objects in the scene; can be set between episodes.
         max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; the task's
             time limit alone when left out.
+        render_mode: With ``rgb_array`` `render` returns a picture of each environment.
+        film: Camera of task or hand, or a `palmares.sim.View`, by which they are taken; the task's first camera
+            when left out.
+        film_size: Their width and height.
         autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
             (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
         single: Arguments of a single environment, such as ``url`` and ``cameras``: a `TypeError` here.
@@ -74,6 +78,9 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
         max_episode_steps: int | None = None,
+        render_mode: str | None = None,
+        film: str | View | None = None,
+        film_size: tuple[int, int] = (320, 240),
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         **single: Any,
     ) -> None:
@@ -93,7 +100,14 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         self._clipping = Clipping()
         self.num_envs, self._ticks = self.batch.count, whole("ticks", ticks, 1, MAX_COUNT)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
+        self.render_mode, self.film, self.film_size = render_mode, film or _first_camera(task), film_size
+        self.metadata = {
+            "autoreset_mode": self.autoreset_mode,
+            "render_modes": ["rgb_array"],
+            "render_fps": round(1.0 / (self._ticks * self.batch.tick_s)),
+        }
         self.single_observation_space = spaces.Dict(
             {name: box(*shape) for name, shape in self.batch.fields.items()}
         )
@@ -255,5 +269,17 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             raise ValueError(f"{name}: found {values}; wanted one value for all {self.num_envs} environments")
         setattr(self, name, several[0])
 
+    def render(self) -> tuple[np.ndarray[Any, Any], ...] | None:
+        """Return a picture (height, width, 3) of uint8 of each environment."""
+        if self.render_mode is None:
+            return None
+        return tuple(self.batch.pictures(self.film, self.film_size, "rgb")["rgb"])
+
     def close_extras(self, **_: Any) -> None:
         """Do nothing: nothing is open."""
+
+
+def _first_camera(task: str) -> str:
+    """Return the name of a task's first camera."""
+    known = welcome(own_tasks=[] if task in TASKS else [task])
+    return known.tasks[-1].cameras[0].name if task not in TASKS else known.task(task).cameras[0].name

@@ -35,6 +35,8 @@ class View:
     """Horizontal field of view"""
     range_m: tuple[float, float] = (0.01, 10.0)
     """Nearest and farthest surface that has a depth"""
+    link: str | None = None
+    """The hand's link that carries it; the world when left out"""
 
     @classmethod
     def looking(
@@ -43,8 +45,9 @@ class View:
         at: Sequence[float],
         up: Sequence[float] = (0.0, 0.0, 1.0),
         fov_deg: float = 60.0,
+        link: str | None = None,
     ) -> View:
-        """Return a view from a point towards another.
+        """Return a view from a point towards another, both in the world or in the frame of a link.
 
         Raises:
             ValueError: The two points are one, or the view is along `up`.
@@ -58,7 +61,7 @@ class View:
         x = right / np.linalg.norm(right)
         quat = quat_of(np.column_stack([x, np.cross(z, x), z]))
         place = tuple(float(number) for number in position)
-        return cls(place, tuple(quat.tolist()), fov_deg)  # type: ignore[arg-type]
+        return cls(place, tuple(quat.tolist()), fov_deg, link=link)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ class Asked:
 
     camera: str | None
     pose: tuple[float, ...] | None
+    link: str | None
     fov_deg: float
     range_m: tuple[float, float]
     size: tuple[int, int] | None
@@ -83,13 +87,14 @@ def asked(camera: str | View, size: tuple[int, int] | None) -> Asked:
         width, height = size
         size = (whole("size[0]", width, 1, MOST_PIXELS), whole("size[1]", height, 1, MOST_PIXELS))
     if isinstance(camera, str):
-        return Asked(camera, None, 60.0, (0.01, 10.0), size)
+        return Asked(camera, None, None, 60.0, (0.01, 10.0), size)
     near, far = camera.range_m
     if not (is_real(camera.fov_deg) and 1.0 <= camera.fov_deg <= 170.0):
         raise ValueError(f"fov_deg: found {camera.fov_deg}; wanted 1 to 170")
     if not (is_real(near) and is_real(far) and 0.0 < near < far):
         raise ValueError(f"range_m: found {camera.range_m}; wanted two distances, the nearer first")
-    return Asked(None, (*camera.position, *camera.quat_xyzw), camera.fov_deg, (near, far), size)
+    pose = (*camera.position, *camera.quat_xyzw)
+    return Asked(None, pose, camera.link, camera.fov_deg, (near, far), size)
 
 
 def kinds_of(kinds: Sequence[Kind] | Kind) -> list[str]:
