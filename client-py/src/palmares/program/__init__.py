@@ -9,7 +9,11 @@ import sys
 from collections.abc import Callable
 
 # Commands in Python, with the module whose `main` takes their arguments.
-COMMANDS = {"demo": "palmares.program.demo", "evaluate": "palmares.program.evaluate"}
+COMMANDS = {
+    "demo": "palmares.program.demo",
+    "evaluate": "palmares.program.evaluate",
+    "new": "palmares.program.new",
+}
 
 
 def main() -> int:
