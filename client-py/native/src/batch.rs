@@ -409,7 +409,7 @@ impl Batch {
             let run = self.slots[world].run.as_mut().ok_or_else(|| no_run(world))?;
             run.restore(&snapshot.run).map_err(refused)?;
         } else {
-            let mut opened = self.opened(snapshot.number)?;
+            let mut opened = self.run_of(snapshot.number)?;
             opened.run.restore(&snapshot.run).map_err(refused)?;
             self.slots[world].take(opened, snapshot.number);
         }
@@ -492,7 +492,7 @@ impl Batch {
     }
 
     /// The run of a seed: a copy of a world that has it, if there is one.
-    fn opened(&self, seed: u64) -> PyResult<Opened> {
+    fn run_of(&self, seed: u64) -> PyResult<Opened> {
         let Batch { task, hand, noise, sensing, training, slots, .. } = self;
         let of_seed = slots.iter().filter(|slot| slot.seed == seed);
         if let Some((run, slot)) = of_seed.filter_map(|slot| Some((slot.run.as_ref()?, slot))).next() {

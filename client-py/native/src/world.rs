@@ -283,7 +283,7 @@ impl World {
         let header = Header {
             sensing: self.sensing,
             noise,
-            seed_number: self.number,
+            seed_number: Some(self.number),
             ..Header::new(&self.run_id, &team, &task, &hand, seed, started)
         };
         let (history, reason) = (history.clone(), self.outcome.as_ref().map(|outcome| outcome.reason));

@@ -1,6 +1,6 @@
 //! `palmares.analysis`: hands and grasps in closed form, as arrays.
 
-mod arrays;
+pub(crate) mod arrays;
 mod contacts;
 mod design;
 mod grasps;
