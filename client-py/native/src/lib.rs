@@ -10,6 +10,7 @@ mod history;
 mod interrupt;
 mod lookup;
 mod message;
+mod parameters;
 mod pictures;
 mod snapshot;
 mod state;
@@ -39,5 +40,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(lookup::faults, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::identity, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::describe_hand, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::objects, module)?)?;
     module.add_function(wrap_pyfunction!(training::hand_numbers, module)?)
 }

@@ -160,3 +160,9 @@ pub(crate) fn seed(seed: u64) -> PyResult<u64> {
     }
     Ok(seed)
 }
+
+/// Number of the objects of a task, by name or path.
+#[pyfunction]
+pub(crate) fn objects(task: &str) -> PyResult<usize> {
+    Ok(self::task(task)?.objects.count)
+}

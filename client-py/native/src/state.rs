@@ -198,7 +198,7 @@ pub(crate) fn arrays<'py>(
 
 /// What is put elsewhere, as Python gives it: arrays of one run, or with a row for each.
 #[derive(FromPyObject)]
-pub(crate) struct Given<'py> {
+pub(crate) struct Placed<'py> {
     base: Option<PyReadonlyArrayDyn<'py, f64>>,
     q: Option<PyReadonlyArrayDyn<'py, f64>>,
     joint_velocity: Option<PyReadonlyArrayDyn<'py, f64>>,
@@ -206,7 +206,7 @@ pub(crate) struct Given<'py> {
     objects: Option<PyReadonlyArrayDyn<'py, f64>>,
 }
 
-impl Given<'_> {
+impl Placed<'_> {
     /// What is put elsewhere in each of `count` runs; without `lead` in the only one. `present` has the number of objects of each run.
     pub(crate) fn placements(
         &self,
