@@ -257,7 +257,8 @@ mod tests {
             let found = inverse.solve(&config, &hand, &places, Pose::IDENTITY, &start).expect("found");
             assert!(found.gaps.iter().all(|gap| *gap < 1e-6), "{}: {:?}", hand.name, found.gaps);
             let far: Vec<Vec3> = places.iter().map(|place| *place + Vec3::Z).collect();
-            let found = inverse.solve(&config, &hand, &far, Pose::IDENTITY, &start).expect("as near as it can");
+            let found =
+                inverse.solve(&config, &hand, &far, Pose::IDENTITY, &start).expect("as near as it can");
             assert!(found.gaps.iter().all(|gap| *gap > 0.5));
             for (q, c) in found.q.iter().zip(&hand.coordinates) {
                 assert!((c.lower..=c.upper).contains(q));

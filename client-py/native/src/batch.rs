@@ -185,7 +185,9 @@ impl Batch {
         let mut opened = 0;
         // A small portion, so that Ctrl-C is checked in between.
         for some in chosen.chunks_mut(2 * workers.count()) {
-            py.detach(|| workers.each(some, |(slot, seed, given, built)| *built = slot.open(&how, *seed, given)));
+            py.detach(|| {
+                workers.each(some, |(slot, seed, given, built)| *built = slot.open(&how, *seed, given))
+            });
             for (_, _, _, built) in &mut *some {
                 std::mem::replace(built, Ok(())).map_err(PyValueError::new_err)?;
             }
@@ -399,7 +401,8 @@ impl Batch {
         };
         let numbers = self.slots.iter().map(numbers).collect::<PyResult<Vec<_>>>()?;
         let runs = self.slots.iter().zip(&numbers);
-        let runs: Vec<_> = runs.filter_map(|(slot, row)| Some((slot.run.as_ref()?, row.as_slice()))).collect();
+        let runs: Vec<_> =
+            runs.filter_map(|(slot, row)| Some((slot.run.as_ref()?, row.as_slice()))).collect();
         parameters::in_effect(py, &runs, &self.hand, self.task.objects.count)
     }
 
@@ -511,7 +514,9 @@ impl Batch {
         for (name, array) in [("force", &force), ("torque", &torque)] {
             if array.shape() != [self.slots.len(), 3] {
                 let (shape, count) = (array.shape(), self.slots.len());
-                return Err(PyValueError::new_err(format!("{name}: found shape {shape:?}; wanted [{count}, 3]")));
+                return Err(PyValueError::new_err(format!(
+                    "{name}: found shape {shape:?}; wanted [{count}, 3]"
+                )));
             }
         }
         let row = |array: &PyReadonlyArray2<'_, f64>, world: usize| {
@@ -532,8 +537,11 @@ impl Batch {
         self.fits("mask", mask.len())?;
         self.all_open()?;
         let (sensing, objects) = (self.sensing, self.task.objects.count);
-        let present: Vec<usize> =
-            self.slots.iter().map(|slot| slot.run.as_ref().map_or(0, |run| run.object_states().count())).collect();
+        let present: Vec<usize> = self
+            .slots
+            .iter()
+            .map(|slot| slot.run.as_ref().map_or(0, |run| run.object_states().count()))
+            .collect();
         let placements = given.placements(&self.hand, objects, &[self.slots.len()], &present)?;
         let mut before = Vec::new();
         for (world, placement) in placements.iter().enumerate().filter(|(world, _)| mask[*world]) {
@@ -617,7 +625,9 @@ impl Slot {
 
     /// Its run goes on from another state.
     fn continued(&mut self, sensing: Sensing, objects: usize) {
-        let Slot { run: Some(run), score, reward, row, constant, shaper, shaping, outcome, events, .. } = self else {
+        let Slot { run: Some(run), score, reward, row, constant, shaper, shaping, outcome, events, .. } =
+            self
+        else {
             return;
         };
         write(run, sensing, objects, constant, row);
@@ -691,5 +701,9 @@ fn action(numbers: &[f64], motors: usize, poses: bool) -> Action {
         BaseTarget::Twist { linear: three(0), angular: three(3) }
     };
     let (sigma, effort) = numbers[base_len(poses)..].split_at(motors);
-    Action { base: Some(base), hand: Some(sigma.to_vec()), effort: (!effort.is_empty()).then(|| effort.to_vec()) }
+    Action {
+        base: Some(base),
+        hand: Some(sigma.to_vec()),
+        effort: (!effort.is_empty()).then(|| effort.to_vec()),
+    }
 }

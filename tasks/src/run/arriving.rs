@@ -19,11 +19,16 @@ impl Run {
         }
         self.under_way.push_back(sent.clone());
         let late = self.under_way.len() > delay as usize;
-        let mut action = if late { self.under_way.pop_front().unwrap_or_default() } else { Action::default() };
+        let mut action =
+            if late { self.under_way.pop_front().unwrap_or_default() } else { Action::default() };
         if noise > 0.0 {
             let numbers = variation.action_errors(self.tick);
             let limits = &self.world.model().config().base;
-            disturb(&mut action, [noise * limits.speed_limit, noise * limits.angular_speed_limit, noise], numbers);
+            disturb(
+                &mut action,
+                [noise * limits.speed_limit, noise * limits.angular_speed_limit, noise],
+                numbers,
+            );
         }
         Some(action)
     }
@@ -41,4 +46,3 @@ fn disturb(action: &mut Action, [linear_error, angular_error, error]: [f64; 3], 
         *sigma += error * numbers.normal();
     }
 }
-

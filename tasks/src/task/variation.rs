@@ -20,13 +20,7 @@ pub(crate) struct Variation {
 
 impl Variation {
     /// Draws from these ranges what is not given; a function of seed and attempt.
-    pub(crate) fn new(
-        seed: Seed,
-        attempt: u64,
-        ranges: Ranges,
-        given: Given,
-        actions: ActionErrors,
-    ) -> Self {
+    pub(crate) fn new(seed: Seed, attempt: u64, ranges: Ranges, given: Given, actions: ActionErrors) -> Self {
         Variation { draws: Draws::new(seed, attempt), ranges, given, actions }
     }
 

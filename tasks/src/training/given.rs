@@ -29,8 +29,11 @@ impl Given {
     /// # Errors
     /// A number is out of bounds, or the hand has no uncertain number of this name.
     pub fn check(&self, hand: &Hand) -> Result<(), String> {
-        let factors =
-            [("mass", &self.mass, FACTORS), ("friction", &self.friction, FACTORS), ("size", &self.size, SIZES)];
+        let factors = [
+            ("mass", &self.mass, FACTORS),
+            ("friction", &self.friction, FACTORS),
+            ("size", &self.size, SIZES),
+        ];
         for (name, factors, allowed) in factors {
             if let Some(bad) = factors.iter().flatten().find(|factor| !allowed.contains(factor)) {
                 return Err(format!("{name}: found {bad}; wanted {} to {}", allowed.start(), allowed.end()));
@@ -75,7 +78,8 @@ mod tests {
         let (name, [low, _]) = (hand.uncertain[0].name.clone(), hand.uncertain[0].range.ends());
         let mass: Vec<f64> = (0..task.objects.count).map(|k| 0.5 + 0.1 * k as f64).collect();
         let given = Given { mass: Some(mass.clone()), hand: [(name, low)].into(), ..Given::default() };
-        let drawn = Options::none(&task).randomise(&task, &hand, &["mass", "friction", "hand"]).expect("declared");
+        let drawn =
+            Options::none(&task).randomise(&task, &hand, &["mass", "friction", "hand"]).expect("declared");
         let masses = |options: &Options| -> Vec<f64> {
             let run = open(&task, &hand, Seed::from_u64(1), Noise::None, options).expect("a scene");
             run.scene().bodies.iter().filter(|body| body.free).map(|body| body.mass).collect()
@@ -114,7 +118,9 @@ mod tests {
         let mass = check(Given { mass: Some(vec![1.0, -2.0]), ..Given::default() });
         assert_eq!(mass, "mass: found -2; wanted 0.01 to 100");
         let name = check(Given { hand: [("slip".to_owned(), 1.0)].into(), ..Given::default() });
-        assert!(name.starts_with("found hand_slip; hand `softhand` has in [uncertain] of its hand.toml: hand_"));
+        assert!(
+            name.starts_with("found hand_slip; hand `softhand` has in [uncertain] of its hand.toml: hand_")
+        );
         let far = check(Given { hand: [(hand.uncertain[0].name.clone(), 1e9)].into(), ..Given::default() });
         assert!(far.contains("found 1000000000; wanted "), "{far}");
     }

@@ -90,14 +90,18 @@ class Planner:
         )
 
 
-def play(
-    seed: int, worlds: int, horizon: int, limit_s: float, threads: int | None = None
-) -> tuple[float, float]:
-    """Play a scene for at most `limit_s` of its time; return score and real-time factor of the planning.""" training = Training(shaping=True, discount=1.0) run = Batch(TASK, HAND, 1, threads=1,
-    training=training) copies = Batch(TASK, HAND, worlds, threads=threads, training=training) observed =
-    run.reset([seed]) copies.reset([seed] * worlds) plan = np.zeros((horizon, 7)) plan[:, 2] = -0.1 planner =
-    Planner(copies, plan, np.random.default_rng(seed), float(observed["objects"][0, 0, 2])) spent_s, time_s =
-    0.0, 0.0 while time_s < limit_s and not run.done[0]:
+def play(seed: int, worlds: int, horizon: int, limit_s: float, threads: int | None) -> tuple[float, float]:
+    """Play a scene for at most `limit_s` of its time; return score and real-time factor of planning."""
+    training = Training(shaping=True, discount=1.0)
+    run = Batch(TASK, HAND, 1, threads=1, training=training)
+    copies = Batch(TASK, HAND, worlds, threads=threads, training=training)
+    observed = run.reset([seed])
+    copies.reset([seed] * worlds)
+    plan = np.zeros((horizon, 7))
+    plan[:, 2] = -0.1
+    planner = Planner(copies, plan, np.random.default_rng(seed), float(observed["objects"][0, 0, 2]))
+    spent_s, time_s = 0.0, 0.0
+    while time_s < limit_s and not run.done[0]:
         begun = time.perf_counter()
         action = planner.improve(run)
         spent_s += time.perf_counter() - begun

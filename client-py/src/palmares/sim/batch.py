@@ -389,8 +389,7 @@ class Batch:
         size: tuple[int, int] | None = None,
         kinds: Sequence[Kind] | Kind = "depth",
     ) -> dict[str, NDArray[Any]]:
-        """Draw all worlds on the pool: an array (N, height, width) of each kind, of ``rgb`` (N, height,
-        width, 3).
+        """Draw all worlds on the pool: of each kind an array (N, height, width), of ``rgb`` (…, 3).
 
         The arrays are contiguous; torch and jax take them without a copy. The arguments are those of
         `World.pictures`.
