@@ -147,6 +147,12 @@ impl Batch {
         self.task.tick_s
     }
 
+    /// Objects of the task.
+    #[getter]
+    fn objects(&self) -> usize {
+        self.task.objects.count
+    }
+
     /// Numbers of an action: linear and angular velocity of the base, or position and quaternion; σ of each motor.
     #[getter]
     fn action_len(&self) -> usize {

@@ -8,6 +8,7 @@ mod batch;
 mod fields;
 mod history;
 mod interrupt;
+mod kept;
 mod lookup;
 mod message;
 mod parameters;
@@ -40,6 +41,5 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(lookup::faults, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::identity, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::describe_hand, module)?)?;
-    module.add_function(wrap_pyfunction!(lookup::objects, module)?)?;
     module.add_function(wrap_pyfunction!(training::hand_numbers, module)?)
 }

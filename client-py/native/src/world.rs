@@ -272,6 +272,12 @@ impl World {
         self.drawn.clone()
     }
 
+    /// Objects of the task.
+    #[getter]
+    fn objects(&self) -> usize {
+        self.objects
+    }
+
     /// The numbers in effect: arrays (1, objects) and (1,).
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         parameters::in_effect(py, &[(&self.run, &self.hand_numbers)], &self.hand, self.objects)

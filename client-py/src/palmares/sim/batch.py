@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import Batch as NativeBatch
 from palmares._native import Snapshot
-from palmares._native import objects as native_objects
 from palmares._native import welcome as native_welcome
 from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
@@ -118,7 +117,6 @@ class Batch:
         self.hand_numbers = tuple(self._native.hand_numbers())
         self.action_len = self._native.action_len
         self._base_len = 7 if base == "pose" else 6
-        self._objects = native_objects(str(task))
         self.tick_s = self._native.tick_s
 
     def reset(
@@ -148,7 +146,7 @@ class Batch:
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
         with progress(sum(chosen), "world", "reset") as report:
-            self._native.reset(numbers, chosen, report, given_rows(parameters, self.count, self._objects))
+            self._native.reset(numbers, chosen, report, given_rows(parameters, self.count, self._native.objects))
         return self.observe()
 
     @property

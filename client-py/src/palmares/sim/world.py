@@ -9,7 +9,7 @@ from typing import Any, Literal, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palmares._native import Snapshot, objects, welcome
+from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
 from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
 from palmares.clipping import Clipping
@@ -82,7 +82,6 @@ class World:
         one_of("noise", noise, ("none", "real"))
         checked(training, str(task))
         self._task, self._hand = str(task), str(hand)
-        self._objects = objects(self._task)
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
         self._training = training
@@ -115,7 +114,7 @@ class World:
         """
         seed = self._seed if seed is None else whole("seed", seed, 0, MAX_SEED)
         rows = {name: np.asarray(given)[np.newaxis] for name, given in (parameters or {}).items()}
-        given = given_rows(rows, 1, self._objects)
+        given = given_rows(rows, 1, self._native.objects) if rows else None
         native = NativeWorld(self._task, self._hand, seed, self._sensing, self._noise, self._training, given)
         obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
