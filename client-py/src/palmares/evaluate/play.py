@@ -88,8 +88,8 @@ def play(job: Job) -> Played:
     """
     logging.getLogger().setLevel(logging.ERROR)  # A log of hundreds of runs would be too long.
     begun, result, replay, error, sensing = time.perf_counter(), None, None, None, ""
-    training = Training(hand_sample=job.hand_sample, step_ms=job.step_ms)
-    training = training if training.varies else None
+    varied = Training(hand_sample=job.hand_sample, step_ms=job.step_ms)
+    training = varied if varied.varies else None
     drawn: dict[str, float] = {}
     try:
         with (

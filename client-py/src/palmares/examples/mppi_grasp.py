@@ -72,7 +72,7 @@ class Planner:
             costs += self.cost(self.worlds.step(plans[:, step], TICKS)) * (2.0 if step == steps - 1 else 1.0)
         weights = np.exp(-(costs - costs.min()) / max(COLDNESS * costs.std(), 1e-6))
         self.plan = np.einsum("k,kha->ha", weights / weights.sum(), plans)
-        first = self.plan[0].copy()
+        first: Array = self.plan[0].copy()
         self.plan = np.vstack([self.plan[1:], self.plan[-1:]])
         return first
 
@@ -85,9 +85,8 @@ class Planner:
         down = -(turns @ PALM)[:, 2]
         lifted = (target[:, 2] - self.height).clip(0.0, 0.15) * (touch > 0.2)
         speed = np.linalg.norm(target[:, 7:10], axis=1)
-        return (
-            4.0 * distance - 0.3 * down - 3.0 * touch - 60.0 * lifted + 0.05 * speed - 3.0 * stepped.rewards
-        )
+        cost: Array = 4.0 * distance - 0.3 * down - 3.0 * touch - 60.0 * lifted + 0.05 * speed
+        return cost - 3.0 * stepped.rewards
 
 
 def play(seed: int, worlds: int, horizon: int, limit_s: float, threads: int | None) -> tuple[float, float]:

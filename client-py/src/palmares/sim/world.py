@@ -67,6 +67,8 @@ class World:
 
     """
 
+    _native: NativeWorld
+
     def __init__(
         self,
         task: str,
