@@ -1,4 +1,4 @@
-"""Many worlds as a `VecEnv` of stable-baselines3, stepped by native threads. Needs ``pip install 'palmares[learn]'``.
+"""Many worlds as a `VecEnv` of stable-baselines3. Needs ``pip install 'palmares[learn]'``.
 
 >>> from stable_baselines3 import PPO                                        # doctest: +SKIP
 ... import palmares.sb3
@@ -75,7 +75,9 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
             size = sum(int(np.prod(shape)) for shape in shapes.values())
             space = spaces.Box(-np.inf, np.inf, (size,), dtype=np.float32)
         else:
-            boxes = {key: spaces.Box(-np.inf, np.inf, shape, dtype=np.float32) for key, shape in shapes.items()}
+            boxes = {
+                key: spaces.Box(-np.inf, np.inf, shape, dtype=np.float32) for key, shape in shapes.items()
+            }
             space = spaces.Dict(boxes)
         actions = self.env.single_action_space
         assert isinstance(actions, spaces.Box)
@@ -100,7 +102,9 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         """Keep the actions for `step_wait`."""
         self._actions = np.asarray(actions, dtype=np.float64)
 
-    def step_wait(self) -> tuple[Observations, np.ndarray[Any, Any], np.ndarray[Any, Any], list[dict[str, Any]]]:
+    def step_wait(
+        self,
+    ) -> tuple[Observations, np.ndarray[Any, Any], np.ndarray[Any, Any], list[dict[str, Any]]]:
         """Advance every environment."""
         observations, rewards, terminated, truncated, told = self.env.step(self._actions)
         dones = terminated | truncated
@@ -166,4 +170,4 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
 
     def get_images(self) -> list[np.ndarray[Any, Any] | None]:
         """Return a picture of each world, (height, width, 3) of uint8."""
-        return list(self.env.batch.pictures(self.env.film, self.env.film_size, "rgb")["rgb"])
+        return list(self.env.render() or [None] * self.num_envs)
