@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -75,8 +75,11 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         batch: The worlds, for snapshots and state hashes.
         hand_numbers: As `PalmaresEnv.hand_numbers`.
         layout: As `FlatEnv.layout`.
+        compute_reward: As `FlatEnv.compute_reward`.
 
     """
+
+    compute_reward: Callable[[Any, Any, Any], Any]
 
     def __init__(
         self,
@@ -160,6 +163,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         self._most_steps = None if most is None else whole("max_episode_steps", most, 1, MAX_COUNT)
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._desired = np.zeros((num_envs, 3))
+        if self._form.goal is not None:
+            self.compute_reward = self._form.reward
 
     @property
     def fraction(self) -> float:
@@ -236,7 +241,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         """Return the observation of fields."""
         for name, _, kind in self._cameras:
             kind = kind or "depth"
-            fields[f"{kind}.{name}"] = self.batch.pictures(name, None, kind)[kind]  # type: ignore[arg-type]
+            fields[f"{kind}_{name}"] = self.batch.pictures(name, None, kind)[kind]  # type: ignore[arg-type]
         return self._form.made(fields, (self.num_envs,), self._desired)
 
     def step(self, actions: Array) -> tuple[Arrays, Array, Mask, Mask, dict[str, Any]]:
@@ -281,7 +286,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             if self._shaping is True:
                 rewards += told["shaping"]
         if self._form.goal is not None:
-            reached = self.compute_reward(observations["achieved_goal"], observations["desired_goal"], told)
+            goals = observations["achieved_goal"], observations["desired_goal"]
+            reached = self._form.reward(*goals, told)
             rewards = np.where(went, reached, 0.0)
             told["is_success"] = went & (reached == 0.0)
             terminated, truncated = np.zeros_like(terminated), finished
@@ -309,10 +315,6 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         for k in range(self.num_envs):
             events[k] = events_of(self.batch.events(k))
         return events
-
-    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:  # noqa: ARG002
-        """As `FlatEnv.compute_reward`: (…,) of goals (…, 3)."""
-        return self._form.reward(achieved_goal, desired_goal)
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Return an attribute, or the result of a method, of every environment: it is one for all of them.

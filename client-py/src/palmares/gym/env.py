@@ -48,9 +48,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
       5 several parts; m, in its own frame; kg
     - ``hand_drawn`` (numbers,), with ``sensing="truth"`` and where `randomise` draws the hand: the numbers of
       ``info["hand_drawn"]``
-    - ``depth.NAME`` (height, width) of float32, for each ``NAME`` in `cameras`: m, 0 where there is no
+    - ``depth_NAME`` (height, width) of float32, for each ``NAME`` in `cameras`: m, 0 where there is no
       reading
-    - ``rgb.NAME`` (height, width, 3) of uint8, for each ``NAME.rgb`` in `cameras`
+    - ``rgb_NAME`` (height, width, 3) of uint8, for each ``NAME.rgb`` in `cameras`
 
     The number of objects is unknown before a run is opened. So the space of ``objects`` is a `Sequence` of
     any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
@@ -86,8 +86,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
-        render_mode: With ``rgb_array`` `render` returns a picture. With ``human``, only on a server, the first
-            `reset` opens the server's page.
+        render_mode: With ``rgb_array`` `render` returns a picture. With ``human``, only on a server, the
+            first `reset` opens the page of its worlds.
         render_camera: Camera of `render`: a name of task or hand, or in this process a `palmares.sim.View`;
             the task's first camera when left out.
         render_size: Width and height of the picture, only in this process; those of the camera when left out.

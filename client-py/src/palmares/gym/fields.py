@@ -38,9 +38,9 @@ def arrays_of(obs: Observation, channels: Sequence[ChannelInfo] | None = None) -
     found: Arrays = {channel.name: array_of(channel, obs.hand) for channel in channels}
     for name, image in obs.cameras.items():
         if image._depth is not None:
-            found[f"depth.{name}"] = np.nan_to_num(image.depth, nan=0.0).astype(np.float32)
+            found[f"depth_{name}"] = np.nan_to_num(image.depth, nan=0.0).astype(np.float32)
         if image._rgb is not None:
-            found[f"rgb.{name}"] = image.rgb.copy()
+            found[f"rgb_{name}"] = image.rgb.copy()
     if obs.truth is not None:
         truth = obs.truth
         found["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 import gymnasium
@@ -56,9 +57,16 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         inner: The `PalmaresEnv`, whose actions are a dictionary in SI units.
         layout: Columns of each field in the vectors of ``groups`` and ``goal``:
             ``layout["critic"]["objects"]`` is a slice.
+        compute_reward: Takes achieved goals, desired goals (…, 3) and an info, which it ignores; returns the
+            rewards (…,): 0 within the tolerance, and −1 elsewhere. Only with goals, as the next two.
+        compute_terminated: Returns False.
+        compute_truncated: Returns False.
 
     """
 
+    compute_reward: Callable[[Any, Any, Any], Any]
+    compute_terminated: Callable[[Any, Any, Any], bool]
+    compute_truncated: Callable[[Any, Any, Any], bool]
     metadata = PalmaresEnv.metadata
 
     def __init__(
@@ -86,6 +94,10 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         self._form.open(cast(spaces.Dict, self.inner.observation_space), self.inner.hidden)
         self.observation_space = cast(spaces.Space[Arrays], self._form.space)
         self.layout, self._desired = self._form.layout, np.zeros(3)
+        # Learners take an environment with these for one with goals.
+        if self._form.goal is not None:
+            self.compute_reward = self._form.reward
+            self.compute_terminated = self.compute_truncated = self._form.never
 
     @property
     def fraction(self) -> float:
@@ -125,23 +137,6 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
             info["is_success"] = reward == 0.0
             terminated, truncated = False, terminated or truncated
         return observation, reward, terminated, truncated, info
-
-    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:  # noqa: ARG002
-        """Return the reward of goals (…, 3): 0 within the tolerance, and −1 elsewhere.
-
-        Raises:
-            ValueError: The observations have no goals.
-
-        """
-        return self._form.reward(achieved_goal, desired_goal)
-
-    def compute_terminated(self, *_: Any) -> bool:
-        """Return False: no goal ends an episode."""
-        return False
-
-    def compute_truncated(self, *_: Any) -> bool:
-        """Return False: no goal cuts an episode short."""
-        return False
 
     def render(self) -> Any:
         """As `PalmaresEnv.render`."""

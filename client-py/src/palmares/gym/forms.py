@@ -100,16 +100,14 @@ class Form:
         assert self.goal is not None
         return fields["objects"][..., self.goal.object, :3]
 
-    def reward(self, achieved: Any, desired: Any) -> Any:
-        """Return the reward of goals (…, 3).
-
-        Raises:
-            ValueError: There are no goals.
-
-        """
-        if self.goal is None:
-            raise ValueError(f"observations: found {self._kind!r}; compute_reward needs 'goal'")
+    def reward(self, achieved: Any, desired: Any, info: Any = None) -> Any:  # noqa: ARG002
+        """Return the rewards of goals (…, 3), as learners ask for them."""
+        assert self.goal is not None
         return self.goal.reward(achieved, desired)
+
+    def never(self, *_: Any) -> bool:
+        """Return False: no goal ends an episode."""
+        return False
 
     def made(self, fields: Arrays, lead: Sequence[int], desired: Any = None) -> Arrays:
         """Return the observation of fields.

@@ -26,7 +26,7 @@ def cameras_of(task: TaskInfo, hand: HandInfo) -> dict[str, CameraInfo]:
 
 
 def spaces_of(cameras: Iterable[str], known: dict[str, CameraInfo]) -> dict[str, spaces.Space[Any]]:
-    """Return the space of each image: ``depth.NAME`` of a camera ``NAME``, ``rgb.NAME`` of ``NAME.rgb``.
+    """Return the space of each image: ``depth_NAME`` of a camera ``NAME``, ``rgb_NAME`` of ``NAME.rgb``.
 
     Raises:
         ValueError: There is no such camera, or it has no such image.
@@ -40,11 +40,11 @@ def spaces_of(cameras: Iterable[str], known: dict[str, CameraInfo]) -> dict[str,
             raise ValueError(f"cameras: found {short(name)}; wanted some of {wanted}")
         info = known[camera]
         if kind == "rgb":
-            found[f"rgb.{camera}"] = spaces.Box(0, 255, (info.height, info.width, 3), dtype=np.uint8)
+            found[f"rgb_{camera}"] = spaces.Box(0, 255, (info.height, info.width, 3), dtype=np.uint8)
         else:
             depth = depth_of(info)
             shape = tuple(depth.shape)
-            found[f"depth.{camera}"] = spaces.Box(depth.minimum, depth.maximum, shape, dtype=np.float32)
+            found[f"depth_{camera}"] = spaces.Box(depth.minimum, depth.maximum, shape, dtype=np.float32)
     return found
 
 
@@ -62,4 +62,4 @@ def view_of(camera: str | View | None, known: dict[str, CameraInfo]) -> str | Vi
 
 def is_image(field: str) -> bool:
     """Whether a field of an observation is an image."""
-    return field.startswith(("depth.", "rgb."))
+    return field.startswith(("depth_", "rgb_"))
