@@ -111,7 +111,7 @@ def test_attributes_are_those_of_all() -> None:
             getattr(envs, name)("colour")
     with pytest.raises(AttributeError, match="colour"):
         envs.set_attr("colour", 1)
-    with pytest.raises(TypeError, match="no url;"):
+    with pytest.raises(TypeError, match="argument 'url': unknown, or for a single"):
         gymnasium.make_vec(NAME, num_envs=2, url="local")
     with pytest.raises(ValueError, match="max_episode_steps: found 0"):
         gymnasium.make_vec(NAME, num_envs=2, max_episode_steps=0)

@@ -106,9 +106,10 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         **single: Any,
     ) -> None:
         if single:
+            given = ", ".join(map(repr, single))
             raise TypeError(
-                f"a vector environment has no {', '.join(single)}; a server and another number of objects "
-                "need a single environment, of gymnasium.make"
+                f"unexpected keyword argument {given}: unknown, or for a single environment only, of "
+                "gymnasium.make"
             )
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")

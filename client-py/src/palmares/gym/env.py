@@ -126,7 +126,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         if render_mode == "human" and url is None:
             raise ValueError("render_mode='human' opens a server's page: give the server's url as well")
         if url is None and client:
-            raise TypeError(f"for a server only: {', '.join(client)}")
+            given = ", ".join(map(repr, client))
+            raise TypeError(f"unexpected keyword argument {given}: unknown, or for a server only, with url")
         self.render_mode, self._url = render_mode, url
         if url is None:  # A process without a server has no page.
             self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
