@@ -5,7 +5,10 @@
 
 The loop is that of CleanRL's single file ``ppo_continuous_action.py``: copy it and change what you study. The
 critic sees the truth, the policy too, or with ``--blind`` only what sensors read (``observations="groups"``).
-The reward is the change of the score and its shaped part; an episode has 100 steps of 0.1 s.
+An update has one episode of each world. The reward is the change of the score and of the potential Φ of
+docs/training.md: ``discount=1.0``. With the learner's own discount a critic that knows Φ cancels the shaped
+part, so that nothing is learned before the first points; without it every approach is worth something, at the
+price of the guarantee that optimal policies stay optimal.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-DISCOUNT, LAMBDA, CLIP, ENTROPY, EPOCHS, BATCHES = 0.99, 0.95, 0.2, 0.0, 8, 8
+DISCOUNT, LAMBDA, CLIP, EPOCHS, BATCHES, LEARNING_RATE = 0.99, 0.95, 0.2, 8, 8, 1e-3
 
 
 def train(args: argparse.Namespace) -> list[float]:
@@ -49,7 +52,7 @@ def train(args: argparse.Namespace) -> list[float]:
             self.square += (x**2 - self.square).sum(0) / self.count
 
         def forward(self, x: torch.Tensor) -> torch.Tensor:
-            spread = (self.square - self.mean**2).clamp(min=1e-8).sqrt()
+            spread = (self.square - self.mean**2).clamp(min=1e-4).sqrt()
             return self.body(((x - self.mean) / spread).clamp(-10.0, 10.0))
 
     torch.manual_seed(args.seed)
@@ -61,8 +64,8 @@ def train(args: argparse.Namespace) -> list[float]:
         hand=args.hand,
         observations="groups",
         shaping=True,
-        discount=DISCOUNT,
-        max_episode_steps=100,
+        discount=1.0,  # Of the shaped part: see above.
+        max_episode_steps=args.steps,
         threads=args.threads,
         autoreset_mode="SameStep",
     )
@@ -73,7 +76,7 @@ def train(args: argparse.Namespace) -> list[float]:
     policy, critic = Scaled(sizes[group], motions, 0.01), Scaled(sizes["critic"], 1, 1.0)
     log_spread = nn.Parameter(torch.full((motions,), -0.7))
     parameters = [*policy.parameters(), *critic.parameters(), log_spread]
-    optimizer = torch.optim.Adam(parameters, lr=3e-4, eps=1e-5)
+    optimizer = torch.optim.Adam(parameters, lr=LEARNING_RATE, eps=1e-5)
 
     steps, returns, began = args.steps, [], time.monotonic()
     kept = {
@@ -85,12 +88,12 @@ def train(args: argparse.Namespace) -> list[float]:
     }
     rewards, ends = torch.zeros(steps, args.envs), torch.zeros(steps, args.envs)
     now, _ = envs.reset(seed=args.seed)
+    policy.learn_scale(torch.as_tensor(now[group]))
+    critic.learn_scale(torch.as_tensor(now["critic"]))
     for update in range(1, args.updates + 1):
         episodes: list[float] = []
         for k in range(steps):
             seen, truth = (torch.as_tensor(now[name]) for name in (group, "critic"))
-            policy.learn_scale(seen)
-            critic.learn_scale(truth)
             with torch.no_grad():
                 choice = Normal(policy(seen), log_spread.exp())
                 actions = choice.sample()
@@ -129,11 +132,13 @@ def train(args: argparse.Namespace) -> list[float]:
                 gain = (gained[some] - gained[some].mean()) / (gained[some].std() + 1e-8)
                 clipped = torch.min(ratio * gain, ratio.clamp(1.0 - CLIP, 1.0 + CLIP) * gain).mean()
                 error = (critic(flat["truth"][some])[:, 0] - targets[some]).square().mean()
-                loss = 0.5 * error - clipped - ENTROPY * choice.entropy().sum(1).mean()
+                loss = 0.5 * error - clipped
                 optimizer.zero_grad()
                 loss.backward()
                 nn.utils.clip_grad_norm_(parameters, 0.5)
                 optimizer.step()
+        policy.learn_scale(flat["seen"])
+        critic.learn_scale(flat["truth"])
         if episodes:
             returns.append(float(np.mean(episodes)))
             print(f"{time.monotonic() - began:5.0f} s, update {update}, return {returns[-1]:.3f}", flush=True)
@@ -150,7 +155,7 @@ def parsed(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--hand", default="softhand", help="hand, or its folder (default softhand)")
     parser.add_argument("--blind", action="store_true", help="the policy sees what sensors read alone")
     parser.add_argument("--envs", type=int, default=32, help="environments at once (default 32)")
-    parser.add_argument("--steps", type=int, default=100, help="steps of an update (default 100)")
+    parser.add_argument("--steps", type=int, default=50, help="steps of an episode (default 50)")
     parser.add_argument("--updates", type=int, default=100, help="updates (default 100)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the training (default 1)")
     parser.add_argument("--threads", type=int, help="threads that simulate (default: one for each core)")
