@@ -67,3 +67,18 @@ def test_seeds_that_are_none_are_refused(options: dict[str, Any]) -> None:
     for seeds in ([], [3, 3], [-1]):
         with pytest.raises(ValueError, match="seeds"):
             palmares.minari.collect("palmares/x-v0", policy, NAME, seeds, options=options)
+
+
+def test_a_collector_of_minari_keeps_infos(options: dict[str, Any]) -> None:
+    pytest.importorskip("jax", reason="jax is not installed: minari[create]")
+    env = minari.DataCollector(
+        gymnasium.make(NAME, **options), step_data_callback=palmares.minari.Infos, record_infos=True
+    )
+    env.reset(seed=4)
+    truncated = False
+    while not truncated:
+        *_, truncated, info = env.step(env.action_space.sample())
+    made = env.create_dataset("palmares/grasp/mine-v0")
+    assert made[0].infos["tick"].tolist() == [0, 25, 50, 75, 100]
+    assert made[0].infos["shaping"][-1] == info["shaping"]
+    assert made[0].infos["is_success"].dtype == bool

@@ -17,7 +17,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 try:
-    from minari import MinariDataset, create_dataset_from_buffers
+    from minari import MinariDataset, StepDataCallback, create_dataset_from_buffers
     from minari.data_collector import EpisodeBuffer
 except ImportError as missing:
     raise ImportError("palmares.minari needs minari: pip install 'palmares[minari]'") from missing
@@ -28,8 +28,21 @@ from palmares.gym.batch import BatchEnv
 from palmares.gym.fields import Arrays
 from palmares.version import VERSION
 
-INFOS = ("tick", "score", "is_success", "shaping")
-"""Entries of infos that a dataset keeps, each (steps + 1,); they are 0 after a reset"""
+INFOS = {"tick": 0, "score": 0.0, "is_success": False, "shaping": 0.0}
+"""Entries of infos that a dataset keeps, each (steps + 1,), with their values after a reset"""
+
+
+class Infos(StepDataCallback):  # type: ignore[misc]
+    """Keeps `INFOS` of each step, for a ``minari.DataCollector`` around an environment.
+
+    >>> minari.DataCollector(env, step_data_callback=Infos, record_infos=True)   # doctest: +SKIP
+    """
+
+    def __call__(self, *args: Any, **step: Any) -> Any:
+        """Return the data of a step."""
+        data = super().__call__(*args, **step)
+        data["info"] = {name: data["info"].get(name, first) for name, first in INFOS.items()}
+        return data
 
 
 class _Episode:
@@ -63,7 +76,7 @@ class _Episode:
             rewards=self._rewards,
             terminations=list(ends & self._terminated),
             truncations=list(ends & (not self._terminated)),
-            infos={name: np.array([type(values[0])(0), *values]) for name, values in columns.items()},
+            infos={name: np.array([INFOS[name], *values]) for name, values in columns.items()},
         )
 
 
