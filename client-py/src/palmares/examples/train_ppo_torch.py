@@ -21,6 +21,8 @@ from pathlib import Path
 import numpy as np
 
 DISCOUNT, LAMBDA, CLIP, EPOCHS, BATCHES, LEARNING_RATE = 0.99, 0.95, 0.2, 8, 8, 1e-3
+# A point is 10: the potential changes by hundredths in a step, and networks begin with larger numbers.
+POINT = 10.0
 
 
 def train(args: argparse.Namespace) -> list[float]:
@@ -73,7 +75,7 @@ def train(args: argparse.Namespace) -> list[float]:
     group = "policy" if args.blind else "critic"
     sizes = {name: values.shape[1] for name, values in envs.observation_space.sample().items()}
     motions = envs.action_space.sample().shape[1]
-    policy, critic = Scaled(sizes[group], motions, 0.01), Scaled(sizes["critic"], 1, 1.0)
+    policy, critic = Scaled(sizes[group], motions, 0.01), Scaled(sizes["critic"], 1, 0.01)
     log_spread = nn.Parameter(torch.full((motions,), -0.7))
     parameters = [*policy.parameters(), *critic.parameters(), log_spread]
     optimizer = torch.optim.Adam(parameters, lr=LEARNING_RATE, eps=1e-5)
@@ -101,7 +103,7 @@ def train(args: argparse.Namespace) -> list[float]:
             for store, values in zip(kept.values(), row, strict=True):
                 store[k] = values
             now, reward, terminated, truncated, infos = envs.step(actions.numpy().clip(-1.0, 1.0))
-            rewards[k] = torch.as_tensor(reward)
+            rewards[k] = POINT * torch.as_tensor(reward)
             ends[k] = torch.as_tensor(terminated | truncated)
             for world in np.flatnonzero(terminated | truncated):
                 episodes.append(float(infos["episode"]["r"][world]))
