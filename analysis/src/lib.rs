@@ -18,6 +18,7 @@ pub mod equilibrium;
 pub mod grasp;
 pub mod hand;
 pub mod hull;
+pub mod inverse;
 pub mod linear;
 pub mod mechanics;
 pub mod quality;

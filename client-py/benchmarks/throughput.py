@@ -31,6 +31,7 @@ from record import fields, line, with_section
 
 import palmares
 import palmares.gym
+from palmares import Training
 from palmares.server import Server
 from palmares.sim import Batch
 
@@ -84,10 +85,10 @@ def action(motors: int, tick: int, down: float = 0.0) -> np.ndarray[Any, Any]:
     return np.array([0.0, 0.0, down, 0.0, 0.0, 0.0] + [sigma] * motors)
 
 
-def batch(scene: str, hand: str, count: int, threads: int) -> Row:
+def batch(scene: str, hand: str, count: int, threads: int, step_ms: float | None = None) -> Row:
     """Return worlds in a `Batch`."""
     task, down, lead_in = SCENES[scene]
-    worlds = Batch(task, hand, count, threads=threads)
+    worlds = Batch(task, hand, count, threads=threads, training=Training(step_ms=step_ms))
     motors = worlds.action_len - 6
     worlds.reset(range(1, count + 1))
     if lead_in:
@@ -101,6 +102,8 @@ def batch(scene: str, hand: str, count: int, threads: int) -> Row:
         return count * ticks
 
     name = f"`Batch`, {count} worlds, {threads} thread{'s' if threads > 1 else ''}"
+    if step_ms is not None:
+        name += f", steps of {step_ms:g} ms"
     return Row(name, block, lambda: worlds.physics_s, threads)
 
 
@@ -211,6 +214,7 @@ def quartiles(values: list[float], form: str) -> str:
 def table(scene: str, hand: str, args: argparse.Namespace, url: str | None) -> str:
     """Measure a scene with a hand; print and return its table."""
     rows = [batch(scene, hand, args.worlds, threads) for threads in (1, 2)]
+    rows += [batch(scene, hand, args.worlds, threads, ms) for ms in (2.0, 4.0) for threads in (1, 2)]
     rows.append(asynchronous(None, scene, hand, 2))
     if url:
         rows += [socket(url, scene, hand), asynchronous(url, scene, hand, 2)]

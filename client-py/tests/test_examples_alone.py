@@ -12,7 +12,7 @@ import pytest
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "src/palmares/examples").glob("[!_]*.py"))
 # These play in their own process, with the compiled part of the package.
-LEARNERS = [path for path in EXAMPLES if path.stem.startswith("train_")]
+LEARNERS = [path for path in EXAMPLES if path.stem.startswith(("train_", "mppi_"))]
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

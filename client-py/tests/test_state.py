@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palmares.sim import Batch, World
+from palmares import twist
+from palmares.sim import Batch, World, linearise
 from palmares.sim.state import MECHANICS, STATE, State
 
 
@@ -123,6 +124,9 @@ def test_quantities_of_a_batch_are_those_of_its_worlds() -> None:
 def test_contacts_are_padded_and_the_strongest_are_kept() -> None:
     batch = Batch("balls", "softhand", 1)
     batch.reset([1])
+    objects = batch.state().objects
+    objects[..., 9] = -0.01  # A small velocity wakes what sleeps: sleeping objects have no contacts.
+    batch.set_state(objects=objects)
     batch.step(np.zeros((1, 7)), 20)
     everything, two = batch.contacts(most=64), batch.contacts(most=2)
     count = int(everything["count"][0])
@@ -144,3 +148,31 @@ def test_a_state_of_a_batch_has_no_memory() -> None:
     before = batch.state_hashes()
     batch.set_state(state)
     assert batch.state_hashes() == before
+
+
+def test_a_linear_step_predicts_a_small_change() -> None:
+    world = World("grasp", "softhand", 4)
+    world.step(hand=[0.3], repeat=30)
+    action = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.1, 0.4])
+    fine, coarse = (linearise(world, action, step=step) for step in (1e-6, 1e-5))
+    assert fine.A.shape == (2 * 32, 2 * 32)
+    assert fine.B.shape == (2 * 32, 7)
+    # The object rests on the table: where a change lets it slide, a step is not smooth.
+    hand = [k for k, name in enumerate(fine.names) if "object" not in name]
+    smooth = np.ix_(hand, hand)
+    np.testing.assert_allclose(fine.A[smooth], coarse.A[smooth], rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(fine.B[hand], coarse.B[hand], rtol=1e-6, atol=1e-6)
+    joints = [fine.names.index(f"q.{k}") for k in range(19)]
+    kept, small = world.state(), 1e-5
+    change = np.zeros(64)
+    change[joints] = small * np.cos(np.arange(19.0))
+
+    def after(sign: float) -> np.ndarray:
+        moved = kept.copy()
+        moved.q[:] += sign * change[joints]
+        world.set_state(moved)
+        world.step(base=twist(action[:3], action[3:6]), hand=action[6:])
+        return np.array(world.state().q)
+
+    found = 0.5 * (after(1.0) - after(-1.0))
+    np.testing.assert_allclose(found, (fine.A @ change)[joints], atol=1e-5 * small)

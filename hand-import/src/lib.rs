@@ -40,6 +40,17 @@ pub use crate::options::Options;
 /// Links and joints of a robot; more than those of a hand, as some are left out.
 const MAX_LINKS: usize = 1024;
 
+/// Triangles of a mesh file of any format that imports read; in metres where the format has a unit, else in its own.
+///
+/// # Errors
+/// It cannot be read, or is of another format.
+pub fn mesh_triangles(path: &Path) -> Result<Vec<[palmares_models::Vec3; 3]>, ImportError> {
+    let unreadable = |problem: String| ImportError::unreadable(path, problem);
+    let source = Source::open(path)?;
+    let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+    Ok(meshes::triangles(&bytes, path, &source).map_err(unreadable)?.corners)
+}
+
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors

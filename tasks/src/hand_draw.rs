@@ -80,6 +80,12 @@ impl HandDraw {
         drawn.map(|entry| entry.range.at(self.unit(&entry.name, seed))).collect()
     }
 
+    /// The drawn number of each uncertain entry, if it is drawn.
+    pub fn each(&self, hand: &Hand, seed: Seed) -> Vec<Option<f64>> {
+        let mut numbers = self.numbers(hand, seed).into_iter();
+        hand.uncertain.iter().map(|entry| self.draws(entry).then(|| numbers.next()).flatten()).collect()
+    }
+
     /// The drawn hand; the hand itself if nothing is drawn.
     ///
     /// # Errors
@@ -88,10 +94,7 @@ impl HandDraw {
         if self.is_own() {
             return Ok(Arc::clone(hand));
         }
-        let mut numbers = self.numbers(hand, seed).into_iter();
-        let each: Vec<Option<f64>> =
-            hand.uncertain.iter().map(|entry| self.draws(entry).then(|| numbers.next()).flatten()).collect();
-        hand.drawn(&each).map(Arc::new).map_err(|error| error.to_string())
+        hand.drawn(&self.each(hand, seed)).map(Arc::new).map_err(|error| error.to_string())
     }
 
     /// The part of a range, from 0 to 1.

@@ -311,6 +311,18 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
         |k: usize| std::fs::read(own.path().join(format!("ring_pieces/ring_{k:02}.stl"))).expect("there");
     let (first, last) = (bytes(1), bytes(pieces.len()));
 
+    // A mesh of another format becomes an STL first.
+    let block = own.path().join("block.obj");
+    let corners = [[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0], [0, 0, 9], [9, 0, 9], [9, 9, 9], [0, 9, 9]];
+    let corners = corners.iter().map(|[x, y, z]| format!("v 0.00{x} 0.00{y} 0.00{z}\n")).collect::<String>();
+    let faces = "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    std::fs::write(&block, corners + faces).expect("written");
+    let (code, out) = palmares(&["task", "decompose", text(&block), "--resolution", "16"]);
+    assert!(code == 0 && out.contains("block.stl") && out.contains("closed, 1 cm³"), "{out}");
+    assert!(own.path().join("block_pieces/block_1.stl").exists(), "{out}");
+    let (code, out) = palmares(&["task", "decompose", text(&block)]);
+    assert!(code == 1 && out.contains("block.stl is there already"), "{out}");
+
     let (code, out) = take_apart(&[]);
     assert!(code == 1 && out.contains("ring_pieces exists; nothing was written"), "{out}");
     let (code, out) = take_apart(&["--force", "--pieces", "16", "--resolution", "48"]);

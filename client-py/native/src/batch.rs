@@ -4,17 +4,19 @@
 use crate::fields::{Field, constant, fields, write};
 use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
+use crate::parameters;
 use crate::pictures;
 use crate::snapshot::Snapshot;
-use crate::state::{self, Given};
-use crate::training::{Asked, Training, status};
+use crate::state::{self, Placed};
+use crate::training::{Asked, Training, drawn_of, status};
 use crate::workers::Workers;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
 use palmares_sim::SharedScratch;
+use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::SnapshotError;
-use palmares_tasks::training::{Shaper, Terms, open};
+use palmares_tasks::training::{Given, Shaper, Terms, open};
 use palmares_tasks::{Action, BaseTarget, Fault, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -39,6 +41,8 @@ struct Slot {
     constant: Vec<f64>,
     /// Drawn numbers of its hand.
     drawn: Vec<f64>,
+    /// What was given rather than drawn.
+    given: Given,
     score: f64,
     reward: f64,
     /// Shapes rewards, if they are shaped.
@@ -57,6 +61,7 @@ struct Opened {
     run: Run,
     constant: Vec<f64>,
     drawn: Vec<f64>,
+    given: Given,
     shaper: Option<Shaper>,
 }
 
@@ -77,6 +82,8 @@ pub(crate) struct Batch {
     sensing: Sensing,
     noise: Noise,
     training: Training,
+    /// Whether actions have a pose of the base, and not its velocities.
+    poses: bool,
     fields: Vec<Field>,
     slots: Vec<Slot>,
     workers: Workers,
@@ -85,6 +92,7 @@ pub(crate) struct Batch {
 #[pymethods]
 impl Batch {
     #[new]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         task: &str,
         hand: &str,
@@ -92,6 +100,7 @@ impl Batch {
         sensing: &str,
         noise: &str,
         threads: usize,
+        poses: bool,
         training: Option<Asked>,
     ) -> PyResult<Self> {
         if !(1..=100_000).contains(&count) {
@@ -113,6 +122,7 @@ impl Batch {
             row: vec![0.0; length],
             constant: Vec::new(),
             drawn: vec![0.0; drawn],
+            given: Given::default(),
             score: 0.0,
             reward: 0.0,
             shaper: None,
@@ -122,7 +132,7 @@ impl Batch {
             events: Vec::new(),
         };
         let slots = (0..count).map(|_| slot()).collect();
-        Ok(Batch { task, hand, sensing, noise, training, fields, slots, workers })
+        Ok(Batch { task, hand, sensing, noise, training, poses, fields, slots, workers })
     }
 
     /// Threads that step.
@@ -137,10 +147,16 @@ impl Batch {
         self.task.tick_s
     }
 
-    /// Numbers of an action: linear and angular velocity of the base, σ of each motor.
+    /// Objects of the task.
+    #[getter]
+    fn objects(&self) -> usize {
+        self.task.objects.count
+    }
+
+    /// Numbers of an action: linear and angular velocity of the base, or position and quaternion; σ of each motor.
     #[getter]
     fn action_len(&self) -> usize {
-        6 + self.hand.motors.len()
+        base_len(self.poses) + self.hand.motors.len()
     }
 
     /// Name and shape of every field of an observation of one world.
@@ -148,26 +164,37 @@ impl Batch {
         self.fields.iter().map(|field| (field.name, field.shape.clone())).collect()
     }
 
-    /// Opens a run in each world of `mask`, by its place in `seeds`; calls `told` with the number of open
-    /// ones.
-    #[pyo3(signature = (seeds, mask, told=None))]
-    fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>, told: Told<'_>) -> PyResult<()> {
+    /// Opens a run in each world of `mask`, by its place in `seeds`, with its row of `parameters`; calls `told` with the
+    /// number of open ones.
+    #[pyo3(signature = (seeds, mask, told=None, parameters=None))]
+    fn reset(
+        &mut self,
+        py: Python<'_>,
+        seeds: Vec<u64>,
+        mask: Vec<bool>,
+        told: Told<'_>,
+        parameters: Option<Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
         self.fits("seeds", seeds.len())?;
         self.fits("mask", mask.len())?;
         for seed in &seeds {
             lookup::seed(*seed)?;
         }
+        let given =
+            parameters::given(parameters.as_ref(), &self.hand, self.slots.len(), self.task.objects.count)?;
         let Batch { task, hand, noise, sensing, training, slots, workers, .. } = self;
         let workers = workers.started()?;
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
-        let chosen = slots.iter_mut().zip(seeds).zip(mask).filter(|(_, chosen)| *chosen);
-        let mut chosen: Vec<(&mut Slot, u64, Result<(), String>)> =
-            chosen.map(|((slot, seed), _)| (slot, seed, Ok(()))).collect();
+        let chosen = slots.iter_mut().zip(seeds).zip(given).zip(mask).filter(|(_, chosen)| *chosen);
+        let mut chosen: Vec<(&mut Slot, u64, Given, Result<(), String>)> =
+            chosen.map(|(((slot, seed), given), _)| (slot, seed, given, Ok(()))).collect();
         let mut opened = 0;
         // A small portion, so that Ctrl-C is checked in between.
         for some in chosen.chunks_mut(2 * workers.count()) {
-            py.detach(|| workers.each(some, |(slot, seed, built)| *built = slot.open(&how, *seed)));
-            for (_, _, built) in &mut *some {
+            py.detach(|| {
+                workers.each(some, |(slot, seed, given, built)| *built = slot.open(&how, *seed, given))
+            });
+            for (_, _, _, built) in &mut *some {
                 std::mem::replace(built, Ok(())).map_err(PyValueError::new_err)?;
             }
             py.check_signals()?;
@@ -190,7 +217,8 @@ impl Batch {
     ) -> PyResult<()> {
         self.fits("mask", mask.len())?;
         let (count, motors) = (self.slots.len(), self.hand.motors.len());
-        let [least, most] = [6 + motors, 6 + 2 * motors];
+        let base = base_len(self.poses);
+        let [least, most] = [base + motors, base + 2 * motors];
         let width = actions.shape()[1];
         if actions.shape()[0] != count || (width != least && width != most) {
             let shape = actions.shape();
@@ -206,14 +234,19 @@ impl Batch {
         if let Some(world) = (0..count).find(|k| mask[*k] && self.slots[*k].run.is_none()) {
             return Err(PyValueError::new_err(format!("world {world} has no run yet: call reset first")));
         }
-        let (sensing, objects) = (self.sensing, self.task.objects.count);
+        let (sensing, objects, poses) = (self.sensing, self.task.objects.count, self.poses);
+        let short = |row: &[f64]| poses && row[3..7].iter().map(|x| x * x).sum::<f64>() < 1e-12;
+        if let Some(world) = actions.chunks(width).position(short) {
+            let message = format!("actions[{world}, 3:7] has zero length; wanted a unit quaternion x y z w");
+            return Err(PyValueError::new_err(message));
+        }
         let (slots, workers) = (&mut self.slots, self.workers.started()?);
         let mut moving: Vec<(&mut Slot, Action)> = slots
             .iter_mut()
             .zip(actions.chunks(width))
             .zip(mask)
             .filter(|(_, chosen)| *chosen)
-            .map(|((slot, numbers), _)| (slot, action(numbers, motors)))
+            .map(|((slot, numbers), _)| (slot, action(numbers, motors, poses)))
             .collect();
         moving.iter_mut().for_each(|(slot, _)| slot.begin());
         // Small portions, so that Ctrl-C does not wait long.
@@ -246,15 +279,15 @@ impl Batch {
     /// The first action that is clipped under these largest base velocities, m/s and rad/s: its world, and
     /// the number of its field: linear velocity, angular velocity, σ.
     fn clipped(&self, actions: PyReadonlyArray2<'_, f64>, limits: [f64; 2]) -> Option<(usize, usize)> {
-        let actions = actions.as_array();
+        let (actions, base) = (actions.as_array(), base_len(self.poses));
         let length = |world, first: usize| {
             (first..first + 3).map(|k| actions[[world, k]] * actions[[world, k]]).sum::<f64>().sqrt()
         };
         (0..actions.nrows()).find_map(|world| {
-            let mut sigmas = (6..actions.ncols()).map(|k| actions[[world, k]]);
+            let mut sigmas = (base..actions.ncols()).map(|k| actions[[world, k]]);
             let beyond = [
-                length(world, 0) > limits[0],
-                length(world, 3) > limits[1],
+                !self.poses && length(world, 0) > limits[0],
+                !self.poses && length(world, 3) > limits[1],
                 sigmas.any(|sigma| !(0.0..=1.0).contains(&sigma)),
             ];
             beyond.into_iter().position(|is_beyond| is_beyond).map(|field| (world, field))
@@ -364,6 +397,21 @@ impl Batch {
         self.slots.iter().map(|slot| slot.run.as_ref().map_or(0, Run::tick)).collect()
     }
 
+    /// The numbers in effect in all worlds: arrays (N, objects) and (N,).
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.all_open()?;
+        let numbers = |slot: &Slot| {
+            let options = self.training.options.clone().give(&self.hand, slot.given.clone());
+            let options = options.map_err(PyValueError::new_err)?;
+            Ok(options.hand_numbers(&self.hand, Seed::from_u64(slot.seed)))
+        };
+        let numbers = self.slots.iter().map(numbers).collect::<PyResult<Vec<_>>>()?;
+        let runs = self.slots.iter().zip(&numbers);
+        let runs: Vec<_> =
+            runs.filter_map(|(slot, row)| Some((slot.run.as_ref()?, row.as_slice()))).collect();
+        parameters::in_effect(py, &runs, &self.hand, self.task.objects.count)
+    }
+
     /// Digests of the states.
     fn state_hashes(&self) -> Vec<String> {
         let hash = |slot: &Slot| slot.run.as_ref().map_or_else(String::new, Run::state_hash);
@@ -397,7 +445,8 @@ impl Batch {
     /// Takes a snapshot of a world.
     fn snapshot(&self, world: usize) -> PyResult<Snapshot> {
         let run = self.slot(world)?.run.as_ref().ok_or_else(|| no_run(world))?;
-        Ok(Snapshot { run: run.snapshot(), number: self.slots[world].seed, history: None })
+        let Slot { seed, given, .. } = &self.slots[world];
+        Ok(Snapshot { run: run.snapshot(), number: *seed, given: given.clone(), history: None })
     }
 
     /// Continues a world from a snapshot of the same task, hand and noise. A world of another seed becomes a run of the snapshot's.
@@ -405,11 +454,12 @@ impl Batch {
         self.slot(world)?;
         let snapshot = from.get();
         let refused = |error: SnapshotError| PyValueError::new_err(error.to_string());
-        if snapshot.number == self.slots[world].seed && self.slots[world].run.is_some() {
+        let slot = &self.slots[world];
+        if slot.is_of(snapshot.number, &snapshot.given) {
             let run = self.slots[world].run.as_mut().ok_or_else(|| no_run(world))?;
             run.restore(&snapshot.run).map_err(refused)?;
         } else {
-            let mut opened = self.run_of(snapshot.number)?;
+            let mut opened = self.run_of(snapshot.number, &snapshot.given)?;
             opened.run.restore(&snapshot.run).map_err(refused)?;
             self.slots[world].take(opened, snapshot.number);
         }
@@ -456,13 +506,48 @@ impl Batch {
         pictures::pictures(py, runs, Some(workers.started()?), &asked, &kinds, &lead)
     }
 
+    /// Pushes a link in the worlds of `mask`: a force and a torque (N, 3) for each, in the world frame.
+    fn push(
+        &mut self,
+        link: &str,
+        force: PyReadonlyArray2<'_, f64>,
+        torque: PyReadonlyArray2<'_, f64>,
+        duration_s: f64,
+        mask: Vec<bool>,
+    ) -> PyResult<()> {
+        self.fits("mask", mask.len())?;
+        self.all_open()?;
+        for (name, array) in [("force", &force), ("torque", &torque)] {
+            if array.shape() != [self.slots.len(), 3] {
+                let (shape, count) = (array.shape(), self.slots.len());
+                return Err(PyValueError::new_err(format!(
+                    "{name}: found shape {shape:?}; wanted [{count}, 3]"
+                )));
+            }
+        }
+        let row = |array: &PyReadonlyArray2<'_, f64>, world: usize| {
+            let array = array.as_array();
+            [array[[world, 0]], array[[world, 1]], array[[world, 2]]]
+        };
+        for (world, slot) in self.slots.iter_mut().enumerate().filter(|(world, _)| mask[*world]) {
+            let wrench = Wrench { force: row(&force, world), torque: row(&torque, world) };
+            let run = slot.run.as_mut().ok_or_else(|| no_run(world))?;
+            let refused = |error| PyValueError::new_err(format!("world {world}: {error}"));
+            run.push(link, wrench, duration_s).map_err(refused)?;
+        }
+        Ok(())
+    }
+
     /// Puts hands, motors or objects of the worlds of `mask` elsewhere. After an error nothing has changed.
-    fn place(&mut self, given: Given<'_>, mask: Vec<bool>) -> PyResult<()> {
+    fn place(&mut self, given: Placed<'_>, mask: Vec<bool>) -> PyResult<()> {
         self.fits("mask", mask.len())?;
         self.all_open()?;
         let (sensing, objects) = (self.sensing, self.task.objects.count);
-        let present: Vec<usize> =
-            self.slots.iter().map(|slot| slot.run.as_ref().map_or(0, |run| run.object_states().count())).collect();
+        let present: Vec<usize> = self
+            .slots
+            .iter()
+            .map(|slot| slot.run.as_ref().map_or(0, |run| run.object_states().count()))
+            .collect();
         let placements = given.placements(&self.hand, objects, &[self.slots.len()], &present)?;
         let mut before = Vec::new();
         for (world, placement) in placements.iter().enumerate().filter(|(world, _)| mask[*world]) {
@@ -492,15 +577,16 @@ impl Batch {
     }
 
     /// The run of a seed: a copy of a world that has it, if there is one.
-    fn run_of(&self, seed: u64) -> PyResult<Opened> {
+    fn run_of(&self, seed: u64, given: &Given) -> PyResult<Opened> {
         let Batch { task, hand, noise, sensing, training, slots, .. } = self;
-        let of_seed = slots.iter().filter(|slot| slot.seed == seed);
+        let of_seed = slots.iter().filter(|slot| slot.is_of(seed, given));
         if let Some((run, slot)) = of_seed.filter_map(|slot| Some((slot.run.as_ref()?, slot))).next() {
             let (constant, drawn) = (slot.constant.clone(), slot.drawn.clone());
-            return Ok(Opened { run: run.fork(), constant, drawn, shaper: training.shaper(run) });
+            let shaper = training.shaper(run);
+            return Ok(Opened { run: run.fork(), constant, drawn, given: given.clone(), shaper });
         }
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
-        Opened::of(&how, seed).map_err(PyValueError::new_err)
+        Opened::of(&how, seed, given).map_err(PyValueError::new_err)
     }
 
     fn fits(&self, name: &str, found: usize) -> PyResult<()> {
@@ -513,33 +599,41 @@ impl Batch {
 }
 
 impl Opened {
-    fn of(how: &How<'_>, seed: u64) -> Result<Self, String> {
+    fn of(how: &How<'_>, seed: u64, given: &Given) -> Result<Self, String> {
         let How { task, hand, noise, sensing, training } = *how;
-        let run = open(task, hand, Seed::from_u64(seed), noise, &training.options);
+        let options = training.options.clone().give(hand, given.clone())?;
+        let run = open(task, hand, Seed::from_u64(seed), noise, &options);
         let run = run.map_err(|error| error.to_string())?;
-        let drawn = training.drawn(hand, Seed::from_u64(seed));
+        let drawn = drawn_of(&options, hand, Seed::from_u64(seed));
         let constant = constant(&run, sensing, task.objects.count, &drawn);
         let shaper = training.shaper(&run);
-        Ok(Opened { run, constant, drawn, shaper })
+        Ok(Opened { run, constant, drawn, given: given.clone(), shaper })
     }
 }
 
 impl Slot {
-    fn open(&mut self, how: &How<'_>, seed: u64) -> Result<(), String> {
-        self.take(Opened::of(how, seed)?, seed);
+    fn open(&mut self, how: &How<'_>, seed: u64, given: &Given) -> Result<(), String> {
+        self.take(Opened::of(how, seed, given)?, seed);
         self.continued(how.sensing, how.task.objects.count);
         Ok(())
     }
 
     /// Its run is another.
-    fn take(&mut self, Opened { run, constant, drawn, shaper }: Opened, seed: u64) {
-        (self.constant, self.drawn, self.shaper) = (constant, drawn, shaper);
+    fn take(&mut self, Opened { run, constant, drawn, given, shaper }: Opened, seed: u64) {
+        (self.constant, self.drawn, self.given, self.shaper) = (constant, drawn, given, shaper);
         (self.run, self.seed) = (Some(run), seed);
+    }
+
+    /// Whether it has a run of this seed with what was given.
+    fn is_of(&self, seed: u64, given: &Given) -> bool {
+        self.run.is_some() && self.seed == seed && self.given == *given
     }
 
     /// Its run goes on from another state.
     fn continued(&mut self, sensing: Sensing, objects: usize) {
-        let Slot { run: Some(run), score, reward, row, constant, shaper, shaping, outcome, events, .. } = self else {
+        let Slot { run: Some(run), score, reward, row, constant, shaper, shaping, outcome, events, .. } =
+            self
+        else {
             return;
         };
         write(run, sensing, objects, constant, row);
@@ -599,10 +693,23 @@ fn no_run(world: usize) -> PyErr {
     PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
 }
 
+/// Numbers of an action for the base.
+fn base_len(poses: bool) -> usize {
+    if poses { 7 } else { 6 }
+}
+
 /// The action of a row: velocity of the base, σ of every motor and, in a longer row, the effort of every motor.
-fn action(numbers: &[f64], motors: usize) -> Action {
+fn action(numbers: &[f64], motors: usize, poses: bool) -> Action {
     let three = |k: usize| [numbers[k], numbers[k + 1], numbers[k + 2]];
-    let base = Some(BaseTarget::Twist { linear: three(0), angular: three(3) });
-    let (sigma, effort) = numbers[6..].split_at(motors);
-    Action { base, hand: Some(sigma.to_vec()), effort: (!effort.is_empty()).then(|| effort.to_vec()) }
+    let base = if poses {
+        BaseTarget::Pose { position: three(0), quat_xyzw: [numbers[3], numbers[4], numbers[5], numbers[6]] }
+    } else {
+        BaseTarget::Twist { linear: three(0), angular: three(3) }
+    };
+    let (sigma, effort) = numbers[base_len(poses)..].split_at(motors);
+    Action {
+        base: Some(base),
+        hand: Some(sigma.to_vec()),
+        effort: (!effort.is_empty()).then(|| effort.to_vec()),
+    }
 }

@@ -1,5 +1,6 @@
 //! Tasks, hands and words by the names that Python gives.
 
+use crate::kept::Kept;
 use crate::message;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -8,10 +9,11 @@ use palmares_protocol::Reply;
 use palmares_protocol::reply::{Competition, HandInfo, Limits, TaskInfo, Welcome};
 use palmares_protocol::specs::Specs;
 use palmares_tasks::{Fault, Noise, Sensing, Task};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::collections::BTreeMap;
+use std::ffi::CString;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -111,10 +113,18 @@ pub(crate) fn task(name: &str) -> PyResult<Arc<Task>> {
         );
         return Err(PyValueError::new_err(message));
     }
-    let loaded = Task::load(path);
-    loaded
-        .map(|loaded| Arc::new(loaded.task))
-        .map_err(|error| PyValueError::new_err(format!("task: {error}")))
+    static KEPT: Kept<(Arc<Task>, Arc<[String]>)> = Kept::new();
+    let read = || {
+        let loaded = Task::load(path).map_err(|error| PyValueError::new_err(format!("task: {error}")))?;
+        let warnings = loaded.warnings.iter().map(ToString::to_string).collect();
+        Ok::<_, PyErr>((Arc::new(loaded.task), warnings))
+    };
+    let (task, warnings) = KEPT.read(path, read)?;
+    for warning in warnings.iter() {
+        let text = CString::new(warning.replace('\0', "")).unwrap_or_default();
+        Python::attach(|py| PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2))?;
+    }
+    Ok(task)
 }
 
 /// The hand of this name, or of the folder, archive or URDF at this path.
@@ -129,10 +139,9 @@ pub(crate) fn hand(name: &str) -> PyResult<Arc<Hand>> {
             format!("hand: {name:?} is neither a hand of the program ({known}) nor a file or folder");
         return Err(PyValueError::new_err(message));
     }
-    let loaded = read::hand(path, &LoadOptions::default());
-    loaded
-        .map(|loaded| Arc::new(loaded.hand))
-        .map_err(|error| PyValueError::new_err(format!("hand: {error}")))
+    static KEPT: Kept<Arc<Hand>> = Kept::new();
+    let read = || read::hand(path, &LoadOptions::default()).map(|loaded| Arc::new(loaded.hand));
+    KEPT.read(path, read).map_err(|error| PyValueError::new_err(format!("hand: {error}")))
 }
 
 /// `sensors` or `truth`.

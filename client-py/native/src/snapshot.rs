@@ -1,10 +1,12 @@
 //! A run after a tick, as Python holds it.
 
 use crate::history::History;
+use crate::parameters;
+use palmares_tasks::training::Given;
 use palmares_tasks::{Seed, run};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
 /// A world after a tick. `bytes(snapshot)` is for the same version of the program on any machine; snapshots can be pickled.
 #[pyclass(frozen, module = "palmares._native")]
@@ -12,14 +14,40 @@ pub(crate) struct Snapshot {
     pub(crate) run: run::Snapshot,
     /// The seed's number.
     pub(crate) number: u64,
+    /// What was given rather than drawn.
+    pub(crate) given: Given,
     /// The actions until then; unknown when it comes from bytes.
     pub(crate) history: Option<History>,
 }
 
 impl Snapshot {
-    /// The seed's number, little-endian, then the run's bytes.
+    /// The seed's number and the length of what was given, both in 8 bytes, little-endian; what was given in JSON, nothing where
+    /// nothing was; the run's bytes.
     fn to_bytes(&self) -> Vec<u8> {
-        [self.number.to_le_bytes().as_slice(), &self.run.to_bytes()].concat()
+        let given = if self.given == Given::default() { Vec::new() } else { self.given_json() };
+        let length = given.len() as u64;
+        [&self.number.to_le_bytes()[..], &length.to_le_bytes(), &given, &self.run.to_bytes()].concat()
+    }
+
+    /// Numbers of a `Given` are written so that they are read back bit for bit.
+    fn given_json(&self) -> Vec<u8> {
+        serde_json::to_vec(&self.given).unwrap_or_default()
+    }
+
+    fn from_bytes(data: &[u8]) -> Result<Self, run::SnapshotError> {
+        let unreadable = || run::SnapshotError::Unreadable { bytes: data.len() };
+        let (number, rest) = data.split_first_chunk().ok_or_else(unreadable)?;
+        let (length, rest) = rest.split_first_chunk().ok_or_else(unreadable)?;
+        let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| unreadable())?;
+        let (given, rest) = rest.split_at_checked(length).ok_or_else(unreadable)?;
+        let given = match given {
+            [] => Given::default(),
+            given => serde_json::from_slice(given).map_err(|_| unreadable())?,
+        };
+        let (number, run) = (u64::from_le_bytes(*number), run::Snapshot::from_bytes(rest)?);
+        let history = None;
+        let is_whole = run.is_of(Seed::from_u64(number));
+        if is_whole { Ok(Snapshot { run, number, given, history }) } else { Err(unreadable()) }
     }
 }
 
@@ -28,15 +56,7 @@ impl Snapshot {
     /// Reads the result of `bytes(snapshot)`.
     #[new]
     fn new(data: &[u8]) -> PyResult<Self> {
-        let unreadable = || run::SnapshotError::Unreadable { bytes: data.len() };
-        let read = || {
-            let (number, rest) = data.split_first_chunk().ok_or_else(unreadable)?;
-            let (number, run) = (u64::from_le_bytes(*number), run::Snapshot::from_bytes(rest)?);
-            if run.is_of(Seed::from_u64(number)) { Ok((number, run)) } else { Err(unreadable()) }
-        };
-        let (number, run) =
-            read().map_err(|error: run::SnapshotError| PyValueError::new_err(error.to_string()))?;
-        Ok(Snapshot { run, number, history: None })
+        Self::from_bytes(data).map_err(|error| PyValueError::new_err(error.to_string()))
     }
 
     /// The tick after which it was taken.
@@ -49,6 +69,12 @@ impl Snapshot {
     #[getter]
     fn seed(&self) -> u64 {
         self.number
+    }
+
+    /// What was given rather than drawn, as arrays of one run: (1, objects) and (1,).
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        parameters::given_arrays(py, &self.given)
     }
 
     fn __bytes__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {

@@ -37,7 +37,9 @@ pub(crate) const STATE: [Quantity; 6] = [
     Quantity {
         name: "joint_velocity",
         shape: |hand, _| vec![hand.coordinates.len()],
-        write: |run, _, row| row.extend_from_slice(&run.world().state().v[6..run.world().model().hand_dofs()]),
+        write: |run, _, row| {
+            row.extend_from_slice(&run.world().state().v[6..run.world().model().hand_dofs()])
+        },
     },
     Quantity {
         name: "motors",
@@ -161,7 +163,13 @@ pub(crate) fn named(names: &[String]) -> PyResult<Vec<&'static Quantity>> {
 }
 
 /// The numbers of a run, one quantity after the other; rows of objects that it lacks of `objects` are zeros.
-pub(crate) fn row(quantities: &[&Quantity], run: &Run, mechanics: &mut Mechanics, objects: usize, row: &mut Vec<f64>) {
+pub(crate) fn row(
+    quantities: &[&Quantity],
+    run: &Run,
+    mechanics: &mut Mechanics,
+    objects: usize,
+    row: &mut Vec<f64>,
+) {
     row.clear();
     if quantities.iter().any(|quantity| MECHANICS.iter().any(|other| other.name == quantity.name)) {
         mechanics.update(run.world());
@@ -198,7 +206,7 @@ pub(crate) fn arrays<'py>(
 
 /// What is put elsewhere, as Python gives it: arrays of one run, or with a row for each.
 #[derive(FromPyObject)]
-pub(crate) struct Given<'py> {
+pub(crate) struct Placed<'py> {
     base: Option<PyReadonlyArrayDyn<'py, f64>>,
     q: Option<PyReadonlyArrayDyn<'py, f64>>,
     joint_velocity: Option<PyReadonlyArrayDyn<'py, f64>>,
@@ -206,7 +214,7 @@ pub(crate) struct Given<'py> {
     objects: Option<PyReadonlyArrayDyn<'py, f64>>,
 }
 
-impl Given<'_> {
+impl Placed<'_> {
     /// What is put elsewhere in each of `count` runs; without `lead` in the only one. `present` has the number of objects of each run.
     pub(crate) fn placements(
         &self,
@@ -217,7 +225,8 @@ impl Given<'_> {
     ) -> PyResult<Vec<Placement>> {
         let rows = |name: &str, given: &Option<PyReadonlyArrayDyn<'_, f64>>| {
             let Some(given) = given else { return Ok(None) };
-            let shape = STATE.iter().find(|quantity| quantity.name == name).map(|it| (it.shape)(hand, objects));
+            let shape =
+                STATE.iter().find(|quantity| quantity.name == name).map(|it| (it.shape)(hand, objects));
             let shape: Vec<usize> = lead.iter().copied().chain(shape.unwrap_or_default()).collect();
             if given.shape() != shape {
                 let found = given.shape();
@@ -243,7 +252,8 @@ impl Given<'_> {
             q: of(&q, world),
             joint_velocity: of(&joint_velocity, world),
             motors: of(&motors, world).map(|row| row.chunks_exact(2).map(|two| [two[0], two[1]]).collect()),
-            objects: of(&bodies, world).map(|row| row.chunks_exact(13).take(*present).filter_map(body).collect()),
+            objects: of(&bodies, world)
+                .map(|row| row.chunks_exact(13).take(*present).filter_map(body).collect()),
         };
         Ok(present.iter().enumerate().map(placement).collect())
     }
@@ -271,8 +281,7 @@ pub(crate) struct Contacts {
 }
 
 /// Numbers of a contact, and their names and shapes.
-const CONTACT: [(&str, usize); 5] =
-    [("position", 3), ("normal", 3), ("force", 3), ("torque", 3), ("gap", 1)];
+const CONTACT: [(&str, usize); 5] = [("position", 3), ("normal", 3), ("force", 3), ("torque", 3), ("gap", 1)];
 const CONTACT_LEN: usize = 13;
 
 /// The contacts of the last step; where there are more than `most`, those with the largest forces.

@@ -1,8 +1,8 @@
 //! A learner's options for a world: `palmares.sim.Training`.
 
 use crate::lookup;
-use palmares_models::hand::Hand;
-use palmares_tasks::training::{Options, Quantity, Shaper};
+use palmares_models::hand::{Hand, Uncertain};
+use palmares_tasks::training::{ActionErrors, Options, Quantity, Shaper};
 use palmares_tasks::{HandDraw, Noise, Outcome, Reason, Run, Seed, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -16,6 +16,11 @@ pub(crate) struct Asked {
     fraction: f64,
     /// Index and count of a sample of the hand.
     hand_sample: Option<(u32, u32)>,
+    /// Longest step, ms.
+    step_ms: Option<f64>,
+    /// Least and most ticks by which actions arrive late; deviation of their errors.
+    action_delay: (u32, u32),
+    action_noise: f64,
 }
 
 /// Everything, nothing, or the named quantities.
@@ -36,9 +41,10 @@ impl Training {
     /// The chosen options, checked for a task, a hand and sensors.
     pub(crate) fn of(asked: Option<Asked>, task: &Task, hand: &Hand, noise: Noise) -> PyResult<Self> {
         let options = Options::none(task);
-        let Some(Asked { shaping, discount, randomise, fraction, hand_sample }) = asked else {
+        let Some(asked) = asked else {
             return Ok(Training { options, shaping: false, discount: None });
         };
+        let Asked { shaping, discount, randomise, fraction, hand_sample, .. } = asked;
         if shaping && task.training.rewards.is_none() {
             let message = format!("shaping: task `{}` has no [training.rewards] in its task.toml", task.name);
             return Err(PyValueError::new_err(message));
@@ -62,17 +68,19 @@ impl Training {
             let Some((index, count)) = hand_sample else { return Ok(options) };
             options.draw_hand(hand, HandDraw::Sample { index, count })
         });
+        let options = options.and_then(|options| match asked.step_ms {
+            Some(step_ms) => options.longest_step(1e-3 * step_ms),
+            None => Ok(options),
+        });
+        let (low, high) = asked.action_delay;
+        let actions = ActionErrors { delay: [low, high], noise: asked.action_noise };
+        let options = options.and_then(|options| options.action_errors(actions));
         Ok(Training { options: options.map_err(PyValueError::new_err)?, shaping, discount })
     }
 
     /// Names of the numbers of a hand that are drawn.
     pub(crate) fn drawn_names(&self, hand: &Hand) -> Vec<String> {
         self.options.hand().entries(hand).iter().map(|entry| entry.name.clone()).collect()
-    }
-
-    /// Those numbers in the run of a seed.
-    pub(crate) fn drawn(&self, hand: &Hand, seed: Seed) -> Vec<f64> {
-        self.options.hand().numbers(hand, seed)
     }
 
     /// Shapes the rewards of a run, if this is chosen.
@@ -90,6 +98,14 @@ impl Training {
         self.options = self.options.clone().fraction(fraction).map_err(PyValueError::new_err)?;
         Ok(())
     }
+}
+
+/// The numbers of a hand that these options draw, or what is given in their place, in the run of a seed.
+pub(crate) fn drawn_of(options: &Options, hand: &Hand, seed: Seed) -> Vec<f64> {
+    let given = |entry: &&Uncertain| options.given().hand.get(&entry.name).copied();
+    let drawn = options.hand().numbers(hand, seed).into_iter();
+    let entries = options.hand().entries(hand);
+    entries.iter().zip(drawn).map(|(entry, drawn)| given(entry).unwrap_or(drawn)).collect()
 }
 
 /// Names of the numbers of a hand that these options draw for each run of a task.

@@ -5,10 +5,11 @@ use crate::history::{Entry, History, Push};
 use crate::interrupt::{LOOK, Told, interruptible, interruptible_told, tell};
 use crate::lookup;
 use crate::message;
+use crate::parameters;
 use crate::pictures;
 use crate::snapshot::Snapshot;
-use crate::state::{self, Given};
-use crate::training::{Asked, Training, status};
+use crate::state::{self, Placed};
+use crate::training::{Asked, Training, drawn_of, status};
 use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
@@ -17,7 +18,7 @@ use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, 
 use palmares_replay::{Header, Recorder, Signer, pack};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::{Shot, ShotError};
-use palmares_tasks::training::{Shaper, open};
+use palmares_tasks::training::{Given, Shaper, open};
 use palmares_tasks::{Action, Observation, Outcome, Reason, Run, Seed, Sensing};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -43,6 +44,12 @@ pub(crate) struct World {
     shaping: f64,
     /// Drawn numbers of the hand, by name.
     drawn: Vec<(String, f64)>,
+    /// What was given rather than drawn; of each uncertain number of the hand what was given or drawn; the task's number of objects.
+    given: Given,
+    hand_numbers: Vec<Option<f64>>,
+    objects: usize,
+    /// The hand before its numbers were drawn.
+    hand: Arc<Hand>,
     /// Set when the run was stopped.
     outcome: Option<Outcome>,
 }
@@ -50,6 +57,8 @@ pub(crate) struct World {
 #[pymethods]
 impl World {
     #[new]
+    #[pyo3(signature = (task, hand, seed, sensing, noise, training=None, parameters=None))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
         task: &str,
@@ -58,14 +67,19 @@ impl World {
         sensing: &str,
         noise: &str,
         training: Option<Asked>,
+        parameters: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
         let number = lookup::seed(seed)?;
         let training = Training::of(training, &task, &hand, noise)?;
+        let objects = task.objects.count;
+        let given = parameters::given(parameters.as_ref(), &hand, 1, objects)?.pop().unwrap_or_default();
+        let options = training.options.clone().give(&hand, given.clone()).map_err(PyValueError::new_err)?;
         let drawn = training.drawn_names(&hand).into_iter();
-        let drawn = drawn.zip(training.drawn(&hand, Seed::from_u64(number))).collect();
-        let options = training.options.clone();
+        let drawn = drawn.zip(drawn_of(&options, &hand, Seed::from_u64(number))).collect();
+        let hand_numbers = options.hand_numbers(&hand, Seed::from_u64(number));
+        let own = Arc::clone(&hand);
         let build = move || open(&task, &hand, Seed::from_u64(number), noise, &options);
         let run = interruptible(py, build)?.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let mut id = [0; 8];
@@ -74,7 +88,22 @@ impl World {
         let history = Some(History::default());
         let shaper = training.shaper(&run);
         let (pushes, shaping, outcome) = (Vec::new(), 0.0, None);
-        Ok(World { run, number, sensing, run_id, history, pushes, shaper, shaping, drawn, outcome })
+        Ok(World {
+            run,
+            number,
+            sensing,
+            run_id,
+            history,
+            pushes,
+            shaper,
+            shaping,
+            drawn,
+            given,
+            hand_numbers,
+            objects,
+            hand: own,
+            outcome,
+        })
     }
 
     /// The message `obs` as in the reply to `reset`, with the scene; pictures of `cameras`.
@@ -135,7 +164,8 @@ impl World {
 
     /// Takes a snapshot.
     fn snapshot(&self) -> Snapshot {
-        Snapshot { run: self.run.snapshot(), number: self.number, history: self.history.clone() }
+        let (run, given, history) = (self.run.snapshot(), self.given.clone(), self.history.clone());
+        Snapshot { run, number: self.number, given, history }
     }
 
     /// Continues from a snapshot of this world, or of another of the same task, hand, seed and noise.
@@ -162,6 +192,10 @@ impl World {
             shaper: self.shaper.clone(),
             shaping: self.shaping,
             drawn: self.drawn.clone(),
+            given: self.given.clone(),
+            hand_numbers: self.hand_numbers.clone(),
+            objects: self.objects,
+            hand: Arc::clone(&self.hand),
             outcome: self.outcome.clone(),
         }
     }
@@ -196,7 +230,7 @@ impl World {
     }
 
     /// Puts the hand, its motors or the objects elsewhere. After an error nothing has changed.
-    fn place(&mut self, given: Given<'_>) -> PyResult<()> {
+    fn place(&mut self, given: Placed<'_>) -> PyResult<()> {
         let objects = self.run.object_states().count();
         let placements = given.placements(self.run.hand(), objects, &[], &[objects])?;
         for placement in &placements {
@@ -236,6 +270,17 @@ impl World {
     #[getter]
     fn hand_drawn(&self) -> Vec<(String, f64)> {
         self.drawn.clone()
+    }
+
+    /// Objects of the task.
+    #[getter]
+    fn objects(&self) -> usize {
+        self.objects
+    }
+
+    /// The numbers in effect: arrays (1, objects) and (1,).
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        parameters::in_effect(py, &[(&self.run, &self.hand_numbers)], &self.hand, self.objects)
     }
 
     /// Whether it differs from the runs of its task.

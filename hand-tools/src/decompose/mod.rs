@@ -14,19 +14,21 @@ use self::lines::places;
 use self::report::{FitReport, PieceReport, Report};
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
+use palmares_hand_import::mesh_triangles;
 use palmares_models::Vec3;
 use palmares_models::error::ModelError;
 use palmares_models::pieces::{Options, PiecesError, Stage, TriangleMesh, compare, decompose};
 use palmares_models::read::{Limits, MeshUse, mesh_uses, played_points, triangle_mesh};
 use palmares_models::shape::hull::{THINNED_DIRECTIONS, thinned};
 use std::io::{IsTerminal as _, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Arguments of `decompose`.
 #[derive(Debug, Args)]
 pub struct DecomposeArgs {
-    /// An STL file, in or under the folder of the task.toml or URDF that names it
+    /// An STL file, in or under the folder of the task.toml or URDF that names it; OBJ, COLLADA (.dae), binary glTF (.glb)
+    /// and OFF become an STL next to them first
     mesh: PathBuf,
     /// Maximum number of pieces; fewer are written if they suffice. Each costs time in every step [default: 32 for a task,
     /// 16 for a hand]
@@ -60,19 +62,20 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
         };
         bail!("--pieces {most}; valid: {valid}");
     }
-    let uses = mesh_uses(&args.mesh);
-    let scale = scale(args, &uses)?;
+    let file = as_stl(args)?;
+    let uses = mesh_uses(&file);
+    let scale = scale(args, &file, &uses)?;
     let limits = Limits::default();
-    let mesh = triangle_mesh(&args.mesh, scale, &limits).map_err(|error| match error {
+    let mesh = triangle_mesh(&file, scale, &limits).map_err(|error| match error {
         ModelError::Element { .. } => anyhow!("{error}; for a mesh in millimetres use --scale 0.001"),
         error => error.into(),
     })?;
-    let folder = Folder::beside(&args.mesh)?;
+    let folder = Folder::beside(&file)?;
     folder.check(args.force)?;
 
     let mut progress = Progress::new(args.resolution);
     // In units of the file, so that pieces and mesh coincide in any program.
-    let in_units = triangle_mesh(&args.mesh, Vec3::ONE, &Limits { length_m: f64::MAX, ..limits })?;
+    let in_units = triangle_mesh(&file, Vec3::ONE, &Limits { length_m: f64::MAX, ..limits })?;
     let options = Options { pieces: most, resolution: args.resolution };
     // The library may panic; that is caught, and must not print a message.
     let hook = std::panic::take_hook();
@@ -85,7 +88,7 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
         }
         error => error,
     });
-    let named = || args.mesh.display().to_string();
+    let named = || file.display().to_string();
     let pieces = pieces.with_context(named)?;
     progress.show(Stage::Comparing);
     // Compares the mesh with the pieces as a task or hand reads them from the files.
@@ -123,7 +126,7 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
         fit: FitReport::from(&fit),
         pieces: names.iter().zip(&placed).map(|(name, points)| PieceReport::new(name, points)).collect(),
         folder: folder.path().display().to_string(),
-        places: places(owner, &args.mesh, &uses, scale.to_array(), folder.name(), &names),
+        places: places(owner, &file, &uses, scale.to_array(), folder.name(), &names),
     };
     let mut out = std::io::stdout().lock();
     if args.json {
@@ -134,8 +137,26 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The mesh as an STL file: itself, or what another format becomes next to it.
+fn as_stl(args: &DecomposeArgs) -> anyhow::Result<PathBuf> {
+    let is_stl = |kind: &std::ffi::OsStr| kind.eq_ignore_ascii_case("stl");
+    if !args.mesh.is_file() || args.mesh.extension().is_none_or(is_stl) {
+        return Ok(args.mesh.clone());
+    }
+    let file = args.mesh.with_extension("stl");
+    if file.exists() && !args.force {
+        bail!("{} is there already; decompose that, or replace it with --force", file.display());
+    }
+    let corners = mesh_triangles(&args.mesh)?;
+    let name = args.mesh.file_name().unwrap_or_default().to_string_lossy();
+    let stl = TriangleMesh::new(&corners).to_stl(&format!("the triangles of {name}"));
+    std::fs::write(&file, stl).with_context(|| file.display().to_string())?;
+    eprintln!("wrote {}: the triangles of {name}", file.display());
+    Ok(file)
+}
+
 /// Metres per unit of the mesh along each axis: from --scale, or from the places that name the mesh.
-fn scale(args: &DecomposeArgs, uses: &[MeshUse]) -> anyhow::Result<Vec3> {
+fn scale(args: &DecomposeArgs, mesh: &Path, uses: &[MeshUse]) -> anyhow::Result<Vec3> {
     if let Some(scale) = args.scale {
         if !(scale.is_finite() && scale > 0.0) {
             bail!("--scale {scale}; valid: a number above 0, such as 0.001 for millimetres");
@@ -147,7 +168,7 @@ fn scale(args: &DecomposeArgs, uses: &[MeshUse]) -> anyhow::Result<Vec3> {
         bail!(
             "{} names {} with the scales {:?} and {:?}; choose one with --scale",
             other.file.display(),
-            args.mesh.display(),
+            mesh.display(),
             first.scale,
             other.scale
         );

@@ -140,8 +140,12 @@ pub(crate) fn mesh_path(name: &str, element: &str, report: &Report) -> Result<Pa
     let relative = Path::new(relative);
     let inside = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
     if !inside || name.contains('\\') || !has_extension(relative, "stl") {
-        let convertible = ["obj", "dae"].iter().any(|kind| has_extension(relative, kind));
-        let hint = if convertible { "; `palmares hand import` converts .obj and .dae" } else { "" };
+        let convertible = ["obj", "dae", "glb", "off"].iter().any(|kind| has_extension(relative, kind));
+        let hint = if convertible {
+            "; `palmares task decompose` and `palmares hand import` convert it"
+        } else {
+            ""
+        };
         let valid = format!("an .stl file in the folder of the file that names it, or under it{hint}");
         return Err(report.bad(element, format!("names mesh '{name}'"), valid));
     }

@@ -1,5 +1,6 @@
 //! A run: one world, one task, one hand, from tick 0 to its score.
 
+mod arriving;
 mod bodies;
 mod cameras;
 mod evidence;
@@ -22,6 +23,7 @@ mod targets;
 mod telemetry;
 mod tick;
 
+pub use arriving::MAX_DELAY;
 pub use cameras::Exposure;
 pub use evidence::Evidence;
 pub use failure::Failure;
@@ -50,6 +52,7 @@ use palmares_models::hand::Hand;
 use palmares_senses::Sensors;
 use palmares_sim::{Fault, SharedScratch, World};
 use run_key::RunKey;
+use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use targets::{Pushing, Target};
 
@@ -85,6 +88,8 @@ pub struct Run {
     motor_work_j: Vec<f64>,
     /// Whether something was put elsewhere since tick 0.
     placed: bool,
+    /// Actions that were sent and have not arrived.
+    under_way: VecDeque<Action>,
     /// Digest of the state, if the next tick is prepared.
     prepared: Option<u64>,
     /// Computation of the last tick, in the unit of [`palmares_sim::bounds`].
@@ -130,6 +135,7 @@ impl Run {
             history: Vec::new(),
             motor_work_j: vec![0.0; hand.motors.len()],
             placed: false,
+            under_way: VecDeque::new(),
             prepared: None,
             computed: 0,
             noise: Noise::None,

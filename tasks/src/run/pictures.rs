@@ -49,7 +49,11 @@ impl View {
 
 fn sized((width, height): (u32, u32)) -> Result<(u32, u32), ViewError> {
     let pixels = u64::from(width) * u64::from(height);
-    if (1..=MAX_PIXELS).contains(&pixels) { Ok((width, height)) } else { Err(ViewError::Size { width, height }) }
+    if (1..=MAX_PIXELS).contains(&pixels) {
+        Ok((width, height))
+    } else {
+        Err(ViewError::Size { width, height })
+    }
 }
 
 impl Run {

@@ -1,6 +1,7 @@
 //! Snapshots and forks of a run.
 
 use super::Run;
+use super::arriving::MAX_DELAY;
 use super::cameras::ImageCache;
 use super::run_key::RunKey;
 use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
@@ -31,6 +32,7 @@ impl Run {
             history: noted(&self.history),
             motor_work_j: self.motor_work_j.clone(),
             placed: self.placed,
+            under_way: self.under_way.iter().map(Applied::from).collect(),
         }
     }
 
@@ -61,6 +63,7 @@ impl Run {
         (self.news, self.history) = (events(&from.news), events(&from.history));
         self.motor_work_j.clone_from(&from.motor_work_j);
         self.placed = from.placed;
+        self.under_way = from.under_way.iter().map(Action::from).collect();
         self.prepared = None;
         Ok(())
     }
@@ -94,6 +97,7 @@ impl Run {
             history: self.history.clone(),
             motor_work_j: self.motor_work_j.clone(),
             placed: self.placed,
+            under_way: self.under_way.clone(),
             prepared: None,
             computed: 0,
         }
@@ -113,13 +117,8 @@ impl Run {
             ("tick", from.tick < MAX_TICKS),
             ("target", from.target.is_finite()),
             ("shake", from.shaken_at.is_none_or(|pose| pose.is_finite())),
-            (
-                "action",
-                [&from.applied.hand, &from.applied.effort]
-                    .into_iter()
-                    .flatten()
-                    .all(|all| all.len() == motors),
-            ),
+            ("action", std::iter::once(&from.applied).chain(&from.under_way).all(|it| it.fits(motors))),
+            ("actions under way", from.under_way.len() <= MAX_DELAY as usize),
             ("pushes", from.pushing.len() <= Run::MAX_PUSHES && from.pushing.iter().all(pushed)),
             ("events", known(&from.news) && known(&from.history)),
             ("motor work", from.motor_work_j.len() == motors),

@@ -43,6 +43,7 @@ pub struct Snapshot {
     pub(super) history: Vec<Noted>,
     pub(super) motor_work_j: Vec<f64>,
     pub(super) placed: bool,
+    pub(super) under_way: Vec<Applied>,
 }
 
 /// Error of a snapshot from which a run cannot continue.
@@ -89,6 +90,13 @@ pub(super) struct Noted {
     tick: u64,
     kind: String,
     pub(super) object: Option<usize>,
+}
+
+impl Applied {
+    /// Whether its lists fit a hand of so many motors.
+    pub(super) fn fits(&self, motors: usize) -> bool {
+        [&self.hand, &self.effort].into_iter().flatten().all(|all| all.len() == motors)
+    }
 }
 
 impl From<&Action> for Applied {

@@ -21,7 +21,10 @@ impl Run {
     /// Advances the world by one tick under `action`. A refused action changes nothing.
     pub fn step(&mut self, action: &Action) -> Result<(), ActionError> {
         self.check(action)?;
-        self.apply(action);
+        match self.arriving(action) {
+            Some(arrived) => self.apply(&arrived),
+            None => self.apply(action),
+        }
         let before = self.motor_states();
         self.computed = self.advance();
         self.tick += 1;

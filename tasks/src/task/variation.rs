@@ -2,6 +2,7 @@
 
 use super::training::{ObjectPoses, Quantity, Ranges};
 use crate::seed::Seed;
+use crate::training::{ActionErrors, Given};
 use palmares_models::object::Object;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_senses::noise::{Noise, Sample};
@@ -13,24 +14,34 @@ use std::sync::Arc;
 pub(crate) struct Variation {
     draws: Draws,
     ranges: Ranges,
+    given: Given,
+    actions: ActionErrors,
 }
 
 impl Variation {
-    /// Draws from these ranges; a function of seed and attempt.
-    pub(crate) fn new(seed: Seed, attempt: u64, ranges: Ranges) -> Self {
-        Variation { draws: Draws::new(seed, attempt), ranges }
+    /// Draws from these ranges what is not given; a function of seed and attempt.
+    pub(crate) fn new(seed: Seed, attempt: u64, ranges: Ranges, given: Given, actions: ActionErrors) -> Self {
+        Variation { draws: Draws::new(seed, attempt), ranges, given, actions }
+    }
+
+    /// Factors of mass, friction and size of the `k`-th object of a scene.
+    pub(crate) fn factors(&self, k: usize) -> [f64; 3] {
+        let factor = |given: &Option<Vec<f64>>, quantity, range: Option<[f64; 2]>| {
+            let given = given.as_ref().and_then(|factors| factors.get(k));
+            let drawn = || range.map_or(1.0, |range| self.draws.factor(quantity, k, range));
+            given.copied().unwrap_or_else(drawn)
+        };
+        let Given { mass, friction, size, .. } = &self.given;
+        [
+            factor(mass, Quantity::Mass, self.ranges.mass),
+            factor(friction, Quantity::Friction, self.ranges.friction),
+            factor(size, Quantity::Size, self.ranges.size),
+        ]
     }
 
     /// The `k`-th object of a scene, and by how much it is let go elsewhere and turned.
     pub(crate) fn object(&self, k: usize, object: &Arc<Object>) -> (Arc<Object>, Pose) {
-        let factor = |quantity, range: Option<[f64; 2]>| {
-            range.map_or(1.0, |range| self.draws.factor(quantity, k, range))
-        };
-        let (mass, friction, size) = (
-            factor(Quantity::Mass, self.ranges.mass),
-            factor(Quantity::Friction, self.ranges.friction),
-            factor(Quantity::Size, self.ranges.size),
-        );
+        let [mass, friction, size] = self.factors(k);
         let varied = Arc::new(object.varied(mass, friction, size));
         let Some(ObjectPoses { shift_m, tilt_deg }) = self.ranges.object_poses else {
             return (varied, Pose::IDENTITY);
@@ -46,6 +57,26 @@ impl Variation {
     pub(crate) fn sensor_noise(&self) -> f64 {
         let range = self.ranges.sensor_noise;
         range.map_or(1.0, |range| self.draws.factor(Quantity::SensorNoise, 0, range))
+    }
+
+    /// Ticks by which the actions of the run arrive late, drawn evenly.
+    pub(crate) fn action_delay(&self) -> u32 {
+        let [low, high] = self.actions.delay;
+        if low == high {
+            return low;
+        }
+        let unit = self.draws.numbers.sensor("action_delay").sample(0).unit();
+        low + (unit * f64::from(high - low + 1)) as u32
+    }
+
+    /// Standard deviation of the errors of actions, as a part of each number's limit.
+    pub(crate) fn action_noise(&self) -> f64 {
+        self.actions.noise
+    }
+
+    /// Random numbers for the action of a tick.
+    pub(crate) fn action_errors(&self, tick: u64) -> Sample {
+        self.draws.numbers.sensor("action_noise").sample(tick)
     }
 
     /// The drawn initial pose of the hand, if it is drawn; `from` is the task's.

@@ -3,6 +3,8 @@
 //! A server uses nothing of this. Computing the potential of a run does not change the run. A varied run belongs to a varied
 //! task with a content hash of its own, so that neither its snapshots nor its replays are accepted as those of the task.
 
+mod action_errors;
+mod given;
 mod grasp_centre;
 mod options;
 mod potential;
@@ -10,6 +12,8 @@ mod shaper;
 mod varied;
 
 pub use crate::task::Quantity;
+pub use action_errors::ActionErrors;
+pub use given::Given;
 pub use grasp_centre::grasp_centre;
 pub use options::Options;
 pub use potential::{Potential, Terms};
@@ -19,7 +23,7 @@ use crate::run::Run;
 use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::settle::SceneError;
-use crate::task::Task;
+use crate::task::{Task, Variation};
 use palmares_models::hand::Hand;
 use std::sync::Arc;
 
@@ -41,7 +45,7 @@ pub fn open(
     if options.vary_nothing() {
         return Ok(Run::new(Arc::clone(task), Arc::clone(hand), seed)?.with_noise(noise));
     }
-    let hand = options.hand.apply(hand, seed).map_err(|problem| SceneError::unsound(task, problem))?;
+    let hand = options.hand_of(hand, seed).map_err(|problem| SceneError::unsound(task, problem))?;
     let mut last = None;
     for attempt in 0..ATTEMPTS {
         let varied = Arc::new(task.varied(seed, attempt, options));
@@ -51,4 +55,16 @@ pub fn open(
         }
     }
     Err(last.unwrap_or_else(|| SceneError::unsound(task, "no variation was drawn")))
+}
+
+/// Factors of mass, friction and size of every object of a run.
+pub fn factors(run: &Run) -> Vec<[f64; 3]> {
+    let variation = run.task().variation();
+    let factors = |k| variation.map_or([1.0; 3], |variation| variation.factors(k));
+    (0..run.object_states().count()).map(factors).collect()
+}
+
+/// The factor of the sensors' errors in a run.
+pub fn sensor_noise(run: &Run) -> f64 {
+    run.task().variation().map_or(1.0, Variation::sensor_noise)
 }

@@ -1,9 +1,15 @@
 //! Options of a learner.
 
+use super::action_errors::ActionErrors;
+use super::given::Given;
 use crate::hand_draw::HandDraw;
+use crate::seed::Seed;
 use crate::task::{Placing, Quantity, Ranges, Task};
 use palmares_models::hand::Hand;
+use std::sync::Arc;
 
+/// Longest step of the integration, s: as for a `task.toml`.
+const LONGEST_STEP_S: f64 = 0.01;
 /// Name of all uncertain numbers of a hand.
 const HAND: &str = "hand";
 /// Begin of the name of one of them.
@@ -18,8 +24,15 @@ pub struct Options {
     pub(super) hand: HandDraw,
     /// Number of objects.
     pub(super) count: usize,
-    /// Number of objects of the task.
+    /// Length of a step of the integration, s.
+    pub(super) step_s: f64,
+    /// What is given rather than drawn.
+    pub(super) given: Given,
+    pub(super) actions: ActionErrors,
+    /// Number of objects of the task, its step and its tick, s.
     whole: usize,
+    own_step_s: f64,
+    tick_s: f64,
     /// Name of the task, if it names its objects one by one.
     needs_all: Option<String>,
 }
@@ -30,7 +43,18 @@ impl Options {
         let count = task.objects.count;
         let named = task.rules.in_order() || matches!(task.place, Placing::Fixed(_));
         let needs_all = named.then(|| task.name.clone());
-        Options { ranges: Ranges::default(), hand: HandDraw::Own, count, whole: count, needs_all }
+        Options {
+            ranges: Ranges::default(),
+            hand: HandDraw::Own,
+            count,
+            step_s: task.step_s,
+            given: Given::default(),
+            actions: ActionErrors::default(),
+            whole: count,
+            own_step_s: task.step_s,
+            tick_s: task.tick_s,
+            needs_all,
+        }
     }
 
     /// Draws everything that the task declares.
@@ -115,9 +139,79 @@ impl Options {
         Ok(Options { count, ..self })
     }
 
+    /// Divides the tick into the fewest equal steps that are no longer than this, s.
+    ///
+    /// # Errors
+    /// It is longer than a task may have it, or shorter than the task's own.
+    pub fn longest_step(self, step_s: f64) -> Result<Self, String> {
+        let longest = self.tick_s.min(LONGEST_STEP_S);
+        if !(step_s >= self.own_step_s && step_s <= longest) {
+            return Err(format!(
+                "step_ms: found {}; wanted {} to {}",
+                1e3 * step_s,
+                1e3 * self.own_step_s,
+                1e3 * longest
+            ));
+        }
+        let step_s = self.tick_s / (self.tick_s / step_s - 1e-9).ceil();
+        Ok(Options { step_s, ..self })
+    }
+
+    /// Lets actions arrive late and with errors.
+    ///
+    /// # Errors
+    /// A number is out of bounds.
+    pub fn action_errors(self, actions: ActionErrors) -> Result<Self, String> {
+        actions.check()?;
+        Ok(Options { actions, ..self })
+    }
+
+    /// Length of a step, s.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// Takes numbers rather than draw them.
+    ///
+    /// # Errors
+    /// A number is out of bounds, or the hand has none of this name.
+    pub fn give(self, hand: &Hand, given: Given) -> Result<Self, String> {
+        given.check(hand)?;
+        Ok(Options { given, ..self })
+    }
+
+    /// What is given.
+    pub fn given(&self) -> &Given {
+        &self.given
+    }
+
+    /// Of each uncertain number of the hand: the given or drawn one, if it is either.
+    pub fn hand_numbers(&self, hand: &Hand, seed: Seed) -> Vec<Option<f64>> {
+        let mut numbers = self.hand.each(hand, seed);
+        for (number, entry) in numbers.iter_mut().zip(&hand.uncertain) {
+            *number = self.given.hand.get(&entry.name).copied().or(*number);
+        }
+        numbers
+    }
+
+    /// The hand of a run.
+    ///
+    /// # Errors
+    /// It is not valid with these numbers.
+    pub fn hand_of(&self, hand: &Arc<Hand>, seed: Seed) -> Result<Arc<Hand>, String> {
+        if self.hand.is_own() && self.given.hand.is_empty() {
+            return Ok(Arc::clone(hand));
+        }
+        let numbers = self.hand_numbers(hand, seed);
+        hand.drawn(&numbers).map(Arc::new).map_err(|error| error.to_string())
+    }
+
     /// Whether a run with these is the task's own.
     pub fn vary_nothing(&self) -> bool {
         self.hand.is_own()
+            && self.given == Given::default()
+            && self.actions == ActionErrors::default()
+            && self.step_s == self.own_step_s
             && self.count == self.whole
             && Quantity::ALL.iter().all(|quantity| !quantity.declared(&self.ranges))
     }

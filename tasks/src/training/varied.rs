@@ -1,5 +1,7 @@
 //! A task as it is in a run that differs.
 
+use super::action_errors::ActionErrors;
+use super::given::Given;
 use super::options::Options;
 use crate::hand_draw::HandDraw;
 use crate::seed::Seed;
@@ -11,10 +13,11 @@ impl Task {
     /// The task as it is in the run of a seed. What is drawn is a function of seed, attempt and options alone; its content
     /// hash differs from the task's.
     pub(super) fn varied(&self, seed: Seed, attempt: u64, options: &Options) -> Task {
-        let Options { ranges, count, .. } = options;
-        let variation = Variation::new(seed, attempt, ranges.clone());
+        let Options { ranges, count, step_s, given, actions, .. } = options;
+        let variation = Variation::new(seed, attempt, ranges.clone(), given.clone(), *actions);
         let mut task = self.clone();
         task.objects.count = *count;
+        task.step_s = *step_s;
         if let Some(pose) = variation.hand_pose(start_pose(self)) {
             task.hand.position = pose.translation.to_array();
             task.hand.quat_xyzw = pose.rotation.to_array();
@@ -26,7 +29,7 @@ impl Task {
 
 /// Tells options and task of a varied run from all others, and from the task's own.
 fn content_hash(task: &Task, options: &Options) -> String {
-    let Options { ranges, count, hand, .. } = options;
+    let Options { ranges, count, hand, step_s, given, actions, .. } = options;
     let Ranges { mass, friction, size, sensor_noise, hand_pose, object_poses, hand: _ } = ranges;
     let mut hash = ContentHash::of("palmares varied task 1");
     hash.text(task.content_hash());
@@ -43,6 +46,25 @@ fn content_hash(task: &Task, options: &Options) -> String {
     hash.flag(object_poses.is_some());
     if let Some(ObjectPoses { shift_m, tilt_deg }) = object_poses {
         hash.floats(&[*shift_m, *tilt_deg]);
+    }
+    if *step_s != task.step_s {
+        hash.text("step");
+        hash.float(*step_s);
+    }
+    if *actions != ActionErrors::default() {
+        let ActionErrors { delay: [low, high], noise } = actions;
+        hash.text("actions");
+        hash.count(*low as usize);
+        hash.count(*high as usize);
+        hash.float(*noise);
+    }
+    let Given { mass, friction, size, hand: _ } = given;
+    for (name, factors) in [("mass", mass), ("friction", friction), ("size", size)] {
+        if let Some(factors) = factors {
+            hash.text(name);
+            hash.count(factors.len());
+            hash.floats(factors);
+        }
     }
     // The drawn hand has a hash of its own.
     match hand {

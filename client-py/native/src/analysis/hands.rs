@@ -7,13 +7,14 @@ use crate::interrupt::interruptible;
 use crate::lookup;
 use crate::workers::Workers;
 use nalgebra::{DMatrix, DVector};
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use palmares_analysis::closing::close;
 use palmares_analysis::design::{Design, optimise};
 use palmares_analysis::ejection::{Fate, Outcome, Trial, play};
-use palmares_analysis::equilibrium::{link_poses, rest};
+use palmares_analysis::equilibrium::{Rest, link_poses, rest};
 use palmares_analysis::grasp::Grasp;
 use palmares_analysis::hand::{CompliantHand, Posture, Tendons, moment_arms, spring_stiffness, winding};
+use palmares_analysis::inverse::{Along, Inverse, LinkPoint};
 use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
@@ -139,6 +140,88 @@ impl HandModel {
         told.set_item("links", rows(py, found.links.iter().map(seven))?)?;
         told.set_item("reactions", rows(py, found.reactions.iter().map(|r| r.force.to_array()))?)?;
         told.set_item("gaps", found.reactions.iter().map(|r| r.gap).collect::<Vec<_>>())?;
+        Ok(told)
+    }
+
+    /// Equilibria at many σ, without forces: of each its coordinates, tensions and link poses, or why there is none.
+    fn rests<'py>(&self, py: Python<'py>, sigma: Matrix<'py>, base: Seven) -> PyResult<Bound<'py, PyDict>> {
+        let (sigma, base) = (matrix("sigma", &sigma)?, pose("base", base)?);
+        let mut all: Vec<(Vec<f64>, Option<Result<Rest, String>>)> =
+            sigma.row_iter().map(|row| (row.iter().copied().collect(), None)).collect();
+        all.iter().try_for_each(|(sigma, _)| self.sigma_of("sigma", sigma))?;
+        let mut workers = Workers::new(0)?;
+        let workers = workers.started()?;
+        py.detach(|| {
+            workers.each(&mut all, |(sigma, found)| {
+                let at = rest(&self.config, &self.hand, base, sigma, &[], &[]);
+                *found = Some(at.map_err(|error| error.to_string()));
+            });
+        });
+        let (mut q, mut tension, mut links) = (Vec::new(), Vec::new(), Vec::new());
+        for (k, (_, found)) in all.into_iter().enumerate() {
+            let none = || value_error(format!("sigma[{k}] was not computed"));
+            let found = found.ok_or_else(none)?;
+            let found = found.map_err(|error| value_error(format!("sigma[{k}]: {error}")))?;
+            q.extend(found.equilibrium.q);
+            tension.extend(found.equilibrium.tension);
+            links.extend(found.links.iter().flat_map(seven));
+        }
+        let (count, hand) = (sigma.nrows(), &self.hand);
+        let told = PyDict::new(py);
+        told.set_item("q", PyArray1::from_vec(py, q).reshape([count, hand.coordinates.len()])?)?;
+        told.set_item("tension", PyArray1::from_vec(py, tension).reshape([count, hand.tendons.len()])?)?;
+        told.set_item("links", PyArray1::from_vec(py, links).reshape([count, hand.links.len(), 7])?)?;
+        Ok(told)
+    }
+
+    /// Brings points of links to places, count × points of them, from each its base and σ.
+    #[allow(clippy::too_many_arguments)]
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        points: Vec<(String, [f64; 3])>,
+        places: Vec<Vec<[f64; 3]>>,
+        bases: Vec<Seven>,
+        sigma: Vec<Vec<f64>>,
+        along: &str,
+        base_moves: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let points = points.iter().map(|(name, point)| {
+            let (link, point, _) = self.on_link("points", &(name.clone(), *point, [0.0; 3]))?;
+            Ok(LinkPoint { link, point })
+        });
+        let points = points.collect::<PyResult<Vec<_>>>()?;
+        let along = if along == "joints" { Along::Joints } else { Along::Motors };
+        let inverse = Inverse { points, along, base_moves };
+        let mut all = Vec::new();
+        for ((places, base), sigma) in places.iter().zip(bases).zip(sigma) {
+            self.sigma_of("sigma", &sigma)?;
+            let places: Vec<Vec3> = places.iter().map(|place| Vec3::from_array(*place)).collect();
+            all.push((places, pose("base", base)?, sigma, None));
+        }
+        let mut workers = Workers::new(0)?;
+        let workers = workers.started()?;
+        py.detach(|| {
+            workers.each(&mut all, |(places, base, sigma, found)| {
+                *found = Some(inverse.solve(&self.config, &self.hand, places, *base, sigma));
+            });
+        });
+        let (mut bases, mut q, mut sigma, mut gaps) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let count = all.len();
+        for (k, (_, _, _, found)) in all.into_iter().enumerate() {
+            let found = found.ok_or_else(|| value_error(format!("goal {k} was not computed")))?;
+            let found = found.map_err(|error| value_error(format!("goal {k}: {error}")))?;
+            bases.extend(seven(&found.base));
+            q.extend(found.q);
+            sigma.extend(found.sigma);
+            gaps.extend(found.gaps);
+        }
+        let hand = &self.hand;
+        let told = PyDict::new(py);
+        told.set_item("base", PyArray1::from_vec(py, bases).reshape([count, 7])?)?;
+        told.set_item("q", PyArray1::from_vec(py, q).reshape([count, hand.coordinates.len()])?)?;
+        told.set_item("sigma", PyArray1::from_vec(py, sigma).reshape([count, hand.motors.len()])?)?;
+        told.set_item("gaps", PyArray1::from_vec(py, gaps).reshape([count, inverse.points.len()])?)?;
         Ok(told)
     }
 

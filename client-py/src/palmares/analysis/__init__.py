@@ -15,7 +15,7 @@ each equation. The functions need the compiled part of the package, which the wh
 from palmares.analysis.contacts import Contact, ContactModel, grasp_matrix
 from palmares.analysis.design import Forces, Optimum, Postures, Variable, arm, rest, stiffness
 from palmares.analysis.grasp import Closure, Ellipsoid, Grasp, Quality, ellipsoid, force_ellipsoid
-from palmares.analysis.hand import Closing, Ejection, Hand, Rest, held
+from palmares.analysis.hand import Closing, Ejection, Hand, Inverse, Rest, held
 from palmares.analysis.linear import LinearGrasp, LinearHand, soft_synergies
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "Forces",
     "Grasp",
     "Hand",
+    "Inverse",
     "LinearGrasp",
     "LinearHand",
     "Optimum",

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Literal, cast
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import HandModel
 from palmares.analysis.contacts import Array, Contact, ContactModel, Numbers, pose_of
 from palmares.analysis.design import Forces, Optimum, Postures, Variable
 from palmares.analysis.grasp import Grasp
 from palmares.analysis.linear import LinearHand, Tendons, fixed, linear_hand
+from palmares.arguments import one_of, table
 from palmares.sim import World
 
 
@@ -37,6 +38,20 @@ class Rest:
     """Force on the link at each held point, N, world frame: of a spring of 1e5 N/m, at most 100 N"""
     gaps: Array
     """Distance of each held point from its place, m"""
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """Where base and fingers are for points to be at places, of N goals."""
+
+    base: Array
+    """Pose of the base, (N, 7)"""
+    q: Array
+    """Coordinates, (N, n)"""
+    sigma: Array
+    """σ, (N, motors); as at the start along joints"""
+    gaps: Array
+    """Distance of each point from its place, (N, points), m"""
 
 
 @dataclass(frozen=True)
@@ -132,6 +147,69 @@ class Hand:
         found["beyond_closed_form"] = tuple(found["beyond_closed_form"])
         found["gaps"] = np.array(found["gaps"])
         return Rest(base=np.array(pose), **found)
+
+    def rests(self, sigma: ArrayLike, *, base: Numbers | None = None) -> dict[str, Array]:
+        """Return the equilibria of the free hand at many σ, computed on all cores.
+
+        Args:
+            sigma: (N, motors), 0 to 1.
+            base: Pose of the base in the world.
+
+        Returns:
+            ``q`` (N, n), ``tension`` (N, m), ``links`` (N, links, 7), as in `Rest`.
+
+        Raises:
+            ValueError: A wrong shape, or a σ without equilibrium.
+
+        """
+        given = np.asarray(sigma, dtype=np.float64)
+        if given.ndim != 2:
+            raise ValueError(f"sigma: found shape {given.shape}; wanted (N, {len(self.motors)})")
+        return self._native.rests(np.ascontiguousarray(given), pose_of("base", base))
+
+    def inverse(
+        self,
+        points: Sequence[tuple[str, Numbers]],
+        places: ArrayLike,
+        *,
+        along: Literal["motors", "joints"] = "motors",
+        base: ArrayLike | None = None,
+        sigma: ArrayLike | None = None,
+        move_base: bool = True,
+    ) -> Inverse:
+        """Bring points of links to places: inverse kinematics of N goals at once, on all cores.
+
+        The result is the nearest that Levenberg and Marquardt's method finds from the start. More or better
+        starts find more: a method of slopes can stop beside the best.
+
+        Args:
+            points: Link's name and point in its frame, m.
+            places: (N, points, 3), or (points, 3) for one goal, in the world, m.
+            along: ``motors``: the hand closes by itself, its joints where the free hand rests; ``joints``:
+                each joint moves within its range.
+            base: Pose of the base at the start, (7,) or (N, 7); the world's when left out.
+            sigma: σ at the start, (motors,) or (N, motors); 0.5 when left out.
+            move_base: Whether the base moves, too.
+
+        Raises:
+            ValueError: There is no such link, a wrong shape, or the hand has no equilibrium on the way.
+
+        """
+        one_of("along", along, ("motors", "joints"))
+        goals = np.asarray(places, dtype=np.float64)
+        if goals.ndim == 2:
+            goals = goals[np.newaxis]
+        count = len(goals)
+        goals = table("places", goals, count, len(points), 3)
+        bases = np.array([0, 0, 0, 0, 0, 0, 1.0]) if base is None else np.asarray(base, dtype=np.float64)
+        start = np.full(len(self.motors), 0.5) if sigma is None else np.asarray(sigma, dtype=np.float64)
+        bases = table("base", np.broadcast_to(bases, (count, 7)), count, 7)
+        start = table("sigma", np.broadcast_to(start, (count, len(self.motors))), count, len(self.motors))
+        named = [(link, [float(x) for x in point]) for link, point in points]
+        found = self._native.inverse(
+            named, goals.tolist(), bases.tolist(), start.tolist(), along, bool(move_base)
+        )
+        return Inverse(**found)
 
     def linear(self, rest: Rest, tendons: Tendons = "compliant") -> LinearHand:
         """Return the linear behaviour of the free hand at an equilibrium: synergies and stiffness."""

@@ -27,7 +27,7 @@ from palmares.evaluate.play import Job, Played
 from palmares.evaluate.report import Report
 from palmares.evaluate.statistics import Comparison, Spread
 from palmares.evaluate.workers import Pool, processes
-from palmares.training import MOST_SAMPLES
+from palmares.training import MOST_SAMPLES, Training
 
 MAX_SEEDS = 1_000_000
 """Most scenes of one evaluation"""
@@ -42,6 +42,7 @@ def evaluate(
     url: str = LOCAL,
     replays: str | os.PathLike[str] | None = None,
     hand_spread: int = 0,
+    step_ms: float | None = None,
     pool: Pool | None = None,
     on_played: Callable[[Played], None] = lambda _: None,
 ) -> Report:
@@ -59,6 +60,7 @@ def evaluate(
         hand_spread: Number of drawn hands in each scene; 0 for the hand itself. Over all runs of a row the
             uncertain numbers of the hand (``[uncertain]`` in its ``hand.toml``) form a Latin hypercube, the
             same for every controller.
+        step_ms: Longest step of the integration, as `Training.step_ms`: quicker and less exact runs.
         pool: Plays the runs; left out, a process for each core. `palmares.ray.pool` is another.
         on_played: Called after every run, for progress.
 
@@ -70,8 +72,10 @@ def evaluate(
     controllers, tasks, hands = _each_once(controllers), _each_once(tasks), _each_once(hands)
     seeds = _scenes(seeds)
     samples = _samples(len(seeds), hand_spread)
-    if hand_spread and (url != LOCAL or replays is not None):
-        raise ControllerError("drawn hands are played in this process, without url, and have no replays")
+    varied = "drawn hands" if hand_spread else "longer steps"
+    if (hand_spread or step_ms is not None) and (url != LOCAL or replays is not None):
+        raise ControllerError(f"{varied} are played in this process, without url, and have no replays")
+    Training(step_ms=step_ms)  # Checks it.
     names = _names(url, tasks, hands, uncertain=hand_spread > 0)
     if url != LOCAL:  # The pool may play on another machine, without the folder of a task.
         tasks = _each_once([names[task] for task in tasks])
@@ -82,7 +86,16 @@ def evaluate(
             raise ControllerError(f"replays of hands of your own need a server (url): {', '.join(own)}")
         os.makedirs(replays, exist_ok=True)
     jobs = [
-        Job(controller, task, hand, seed, url, None if replays is None else os.fspath(replays), sample)
+        Job(
+            controller,
+            task,
+            hand,
+            seed,
+            url,
+            None if replays is None else os.fspath(replays),
+            sample,
+            step_ms,
+        )
         for controller in controllers
         for task, hand in _played_by(controller, tasks, hands)
         for k, seed in enumerate(seeds)

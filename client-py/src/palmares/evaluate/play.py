@@ -31,6 +31,7 @@ class Job:
         url: The server; ``local`` for this process.
         replays: Folder for the replay; ``None`` for no replay.
         hand_sample: Sample of the hand, as `Training.hand_sample`; ``None`` for the hand itself.
+        step_ms: Longest step, as `Training.step_ms`; ``None`` for the task's.
 
     """
 
@@ -41,6 +42,7 @@ class Job:
     url: str = "local"
     replays: str | None = None
     hand_sample: tuple[int, int] | None = None
+    step_ms: float | None = None
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,8 @@ def play(job: Job) -> Played:
     """
     logging.getLogger().setLevel(logging.ERROR)  # A log of hundreds of runs would be too long.
     begun, result, replay, error, sensing = time.perf_counter(), None, None, None, ""
-    training = None if job.hand_sample is None else Training(hand_sample=job.hand_sample)
+    varied = Training(hand_sample=job.hand_sample, step_ms=job.step_ms)
+    training = varied if varied.varies else None
     drawn: dict[str, float] = {}
     try:
         with (

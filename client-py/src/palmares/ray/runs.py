@@ -41,6 +41,7 @@ def evaluate(
     url: str = LOCAL,
     replays: str | os.PathLike[str] | None = None,
     hand_spread: int = 0,
+    step_ms: float | None = None,
     progress: bool = True,
     **options: Any,
 ) -> Report:
@@ -55,6 +56,7 @@ def evaluate(
         url: A server that every machine reaches, or ``local`` for worlds in the workers.
         replays: Folder on this machine.
         hand_spread: Number of drawn hands in each scene.
+        step_ms: Longest step, as `palmares.Training.step_ms`.
         progress: Whether to show a bar on standard error.
         options: As for `pool`.
 
@@ -76,6 +78,7 @@ def evaluate(
             url=url,
             replays=replays,
             hand_spread=hand_spread,
+            step_ms=step_ms,
             pool=counted,
         )
 

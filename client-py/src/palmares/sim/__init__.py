@@ -25,6 +25,7 @@ from dataclasses import dataclass
 
 from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
+from palmares.sim.linearise import Linear, linearise
 from palmares.sim.pictures import View
 from palmares.sim.state import State
 from palmares.sim.world import World, read
@@ -79,6 +80,7 @@ __all__ = [
     "TASKS",
     "Batch",
     "Identity",
+    "Linear",
     "Snapshot",
     "State",
     "Stepped",
@@ -88,5 +90,6 @@ __all__ = [
     "describe_hand",
     "hand_numbers",
     "identity",
+    "linearise",
     "welcome",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
@@ -16,6 +16,7 @@ from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whol
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
+from palmares.sim.parameters import given_rows
 from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, State, named, placed, rows_of_contacts, state_of
@@ -71,6 +72,8 @@ class Batch:
         sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
         noise: ``none`` or ``real``.
         threads: Threads that step; one for each core when left out.
+        base: What actions say of the base: ``twist`` for its velocities, ``pose`` for the pose that it moves
+            to.
         training: For learners: shaped rewards, and runs that differ from the task's. Rows of missing objects
             are zero, their ``object_kind`` is −1.
 
@@ -94,13 +97,15 @@ class Batch:
         noise: Literal["none", "real"] = "none",
         threads: int | None = None,
         training: Training | None = None,
+        base: Literal["twist", "pose"] = "twist",
     ) -> None:
         count = whole("count", count, 1, 100_000)
         threads = 0 if threads is None else whole("threads", threads, 1, 1024)
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
         checked(training, str(task))
-        self._made = (str(task), str(hand), count, sensing, noise, threads)
+        one_of("base", base, ("twist", "pose"))
+        self._made = (str(task), str(hand), count, sensing, noise, threads, base == "pose")
         self._training = training or Training()
         self._native = NativeBatch(*self._made, training)
         specs = read(native_welcome("", [], []), Welcome).specs
@@ -111,17 +116,26 @@ class Batch:
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
         self.hand_numbers = tuple(self._native.hand_numbers())
         self.action_len = self._native.action_len
+        self._base_len = 7 if base == "pose" else 6
         self.tick_s = self._native.tick_s
 
-    def reset(self, seeds: Sequence[int] | NDArray[np.integer], mask: Mask | None = None) -> Arrays:
+    def reset(
+        self,
+        seeds: Sequence[int] | NDArray[np.integer],
+        mask: Mask | None = None,
+        parameters: Mapping[str, ArrayLike] | None = None,
+    ) -> Arrays:
         """Open runs with these scenes, in the worlds of `mask` or in all; return the observations of all.
 
         Args:
             seeds: (N,), 0 to 2**53 - 1; seeds of other worlds are ignored.
             mask: (N,).
+            parameters: Numbers given for these runs rather than drawn, by their names in `Batch.parameters`:
+                of the objects (N, objects), or (N,) for all objects of a world, of the hand (N,). Such runs
+                are for learning, as those with `Training.randomise`.
 
         Raises:
-            ValueError: A seed or the mask is invalid; nothing has changed.
+            ValueError: A seed, the mask or a parameter is invalid; nothing has changed.
 
         """
         chosen, seeds = self._mask(mask), list(seeds)
@@ -132,7 +146,7 @@ class Batch:
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
         with progress(sum(chosen), "world", "reset") as report:
-            self._native.reset(numbers, chosen, report)
+            self._native.reset(numbers, chosen, report, given_rows(parameters, self.count, self._native.objects))
         return self.observe()
 
     @property
@@ -154,7 +168,8 @@ class Batch:
 
         Args:
             actions: (N, 6 + motors): linear (m/s) and angular (rad/s) velocity of the base, world frame, and
-                σ of each motor in [0, 1]; values beyond the limits are clipped.
+                σ of each motor in [0, 1]; values beyond the limits are clipped. With ``base="pose"``
+                (N, 7 + motors): position (m) and quaternion x y z w that the base moves to within its limits.
             ticks: At least 1, each of `tick_s`.
             mask: (N,).
             effort: (N, motors): part of its largest force that each motor may use, clipped to [0, 1]; left
@@ -168,7 +183,9 @@ class Batch:
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
         self._warn_if_clipped(numbers)
         if effort is not None:
-            numbers = np.hstack([numbers, table("effort", effort, self.count, self.action_len - 6)])
+            numbers = np.hstack(
+                [numbers, table("effort", effort, self.count, self.action_len - self._base_len)]
+            )
         with progress(ticks, "tick", "step") as report:
             self._native.step(numbers, ticks, chosen, report)
         rewards, _, terminated, truncated = self._native.progress()
@@ -182,6 +199,8 @@ class Batch:
         if clipped is not None:
             world, place = clipped
             field, columns = FIELDS[place]
+            if field == "hand":
+                columns = slice(self._base_len, None)
             if self.clipping.has_warned(field):
                 return
             wanted = actions[world, columns]
@@ -207,6 +226,42 @@ class Batch:
         ``hand.toml`` says. They are for a critic: the readings of sensors do not contain them.
         """
         return self._native.hand_drawn().reshape(self.count, len(self.hand_numbers))
+
+    @property
+    def parameters(self) -> Arrays:
+        """The numbers in effect in each world, drawn, given or the task's own.
+
+        ``mass``, ``friction``, ``size`` (N, objects): factors of what the task's objects have;
+        ``sensor_noise`` (N,): factor of the sensors' errors; ``hand_NAME`` (N,) for each number in
+        ``[uncertain]`` of the hand: a factor, or the number itself, NaN where it is the hand's own.
+        """
+        return self._native.parameters()
+
+    def push(
+        self,
+        link: str,
+        force: ArrayLike | None = None,
+        torque: ArrayLike | None = None,
+        duration_s: float = 0.1,
+        mask: Mask | None = None,
+    ) -> None:
+        """Push a link of the hands in the worlds of `mask`, or in all, from the next tick on.
+
+        Args:
+            link: Name of the link.
+            force: (N, 3), N, at the link's origin, world frame; zero when left out.
+            torque: (N, 3), N·m; zero when left out.
+            duration_s: Rounded up to whole ticks, at most 60.
+            mask: (N,).
+
+        Raises:
+            ValueError: There is no such link, a wrong shape, or a number out of bounds.
+
+        """
+        zero = np.zeros((self.count, 3))
+        forces = zero if force is None else table("force", force, self.count, 3)
+        torques = zero if torque is None else table("torque", torque, self.count, 3)
+        self._native.push(link, forces, torques, float(duration_s), self._mask(mask))
 
     @property
     def training(self) -> Training:
@@ -332,7 +387,7 @@ class Batch:
         size: tuple[int, int] | None = None,
         kinds: Sequence[Kind] | Kind = "depth",
     ) -> dict[str, NDArray[Any]]:
-        """Draw all worlds on the pool: an array (N, height, width) of each kind, of ``rgb`` (N, height, width, 3).
+        """Draw all worlds on the pool: of each kind an array (N, height, width), of ``rgb`` (…, 3).
 
         The arrays are contiguous; torch and jax take them without a copy. The arguments are those of
         `World.pictures`.

@@ -9,7 +9,6 @@ differences of whole steps are simpler, and include everything.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike
 from palmares.arguments import is_real, table, whole
 from palmares.arrays import Array
 from palmares.sim.batch import Batch
-from palmares.sim.state import State
+from palmares.sim.state import State, state_of
 from palmares.sim.world import World
 
 
@@ -112,7 +111,7 @@ class _Shape:
             tiled["objects"], place[:, end:bodies].reshape(objects), speed[:, end:bodies].reshape(objects)
         )
         tiled["motors"] = tiled["motors"] + np.stack([place[:, bodies:], speed[:, bodies:]], axis=-1)
-        return State(**tiled)
+        return state_of(tiled, None)
 
     def rows(self, state: State, which: slice) -> State:
         """Return some rows of a state of a batch."""
@@ -156,7 +155,7 @@ def _difference(more: Array, less: Array) -> tuple[Array, Array]:
     # Small turns: twice the vector part.
     turn = 2.0 * turn[..., :3] * np.sign(turn[..., 3:])
     place = np.concatenate([more[..., :3] - less[..., :3], turn], axis=-1)
-    return place, cast(Array, more[..., 7:] - less[..., 7:])
+    return place, more[..., 7:] - less[..., 7:]
 
 
 def _quat_of_turn(turn: Array) -> Array:

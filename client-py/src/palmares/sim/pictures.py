@@ -56,7 +56,9 @@ class View:
         forward = array(at) - array(position)
         right = np.cross(forward, array(up))
         if np.linalg.norm(forward) < 1e-9 or np.linalg.norm(right) < 1e-9 * np.linalg.norm(forward):
-            raise ValueError(f"view from {tuple(position)} to {tuple(at)}: wanted another point, not along up")
+            raise ValueError(
+                f"view from {tuple(position)} to {tuple(at)}: wanted another point, not along up"
+            )
         z = forward / np.linalg.norm(forward)
         x = right / np.linalg.norm(right)
         quat = quat_of(np.column_stack([x, np.cross(z, x), z]))

@@ -35,8 +35,8 @@ class State:
     """The state of a world, or with a first axis (N, …) of the worlds of a `Batch`.
 
     Its arrays are yours to change: ``set_state`` puts what you changed elsewhere, and continues the rest, bit
-    for bit. ``memory`` has what no array shows: the memory of contacts and of the integrator, the referee, the
-    sensors and the tick.
+    for bit. ``memory`` has what no array shows: the memory of contacts and of the integrator, the referee,
+    the sensors and the tick.
     """
 
     base: Array
@@ -50,7 +50,8 @@ class State:
     objects: Array
     """(objects, 13): as ``base``, for each free object"""
     tension: Array
-    """(tendons,): tensions of the last step, N, or the unit of the tendon; ``set_state`` does not read them"""
+    """(tendons,): tensions of the last step, N, or the unit of the tendon; ``set_state`` does not read
+    them"""
     memory: Snapshot | None = None
     """Everything else; ``None`` in a state of a batch"""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal, Self, TypeVar
 
+import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import Snapshot, welcome
@@ -17,6 +18,7 @@ from palmares.messages import Observation, Result, Welcome
 from palmares.net.codec import CODECS, with_channels
 from palmares.net.requests import names, whole_of
 from palmares.scene import Scene
+from palmares.sim.parameters import given_rows, same_rows
 from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, Arrays, State, named, placed, rows_of_contacts, state_of
@@ -65,6 +67,8 @@ class World:
 
     """
 
+    _native: NativeWorld
+
     def __init__(
         self,
         task: str,
@@ -84,23 +88,40 @@ class World:
         self._noise: Literal["none", "real"] = noise
         self._training = training
         self._clipping = Clipping()
+        if training is not None and training.changes_actions:
+            self._clipping.mute()  # What arrives differs from what was sent.
         self._seed = whole("seed", seed, 0, MAX_SEED)
         self.reset(cameras=cameras)
 
-    def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
+    def reset(
+        self,
+        seed: int | None = None,
+        cameras: Iterable[str] = (),
+        parameters: Mapping[str, ArrayLike] | None = None,
+    ) -> Observation:
         """Open another run, in another scene if `seed` is given; return the observation of tick 0.
 
+        Args:
+            seed: Left out, the seed stays.
+            cameras: As for the world.
+            parameters: Numbers given for this run rather than drawn, by their names in `World.parameters`: of
+                the objects an array (objects,), or one number for all, of the hand a number. Such a run is
+                for learning, as one with `Training.randomise`.
+
         Raises:
-            ValueError: `seed` is no seed; nothing has changed.
+            ValueError: `seed` is no seed, or a parameter has no such name, shape or value; nothing has
+                changed.
             UnknownCameraError: A camera does not exist; nothing has changed.
 
         """
         seed = self._seed if seed is None else whole("seed", seed, 0, MAX_SEED)
-        native = NativeWorld(self._task, self._hand, seed, self._sensing, self._noise, self._training)
+        rows = {name: np.asarray(given)[np.newaxis] for name, given in (parameters or {}).items()}
+        given = given_rows(rows, 1, self._native.objects) if rows else None
+        native = NativeWorld(self._task, self._hand, seed, self._sensing, self._noise, self._training, given)
         obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation has no scene")
-        self._native, self._seed = native, seed
+        self._native, self._seed, self._given = native, seed, given
         self._clipping.begin()
         self._run, self._scene, self._run_id = obs.run, obs.scene, obs.run_id
         self._names = [body.name for body in obs.scene.free]
@@ -147,6 +168,11 @@ class World:
         raw = self._native.observe(sensing or self._sensing, names(cameras))
         return self._named(read(raw, Observation))
 
+    @property
+    def parameters(self) -> Arrays:
+        """The numbers in effect, as `Batch.parameters`, without their first axis."""
+        return {name: row[0] for name, row in self._native.parameters().items()}
+
     def perturb(
         self,
         link: str,
@@ -183,8 +209,9 @@ class World:
         """
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))
-        if snapshot.seed != self._seed:
-            self.reset(snapshot.seed)
+        if snapshot.seed != self._seed or not same_rows(snapshot.parameters, self._given):
+            rows = snapshot.parameters or {}
+            self.reset(snapshot.seed, parameters={name: row[0] for name, row in rows.items()})
         self._native.restore(snapshot)
         return self.observe()
 
@@ -205,8 +232,9 @@ class World:
         """Continue from a state of this world or another, and put parts elsewhere; return the observation.
 
         A state that `state` returned continues bit for bit. What differs from its ``memory``, or is given by
-        name, is put elsewhere: every object wakes, and the target of a moved base is where it is. Bodies may overlap; the next steps push them apart. Such a run is for learning: it has no
-        replay, and its result has the status ``training``.
+        name, is put elsewhere: every object wakes, and the target of a moved base is where it is. Bodies may
+        overlap; the next steps push them apart. Such a run is for learning: it has no replay, and its result
+        has the status ``training``.
 
         Args:
             state: Of the same task, hand and noise; left out, the present one.
@@ -278,8 +306,9 @@ class World:
         """Draw the present world: an array (height, width) of each kind, of ``rgb`` (height, width, 3).
 
         Args:
-            camera: Name of a camera of task or hand, whose field of view stays, or a `View` of your own. It has
-                no errors and no latency; `observe` and ``gymnasium.make`` give the images of real cameras.
+            camera: Name of a camera of task or hand, whose field of view stays, or a `View` of your own. It
+                has no errors and no latency; `observe` and ``gymnasium.make`` give the images of real
+                cameras.
             size: Width and height; those of the named camera, or 320 × 240.
             kinds: What is wanted: ``depth`` float32, m, 0 where there is none; ``depth_mm`` uint16, mm;
                 ``rgb`` uint8; ``bodies`` uint16, ids of the scene's bodies, then the hand's links, 65535 for
@@ -318,7 +347,7 @@ class World:
         self.__dict__.update(state)
         kept = Snapshot(state["_native"])
         self._native = NativeWorld(
-            self._task, self._hand, kept.seed, self._sensing, self._noise, self._training
+            self._task, self._hand, kept.seed, self._sensing, self._noise, self._training, kept.parameters
         )
         self._native.restore(kept)
 

@@ -1,0 +1,105 @@
+//! Numbers of runs that are given rather than drawn, and those in effect, as arrays.
+
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use palmares_models::hand::Hand;
+use palmares_models::hand::uncertain::Range;
+use palmares_tasks::Run;
+use palmares_tasks::training::{Given, factors, sensor_noise};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Begin of the name of a number of the hand.
+const HAND: &str = "hand_";
+/// Names of the factors of objects.
+const FACTORS: [&str; 3] = ["mass", "friction", "size"];
+
+/// What is given for each of `count` runs: of the objects arrays (`count`, `objects`), of the hand arrays (`count`,).
+pub(crate) fn given(
+    parameters: Option<&Bound<'_, PyDict>>,
+    hand: &Hand,
+    count: usize,
+    objects: usize,
+) -> PyResult<Vec<Given>> {
+    let mut all = vec![Given::default(); count];
+    let Some(parameters) = parameters else { return Ok(all) };
+    for (name, array) in parameters.iter() {
+        let (name, array): (String, PyReadonlyArrayDyn<'_, f64>) = (name.extract()?, array.extract()?);
+        let of_objects = FACTORS.contains(&name.as_str());
+        if !of_objects && !name.starts_with(HAND) {
+            let known = FACTORS.join(", ");
+            let message = format!("parameters: found {name:?}; wanted some of {known}, hand_NAME");
+            return Err(PyValueError::new_err(message));
+        }
+        let wanted = if of_objects { vec![count, objects] } else { vec![count] };
+        if array.shape() != wanted {
+            let message = format!("parameters: {name}: found shape {:?}; wanted {wanted:?}", array.shape());
+            return Err(PyValueError::new_err(message));
+        }
+        let numbers: Vec<f64> = array.as_array().iter().copied().collect();
+        for (run, given) in all.iter_mut().enumerate() {
+            let row = || Some(numbers[run * objects..(run + 1) * objects].to_vec());
+            match name.as_str() {
+                "mass" => given.mass = row(),
+                "friction" => given.friction = row(),
+                "size" => given.size = row(),
+                of_hand => {
+                    given.hand.insert(of_hand[HAND.len()..].to_owned(), numbers[run]);
+                }
+            }
+        }
+    }
+    for (run, given) in all.iter().enumerate() {
+        let of_run = |problem| PyValueError::new_err(format!("parameters: run {run}: {problem}"));
+        given.check(hand).map_err(of_run)?;
+    }
+    Ok(all)
+}
+
+/// The numbers in effect in runs of a hand, with what was given or drawn of it: arrays (runs, objects) and (runs,). Objects that a run
+/// lacks have factor 1; where the hand has its own number and not a factor of it, its entry is NaN.
+pub(crate) fn in_effect<'py>(
+    py: Python<'py>,
+    runs: &[(&Run, &[Option<f64>])],
+    hand: &Hand,
+    objects: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let told = PyDict::new(py);
+    let of_objects: Vec<Vec<[f64; 3]>> = runs.iter().map(|(run, _)| factors(run)).collect();
+    for (k, name) in FACTORS.iter().enumerate() {
+        let row = |of: &Vec<[f64; 3]>| -> Vec<f64> {
+            (0..objects).map(|object| of.get(object).map_or(1.0, |three| three[k])).collect()
+        };
+        let numbers: Vec<f64> = of_objects.iter().flat_map(row).collect();
+        told.set_item(*name, PyArray1::from_vec(py, numbers).reshape([runs.len(), objects])?)?;
+    }
+    let noise: Vec<f64> = runs.iter().map(|(run, _)| sensor_noise(run)).collect();
+    told.set_item("sensor_noise", PyArray1::from_vec(py, noise))?;
+    for (k, entry) in hand.uncertain.iter().enumerate() {
+        let own = match entry.range {
+            Range::Factor(_) => 1.0,
+            Range::Value(_) => f64::NAN,
+        };
+        let number = |(_, numbers): &(&Run, &[Option<f64>])| numbers.get(k).copied().flatten().unwrap_or(own);
+        let numbers: Vec<f64> = runs.iter().map(number).collect();
+        told.set_item(format!("{HAND}{}", entry.name), PyArray1::from_vec(py, numbers))?;
+    }
+    Ok(told)
+}
+
+/// What was given for a run, in the form that [`given`] takes; none where nothing was.
+pub(crate) fn given_arrays<'py>(py: Python<'py>, given: &Given) -> PyResult<Option<Bound<'py, PyDict>>> {
+    if *given == Given::default() {
+        return Ok(None);
+    }
+    let told = PyDict::new(py);
+    for (name, factors) in FACTORS.iter().zip([&given.mass, &given.friction, &given.size]) {
+        if let Some(factors) = factors {
+            told.set_item(*name, PyArray1::from_slice(py, factors).reshape([1, factors.len()])?)?;
+        }
+    }
+    for (name, number) in &given.hand {
+        told.set_item(format!("{HAND}{name}"), PyArray1::from_slice(py, &[*number]))?;
+    }
+    Ok(Some(told))
+}
