@@ -117,6 +117,22 @@ def test_attributes_are_those_of_all() -> None:
         gymnasium.make_vec(NAME, num_envs=2, max_episode_steps=0)
 
 
+def test_longer_steps_and_late_actions_are_those_of_the_worlds() -> None:
+    options: dict[str, Any] = {"step_ms": 5, "action_delay": (3, 3), "action_noise": 0.01}
+    many: Any = gymnasium.make_vec(NAME, num_envs=2, **options)
+    one: Any = gymnasium.make(NAME, **options)
+    plain: Any = gymnasium.make_vec(NAME, num_envs=2)
+    for envs, seed in ((many, 1), (one, 2), (plain, 1)):
+        envs.reset(seed=seed)
+    action = np.array([0.2] * 6 + [0.5] * 2)
+    for envs in (many, plain):
+        envs.step(np.tile(action, (2, 1)))
+    one.step(action)
+    assert many.batch.state_hashes()[1] == one.unwrapped.world.state_hash()
+    assert many.batch.state_hashes()[1] != plain.batch.state_hashes()[1]
+    assert many.batch.training.step_ms == 5
+
+
 def test_an_unknown_option_of_a_reset_is_refused() -> None:
     envs, env = gymnasium.make_vec(NAME, num_envs=2), gymnasium.make(NAME)
     with pytest.raises(ValueError, match="options: found 'pose'; wanted 'reset_mask'"):

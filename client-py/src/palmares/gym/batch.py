@@ -61,6 +61,9 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
+        step_ms: Longest step of the integration, as of `palmares.Training`, also the next two.
+        action_delay: Least and most ticks until an action arrives.
+        action_noise: Standard deviation of the error of an action.
         max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; only the
             task's time limit when left out.
         render_mode: With ``rgb_array`` `render` returns a picture of each environment.
@@ -98,6 +101,9 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         discount: float | None = None,
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
+        step_ms: float | None = None,
+        action_delay: tuple[int, int] = (0, 0),
+        action_noise: float = 0.0,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
         render_camera: str | View | None = None,
@@ -121,7 +127,15 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         shaping = shaping_of(shaping)
         self._form = Form(observations, goal, sensing)
         self._form.refuse_shaping(shaping)
-        training = training_of(shaping, discount, randomise, fraction)
+        training = training_of(
+            shaping,
+            discount=discount,
+            randomise=randomise,
+            fraction=fraction,
+            step_ms=step_ms,
+            action_delay=action_delay,
+            action_noise=action_noise,
+        )
         seen = self._form.sensing
         self.batch = Batch(
             task, hand, num_envs, sensing=seen, noise=noise, threads=threads, training=training

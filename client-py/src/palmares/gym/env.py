@@ -86,6 +86,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
+        step_ms: Longest step of the integration, as of `palmares.Training`, also the next two.
+        action_delay: Least and most ticks until an action arrives.
+        action_noise: Standard deviation of the error of an action.
         render_mode: With ``rgb_array`` `render` returns a picture. With ``human``, only on a server, the
             first `reset` opens the page of its worlds.
         render_camera: Camera of `render`: a name of task or hand, or in this process a `palmares.sim.View`;
@@ -115,6 +118,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         discount: float | None = None,
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
+        step_ms: float | None = None,
+        action_delay: tuple[int, int] = (0, 0),
+        action_noise: float = 0.0,
         render_mode: str | None = None,
         render_camera: str | View | None = None,
         render_size: tuple[int, int] | None = None,
@@ -137,7 +143,15 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         if noise is not None:
             one_of("noise", noise, ("none", "real"))
         shaping = shaping_of(shaping)
-        training = training_of(shaping, discount, randomise, fraction)
+        training = training_of(
+            shaping,
+            discount=discount,
+            randomise=randomise,
+            fraction=fraction,
+            step_ms=step_ms,
+            action_delay=action_delay,
+            action_noise=action_noise,
+        )
         self._player = Player(url, task, hand, sensing, noise, training, **client)
         self._shaping = shaping
         self._sensing = sensing
