@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-DISCOUNT, LAMBDA, CLIP, EPOCHS, BATCHES, LEARNING_RATE = 0.99, 0.95, 0.2, 8, 8, 1e-3
+DISCOUNT, LAMBDA, CLIP, EPOCHS, BATCHES, LEARNING_RATE = 0.99, 0.95, 0.2, 8, 8, 5e-4
 # A point is 10: the potential changes by hundredths in a step, and networks begin with larger numbers.
 POINT = 10.0
 
@@ -67,6 +67,7 @@ def train(args: argparse.Namespace) -> list[float]:
         observations="groups",
         shaping=True,
         discount=1.0,  # Of the shaped part: see above.
+        step_ms=args.step_ms,
         max_episode_steps=args.steps,
         threads=args.threads,
         autoreset_mode="SameStep",
@@ -158,6 +159,7 @@ def parsed(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--blind", action="store_true", help="the policy sees what sensors read alone")
     parser.add_argument("--envs", type=int, default=32, help="environments at once (default 32)")
     parser.add_argument("--steps", type=int, default=50, help="steps of an episode (default 50)")
+    parser.add_argument("--step-ms", type=float, help="longest step of the integration (default: the task's)")
     parser.add_argument("--updates", type=int, default=100, help="updates (default 100)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the training (default 1)")
     parser.add_argument("--threads", type=int, help="threads that simulate (default: one for each core)")
