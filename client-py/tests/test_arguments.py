@@ -202,7 +202,10 @@ def test_environments_check_their_arguments_when_they_are_made() -> None:
             refused(lambda: make("palmares/Balls-SoftHand-v1", **arguments), message)  # noqa: B023
     refused(lambda: gymnasium.make("palmares/Balls-SoftHand-v1", ticks=101), "from 1 to 100")
     env = gymnasium.make("palmares/Grasp-SoftHand-v1", cameras="table")
-    assert "depth.table" in env.reset(seed=1)[0]
-    for single in ({"cameras": ["wrist"]}, {"url": "http://127.0.0.1:8080"}, {"render_mode": "rgb_array"}):
-        with pytest.raises(TypeError, match=rf"a vector environment has no {next(iter(single))}; .*make"):
+    assert "depth_table" in env.reset(seed=1)[0]
+    for single in ({"objects": 3}, {"url": "http://127.0.0.1:8080"}, {"colour": 1}):
+        name = next(iter(single))
+        with pytest.raises(TypeError, match=f"argument '{name}': unknown, or for a single environment only"):
             gymnasium.make_vec("palmares/Balls-SoftHand-v1", num_envs=1, **single)
+    with pytest.raises(TypeError, match="argument 'colour': unknown, or for a server only"):
+        gymnasium.make("palmares/Balls-SoftHand-v1", colour=1)

@@ -109,8 +109,8 @@ def test_every_channel_is_the_same_everywhere(url: str, folder: Path, noise: Lit
                 base=palmares.twist([0.0] * 3, [0.0] * 3), hand=[0.0] * 4, repeat=3, cameras=["wrist"]
             )
             rows.append({channel.name: array_of(channel, obs.hand) for channel in hand.channels})
-            rows[-1]["depth.wrist"] = np.nan_to_num(obs.cameras["wrist"].depth)
-            assert depth_of(hand.cameras[0]).shape == list(rows[-1]["depth.wrist"].shape)
+            rows[-1]["depth_wrist"] = np.nan_to_num(obs.cameras["wrist"].depth)
+            assert depth_of(hand.cameras[0]).shape == list(rows[-1]["depth_wrist"].shape)
             run_id = client.stop().run_id
     for channel in SHAPES:
         assert rows[0][channel].shape == SHAPES[channel]
@@ -121,7 +121,7 @@ def test_every_channel_is_the_same_everywhere(url: str, folder: Path, noise: Lit
     ]
     for env in single:
         found = shapes(env.observation_space)
-        assert found.pop("depth.wrist") == rows[0]["depth.wrist"].shape
+        assert found.pop("depth_wrist") == rows[0]["depth_wrist"].shape
         assert found == SHAPES
         rows.append(played(env))
         env.close()

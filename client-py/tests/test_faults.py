@@ -121,8 +121,17 @@ def test_a_batch_reports_the_causes_of_failures(billion: str) -> None:
 def test_environments_report_the_cause(billion: str) -> None:
     env = palmares.gym.PalmaresEnv("local", task="grasp", hand=billion, ticks=1)
     env.reset(seed=1)
-    error = failure(lambda sigma: env.step({"twist": np.zeros(6), "hand": np.full(2, float(sigma))}))
-    assert error.fault in str(error)
+    for k in range(500):
+        action = {"twist": np.zeros(6), "hand": np.full(2, float(k % 2))}
+        observation, _, terminated, truncated, info = env.step(action)
+        if truncated:
+            break
+    assert not terminated
+    assert env.observation_space.contains(observation)
+    alone = info["result"]
+    assert (alone["status"], alone["reason"]) == ("voided", "world_fault")
+    assert alone["fault"] in alone["note"]
+    assert info["tick"] == alone["ticks"]
     env.reset(seed=1)
     env.close()
     many = palmares.gym.BatchEnv("grasp", billion, 2, ticks=1, threads=1)
@@ -138,6 +147,7 @@ def test_environments_report_the_cause(billion: str) -> None:
     failed = int(np.flatnonzero(result["_reason"])[0])
     assert result["reason"][failed] == "world_fault"
     assert result["fault"][failed] in result["note"][failed]
+    assert alone == {name: result[name][0] for name in alone}
 
 
 def test_a_local_client_reports_the_cause(billion: str) -> None:

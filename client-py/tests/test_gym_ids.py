@@ -164,7 +164,7 @@ def test_arguments_for_a_server_are_refused_without_one() -> None:
         palmares.gym.PalmaresEnv(None, render_mode="human")
     with pytest.raises(ValueError, match="render_mode: found 'ansi'"):
         palmares.gym.PalmaresEnv(None, render_mode="ansi")
-    with pytest.raises(TypeError, match="for a server only: team"):
+    with pytest.raises(TypeError, match="argument 'team': unknown, or for a server only"):
         palmares.gym.PalmaresEnv(None, team="crabs")
 
 

@@ -115,3 +115,19 @@ def test_ppo_gives_the_same_curve_for_any_number_of_threads() -> None:
     learned = [train_lift_sb3.train(4, updates=2, worlds=6, tests=2, threads=threads) for threads in (1, 2)]
     assert learned[0] == learned[1]
     assert [point.episodes for point in learned[0].curve] == [0, 12, 24]
+
+
+def test_ppo_in_one_file_gives_the_same_policy_for_any_number_of_threads(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed: it is in `learn`")
+    from palmares.examples import train_ppo_torch
+
+    returns, policies = [], []
+    for threads in (1, 2):
+        file = tmp_path / f"{threads}.pt"
+        words = f"--envs 2 --steps 5 --updates 3 --hand pinch --blind --threads {threads} --policy {file}"
+        returns.append(train_ppo_torch.train(train_ppo_torch.parsed(words.split())))
+        policies.append(torch.load(file))
+    assert len(returns[0]) == 3
+    assert returns[0] == returns[1]
+    weights = [policy["policy"]["body.0.weight"] for policy in policies]
+    assert torch.equal(*weights)

@@ -96,8 +96,8 @@ def test_an_environment_of_sensors(url: str) -> None:
         "time_left": (1,),
         "encoders": (3,),
         "touch": (38, 3),
-        "depth.wrist": (120, 160),
-        "depth.box_a": (240, 320),
+        "depth_wrist": (120, 160),
+        "depth_box_a": (240, 320),
     }
     env.close()
     with pytest.raises(ValueError, match="box_b"):

@@ -15,7 +15,7 @@ use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::{Ack, RunInfo, RunResult};
 use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, Step, request};
-use palmares_replay::{Header, Recorder, Signer};
+use palmares_replay::{Header, Recorder, Signer, pack};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::{Shot, ShotError};
 use palmares_tasks::training::{Given, Shaper, open};
@@ -23,7 +23,7 @@ use palmares_tasks::{Action, Observation, Outcome, Reason, Run, Seed, Sensing};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -301,8 +301,16 @@ impl World {
 
     /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten.
     /// Calls `told` with the number of ticks played.
-    #[pyo3(signature = (path, team, told=None))]
-    fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String, told: Told<'_>) -> PyResult<()> {
+    /// The files of a hand of one's own are at `hand_path` and go into the replay.
+    #[pyo3(signature = (path, team, hand_path, told=None))]
+    fn save_replay(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        team: String,
+        hand_path: &str,
+        told: Told<'_>,
+    ) -> PyResult<()> {
         let Some(history) = &self.history else {
             let message =
                 "this world went on from the bytes of a snapshot, which tell nothing of the ticks before";
@@ -318,11 +326,14 @@ impl World {
                 "a randomised run, or one with some of the objects, is none of the task's: it has no replay";
             return Err(PyValueError::new_err(message));
         }
-        let own = !palmares_models::builtin::builtin_hands().iter().any(|known| known.name == hand.name);
-        if own {
-            let message = "a replay of a hand of one's own needs its files: play it on a server";
-            return Err(PyValueError::new_err(message));
-        }
+        let hand_files = match Hand::builtin(hand_path) {
+            Some(_) => None,
+            None => {
+                let files = pack(Path::new(hand_path), &hand);
+                let refused = |error| PyValueError::new_err(format!("hand: {hand_path}: {error}"));
+                Some(Arc::new(files.map_err(refused)?))
+            }
+        };
         let (seed, noise) = (self.run.seed(), self.run.noise());
         let started =
             SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64);
@@ -338,7 +349,7 @@ impl World {
             let mut run = Run::new(task, hand, seed).map_err(|error| failed(&error))?.with_noise(noise);
             let signer = Arc::new(Signer::random().map_err(|error| failed(&error))?);
             let folder = path.parent().map_or_else(PathBuf::new, |parent| parent.join(".palmares-replay"));
-            let recorder = Recorder::create(&folder, header, &run, &signer, None);
+            let recorder = Recorder::create(&folder, header, &run, &signer, hand_files);
             let mut recorder = recorder.map_err(|error| failed(&error))?;
             for Entry { pushes, action } in history.entries() {
                 for Push { link, wrench, duration_s } in pushes {

@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import arrays_of
 from palmares.gym.flat import FlatEnv
+from palmares.gym.goals import Goal
 from palmares.gym.ids import register
 
 if TYPE_CHECKING:
     from palmares.gym.batch import BatchEnv
 
-__all__ = ["BatchEnv", "FlatEnv", "PalmaresEnv", "arrays_of"]
+__all__ = ["BatchEnv", "FlatEnv", "Goal", "PalmaresEnv", "arrays_of"]
 
 register()
 

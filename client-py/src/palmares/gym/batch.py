@@ -2,37 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any, Literal
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Literal, cast
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
 
 from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
-from palmares.gym.ends import refuse_options
 from palmares.gym.fields import Arrays, box
+from palmares.gym.forms import Form, Observations
+from palmares.gym.goals import Goal
+from palmares.gym.images import cameras_of, spaces_of, view_of
+from palmares.gym.infos import events_of, refuse_options, row_of
 from palmares.gym.training import Shaping, shaping_of, training_of
-from palmares.sim import TASKS, Batch, View, welcome
+from palmares.net.requests import names
+from palmares.sim import HANDS, TASKS, Batch, View, welcome
+
+Mask = NDArray[np.bool_]
 
 
-class BatchEnv(VectorEnv[Arrays, Array, Array]):
+class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
     """`num_envs` runs of one task and hand as a vector environment, stepped by native threads.
 
-    Actions are (num_envs, 6 + motors) in [−1, 1], as those of `FlatEnv`. Observations and rewards are those
-    of `PalmaresEnv` with a fixed number of objects, for each field an array (num_envs, …). The seed, *i* and
-    *k* alone determine the scene of episode *k* of environment *i*, so that a training does not depend on the
-    number of threads or on the ends of other episodes.
+    Actions, observations and rewards are those of `FlatEnv`, for each field an array (num_envs, …). Its
+    images are without the rounding of real cameras. The seed, *i* and *k* alone determine the scene of
+    episode *k* of environment *i*, so that a training does not depend on the number of threads or on the ends
+    of other episodes.
 
-    ``infos`` of a step have the entries of `PalmaresEnv`: ``tick``, ``score``, ``is_success`` (num_envs,),
-    ``events``, a list for each, and ``result`` for each run that is over; ``fault`` and ``note`` in it are of
-    a failed world, as in `Batch.result`. With ``autoreset_mode=AutoresetMode.SAME_STEP`` they also have
-    ``final_obs`` and ``final_info``, and with `shaping` ``shaping`` (num_envs,), the shaped part of the
-    rewards. Where `randomise` draws the hand, infos of steps
-    and resets have ``hand_drawn`` (num_envs, numbers), for a privileged critic: `Batch.hand_drawn`.
+    ``infos`` have the entries of `PalmaresEnv`, as gymnasium has them: an array (num_envs, …) of each, and
+    ``_NAME`` (num_envs,), where it is given. So ``infos["result"]["score"]`` are the scores of the runs that
+    are over. A step that resets an environment has its ``seed``. With
+    ``autoreset_mode=AutoresetMode.SAME_STEP`` a step has, beside the entries of the last step of an episode,
+    ``final_obs`` and ``final_info``.
+
+    It can be pickled and copied, also within episodes: the copy goes on with the same bits, in this process
+    or another.
 
     Args:
         task: Name of the task.
@@ -40,6 +49,10 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         num_envs: Number of environments.
         sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
         noise: ``none`` or ``real``.
+        observations: Their form, as of `FlatEnv`.
+        goal: As of `FlatEnv`.
+        cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
+            Needs ``noise="none"``.
         ticks: Ticks per step.
         threads: Threads that step; one for each core when left out.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
@@ -48,20 +61,28 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
-        max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; the task's
-            time limit alone when left out.
+        step_ms: Longest step of the integration, as of `palmares.Training`, also the next two.
+        action_delay: Least and most ticks until an action arrives.
+        action_noise: Standard deviation of the error of an action.
+        max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; only the
+            task's time limit when left out.
         render_mode: With ``rgb_array`` `render` returns a picture of each environment.
-        film: Camera of task or hand, or a `palmares.sim.View`, by which they are taken; the task's first camera
-            when left out.
-        film_size: Their width and height.
+        render_camera: Camera of `render`: a name of task or hand, or a `palmares.sim.View`; the task's first
+            camera when left out.
+        render_size: Width and height of the pictures; those of the camera when left out.
         autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
             (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
-        single: Arguments of a single environment, such as ``url`` and ``cameras``: a `TypeError` here.
+        single: Arguments of a single environment, such as ``url``: a `TypeError` here.
 
     Attributes:
         batch: The worlds, for snapshots and state hashes.
+        hand_numbers: As `PalmaresEnv.hand_numbers`.
+        layout: As `FlatEnv.layout`.
+        compute_reward: As `FlatEnv.compute_reward`.
 
     """
+
+    compute_reward: Callable[[Any, Any, Any], Any]
 
     def __init__(
         self,
@@ -71,52 +92,83 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         *,
         sensing: Literal["sensors", "truth"] = "truth",
         noise: Literal["none", "real"] = "none",
+        observations: Observations = "fields",
+        goal: Goal | None = None,
+        cameras: Sequence[str] = (),
         ticks: int = 10,
         threads: int | None = None,
         shaping: Shaping | Literal["apart"] = False,
         discount: float | None = None,
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
+        step_ms: float | None = None,
+        action_delay: tuple[int, int] = (0, 0),
+        action_noise: float = 0.0,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
-        film: str | View | None = None,
-        film_size: tuple[int, int] = (320, 240),
+        render_camera: str | View | None = None,
+        render_size: tuple[int, int] | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         **single: Any,
     ) -> None:
         if single:
+            given = ", ".join(map(repr, single))
             raise TypeError(
-                f"a vector environment has no {', '.join(single)}; a server, images and another number of "
-                "objects need a single environment, of gymnasium.make"
+                f"unexpected keyword argument {given}: unknown, or for a single environment only, of "
+                "gymnasium.make"
+            )
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
+        if cameras and noise != "none":
+            raise ValueError(
+                f"cameras: found {cameras} with noise={noise!r}; wanted noise='none': only an environment of "
+                "gymnasium.make has the errors of cameras"
             )
         shaping = shaping_of(shaping)
-        training = training_of(shaping, discount, randomise, fraction)
+        self._form = Form(observations, goal, sensing)
+        self._form.refuse_shaping(shaping)
+        training = training_of(
+            shaping,
+            discount=discount,
+            randomise=randomise,
+            fraction=fraction,
+            step_ms=step_ms,
+            action_delay=action_delay,
+            action_noise=action_noise,
+        )
+        seen = self._form.sensing
         self.batch = Batch(
-            task, hand, num_envs, sensing=sensing, noise=noise, threads=threads, training=training
+            task, hand, num_envs, sensing=seen, noise=noise, threads=threads, training=training
         )
         self._shaping = shaping
         # The action space is a box; its corners exceed the limits of the norm.
         self.batch.clipping.mute()
         self._clipping = Clipping()
         self.num_envs, self._ticks = self.batch.count, whole("ticks", ticks, 1, MAX_COUNT)
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
-        if render_mode not in (None, "rgb_array"):
-            raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
-        self.render_mode, self.film, self.film_size = render_mode, film or _first_camera(task), film_size
+        self.hand_numbers = self.batch.hand_numbers
+        self.autoreset_mode, self.render_mode = AutoresetMode(autoreset_mode), render_mode
         self.metadata = {
             "autoreset_mode": self.autoreset_mode,
             "render_modes": ["rgb_array"],
-            "render_fps": round(1.0 / (self._ticks * self.batch.tick_s)),
+            "render_fps": max(1, round(1.0 / (self._ticks * self.batch.tick_s))),
         }
-        self.single_observation_space = spaces.Dict(
-            {name: box(*shape) for name, shape in self.batch.fields.items()}
-        )
+        known = welcome(own_tasks=[] if task in TASKS else [task], own_hands=[] if hand in HANDS else [hand])
+        task_info = known.task(task) if task in TASKS else known.tasks[-1]
+        hand_info = known.hand(hand) if hand in HANDS else known.hands[-1]
+        there = cameras_of(task_info, hand_info)
+        self._view, self._render_size = view_of(render_camera, there), render_size
+        self._cameras = [name.partition(".") for name in names(cameras)]
+        fields: dict[str, spaces.Space[Any]] = dict(spaces_of(cameras, there))
+        fields |= {name: box(*shape) for name, shape in self.batch.fields.items()}
+        hidden = [channel.name for channel in hand_info.channels if channel.truth]
+        self._form.open(spaces.Dict(fields), hidden)
+        self.layout = self._form.layout
         length = self.batch.action_len
+        self.single_observation_space = cast(spaces.Space[Arrays], self._form.space)
         self.single_action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        specs = welcome().specs
-        limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
+        limits = [known.specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
         self._scale = np.concatenate([np.repeat(limits, 3), np.full(length - 6, 0.5)])
         self._shift = np.concatenate([np.zeros(6), np.full(length - 6, 0.5)])
         self._roots = np.zeros(num_envs, dtype=np.uint64)
@@ -125,6 +177,9 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         most = max_episode_steps
         self._most_steps = None if most is None else whole("max_episode_steps", most, 1, MAX_COUNT)
         self._steps = np.zeros(num_envs, dtype=np.int64)
+        self._desired = np.zeros((num_envs, 3))
+        if self._form.goal is not None:
+            self.compute_reward = self._form.reward
 
     @property
     def fraction(self) -> float:
@@ -165,93 +220,138 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         given = [None] * self.num_envs if seed is None else list(seed)
         if len(given) != self.num_envs:
             raise ValueError(f"seed: found {len(given)}; wanted one, or one for each of {self.num_envs}")
-        chosen = [self._next(k, given[k]) if mask[k] else 0 for k in range(self.num_envs)]
-        observations = self.batch.reset(chosen, mask)
-        self._over[mask], self._steps[mask] = False, 0
-        return observations, {"seed": np.array(self.batch.seeds), "_seed": mask} | self._privileged()
+        given = [one if one is None else whole(f"seed[{k}]", one, 0, MAX_SEED) for k, one in enumerate(given)]
+        fields, infos = self._opened(mask, given)
+        return self._observed(fields), infos | self._privileged()
 
-    def _privileged(self) -> dict[str, Any]:
-        """Return what a critic may know and sensors do not."""
-        if not self.batch.hand_numbers:
-            return {}
-        return {"hand_drawn": self.batch.hand_drawn, "_hand_drawn": np.ones(self.num_envs, dtype=bool)}
+    def _opened(self, mask: Mask, seeds: Sequence[int | None] | None = None) -> tuple[Arrays, dict[str, Any]]:
+        """Open the next runs of the environments of `mask`; return the fields and the infos."""
+        given = [None] * self.num_envs if seeds is None else seeds
+        chosen = [self._next(k, given[k]) if mask[k] else 0 for k in range(self.num_envs)]
+        fields = self.batch.reset(chosen, mask)
+        self._over[mask], self._steps[mask] = False, 0
+        found = np.array(self.batch.seeds)
+        if self._form.goal is not None:
+            places = self._form.place(fields)
+            for k in np.flatnonzero(mask):
+                self._desired[k] = self._form.goal.drawn(found[k], places[k])
+        return fields, {"seed": np.where(mask, found, 0), "_seed": mask.copy()}
 
     def _next(self, k: int, seed: int | None) -> int:
         """Return the seed of the next scene of environment `k`."""
         if seed is not None:
-            self._roots[k], self._episodes[k] = whole(f"seed[{k}]", seed, 0, MAX_SEED), 0
-            return int(seed)
+            self._roots[k], self._episodes[k] = seed, 0
+            return seed
         self._episodes[k] += np.uint64(1)
         mixed = np.random.SeedSequence([int(self._roots[k]), k, int(self._episodes[k])])
         return int(mixed.generate_state(1, np.uint64)[0] >> np.uint64(11))
 
-    def step(
-        self, actions: Array
-    ) -> tuple[Arrays, Array, np.ndarray[Any, Any], np.ndarray[Any, Any], dict[str, Any]]:
-        """Advance every environment by `ticks`."""
+    def _privileged(self) -> dict[str, Any]:
+        """Return what a critic may know and sensors do not."""
+        if not self.hand_numbers:
+            return {}
+        return {"hand_drawn": self.batch.hand_drawn, "_hand_drawn": np.ones(self.num_envs, dtype=bool)}
+
+    def _observed(self, fields: Arrays) -> Arrays:
+        """Return the observation of fields."""
+        for name, _, kind in self._cameras:
+            kind = kind or "depth"
+            fields[f"{kind}_{name}"] = self.batch.pictures(name, None, kind)[kind]  # type: ignore[arg-type]
+        return self._form.made(fields, (self.num_envs,), self._desired)
+
+    def step(self, actions: Array) -> tuple[Arrays, Array, Mask, Mask, dict[str, Any]]:
+        """Advance every environment by `ticks`.
+
+        Args:
+            actions: (num_envs, 6 + motors).
+
+        Returns:
+            Observations, rewards (num_envs,), terminated (num_envs,), truncated (num_envs,), infos.
+
+        Raises:
+            ValueError: The actions have a wrong shape, or are not finite; nothing has changed.
+            RuntimeError: There was no `reset`; nothing has changed.
+
+        """
         if not self.batch.opened:
             raise RuntimeError("no runs are open; call reset() first")
         actions = table("actions", actions, self.num_envs, self.batch.action_len)
         self._clipping.check_unit(actions, stacklevel=2)
-        scaled = actions * self._scale + self._shift
-        ended = self._over.copy()
-        if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
-            which = ", ".join(map(str, np.flatnonzero(ended)))
+        begun, infos = self._over.copy(), {}
+        if self.autoreset_mode is AutoresetMode.DISABLED and begun.any():
+            which = ", ".join(map(str, np.flatnonzero(begun)))
             raise RuntimeError(f"the runs of {which} are over: reset(options={{'reset_mask': …}}) first")
-        if ended.any():  # NEXT_STEP: they are only reset in this step.
-            self.batch.reset([self._next(k, None) if ended[k] else 0 for k in range(self.num_envs)], ended)
-        stepped = self.batch.step(scaled, self._ticks, ~ended)
-        rewards, terminated, truncated = stepped.rewards, stepped.terminated, stepped.truncated
-        rewards[ended] = 0.0
-        observations = stepped.observations
-        self._steps = np.where(ended, 0, self._steps + 1)
+        if begun.any():  # NEXT_STEP: they are only reset in this step.
+            infos = self._opened(begun)[1]
+        went = ~begun
+        stepped = self.batch.step(actions * self._scale + self._shift, self._ticks, went)
+        self._steps[went] += 1
+        rewards = np.where(went, stepped.rewards, 0.0)
+        terminated, truncated = stepped.terminated, stepped.truncated
         finished = terminated | truncated
-        if self._most_steps is not None:
-            truncated = truncated | (~terminated & (self._steps >= self._most_steps))
-        every = np.ones(self.num_envs, dtype=bool)
-        infos: dict[str, Any] = {
-            "tick": np.array(self.batch.ticks),
-            "score": self.batch.scores,
+        observations = self._observed(stepped.observations)
+        told = {
+            "tick": np.where(went, self.batch.ticks, 0),
+            "score": np.where(went, self.batch.scores, 0.0),
             "is_success": terminated.copy(),
             "events": self._events(),
         }
-        infos |= {f"_{name}": every.copy() for name in list(infos)}
         if stepped.shaping is not None:
-            shaping = np.where(ended, 0.0, stepped.shaping)
-            infos |= {"shaping": shaping, "_shaping": every.copy()}
+            told["shaping"] = np.where(went, stepped.shaping, 0.0)
             if self._shaping is True:
-                rewards += shaping
+                rewards += told["shaping"]
+        if self._form.goal is not None:
+            goals = observations["achieved_goal"], observations["desired_goal"]
+            reached = self._form.reward(*goals, told)
+            rewards = np.where(went, reached, 0.0)
+            told["is_success"] = went & (reached == 0.0)
+            terminated, truncated = np.zeros_like(terminated), finished
+        if self._most_steps is not None:
+            truncated = truncated | (~terminated & (self._steps >= self._most_steps))
+        for name, values in told.items():
+            infos |= {name: values, f"_{name}": went.copy()}
+        infos |= self._privileged()
+        for k in map(int, np.flatnonzero(finished)):
+            infos = self._add_info(infos, {"result": self.batch.result(k)}, k)
         self._over = terminated | truncated
-        for k in np.flatnonzero(finished):
-            infos = self._add_info(infos, {"result": self.batch.result(int(k))}, int(k))
         if self.autoreset_mode is AutoresetMode.SAME_STEP and self._over.any():
-            told = [name for name in infos if not name.startswith("_")]
-            for k in np.flatnonzero(self._over):
+            ended = list(map(int, np.flatnonzero(self._over)))
+            last = [row_of(infos, k) for k in ended]
+            for k, info in zip(ended, last, strict=True):
                 final = {name: values[k].copy() for name, values in observations.items()}
-                last = {name: infos[name][k] for name in told if infos[f"_{name}"][k]}
-                infos = self._add_info(infos, {"final_obs": final, "final_info": last}, int(k))
-            seeds = [self._next(k, None) if self._over[k] else 0 for k in range(self.num_envs)]
-            observations = self.batch.reset(seeds, self._over)
-            self._steps[self._over] = 0
-            self._over = np.zeros(self.num_envs, dtype=bool)
-        return observations, rewards, terminated, truncated, infos | self._privileged()
+                infos = self._add_info(infos, {"final_obs": final, "final_info": info}, k)
+            fields, begins = self._opened(self._over.copy())
+            observations, infos = self._observed(fields), infos | begins | self._privileged()
+        return observations, rewards, terminated, truncated, infos
 
-    def _events(self) -> np.ndarray[Any, Any]:
+    def _events(self) -> NDArray[Any]:
         """Return the referee's events of the last step, a list for each environment."""
         events = np.empty(self.num_envs, dtype=object)
         for k in range(self.num_envs):
-            events[k] = self.batch.events(k)
+            events[k] = events_of(self.batch.events(k))
         return events
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Return an attribute, or the result of a method, of every environment: it is one for all of them."""
+        """Return an attribute, or the result of a method, of every environment: it is one for all of them.
+
+        Raises:
+            AttributeError: There is no such attribute.
+
+        """
         value = getattr(self, name)
+        if name == "render":
+            return self.render() or (None,) * self.num_envs
         if callable(value):
             value = value(*args, **kwargs)
         return (value,) * self.num_envs
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Return an attribute of every environment."""
+        """Return an attribute of every environment.
+
+        Raises:
+            AttributeError: There is no such attribute.
+
+        """
         return (getattr(self, name),) * self.num_envs
 
     def set_attr(self, name: str, values: Any) -> None:
@@ -269,17 +369,11 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             raise ValueError(f"{name}: found {values}; wanted one value for all {self.num_envs} environments")
         setattr(self, name, several[0])
 
-    def render(self) -> tuple[np.ndarray[Any, Any], ...] | None:
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Return a picture (height, width, 3) of uint8 of each environment."""
         if self.render_mode is None:
             return None
-        return tuple(self.batch.pictures(self.film, self.film_size, "rgb")["rgb"])
+        return tuple(self.batch.pictures(self._view, self._render_size, "rgb")["rgb"])
 
     def close_extras(self, **_: Any) -> None:
         """Do nothing: nothing is open."""
-
-
-def _first_camera(task: str) -> str:
-    """Return the name of a task's first camera."""
-    known = welcome(own_tasks=[] if task in TASKS else [task])
-    return known.tasks[-1].cameras[0].name if task not in TASKS else known.task(task).cameras[0].name

@@ -7,15 +7,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import gymnasium
-import numpy as np
 from gymnasium import spaces
+from msgspec import structs
 
 from palmares.arguments import one_of, table, whole
 from palmares.arrays import array
-from palmares.channels import depth_of
 from palmares.client import LOCAL, Client
-from palmares.gym.ends import refuse_options, result_of
+from palmares.errors import WorldFaultError
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
+from palmares.gym.images import spaces_of, view_of
+from palmares.gym.infos import refuse_options, result_of
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.messages import Observation
@@ -23,7 +24,7 @@ from palmares.net.requests import names
 from palmares.targets import twist
 
 if TYPE_CHECKING:
-    from palmares.sim import World
+    from palmares.sim import View, World
 
 
 class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
@@ -47,19 +48,28 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
       5 several parts; m, in its own frame; kg
     - ``hand_drawn`` (numbers,), with ``sensing="truth"`` and where `randomise` draws the hand: the numbers of
       ``info["hand_drawn"]``
-    - ``depth.NAME`` (height, width), for each of `cameras`: m, 0 where there is no reading
+    - ``depth_NAME`` (height, width) of float32, for each ``NAME`` in `cameras`: m, 0 where there is no
+      reading
+    - ``rgb_NAME`` (height, width, 3) of uint8, for each ``NAME.rgb`` in `cameras`
 
     The number of objects is unknown before a run is opened. So the space of ``objects`` is a `Sequence` of
     any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
 
-    The info of a step has ``tick``, ``score``, ``events``, the referee's, and ``is_success``: whether the
-    task is complete. When an episode is over, ``result`` has the count after the objects have settled: status,
-    score, in_goal, outside, reason, ticks, … as `palmares.Result`; with the last reward the sum is the final
-    score. Where `randomise` draws the hand, ``info["hand_drawn"]`` has the drawn numbers by name, for a privileged
+    The info of a step has ``tick``, ``score``, ``events``, a list of the referee's `palmares.Event`, and
+    ``is_success``: whether the task is complete. When the run is over, ``result`` has the count after the
+    objects have settled: a dictionary of status, score, in_goal, outside, reason, fault, note, ticks,
+    sim_time_s and state_hash, as in `palmares.Result`; with the last reward the sum is the final score. A
+    world that fails ends its run: truncated, with the last observation before, and a `fault` in the result.
+    The info of a reset has ``seed``, that of the scene. Where `randomise` draws the hand,
+    ``info["hand_drawn"]`` has the drawn numbers (numbers,), in the order of `hand_numbers`, for a privileged
     critic.
+
+    In this process an environment can be pickled and copied, also within an episode: the copy goes on with
+    the same bits.
 
     Attributes:
         observation: The last observation, typed; ``None`` before the first `reset`.
+        hand_numbers: Names of the hand's uncertain numbers that `randomise` draws for each episode.
 
     Args:
         url: Address of the server; ``None`` or ``local`` to play in this process.
@@ -67,7 +77,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         hand: Name of the hand; in this process also the path of your own.
         sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
         noise: ``none`` or ``real``: errors of the sensors; that of the server when left out.
-        cameras: Names of cameras whose depth is part of every observation.
+        cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
         ticks: Ticks per step, under the same action; at most `Limits.repeat`, 100.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
@@ -76,8 +86,14 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
-        render_mode: With ``rgb_array`` `render` returns the image of the task's first camera. With ``human``,
-            only on a server, the first `reset` opens the server's page of its worlds.
+        step_ms: Longest step of the integration, as of `palmares.Training`, also the next two.
+        action_delay: Least and most ticks until an action arrives.
+        action_noise: Standard deviation of the error of an action.
+        render_mode: With ``rgb_array`` `render` returns a picture. With ``human``, only on a server, the
+            first `reset` opens the page of its worlds.
+        render_camera: Camera of `render`: a name of task or hand, or in this process a `palmares.sim.View`;
+            the task's first camera when left out.
+        render_size: Width and height of the picture, only in this process; those of the camera when left out.
         client: Further arguments of `Client`, such as ``team``.
 
     """
@@ -102,7 +118,12 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         discount: float | None = None,
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
+        step_ms: float | None = None,
+        action_delay: tuple[int, int] = (0, 0),
+        action_noise: float = 0.0,
         render_mode: str | None = None,
+        render_camera: str | View | None = None,
+        render_size: tuple[int, int] | None = None,
         **client: Any,
     ) -> None:
         url = None if url == LOCAL else url
@@ -111,20 +132,35 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         if render_mode == "human" and url is None:
             raise ValueError("render_mode='human' opens a server's page: give the server's url as well")
         if url is None and client:
-            raise TypeError(f"for a server only: {', '.join(client)}")
+            given = ", ".join(map(repr, client))
+            raise TypeError(f"unexpected keyword argument {given}: unknown, or for a server only, with url")
         self.render_mode, self._url = render_mode, url
         if url is None:  # A process without a server has no page.
             self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
+        elif render_size is not None or not isinstance(render_camera, str | None):
+            raise ValueError("render_size and a View as render_camera need a world in this process: no url")
         one_of("sensing", sensing, ("sensors", "truth"))
         if noise is not None:
             one_of("noise", noise, ("none", "real"))
         shaping = shaping_of(shaping)
-        training = training_of(shaping, discount, randomise, fraction)
+        training = training_of(
+            shaping,
+            discount=discount,
+            randomise=randomise,
+            fraction=fraction,
+            step_ms=step_ms,
+            action_delay=action_delay,
+            action_noise=action_noise,
+        )
         self._player = Player(url, task, hand, sensing, noise, training, **client)
         self._shaping = shaping
-        self._task, self._hand, self._sensing = task, hand, sensing
+        self._sensing = sensing
         self._ticks = whole("ticks", ticks, 1, self.client.welcome.limits.repeat)
         self._objects, self._cameras = objects, tuple(names(cameras))
+        self._view, self._render_size = view_of(render_camera, self._player.cameras), render_size
+        step_s = self._ticks * self._player.tick_s
+        self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / step_s))}
+        self.hand_numbers = self._player.hand_numbers
         self._score = 0.0
         self._scene: Arrays = {}
         self.observation: Observation | None = None
@@ -151,14 +187,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
                     "object_mass": (objects,),
                 }
         found |= {name: box(*shape) for name, shape in shapes.items()}
-        known = self._player.cameras
-        for name in self._cameras:
-            if name not in known:
-                there = ", ".join(known) or "none"
-                raise ValueError(f"no camera {name!r} in task {self._task!r} with {self._hand!r}: {there}")
-            depth = depth_of(known[name])
-            low, high, shape = depth.minimum, depth.maximum, tuple(depth.shape)
-            found[f"depth.{name}"] = spaces.Box(low, high, shape, dtype=np.float64)
+        found |= spaces_of(self._cameras, self._player.cameras)
         return spaces.Dict(found)
 
     @property
@@ -169,6 +198,11 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     @fraction.setter
     def fraction(self, fraction: float) -> None:
         self._player.training = replace(self._player.training, fraction=fraction)
+
+    @property
+    def hidden(self) -> tuple[str, ...]:
+        """Names of the hand's channels that no sensor reads."""
+        return tuple(channel.name for channel in self._player.channels if channel.truth)
 
     @property
     def client(self) -> Client:
@@ -202,7 +236,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         fixed = self._sensing == "truth" and self._objects is not None
         self._scene = padded(arrays_of_scene(self._player.scene), self._objects) if fixed else {}
         if self._sensing == "truth" and self._player.hand_numbers:
-            self._scene["hand_drawn"] = array(list(self._player.hand_drawn.values()))
+            self._scene["hand_drawn"] = self._player.hand_drawn
         self.observation, self._score = obs, obs.score
         if first and self.render_mode == "human":
             self.render()
@@ -210,36 +244,43 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     def _privileged(self) -> dict[str, Any]:
         """Return what a critic may know and sensors do not."""
-        drawn = self._player.hand_drawn
-        return {"hand_drawn": drawn} if drawn else {}
+        return {"hand_drawn": self._player.hand_drawn} if self.hand_numbers else {}
 
     def step(self, action: Arrays) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action.
 
         Raises:
-            WorldFaultError: The world failed; `fault` is the cause. `reset` opens another run.
+            ValueError: The action has a wrong shape, or is not finite; nothing has changed.
 
         """
         velocity = table("twist", action["twist"], 6)
         base = twist(velocity[:3], velocity[3:])
-        obs = self._player.step(base, action["hand"], self._ticks, self._cameras)
-        score = obs.score
-        info: dict[str, Any] = {"tick": obs.tick, "events": obs.events, "is_success": obs.terminated}
+        try:
+            obs, shaping = self._player.step(base, action["hand"], self._ticks, self._cameras), None
+        except WorldFaultError:
+            assert self.observation is not None
+            ended = {"truncated": True, "reason": "world_fault", "events": []}
+            obs, shaping = structs.replace(self.observation, **ended), 0.0
+        info: dict[str, Any] = {
+            "tick": obs.tick,
+            "score": obs.score,
+            "is_success": obs.terminated,
+            "events": obs.events,
+        }
         info |= self._privileged()
         if obs.done:
             result = self._player.result()
-            info["result"], score = result_of(result, None), result.score
-        info["score"] = score
-        reward, self._score = score - self._score, score
+            info |= {"result": result_of(result), "tick": result.ticks, "score": result.score}
+        reward, self._score = info["score"] - self._score, info["score"]
         if self._shaping:
-            info["shaping"] = shaping = self._player.shaping
+            info["shaping"] = self._player.shaping if shaping is None else shaping
             if self._shaping is True:
-                reward += shaping
+                reward += info["shaping"]
         self.observation = obs
         return self._arrays(obs), reward, obs.terminated, obs.truncated, info
 
     def render(self) -> Any:
-        """Return an image (height, width, 3) of uint8, or open the server's page of its worlds."""
+        """Return a picture (height, width, 3) of uint8, or open the server's page of its worlds."""
         if self.render_mode == "human":
             import webbrowser
 
@@ -247,8 +288,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             return None
         if self.render_mode != "rgb_array":
             return None
-        camera = next(iter(self._player.cameras))
-        return self._player.look(f"{camera}.rgb").cameras[camera].rgb
+        if self.world is not None:
+            return self.world.pictures(self._view, self._render_size, "rgb")["rgb"]
+        return self._player.look(f"{self._view}.rgb").cameras[str(self._view)].rgb
 
     def close(self) -> None:
         """End the session."""

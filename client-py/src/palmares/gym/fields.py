@@ -7,14 +7,15 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
+from numpy.typing import NDArray
 
-from palmares.arrays import Array, array
+from palmares.arrays import array
 from palmares.channels import array_of, early_channels
 from palmares.messages import Observation
 from palmares.scene import Scene, SceneBody
 from palmares.wire import ChannelInfo
 
-Arrays: TypeAlias = dict[str, Array]
+Arrays: TypeAlias = dict[str, NDArray[Any]]
 
 # Nothing in a sound world is larger, in any unit.
 LARGEST = 1e9
@@ -34,9 +35,12 @@ def arrays_of(obs: Observation, channels: Sequence[ChannelInfo] | None = None) -
         hand = obs.hand
         lengths = (len(hand.actuators), hand.joints.size, len(hand.touch))
         channels = early_channels(*lengths, acceleration=hand.acceleration is not None)
-    found = {channel.name: array_of(channel, obs.hand) for channel in channels}
+    found: Arrays = {channel.name: array_of(channel, obs.hand) for channel in channels}
     for name, image in obs.cameras.items():
-        found[f"depth.{name}"] = np.nan_to_num(image.depth, nan=0.0)
+        if image._depth is not None:
+            found[f"depth_{name}"] = np.nan_to_num(image.depth, nan=0.0).astype(np.float32)
+        if image._rgb is not None:
+            found[f"rgb_{name}"] = image.rgb.copy()
     if obs.truth is not None:
         truth = obs.truth
         found["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])

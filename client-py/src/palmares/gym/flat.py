@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, cast
 
 import gymnasium
 import numpy as np
@@ -14,6 +15,11 @@ from palmares.arrays import Array, array
 from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import Arrays
+from palmares.gym.forms import Form, Observations, Sensing
+from palmares.gym.goals import Goal
+
+if TYPE_CHECKING:
+    from palmares.sim import World
 
 # Objects in every scene of the tasks that come with the program.
 OBJECTS = {"balls": 10, "shelf": 10, "grasp": 1, "pan": 2, "peg": 2}
@@ -23,26 +29,75 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     """A `PalmaresEnv` with actions (6 + motors,) in [−1, 1]; the ids of gymnasium make it.
 
     The first six are the base's velocity as parts of its limits, world frame; the others are the motors, −1
-    open and 1 closed. The arguments are those of `PalmaresEnv`. Without `url` it plays in this process.
-    `objects` is set for the tasks of the program and for your own by their folder.
+    open and 1 closed. Without `url` it plays in this process. `objects` is set for the tasks of the program
+    and for your own by their folder.
+
+    An observation has one of these forms:
+
+    - ``fields``: the fields of `PalmaresEnv`, each in its shape.
+    - ``groups``: ``policy`` (n,), what the sensors read, with their errors if ``noise="real"``, and
+      ``critic`` (m,), all fields: those of the sensors and of the truth. Both are float32.
+    - ``goal``: ``observation`` (n,), all fields or with ``sensing="sensors"`` those of the sensors, and
+      ``achieved_goal`` and ``desired_goal`` (3,), m: where the centre of the goal's object is and is wanted,
+      as environments of Gymnasium-Robotics have it. All are float32. The reward is `compute_reward`, −1 or 0,
+      and ``is_success`` says whether it is 0. A task that is complete then counts as truncated, because no
+      goal ends an episode.
+
+    Images of `cameras` stay fields of their own.
+
+    Args:
+        task: Name of the task, or the folder of your own.
+        hand: Name of the hand, or the path of your own.
+        url: Address of a server; left out, it plays in this process.
+        observations: Their form.
+        goal: Where an object is wanted, with ``observations="goal"``; 10 cm above its place when left out.
+        options: Further arguments of `PalmaresEnv`.
 
     Attributes:
         inner: The `PalmaresEnv`, whose actions are a dictionary in SI units.
+        layout: Columns of each field in the vectors of ``groups`` and ``goal``:
+            ``layout["critic"]["objects"]`` is a slice.
+        compute_reward: Takes achieved goals, desired goals (…, 3) and an info, which it ignores; returns the
+            rewards (…,): 0 within the tolerance, and −1 elsewhere. Only with goals, as the next two.
+        compute_terminated: Returns False.
+        compute_truncated: Returns False.
 
     """
 
+    compute_reward: Callable[[Any, Any, Any], Any]
+    compute_terminated: Callable[[Any, Any, Any], bool]
+    compute_truncated: Callable[[Any, Any, Any], bool]
     metadata = PalmaresEnv.metadata
 
-    def __init__(self, task: str, hand: str, *, url: str | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        task: str,
+        hand: str,
+        *,
+        url: str | None = None,
+        sensing: Sensing = "truth",
+        observations: Observations = "fields",
+        goal: Goal | None = None,
+        **options: Any,
+    ) -> None:
         options.setdefault("objects", _objects(task))
-        self.inner = PalmaresEnv(url, task=task, hand=hand, **options)
+        self._form = Form(observations, goal, sensing)
+        self._form.refuse_shaping(options.get("shaping"))
+        self.inner = PalmaresEnv(url, task=task, hand=hand, sensing=self._form.sensing, **options)
         self.render_mode, self.metadata = self.inner.render_mode, self.inner.metadata
+        self.hand_numbers = self.inner.hand_numbers
         actions = cast(spaces.Dict, self.inner.action_space)
         twist, sigma = cast(spaces.Box, actions["twist"]), cast(spaces.Box, actions["hand"])
         self._clipping = Clipping()
         self._limits: Array = array(twist.high)
         self.action_space = spaces.Box(-1.0, 1.0, (6 + sigma.shape[0],), dtype=np.float64)
-        self.observation_space = self.inner.observation_space
+        self._form.open(cast(spaces.Dict, self.inner.observation_space), self.inner.hidden)
+        self.observation_space = cast(spaces.Space[Arrays], self._form.space)
+        self.layout, self._desired = self._form.layout, np.zeros(3)
+        # Learners take an environment with these for one with goals.
+        if self._form.goal is not None:
+            self.compute_reward = self._form.reward
+            self.compute_terminated = self.compute_truncated = self._form.never
 
     @property
     def fraction(self) -> float:
@@ -53,6 +108,11 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     def fraction(self, fraction: float) -> None:
         self.inner.fraction = fraction
 
+    @property
+    def world(self) -> World | None:
+        """As `PalmaresEnv.world`."""
+        return self.inner.world
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Arrays, dict[str, Any]]:
@@ -60,14 +120,23 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         super().reset(seed=seed, options=options)
         if seed is None:
             seed = int(self.np_random.integers(2**53))
-        return self.inner.reset(seed=seed, options=options)
+        fields, info = self.inner.reset(seed=seed, options=options)
+        if self._form.goal is not None:
+            self._desired = self._form.goal.drawn(seed, self._form.place(fields))
+        return self._form.made(fields, (), self._desired), info
 
     def step(self, action: Array) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
         action = table("action", action, *cast(tuple[int], self.action_space.shape))
         self._clipping.check_unit(action, stacklevel=2)
         twist, hand = action[:6] * self._limits, 0.5 * (action[6:] + 1.0)
-        return self.inner.step({"twist": twist, "hand": hand})
+        fields, reward, terminated, truncated, info = self.inner.step({"twist": twist, "hand": hand})
+        observation = self._form.made(fields, (), self._desired)
+        if self._form.goal is not None:
+            reward = self.compute_reward(observation["achieved_goal"], observation["desired_goal"], info)
+            info["is_success"] = reward == 0.0
+            terminated, truncated = False, terminated or truncated
+        return observation, reward, terminated, truncated, info
 
     def render(self) -> Any:
         """As `PalmaresEnv.render`."""

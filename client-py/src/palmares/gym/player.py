@@ -8,8 +8,10 @@ from typing import Any, Literal
 import numpy as np
 
 from palmares import own_task
+from palmares.arrays import Array, array
 from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
+from palmares.gym.images import cameras_of
 from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training
@@ -30,6 +32,7 @@ class Player:
         hand_numbers: Names of the hand's uncertain numbers that are drawn for each run.
         limits: Largest speed (m/s) and angular speed (rad/s) of the base.
         time_limit_s: Longest run.
+        tick_s: Length of a tick.
 
     """
 
@@ -52,13 +55,10 @@ class Player:
         self.channels = [
             channel for channel in channels_of(played) if sensing == "truth" or not channel.truth
         ]
-        self.cameras = {camera.name: camera for camera in rules.cameras}
-        for camera in played.cameras:
-            name = f"hand_{camera.name}" if camera.name in self.cameras else camera.name
-            self.cameras[name] = camera
+        self.cameras = cameras_of(rules, played)
         ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
         self.limits = (ranges[0][1], ranges[1][1])
-        self.time_limit_s = rules.time_limit_s
+        self.time_limit_s, self.tick_s = rules.time_limit_s, rules.tick_s
         self._task, self._hand, self._noise = task, hand, noise
         self._sensing: Sensing = sensing
         self.hand_numbers: tuple[str, ...] = ()
@@ -99,9 +99,8 @@ class Player:
         return self.client.step(base=base, hand=hand, repeat=ticks, cameras=cameras)
 
     def look(self, camera: str) -> Observation:
-        """Return an observation with an image; on a server this takes one tick."""
-        world = self.client.world
-        return self.client.step(cameras=[camera]) if world is None else world.observe(cameras=[camera])
+        """Return an observation with an image, on a server; this takes one tick."""
+        return self.client.step(cameras=[camera])
 
     def result(self) -> Result:
         """Close the run and return its result."""
@@ -118,10 +117,10 @@ class Player:
         return 0.0 if world is None or world.shaping is None else world.shaping
 
     @property
-    def hand_drawn(self) -> dict[str, float]:
-        """The drawn numbers of the current run's hand, by name."""
+    def hand_drawn(self) -> Array:
+        """(numbers,), the drawn numbers of the current run's hand, in the order of `hand_numbers`."""
         world = self.client.world
-        return {} if world is None else world.hand_drawn
+        return array([] if world is None else list(world.hand_drawn.values()))
 
     @property
     def training(self) -> Training:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from palmares.training import Training
 
@@ -31,9 +30,13 @@ def shaping_of(shaping: Shaping | Literal["apart"]) -> Shaping:
     return shaping
 
 
-def training_of(
-    shaping: Shaping, discount: float | None, randomise: bool | Sequence[str], fraction: float
-) -> Training | None:
-    """Return the options for learners; ``None`` if there are none, which a server can play, too."""
-    training = Training(shaping=bool(shaping), discount=discount, randomise=randomise, fraction=fraction)
+def training_of(shaping: Shaping, **options: Any) -> Training | None:
+    """Return the options for learners; ``None`` if there are none, which a server can play, too.
+
+    Args:
+        shaping: The argument of the environment.
+        options: The other arguments of `Training`.
+
+    """
+    training = Training(shaping=bool(shaping), **options)
     return training if training.shaping or training.varies else None

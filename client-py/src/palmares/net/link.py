@@ -104,6 +104,15 @@ class Link:
         args = (weakref.ref(self), self._timer)
         threading.Thread(target=_heartbeat, args=args, name="palmares-heartbeat", daemon=True).start()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Refuse: a connection belongs to its process.
+
+        Raises:
+            TypeError: Always.
+
+        """
+        raise TypeError("a session with a server cannot be pickled or copied: connect again")
+
     @property
     def encoding(self) -> Encoding:
         """The encoding of this connection."""

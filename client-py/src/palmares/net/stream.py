@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from typing import Any
 
 from palmares.messages import Observation
 
@@ -25,6 +26,15 @@ class Stream:
         self._lock = threading.Lock()
         self._newest: Observation | None = None
         self._run_id: str | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return everything but the lock, for pickle."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Continue with a lock of its own."""
+        self.__dict__.update(state)
+        self._lock = threading.Lock()
 
     def open(self, run_id: str) -> None:
         """Accept observations of this run from now on."""

@@ -56,6 +56,10 @@ class LocalLink(Link):
         self.resumed = None
         self.world: sim.World | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return everything, for pickle: there is no connection."""
+        return self.__dict__
+
     def exchange(self, request: Request, kind: type[Answer]) -> Answer:
         """Handle a request and return the reply.
 

@@ -373,13 +373,13 @@ class World:
         more to record it; an open run counts as stopped here.
 
         Raises:
-            ValueError: The world was restored from bytes, which lack the ticks before; or the hand is not one
-                of `palmares.sim.HANDS`, or `training` made the run differ from the task's.
+            ValueError: The world was restored from bytes, which lack the ticks before; or the files of your
+                own hand have changed since, or `training` made the run differ from the task's.
             OSError: The file cannot be written.
 
         """
         with progress(self.tick, "tick", "replay") as report:
-            self._native.save_replay(os.fspath(path), team, report)
+            self._native.save_replay(os.fspath(path), team, self._hand, report)
 
     @property
     def tick(self) -> int:

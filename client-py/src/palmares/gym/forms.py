@@ -1,0 +1,130 @@
+"""The form of observations: fields, vectors of a policy and a critic, or vectors with a goal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from gymnasium import spaces
+
+from palmares.arguments import one_of
+from palmares.gym.fields import LARGEST, Arrays
+from palmares.gym.goals import Goal
+from palmares.gym.images import is_image
+
+Observations: TypeAlias = Literal["fields", "groups", "goal"]
+Sensing: TypeAlias = Literal["sensors", "truth"]
+
+# Fields that no sensor reads, beside the hand's channels of the truth.
+TRUTH = ("joints", "objects", "object_kind", "object_half_extents", "object_mass", "hand_drawn")
+
+
+class Form:
+    """Makes observations of fields.
+
+    Attributes:
+        space: Of an observation.
+        layout: Columns of each field in each vector.
+        goal: The goal; ``None`` unless there are goals.
+
+    """
+
+    def __init__(self, observations: Observations, goal: Goal | None, sensing: Sensing) -> None:
+        one_of("observations", observations, ("fields", "groups", "goal"))
+        one_of("sensing", sensing, ("sensors", "truth"))
+        if goal is not None and observations != "goal":
+            raise ValueError(f"goal: found {goal}; wanted None, or observations='goal' with it")
+        if observations == "groups" and sensing == "sensors":
+            raise ValueError(
+                "observations: found 'groups' with sensing='sensors'; wanted sensing='truth' for the critic; "
+                "the policy has the sensors alone in any case"
+            )
+        self._kind, self._sensing = observations, sensing
+        self.goal = Goal() if observations == "goal" and goal is None else goal
+        self.layout: dict[str, dict[str, slice]] = {}
+
+    @property
+    def sensing(self) -> Sensing:
+        """The sensing of the fields that it needs."""
+        return self._sensing if self._kind == "fields" else "truth"
+
+    def refuse_shaping(self, shaping: Any) -> None:
+        """Check the argument `shaping`.
+
+        Raises:
+            ValueError: The reward of goals would be shaped.
+
+        """
+        if self.goal is not None and shaping is True:
+            raise ValueError("shaping: found True; wanted False or 'info': the reward is that of the goal")
+
+    def open(self, fields: spaces.Dict, hidden: Iterable[str]) -> None:
+        """Learn the fields.
+
+        Args:
+            fields: Their spaces, for one environment.
+            hidden: Names of the hand's channels that no sensor reads.
+
+        Raises:
+            ValueError: The goal's object is none of the task, or the number of objects is unknown.
+
+        """
+        if self._kind == "fields":
+            self.space = fields
+            return
+        if not isinstance(fields["objects"], spaces.Box):
+            raise ValueError(f"objects: found None; observations={self._kind!r} needs their number")
+        everything = [name for name in fields if not is_image(name)]
+        sensed = [name for name in everything if name not in (*TRUTH, *hidden)]
+        named = {"policy": sensed, "critic": everything}
+        if self.goal is not None:
+            objects = fields["objects"].shape[0]
+            if self.goal.object >= objects:
+                raise ValueError(f"goal: object: found {self.goal.object}; wanted 0 to {objects - 1}")
+            named = {"observation": everything if self._sensing == "truth" else sensed}
+        found: dict[str, spaces.Space[Any]] = {}
+        for group, names in named.items():
+            self.layout[group], length = {}, 0
+            for name in names:
+                end = length + int(np.prod(fields[name].shape or ()))
+                self.layout[group][name], length = slice(length, end), end
+            found[group] = spaces.Box(-LARGEST, LARGEST, (length,), dtype=np.float32)
+        if self.goal is not None:
+            for name in ("achieved_goal", "desired_goal"):
+                found[name] = spaces.Box(-LARGEST, LARGEST, (3,), dtype=np.float32)
+        self.space = spaces.Dict(found | {name: fields[name] for name in fields if is_image(name)})
+
+    def place(self, fields: Arrays) -> Any:
+        """Return the position (…, 3) of the goal's object, m."""
+        assert self.goal is not None
+        return fields["objects"][..., self.goal.object, :3]
+
+    def reward(self, achieved: Any, desired: Any, info: Any = None) -> Any:  # noqa: ARG002
+        """Return the rewards of goals (…, 3), as learners ask for them."""
+        assert self.goal is not None
+        return self.goal.reward(achieved, desired)
+
+    def never(self, *_: Any) -> bool:
+        """Return False: no goal ends an episode."""
+        return False
+
+    def made(self, fields: Arrays, lead: Sequence[int], desired: Any = None) -> Arrays:
+        """Return the observation of fields.
+
+        Args:
+            fields: Arrays (lead, …).
+            lead: Their first axes: () or (num_envs,).
+            desired: The goals (lead, 3).
+
+        """
+        if self._kind == "fields":
+            return fields
+        made: Arrays = {}
+        for group, names in self.layout.items():
+            parts = [fields[name].reshape(*lead, -1) for name in names]
+            made[group] = np.concatenate(parts, axis=-1).astype(np.float32)
+        if self.goal is not None:
+            made["achieved_goal"] = self.place(fields).astype(np.float32)
+            made["desired_goal"] = np.asarray(desired, dtype=np.float32).copy()
+        return made | {name: values for name, values in fields.items() if is_image(name)}
