@@ -79,6 +79,17 @@ def test_the_first_lines_of_the_guide_lift() -> None:
         assert (mover.obs.truth.positions[:, 2] > 0.25).sum() == 1
 
 
+def test_the_lines_of_the_guide_without_a_mover_lift() -> None:
+    code = re.findall(r"```python\n(.*?)```", (ROOT / "docs/teams.md").read_text(), re.DOTALL)
+    (lines,) = [block for block in code if "in_hand(target)" in block]
+    with palmares.Client("local") as client:
+        scope: dict[str, object] = {"client": client, "palmares": palmares}
+        exec(lines, scope)
+        obs = scope["obs"]
+        assert isinstance(obs, palmares.Observation)
+        assert [event.kind for event in obs.events] == ["lifted"]
+
+
 def test_the_page_has_the_numbers_of_the_source(book: ModuleType, tmp_path: Path) -> None:
     text = book.DOCUMENT.read_text()
     chapters = dict(re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL))

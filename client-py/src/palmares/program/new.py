@@ -104,9 +104,9 @@ def _folder(text: str) -> Path:
     name = Path(text).resolve().name
     if not 1 <= len(name) <= 64:
         raise argparse.ArgumentTypeError(f"{text!r}: wanted a folder whose name has 1 to 64 characters")
-    if any(not (letter.isalnum() or letter in " _-.") for letter in name):
+    if any(not (letter.isalnum() or letter in "_-.") for letter in name):
         raise argparse.ArgumentTypeError(
-            f"{text!r}: wanted a name of letters, digits, spaces, '_', '-' and '.'"
+            f"{text!r}: wanted a name of letters, digits, '_', '-' and '.'"
         )
     return Path(text)
 

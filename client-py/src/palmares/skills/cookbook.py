@@ -284,7 +284,7 @@ MOVED: dict[tuple[str, str], tuple[float, float, float, float, float]] = {
 }
 """Grips that differ from the hand's recipe: turn, and the arguments of `Recipe.moved`"""
 
-WITHOUT = {("pinch", "knob"), ("pinch", "handle"), ("barrett_bh282", "handle")}
+WITHOUT = {("pinch", "knob"), ("pinch", "handle"), ("barrett_bh282", "handle"), ("barrett_bh282", "plate")}
 """Kinds for which no grip of a hand was found"""
 
 
