@@ -105,9 +105,7 @@ def _folder(text: str) -> Path:
     if not 1 <= len(name) <= 64:
         raise argparse.ArgumentTypeError(f"{text!r}: wanted a folder whose name has 1 to 64 characters")
     if any(not (letter.isalnum() or letter in "_-.") for letter in name):
-        raise argparse.ArgumentTypeError(
-            f"{text!r}: wanted a name of letters, digits, '_', '-' and '.'"
-        )
+        raise argparse.ArgumentTypeError(f"{text!r}: wanted a name of letters, digits, '_', '-' and '.'")
     return Path(text)
 
 
