@@ -307,6 +307,8 @@ def page(lifts: Sequence[Lift], folder: Path) -> str:
         text += f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}\n"
         for kind in grips:
             own = [found for found in lifts if (found.hand, found.kind) == (hand, kind)]
+            if not own:
+                sys.exit(f"{hand}, {kind}: not played; play all, or give earlier lifts by --kept")
             done = f"{sum(found.lifted for found in own)} of {len(own)}"
             reach = f"{1e3 * np.mean([found.reach_m for found in own]):.0f}"
             text += f"| {' | '.join([f'`{kind}`', *numbers(hand, kind, folder), reach, done])} |\n"

@@ -262,7 +262,7 @@ MOVED: dict[tuple[str, str], tuple[float, float, float, float, float]] = {
     ("barrett_bh282", "knob"): (1.1176, -0.1065, -0.0267, 0.0084, 0.0038),
     ("ihy", "handle"): (-0.005, 0.096, -0.0309, -0.0063, -0.0262),
     ("leap", "cylinder"): (1.1467, -0.1279, -0.0382, 0.0049, -0.004),
-    ("leap", "handle"): (-0.005, 0.0, 0.0, 0.0, 0.0),
+    ("leap", "handle"): (-0.005, 0.096, -0.0309, -0.0063, -0.0262),
     ("leap", "knob"): (-0.005, 0.096, -0.0309, -0.0063, -0.0262),
     ("leap", "peg"): (-0.3868, -0.0395, -0.0355, 0.0046, 0.0026),
     ("leap", "plate"): (1.5335, -0.0884, -0.0028, 0.0003, -0.0066),
@@ -279,7 +279,7 @@ MOVED: dict[tuple[str, str], tuple[float, float, float, float, float]] = {
     ("softhand2", "bottle"): (1.5043, -0.067, 0.0088, 0.0039, 0.0011),
     ("softhand2", "handle"): (-2.0072, -0.0729, -0.0451, 0.0017, -0.0183),
     ("softhand2", "plate"): (0.0637, -0.0387, -0.0003, 0.0042, -0.0028),
-    ("yale_model_o", "handle"): (0.0291, 0.0, 0.0, 0.0, 0.0),
+    ("yale_model_o", "handle"): (0.0291, -0.0214, -0.0116, -0.0035, -0.0077),
     ("yale_t42", "handle"): (0.0291, -0.0214, -0.0116, -0.0035, -0.0077),
 }
 """Grips that differ from the hand's recipe: turn, and the arguments of `Recipe.moved`"""
