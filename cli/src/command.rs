@@ -20,9 +20,10 @@ Quick start:
   palmares serve                 a practice server on http://127.0.0.1:8080
   open http://127.0.0.1:8080/    the leaderboard
 
-The Python package (pip install palmares-*.whl) adds two commands:
+The Python package (pip install palmares-*.whl) adds three commands:
   palmares demo                  a server, one run of an example, its score
   palmares evaluate FILE         play a controller over many scenes
+  palmares new FOLDER            a controller that plays, its test, a README
 
 Guides: docs/teams.md (writing a controller), docs/hands.md (your own hand),
 docs/tasks.md (your own task), docs/organizers.md (a competition).

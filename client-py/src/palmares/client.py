@@ -25,7 +25,7 @@ from palmares.errors import (
 )
 from palmares.messages import Observation, Result, Welcome
 from palmares.net.codec import Encoding, Message
-from palmares.net.link import Link, Resumed, raise_if_fatal
+from palmares.net.link import CLOSED, Link, Resumed, raise_if_fatal
 from palmares.net.replayed import StepHistory
 from palmares.net.requests import names, whole_of
 from palmares.net.stream import Stream
@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from palmares.sim import World
 
 LOG = logging.getLogger("palmares")
+NO_RUN = "wrong_state: no run is open; call reset(…) first"
 # The address of runs in this process.
 LOCAL = "local"
 # Path of the socket below the address of a server.
@@ -109,6 +110,8 @@ class Client:
         reconnect_s: float = 60.0,
         training: Training | None = None,
     ) -> None:
+        if not isinstance(team, str):
+            raise ValueError(f"team: found {team!r}; wanted a text of 1 to 64 characters")
         self._timeout_s = timeout_s
         self._tick: int | None = None
         self._run_id: str | None = None
@@ -233,7 +236,7 @@ class Client:
 
         """
         if self._tick is None:
-            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+            raise self._no_run()
         action = action_of(base, hand, self._motors, effort)
         repeat = whole_of("repeat", repeat, 1, self.welcome.limits.repeat)
         request = StepRequest(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
@@ -268,7 +271,7 @@ class Client:
 
         """
         if self._tick is None:
-            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+            raise self._no_run()
         try:
             action = action_of(base, hand, self._motors, effort)
             tick = self._ask(ActRequest(action=action, cameras=names(cameras)), Ack).tick
@@ -298,7 +301,7 @@ class Client:
     def latest(self) -> Observation:
         """Return the newest observation of a real-time run at once; the last one again if none came."""
         if self._newest is None:
-            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+            raise self._no_run()
         try:
             self._check_resumed(StopRequest())
             self._link.listen(0.0)
@@ -574,6 +577,9 @@ class Client:
         if obs.truth is not None:
             obs.truth.name_objects(self._names)
         return obs
+
+    def _no_run(self) -> WrongStateError:
+        return WrongStateError(CLOSED if self._link.closed else NO_RUN)
 
     def _forget_run(self) -> None:
         self._tick = self._run_id = self._newest = None

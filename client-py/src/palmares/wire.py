@@ -367,6 +367,56 @@ class Region(msgspec.Struct, kw_only=True, gc=False):
     """Role in the rules: ``start`` or ``goal``; ``None`` for others."""
 
 
+class Within(msgspec.Struct, kw_only=True, gc=False):
+    """A box in the frame of an object."""
+
+    object: str
+    """Name of the object."""
+    min: Vec3
+    """Lowest corner in its frame, m."""
+    max: Vec3
+    """Highest corner, m."""
+
+
+class GoalInfo(msgspec.Struct, kw_only=True, gc=False):
+    """A goal of a task with its points and tolerances.
+
+    All given conditions hold at the same time, for ``for_s``.
+    """
+
+    name: str
+    """Its name, mostly the kind of its event."""
+    points: float
+    """Points; less than 0 is a penalty."""
+    for_s: float = 0.0
+    """Time for which the conditions hold without a break, s."""
+    above_m: float | None = None
+    """Least rise of the point above its height at tick 0, m."""
+    hand_off_m: float | None = None
+    """Least distance of the object's centre of mass from the hand's base, m."""
+    inside: str | None = None
+    """The region that contains the point."""
+    less_by: str | None = None
+    """Where the points shrink in proportion to a measured quantity: ``slip`` from 0 to ``slip_m``, ``time``
+    from 0 to ``slow_s``."""
+    object: str | None = None
+    """The object; ``None`` where the goal holds for each object."""
+    outside: list[str] = []
+    """The regions of which none contains the point."""
+    point: Vec3 | None = None
+    """The measured point in the object's frame, m; ``None``: its centre of mass."""
+    rest_m_s: float | None = None
+    """The object's speed is below this, m/s."""
+    slip_m: float | None = None
+    """The object moves by less than this in the frame of the hand's base, m."""
+    slow_s: float | None = None
+    """Simulated time from which on the points are 0, s."""
+    upright_deg: float | None = None
+    """Largest angle of the object's z from the vertical, degrees."""
+    within: Within | None = None
+    """The box in another object's frame that contains the point."""
+
+
 class Scene(msgspec.Struct, kw_only=True, gc=False):
     """The world at tick 0, in the reply to ``reset``."""
 
@@ -376,6 +426,8 @@ class Scene(msgspec.Struct, kw_only=True, gc=False):
     """Regions that the rules refer to."""
     gravity: Vec3
     """Gravity, m/s²."""
+    goals: list[GoalInfo] = []
+    """Goals of the task with their points and tolerances, in the order in which they are reached."""
 
 
 class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
@@ -721,6 +773,8 @@ class TaskInfo(msgspec.Struct, kw_only=True, gc=False):
     """Its cameras."""
     hash: str = ""
     """SHA-256 of the whole task, 64 hexadecimal digits."""
+    goals: list[GoalInfo] = []
+    """Its goals with their points and tolerances, in the order in which they are reached."""
 
 
 class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):

@@ -39,13 +39,13 @@ pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, Telemetr
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
 use crate::observation::Event;
-use crate::referee::{Count, ObjectSnapshot, REST_SPEED, Referee};
+use crate::referee::{Count, ObjectSnapshot, Referee};
 use crate::scene::Scene;
 use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::settle::SceneError;
 use crate::start::hand_start;
-use crate::task::{Task, Variation};
+use crate::task::{REST_SPEED, Task, Variation};
 use cameras::{Cameras, ImageCache, PoseHistory};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
