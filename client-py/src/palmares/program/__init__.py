@@ -12,6 +12,7 @@ from collections.abc import Callable
 COMMANDS = {
     "demo": "palmares.program.demo",
     "evaluate": "palmares.program.evaluate",
+    "foxglove": "palmares.program.foxglove",
     "new": "palmares.program.new",
 }
 
