@@ -14,6 +14,7 @@ COMMANDS = {
     "evaluate": "palmares.program.evaluate",
     "foxglove": "palmares.program.foxglove",
     "new": "palmares.program.new",
+    "ros2": "palmares.program.ros2",
 }
 
 
