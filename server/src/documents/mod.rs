@@ -70,7 +70,7 @@ impl Document {
 /// All documents and files.
 #[derive(Debug)]
 pub(crate) struct Library {
-    /// In the order in which the README links to them; others follow, by path.
+    /// In the order of the README's table of documents; others follow, by path.
     pub(crate) documents: Vec<Document>,
     files: Vec<File>,
 }
@@ -97,7 +97,8 @@ impl Library {
             .collect();
         let rank = |path: &str| match path {
             "README.md" => Some(0),
-            path => place.find(&format!("({path})")),
+            // Its table of documents is at its end.
+            path => place.rfind(&format!("({path})")),
         };
         documents.sort_by_key(|document| (rank(document.path).unwrap_or(usize::MAX), document.path));
         Library { documents, files }
@@ -173,11 +174,12 @@ mod tests {
     }
 
     #[test]
-    fn the_list_begins_with_the_readme_and_its_first_links() {
+    fn the_list_has_the_order_of_the_readme() {
         let paths: Vec<&str> = library().documents.iter().map(|document| document.path).collect();
         assert_eq!(paths[0], "README.md");
-        let teams = paths.iter().position(|path| *path == "docs/teams.md");
-        let security = paths.iter().position(|path| *path == "SECURITY.md");
-        assert!(teams < security, "{paths:?}");
+        assert_eq!(paths[1], "docs/teams.md");
+        let at = |wanted: &str| paths.iter().position(|path| *path == wanted).expect(wanted);
+        assert!(at("docs/protocol.md") < at("ARCHITECTURE.md"), "{paths:?}");
+        assert!(at("SECURITY.md") < at("models/objects/README.md"), "{paths:?}");
     }
 }

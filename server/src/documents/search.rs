@@ -65,6 +65,11 @@ fn excerpt<'a>(text: &'a str, lower: &str, words: &[&str]) -> Vec<(bool, &'a str
         at
     };
     let begin = whole(first.saturating_sub(AROUND.0));
+    // From the begin of a word on.
+    let begin = match begin {
+        0 => 0,
+        begin => text[begin..first].find(' ').map_or(begin, |space| begin + space + 1),
+    };
     let end = whole((first + AROUND.1).min(text.len()));
     let (mut at, mut parts) = (begin, Vec::new());
     while at < end {

@@ -30,7 +30,7 @@ export function connect(info: CompetitionResponse): HTMLElement {
   const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/control`;
   // A team has the wheel, or the sources.
   const lines = [
-    'pip install palmares-*.whl   # or, in the sources: pip install -e client-py',
+    'pip install palmares-*.whl', '# in the sources: pip install -e client-py',
     ...official ? ['export PALMARES_TOKEN=plm_…   # your team’s'] : [],
     `python -m palmares.examples.balls_softhand --url ${location.origin}`,
   ];

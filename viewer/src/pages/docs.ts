@@ -26,6 +26,11 @@ async function show(words: string): Promise<void> {
   else history.pushState(null, '', address);
 }
 
+// A long list begins at the document that is shown.
+const list = document.querySelector<HTMLElement>('#list');
+const current = list?.querySelector<HTMLElement>('[aria-current]');
+if (list && current) list.scrollTop = current.offsetTop - list.offsetTop - 40;
+
 field?.addEventListener('input', () => {
   clearTimeout(timer);
   const words = field.value.trim();

@@ -119,7 +119,7 @@ fn search_form(words: &str) -> Markup {
     html! {
         form.find action="/docs/search" method="get" role="search" {
             label.visually-hidden for="find" { "Search the documents" }
-            input id="find" type="search" name="q" value=(words) placeholder="Search the documents" maxlength="200" autocomplete="off";
+            input id="find" type="search" name="q" value=(words) placeholder="Words" maxlength="200" autocomplete="off";
             button { "Search" }
             a.to-list href="#list" { "Contents" }
         }

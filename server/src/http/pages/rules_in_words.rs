@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 
 /// How to install the client. A team has the wheel, or the sources.
-const INSTALL: &str = "pip install palmares-*.whl   # or, in the sources: pip install -e client-py\n";
+const INSTALL: &str = "pip install palmares-*.whl\n# in the sources: pip install -e client-py\n";
 
 /// The phase of a competition as a sentence, or its pause.
 pub(super) fn in_words(phase: CompetitionPhase, paused: bool) -> &'static str {
