@@ -11,7 +11,7 @@ use std::{env, fs};
 const EMBEDDED: [(&str, &[&str]); 11] = [
     ("", &[".md", "LICENSE-MIT", "LICENSE-APACHE"]),
     ("docs", &[".md"]),
-    ("docs/pictures", &[".png", ".svg"]),
+    ("docs/pictures", &[".md", ".png", ".svg"]),
     ("docs/examples", &[".mjs", ".ipynb"]),
     ("docs/schema", &[".json"]),
     ("client-py", &["README.md"]),
