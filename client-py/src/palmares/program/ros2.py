@@ -7,7 +7,7 @@ import os
 import sys
 from typing import Any
 
-import palmares
+from palmares.client import Client
 from palmares.errors import PalmaresError
 
 MISSING = "palmares ros2 needs the package cyclonedds: pip install 'palmares[ros2]'"
@@ -22,7 +22,7 @@ def main(arguments: list[str]) -> int:
         print(f"{MISSING} ({missing})", file=sys.stderr)
         return 1
     try:
-        with palmares.Client(options.url, team=options.team, token=options.token) as client:
+        with Client(options.url, team=options.team, token=options.token) as client:
             node = Node(options.domain, client.welcome.hand(options.hand), options.camera)
             opened = client.reset(options.task, options.hand, mode="realtime", seed=options.seed)
             print(
@@ -41,7 +41,7 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def play(client: palmares.Client, node: Any, cameras: list[str], period: int) -> None:
+def play(client: Client, node: Any, cameras: list[str], period: int) -> None:
     """Publish observations, and pass commands on, until the run is over."""
     next_image = 0
     for observation in client.observations():

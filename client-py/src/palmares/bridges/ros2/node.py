@@ -12,11 +12,10 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-import palmares
 from palmares.bridges.ros2 import convert
 from palmares.bridges.ros2 import messages as ros
 from palmares.messages import Observation
-from palmares.targets import Base
+from palmares.targets import Base, pose, twist
 from palmares.wire import HandInfo
 
 # As ROS 2 has them by default: reliable, the last 10, nothing for late subscribers, and its encoding.
@@ -74,12 +73,12 @@ class Node:
 
     def targets(self, observation: Observation) -> tuple[Base | None, list[float] | None]:
         """Return the newest targets of base and motors; None before the first command."""
-        for pose in self._target_pose.take(N=100):
-            p, q = pose.pose.position, pose.pose.orientation
-            self._base_target = palmares.pose([p.x, p.y, p.z], [q.x, q.y, q.z, q.w])
-        for twist in self._target_twist.take(N=100):
-            v, w = twist.twist.linear, twist.twist.angular
-            self._base_target = palmares.twist([v.x, v.y, v.z], [w.x, w.y, w.z])
+        for wanted in self._target_pose.take(N=100):
+            p, q = wanted.pose.position, wanted.pose.orientation
+            self._base_target = pose([p.x, p.y, p.z], [q.x, q.y, q.z, q.w])
+        for moving in self._target_twist.take(N=100):
+            v, w = moving.twist.linear, moving.twist.angular
+            self._base_target = twist([v.x, v.y, v.z], [w.x, w.y, w.z])
         for command in self._command.take(N=100):
             last = self._hand_target or [motor.command for motor in observation.hand.actuators]
             try:
