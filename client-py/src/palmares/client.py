@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
-from urllib.parse import urlsplit
 
 from msgspec import structs
 
@@ -24,6 +23,7 @@ from palmares.errors import (
     WrongStateError,
 )
 from palmares.messages import Observation, Result, Welcome
+from palmares.net.address import addresses
 from palmares.net.codec import Encoding, Message
 from palmares.net.link import CLOSED, Link, Resumed, raise_if_fatal
 from palmares.net.replayed import StepHistory
@@ -60,8 +60,6 @@ LOG = logging.getLogger("palmares")
 NO_RUN = "wrong_state: no run is open; call reset(…) first"
 # The address of runs in this process.
 LOCAL = "local"
-# Path of the socket below the address of a server.
-SOCKET = "/v1/control"
 NO_TRAINING = "training: servers do not offer it; use url='local'"
 # Most repetitions of one request after the rate limit or a broken connection.
 MAX_RETRIES = 20
@@ -134,10 +132,10 @@ class Client:
             return
         if training is not None:
             raise ValueError(NO_TRAINING)
-        http_url, ws_url = _addresses(url)
+        server = addresses(url)
         self._link = Link(
-            http_url,
-            ws_url,
+            server.http,
+            server.control,
             HelloRequest(client={"name": team, "version": VERSION}, session_s=session_s),
             token=token if token is not None else os.environ.get("PALMARES_TOKEN"),
             encoding=encoding,
@@ -616,15 +614,3 @@ class Client:
                 return obs
             if self._link.silence_s() > self._timeout_s:
                 raise ConnectionLostError(f"{self._link.where} has been silent for {self._timeout_s:g} s")
-
-
-def _addresses(url: str) -> tuple[str, str]:
-    parts = urlsplit(url if "://" in url else f"http://{url}")
-    schemes = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}
-    if parts.scheme not in schemes or not parts.netloc:
-        raise ValueError(f"{url!r} is not the address of a server; try http://127.0.0.1:8080")
-    ws = schemes[parts.scheme]
-    http = "https" if ws == "wss" else "http"
-    # `palmares serve` and its pages show the address of the socket.
-    path = parts.path.rstrip("/").removesuffix(SOCKET)
-    return f"{http}://{parts.netloc}{path}", f"{ws}://{parts.netloc}{path}{SOCKET}"

@@ -53,6 +53,21 @@ fn routes() -> Routes<AppState> {
         .add(html("/hands/{name}", "A hand and its equilibria, as a page"), pages::hand)
         .add(html("/wall", "The competition on a projector, as a page"), pages::wall)
         .add(html("/admin", "The organizers' page"), pages::admin)
+        .add(html("/docs", "The first document, as a page"), pages::documents::first)
+        .add(
+            html("/docs/search", "Sections of the documents with all words of a search, as a page")
+                .query("q", "The words"),
+            pages::documents::search,
+        )
+        .add(
+            get(
+                "/docs/files/{*path}",
+                "A picture, or a file that the documents link to",
+                Content::Other("application/octet-stream"),
+            ),
+            pages::documents::file,
+        )
+        .add(html("/docs/{*path}", "A document, as a page"), pages::documents::document)
         .add(
             get("/assets/plain.css", "Style sheet of the plain leaderboard", Content::Other("text/css")),
             pages::leaderboard::plain_style,

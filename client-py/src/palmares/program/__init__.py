@@ -12,7 +12,9 @@ from collections.abc import Callable
 COMMANDS = {
     "demo": "palmares.program.demo",
     "evaluate": "palmares.program.evaluate",
+    "foxglove": "palmares.program.foxglove",
     "new": "palmares.program.new",
+    "ros2": "palmares.program.ros2",
 }
 
 

@@ -1,6 +1,7 @@
 //! The pages: their HTML frames, and the leaderboard as plain HTML. The scripts are in `viewer/`.
 
 mod assets;
+pub(super) mod documents;
 pub(super) mod leaderboard;
 mod rules_in_words;
 mod shell;
@@ -17,7 +18,15 @@ use std::sync::Arc;
 fn page(name: &str, title: &str, argument: &str, competition: &Competition) -> impl IntoResponse + use<> {
     let body = without_script(name);
     respond(
-        &Page { name, argument, title, body, plain_style: Some(leaderboard::PLAIN), refresh_s: None },
+        &Page {
+            name,
+            argument,
+            title,
+            body,
+            plain_style: Some(leaderboard::PLAIN),
+            refresh_s: None,
+            form: false,
+        },
         competition,
     )
 }
