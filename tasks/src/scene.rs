@@ -14,6 +14,9 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Regions that the rules refer to.
     pub regions: Vec<Region>,
+    /// Names of the goals in their order, where objects are arranged; absent under other rules.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub goals: Vec<String>,
     /// Gravity, m/s².
     pub gravity: [f64; 3],
 }

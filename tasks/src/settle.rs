@@ -185,7 +185,8 @@ fn assemble(task: &Task, placed: &[Placed], work: &mut u64) -> Result<Built, Mod
             Region { name: name.to_owned(), role, min, max }
         })
         .collect();
-    let scene = Scene { bodies, regions, gravity: config.gravity.to_array() };
+    let goals = task.rules.goals();
+    let scene = Scene { bodies, regions, goals, gravity: config.gravity.to_array() };
     Ok(Built { world, scene, body_names })
 }
 

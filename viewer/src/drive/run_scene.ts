@@ -30,7 +30,7 @@ export function sceneOfReset(scene: Scene, hand: HandDescription): SceneInfo {
     color: LINK,
   }));
   const objects = bodies.filter((body) => body.kind === 'object');
-  return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, hand };
+  return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, goals: scene.goals ?? [], hand };
 }
 
 /** The moment of an observation: objects from its truth, links by forward kinematics. */

@@ -1,10 +1,10 @@
 /** `/drive`: a person controls a hand. Connects the 3D view, the inputs and the run. */
-import { DirectionalLight } from 'three';
 import { clock, points } from '../ui/format';
 import { button, el, facts, name, setText, toast } from '../ui/elements';
 import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
 import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
+import { countWords } from '../model/outcome';
 import type { SceneInfo } from '../model/scene';
 import { withVisuals, fetchVisuals } from '../net/visuals';
 import { Stage } from '../render/stage';
@@ -106,7 +106,6 @@ export class DriveView implements DriverListener {
     showOverlaySwitches(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
     contacts?.addEventListener('change', () => { this.contactFeed.want(contacts.checked); });
-    switches.append(plainSwitch(this.stage));
     const tools = el('div', { class: 'group', role: 'group', 'aria-label': 'What the mouse does' });
     for (const [tool, label] of [['move', 'Move'], ['turn', 'Turn'], ['push', 'Push']] as const) {
       const made = button(label, () => { this.tool(tool); }, { class: 'small' });
@@ -185,7 +184,7 @@ export class DriveView implements DriverListener {
     this.contactFeed.follow(null);
     if (this.driver.recording) this.takes.show(this.driver.recording);
     setText(this.figures.score, points(result.score));
-    this.say(`The run is over: ${points(result.score)} points, ${result.in_goal} in the goal (${result.reason.replaceAll('_', ' ')}). Start another run, or download the recording.`);
+    this.say(`The run is over: ${points(result.score)} points${this.scene ? `, ${countWords(result, this.scene)}` : ''} (${result.reason.replaceAll('_', ' ')}). Start another run, or download the recording.`);
   }
 
   failed(message: string, lost: boolean): void {
@@ -303,7 +302,7 @@ export class DriveView implements DriverListener {
       const body = event.object === undefined ? undefined : objects[event.object];
       this.driver.recording?.events.push({ ...event, name: body?.name ?? null });
       const time = clock(event.tick * (this.driver.recording?.run.tick_s ?? 0));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind))));
+      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind, this.scene?.goals))));
     }
   }
 
@@ -323,15 +322,4 @@ export class DriveView implements DriverListener {
     this.note.hidden = message === null;
     if (message !== null) setText(this.noteText, message);
   }
-}
-
-/** For slow graphics: a hand is easier to control with a simple image than with a late one. */
-function plainSwitch(stage: Stage): HTMLElement {
-  const box = el('input', { type: 'checkbox', id: 'plain' });
-  box.addEventListener('change', () => {
-    stage.three.traverse((one) => { if (one instanceof DirectionalLight) one.castShadow = !box.checked; });
-    stage.renderer.setPixelRatio(box.checked ? 0.5 : Math.min(window.devicePixelRatio, 2));
-    stage.touch();
-  });
-  return el('div', { class: 'check' }, box, el('label', { for: 'plain' }, 'Simple image, for slow computers'));
 }

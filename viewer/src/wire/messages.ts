@@ -1470,6 +1470,8 @@ export interface Scene {
   bodies: SceneBody[];
   /** Regions that the rules refer to. */
   regions: Region[];
+  /** Names of the goals in their order, where objects are arranged; absent under other rules. */
+  goals?: string[];
   /** Gravity, m/s². */
   gravity: [number, number, number];
 }
@@ -2228,6 +2230,8 @@ export interface WatchScene {
   moving: number[];
   /** Named regions of the task's rules. */
   regions: Region[];
+  /** Names of the task's goals in their order; absent where objects are counted instead. */
+  goals?: string[];
   /** The hand's full description, as in `GET /v1/hands/{name}`. Left out for an uploaded hand, unless the viewer is of its team or an organizer. */
   hand?: HandDescription;
   /** The channels of `telemetry.readings`, one after the other; with `hand` only. */

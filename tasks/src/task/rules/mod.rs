@@ -62,6 +62,14 @@ impl Rules {
         self.kind().describe()
     }
 
+    /// Names of the goals, in their order; empty where no goals are reached one after the other.
+    pub fn goals(&self) -> Vec<String> {
+        match self {
+            Rules::Arrange(rules) => rules.goals.iter().map(|goal| goal.name.clone()).collect(),
+            Rules::Collect(_) | Rules::Hold(_) => Vec::new(),
+        }
+    }
+
     /// Whether an object has a destination; `objects` of the task.
     pub(crate) fn has_destination(&self, objects: &Objects) -> bool {
         self.aims(objects).iter().any(|aim| aim.target.is_some())
