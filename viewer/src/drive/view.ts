@@ -34,7 +34,7 @@ const CLOSING = 1;
 /** Update interval of the panels, ms; the 3D view updates with every frame. */
 const PANEL_MS = 200;
 /** Extra distance of the camera at the start, as a share of the distance that fits the scene. */
-const EXTRA_DISTANCE = 0.35;
+const EXTRA_DISTANCE = 0.12;
 
 type Tool = 'move' | 'turn' | 'push';
 
