@@ -22,6 +22,13 @@ pub struct Scene {
     pub goals: Vec<GoalInfo>,
 }
 
+impl Scene {
+    /// Names of the goals, in their order, where each is one of an object; empty where objects are counted instead.
+    pub fn goal_names(&self) -> Vec<String> {
+        self.goals.iter().filter(|goal| goal.object.is_some()).map(|goal| goal.name.clone()).collect()
+    }
+}
+
 /// A body and its shapes, in the world frame at tick 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SceneBody {

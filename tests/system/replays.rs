@@ -67,6 +67,13 @@ async fn a_run_leaves_a_replay_that_verifies() {
     let stored = std::fs::read(server.folder().join("replays").join(format!("{run_id}.mcap")));
     assert_eq!(stored.expect("in the data directory"), std::fs::read(&file).expect("file"));
 
+    let listed = |path: &str| get(&server, path).json()["runs"].as_array().map(Vec::len);
+    let newest = get(&server, "/v1/runs?task=balls&limit=5").json();
+    assert_eq!(newest["runs"][0]["run_id"], result["run_id"], "{newest}");
+    assert!(newest["runs"][0]["score"].is_number() && newest["runs"][0].get("events").is_none(), "{newest}");
+    assert_eq!((listed("/v1/runs"), listed("/v1/runs?team=lobsters")), (Some(1), Some(0)));
+    get(&server, "/v1/runs?of=crabs").assert_problem(400, "bad_request");
+
     let competition = get(&server, "/v1/competition").json();
     let key = competition["replay_key"].as_str().expect("a key");
     let (code, out) = palmares(&["verify", text(&file), "--key", key, "--json"]);

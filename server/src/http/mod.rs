@@ -162,6 +162,14 @@ fn routes() -> Routes<AppState> {
             .token(Token::Optional),
             runs::sessions,
         )
+        .add(
+            get_json::<runs::RunList>("/v1/runs", "The newest runs with a replay that the client may see")
+                .query("team", "Runs of this team")
+                .query("task", "Runs of this task")
+                .query("limit", "Number of runs among which to look, at most and by default 200")
+                .token(Token::Optional),
+            runs::runs,
+        )
         .add(get_json::<RunRecord>("/v1/runs/{id}", "A run as stored").token(Token::Optional), runs::run)
         .add(
             get(
@@ -181,7 +189,7 @@ pub(crate) fn router(app: AppState) -> Router {
     let admin = admin.route_layer(from_fn_with_state(app.clone(), admin::only_organizers));
     let router = routes().router.merge(admin);
     router
-        .fallback(problem::nothing_here)
+        .fallback(pages::nothing_here)
         .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
         .layer(from_fn_with_state(app.clone(), transport::guard))
         .with_state(app)

@@ -2266,6 +2266,8 @@ export interface WatchScene {
   moving: number[];
   /** Named regions of the task's rules. */
   regions: Region[];
+  /** Names of the task's goals in their order; absent where objects are counted instead. */
+  goals?: string[];
   /** The hand's full description, as in `GET /v1/hands/{name}`. Left out for an uploaded hand, unless the viewer is of its team or an organizer. */
   hand?: HandDescription;
   /** The channels of `telemetry.readings`, one after the other; with `hand` only. */

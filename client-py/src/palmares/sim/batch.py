@@ -146,7 +146,9 @@ class Batch:
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
         with progress(sum(chosen), "world", "reset") as report:
-            self._native.reset(numbers, chosen, report, given_rows(parameters, self.count, self._native.objects))
+            self._native.reset(
+                numbers, chosen, report, given_rows(parameters, self.count, self._native.objects)
+            )
         return self.observe()
 
     @property
