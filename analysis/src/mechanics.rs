@@ -136,7 +136,8 @@ mod tests {
                 let product: Vec<f64> =
                     rows.chunks(n).map(|row| row.iter().zip(&state.v).map(|(a, b)| a * b).sum()).collect();
                 let (linear, angular) = now.velocity(link, point);
-                for (found, wanted) in product.iter().zip(linear.to_array().iter().chain(&angular.to_array())) {
+                for (found, wanted) in product.iter().zip(linear.to_array().iter().chain(&angular.to_array()))
+                {
                     assert!((found - wanted).abs() < 1e-12, "{}: {found} {wanted}", hand.links[link].name);
                 }
                 let difference = (later.links()[link].translation - point) / step;

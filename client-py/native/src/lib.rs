@@ -11,6 +11,7 @@ mod interrupt;
 mod lookup;
 mod message;
 mod pictures;
+mod recording;
 mod snapshot;
 mod state;
 mod training;
@@ -33,6 +34,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<world::World>()?;
     module.add_class::<snapshot::Snapshot>()?;
     module.add_class::<batch::Batch>()?;
+    module.add_class::<recording::Recording>()?;
     analysis::register(module)?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::welcome, module)?)?;

@@ -166,4 +166,4 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
 
     def get_images(self) -> list[np.ndarray[Any, Any] | None]:
         """Return a picture of each world, (height, width, 3) of uint8."""
-        return list(self.env.batch.pictures(self.env.film, self.env.film_size, "rgb")["rgb"])
+        return list(self.env.batch.pictures(self.env.film, self.env.film_size, "film")["film"])

@@ -15,10 +15,11 @@ from palmares.analysis.design import Forces, Optimum, Postures, Variable
 from palmares.analysis.grasp import Grasp
 from palmares.analysis.linear import LinearHand, Tendons, fixed, linear_hand
 from palmares.sim import World
+from palmares.views import Brief
 
 
-@dataclass(frozen=True)
-class Rest:
+@dataclass(frozen=True, repr=False)
+class Rest(Brief):
     """A hand at rest."""
 
     q: Array
@@ -39,8 +40,8 @@ class Rest:
     """Distance of each held point from its place, m"""
 
 
-@dataclass(frozen=True)
-class Closing:
+@dataclass(frozen=True, repr=False)
+class Closing(Brief):
     """A free hand while its motors wind. `progress` is 0 at the start and 1 at the end."""
 
     sigma: Array
@@ -58,8 +59,8 @@ class Closing:
     stay"""
 
 
-@dataclass(frozen=True)
-class Ejection:
+@dataclass(frozen=True, repr=False)
+class Ejection(Brief):
     """What a closing hand does with objects, sizes × places."""
 
     fate: NDArray[np.str_]

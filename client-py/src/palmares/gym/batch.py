@@ -14,9 +14,11 @@ from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.gym.ends import refuse_options
-from palmares.gym.fields import Arrays, box
+from palmares.gym.fields import Arrays, box, cameras_of, depth_space
 from palmares.gym.training import Shaping, shaping_of, training_of
-from palmares.sim import TASKS, Batch, View, welcome
+from palmares.net.requests import names
+from palmares.sim import HANDS, TASKS, Batch, View, welcome
+from palmares.sim.pictures import FILM
 
 
 class BatchEnv(VectorEnv[Arrays, Array, Array]):
@@ -48,15 +50,17 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
-        max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; the task's
-            time limit alone when left out.
+        max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; the
+            task's time limit alone when left out.
         render_mode: With ``rgb_array`` `render` returns a picture of each environment.
-        film: Camera of task or hand, or a `palmares.sim.View`, by which they are taken; the task's first camera
-            when left out.
+        film: The camera that takes them: a camera of task or hand, a `palmares.sim.View`, or ``film``, a
+            place from which fingers and objects of the first environment are seen.
         film_size: Their width and height.
         autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
             (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
-        single: Arguments of a single environment, such as ``url`` and ``cameras``: a `TypeError` here.
+        cameras: Names of cameras whose depth is part of every observation: ``depth.NAME`` (num_envs, height,
+            width), as of `PalmaresEnv`.
+        single: Arguments of a single environment, such as ``url``: a `TypeError` here.
 
     Attributes:
         batch: The worlds, for snapshots and state hashes.
@@ -71,6 +75,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         *,
         sensing: Literal["sensors", "truth"] = "truth",
         noise: Literal["none", "real"] = "none",
+        cameras: Sequence[str] = (),
         ticks: int = 10,
         threads: int | None = None,
         shaping: Shaping | Literal["apart"] = False,
@@ -79,14 +84,14 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         fraction: float = 1.0,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
-        film: str | View | None = None,
+        film: str | View = FILM,
         film_size: tuple[int, int] = (320, 240),
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         **single: Any,
     ) -> None:
         if single:
             raise TypeError(
-                f"a vector environment has no {', '.join(single)}; a server, images and another number of "
+                f"a vector environment has no {', '.join(single)}; a server and another number of "
                 "objects need a single environment, of gymnasium.make"
             )
         shaping = shaping_of(shaping)
@@ -102,15 +107,23 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
-        self.render_mode, self.film, self.film_size = render_mode, film or _first_camera(task), film_size
+        self.render_mode, self.film, self.film_size = render_mode, film, film_size
         self.metadata = {
             "autoreset_mode": self.autoreset_mode,
             "render_modes": ["rgb_array"],
             "render_fps": round(1.0 / (self._ticks * self.batch.tick_s)),
         }
-        self.single_observation_space = spaces.Dict(
-            {name: box(*shape) for name, shape in self.batch.fields.items()}
-        )
+        self._cameras = tuple(names(cameras))
+        found: dict[str, spaces.Space[Any]] = {name: box(*shape) for name, shape in self.batch.fields.items()}
+        if self._cameras:
+            own_hands, own_tasks = [] if hand in HANDS else [hand], [] if task in TASKS else [task]
+            known = welcome(own_hands=own_hands, own_tasks=own_tasks)
+            there = cameras_of(
+                known.task(task) if task in TASKS else known.tasks[-1],
+                known.hand(hand) if hand in HANDS else known.hands[-1],
+            )
+            found |= {f"depth.{name}": depth_space(there, name) for name in self._cameras}
+        self.single_observation_space = spaces.Dict(found)
         length = self.batch.action_len
         self.single_action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -166,9 +179,16 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         if len(given) != self.num_envs:
             raise ValueError(f"seed: found {len(given)}; wanted one, or one for each of {self.num_envs}")
         chosen = [self._next(k, given[k]) if mask[k] else 0 for k in range(self.num_envs)]
-        observations = self.batch.reset(chosen, mask)
+        observations = self._with_depths(self.batch.reset(chosen, mask))
         self._over[mask], self._steps[mask] = False, 0
         return observations, {"seed": np.array(self.batch.seeds), "_seed": mask} | self._privileged()
+
+    def _with_depths(self, observations: Arrays) -> Arrays:
+        """Return the observations with the images of the cameras."""
+        if self._cameras:
+            depths = self.batch.depths(self._cameras)
+            observations |= {f"depth.{name}": depths[name] for name in self._cameras}
+        return observations
 
     def _privileged(self) -> dict[str, Any]:
         """Return what a critic may know and sensors do not."""
@@ -203,7 +223,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         stepped = self.batch.step(scaled, self._ticks, ~ended)
         rewards, terminated, truncated = stepped.rewards, stepped.terminated, stepped.truncated
         rewards[ended] = 0.0
-        observations = stepped.observations
+        observations = self._with_depths(stepped.observations)
         self._steps = np.where(ended, 0, self._steps + 1)
         finished = terminated | truncated
         if self._most_steps is not None:
@@ -231,7 +251,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
                 last = {name: infos[name][k] for name in told if infos[f"_{name}"][k]}
                 infos = self._add_info(infos, {"final_obs": final, "final_info": last}, int(k))
             seeds = [self._next(k, None) if self._over[k] else 0 for k in range(self.num_envs)]
-            observations = self.batch.reset(seeds, self._over)
+            observations = self._with_depths(self.batch.reset(seeds, self._over))
             self._steps[self._over] = 0
             self._over = np.zeros(self.num_envs, dtype=bool)
         return observations, rewards, terminated, truncated, infos | self._privileged()
@@ -273,13 +293,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         """Return a picture (height, width, 3) of uint8 of each environment."""
         if self.render_mode is None:
             return None
-        return tuple(self.batch.pictures(self.film, self.film_size, "rgb")["rgb"])
+        return tuple(self.batch.pictures(self.film, self.film_size, "film")["film"])
 
     def close_extras(self, **_: Any) -> None:
         """Do nothing: nothing is open."""
-
-
-def _first_camera(task: str) -> str:
-    """Return the name of a task's first camera."""
-    known = welcome(own_tasks=[] if task in TASKS else [task])
-    return known.tasks[-1].cameras[0].name if task not in TASKS else known.task(task).cameras[0].name

@@ -7,15 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import gymnasium
-import numpy as np
 from gymnasium import spaces
 
 from palmares.arguments import one_of, table, whole
 from palmares.arrays import array
-from palmares.channels import depth_of
 from palmares.client import LOCAL, Client
 from palmares.gym.ends import refuse_options, result_of
-from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
+from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, depth_space, padded
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.messages import Observation
@@ -23,7 +21,7 @@ from palmares.net.requests import names
 from palmares.targets import twist
 
 if TYPE_CHECKING:
-    from palmares.sim import World
+    from palmares.sim import View, World
 
 
 class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
@@ -53,10 +51,10 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
 
     The info of a step has ``tick``, ``score``, ``events``, the referee's, and ``is_success``: whether the
-    task is complete. When an episode is over, ``result`` has the count after the objects have settled: status,
-    score, in_goal, outside, reason, ticks, … as `palmares.Result`; with the last reward the sum is the final
-    score. Where `randomise` draws the hand, ``info["hand_drawn"]`` has the drawn numbers by name, for a privileged
-    critic.
+    task is complete. When an episode is over, ``result`` has the count after the objects have settled:
+    status, score, in_goal, outside, reason, ticks, … as `palmares.Result`; with the last reward the sum is
+    the final score. Where `randomise` draws the hand, ``info["hand_drawn"]`` has the drawn numbers by name,
+    for a privileged critic.
 
     Attributes:
         observation: The last observation, typed; ``None`` before the first `reset`.
@@ -76,8 +74,13 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         randomise: Quantities drawn for every episode: ``True`` for all, or names out of
             `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
         fraction: Part of the task's objects in the scene; can be set between episodes.
-        render_mode: With ``rgb_array`` `render` returns the image of the task's first camera. With ``human``,
-            only on a server, the first `reset` opens the server's page of its worlds.
+        render_mode: With ``rgb_array`` `render` returns a picture. With ``human``, only on a server, the
+            first `reset` opens the server's page of its worlds.
+        film: The camera that takes it: a camera of task or hand; in this process also a `palmares.sim.View`,
+            or ``film``, a place from which fingers and objects are seen. Left out, that place, and on a
+            server the task's first camera.
+        film_size: Its width and height, in this process; 320 × 240 when left out. A server has those of the
+            camera.
         client: Further arguments of `Client`, such as ``team``.
 
     """
@@ -103,6 +106,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
         render_mode: str | None = None,
+        film: str | View | None = None,
+        film_size: tuple[int, int] | None = None,
         **client: Any,
     ) -> None:
         url = None if url == LOCAL else url
@@ -110,6 +115,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None, 'rgb_array' or 'human'")
         if render_mode == "human" and url is None:
             raise ValueError("render_mode='human' opens a server's page: give the server's url as well")
+        if url is not None and not (film_size is None and (film is None or isinstance(film, str))):
+            raise ValueError("film, film_size: a server has its cameras in their sizes: give the name of one")
+        self.film, self.film_size = film, film_size or (320, 240)
         if url is None and client:
             raise TypeError(f"for a server only: {', '.join(client)}")
         self.render_mode, self._url = render_mode, url
@@ -151,14 +159,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
                     "object_mass": (objects,),
                 }
         found |= {name: box(*shape) for name, shape in shapes.items()}
-        known = self._player.cameras
-        for name in self._cameras:
-            if name not in known:
-                there = ", ".join(known) or "none"
-                raise ValueError(f"no camera {name!r} in task {self._task!r} with {self._hand!r}: {there}")
-            depth = depth_of(known[name])
-            low, high, shape = depth.minimum, depth.maximum, tuple(depth.shape)
-            found[f"depth.{name}"] = spaces.Box(low, high, shape, dtype=np.float64)
+        found |= {f"depth.{name}": depth_space(self._player.cameras, name) for name in self._cameras}
         return spaces.Dict(found)
 
     @property
@@ -247,7 +248,10 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             return None
         if self.render_mode != "rgb_array":
             return None
-        camera = next(iter(self._player.cameras))
+        world = self._player.client.world
+        if world is not None:
+            return world.pictures(self.film or "film", self.film_size, "film")["film"]
+        camera = cast(str, self.film) or next(iter(self._player.cameras))
         return self._player.look(f"{camera}.rgb").cameras[camera].rgb
 
     def close(self) -> None:

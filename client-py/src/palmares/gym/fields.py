@@ -9,10 +9,10 @@ import numpy as np
 from gymnasium import spaces
 
 from palmares.arrays import Array, array
-from palmares.channels import array_of, early_channels
+from palmares.channels import array_of, depth_of, early_channels
 from palmares.messages import Observation
 from palmares.scene import Scene, SceneBody
-from palmares.wire import ChannelInfo
+from palmares.wire import CameraInfo, ChannelInfo, HandInfo, TaskInfo
 
 Arrays: TypeAlias = dict[str, Array]
 
@@ -68,6 +68,27 @@ def padded(arrays: Arrays, objects: int | None) -> Arrays:
 def box(*shape: int) -> spaces.Box:
     """Return the space of arrays of this shape, with numbers up to `LARGEST`."""
     return spaces.Box(-LARGEST, LARGEST, shape, dtype=np.float64)
+
+
+def cameras_of(task: TaskInfo, hand: HandInfo) -> dict[str, CameraInfo]:
+    """Return the cameras of a task and a hand by their names in a run."""
+    found = {camera.name: camera for camera in task.cameras}
+    for camera in hand.cameras:
+        found[f"hand_{camera.name}" if camera.name in found else camera.name] = camera
+    return found
+
+
+def depth_space(cameras: dict[str, CameraInfo], name: str) -> spaces.Box:
+    """Return the space of a camera's depth, m.
+
+    Raises:
+        ValueError: There is no such camera.
+
+    """
+    if name not in cameras:
+        raise ValueError(f"cameras: found {name!r}; wanted some of {', '.join(cameras) or 'none'}")
+    depth = depth_of(cameras[name])
+    return spaces.Box(depth.minimum, depth.maximum, tuple(depth.shape), dtype=np.float64)
 
 
 def action_space(limits: tuple[float, float], motors: int) -> spaces.Dict:

@@ -10,6 +10,7 @@ import numpy as np
 from palmares import own_task
 from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
+from palmares.gym.fields import cameras_of
 from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training
@@ -52,10 +53,7 @@ class Player:
         self.channels = [
             channel for channel in channels_of(played) if sensing == "truth" or not channel.truth
         ]
-        self.cameras = {camera.name: camera for camera in rules.cameras}
-        for camera in played.cameras:
-            name = f"hand_{camera.name}" if camera.name in self.cameras else camera.name
-            self.cameras[name] = camera
+        self.cameras = cameras_of(rules, played)
         ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
         self.limits = (ranges[0][1], ranges[1][1])
         self.time_limit_s = rules.time_limit_s
@@ -99,9 +97,8 @@ class Player:
         return self.client.step(base=base, hand=hand, repeat=ticks, cameras=cameras)
 
     def look(self, camera: str) -> Observation:
-        """Return an observation with an image; on a server this takes one tick."""
-        world = self.client.world
-        return self.client.step(cameras=[camera]) if world is None else world.observe(cameras=[camera])
+        """Return an observation with an image of a server; this takes one tick."""
+        return self.client.step(cameras=[camera])
 
     def result(self) -> Result:
         """Close the run and return its result."""
