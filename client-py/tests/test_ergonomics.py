@@ -58,7 +58,7 @@ def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
             "Result of balls with softhand: score 0, practice": (result, ["ended", "state hash"]),
         }
     for title, (shown, labels) in expected.items():
-        lines = repr(shown).splitlines()
+        lines = str(shown).splitlines()
         assert lines[0] == f"<{title}>"
         assert max(map(len, lines)) < 140
         for label in labels:
@@ -68,8 +68,8 @@ def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
         assert not table.open
         assert table.cells[0] == title
         assert set(labels) <= set(table.cells)
-    assert "goal: (0.450, -0.250, 0.000) to (0.950, 0.250, 0.300) m" in repr(client.scene)
-    assert "sphere, 100 × 100 × 100 mm, 216 g" in repr(client.scene)
+    assert "goal: (0.450, -0.250, 0.000) to (0.950, 0.250, 0.300) m" in str(client.scene)
+    assert "sphere, 100 × 100 × 100 mm, 216 g" in str(client.scene)
 
 
 def test_a_table_escapes_html() -> None:
