@@ -149,7 +149,7 @@ def test_depth_of_a_vector_environment_is_that_of_single_ones(noise: str) -> Non
     together = envs.step(np.stack([action, action]))[0]
     alone = env.step(action)[0]
     assert (together["depth_table"][1] == alone["depth_table"]).all()
-    with pytest.raises(ValueError, match="cameras: found 'tabel'; wanted some of top, table"):
+    with pytest.raises(ValueError, match=r"cameras: found 'tabel'; wanted some of top, top\.rgb, table"):
         gymnasium.make_vec("palmares/Grasp-Pinch-v1", num_envs=2, cameras=["tabel"])
 
 

@@ -257,4 +257,3 @@ def identity() -> tuple[str, dict[str, str], dict[str, str]]:
 
 def describe_hand(name: str) -> str:
     """Return a hand, by name or path, as JSON: the response of ``GET /v1/hands/{name}``."""
-

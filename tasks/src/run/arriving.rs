@@ -5,9 +5,6 @@ use crate::action::{Action, BaseTarget};
 use palmares_models::Vec3;
 use palmares_senses::noise::Sample;
 
-/// Most ticks by which an action may be late.
-pub const MAX_DELAY: u32 = 100;
-
 impl Run {
     /// The action that arrives when this one is sent: that of some ticks ago, with errors. Until the first one arrives, the targets of
     /// tick 0 stay.

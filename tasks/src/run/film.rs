@@ -2,7 +2,7 @@
 
 use super::Run;
 use super::cameras::Cameras;
-use super::pictures::View;
+use super::view::View;
 use palmares_models::Pose;
 use palmares_senses::camera::Film;
 use std::sync::Arc;

@@ -3,26 +3,12 @@
 
 use super::Run;
 use super::cameras::ImageCache;
+use super::placement::Placement;
 use super::targets::Target;
 use crate::action::{BaseTarget, unit};
 use crate::observation::BodyState;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::placing::{HandMotion, ObjectMotion, PlacingError};
-
-/// What is put elsewhere, in the units of observations. The rest stays as it is.
-#[derive(Clone, Debug, Default)]
-pub struct Placement {
-    /// Pose and velocity of the base.
-    pub base: Option<BodyState>,
-    /// Joint coordinates, rad or m.
-    pub q: Option<Vec<f64>>,
-    /// Their velocities.
-    pub joint_velocity: Option<Vec<f64>>,
-    /// σ and dσ/dt, 1/s, of every motor.
-    pub motors: Option<Vec<[f64; 2]>>,
-    /// Pose and velocity of every free object.
-    pub objects: Option<Vec<BodyState>>,
-}
 
 impl Run {
     /// Whether something was put elsewhere since tick 0.

@@ -1,12 +1,12 @@
 //! Snapshots and forks of a run.
 
 use super::Run;
-use super::arriving::MAX_DELAY;
 use super::cameras::ImageCache;
 use super::run_key::RunKey;
 use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
 use super::targets::Pushing;
 use crate::action::Action;
+use crate::task::MAX_DELAY;
 use palmares_sim::World;
 use std::sync::{Arc, OnceLock};
 

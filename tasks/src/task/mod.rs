@@ -1,6 +1,8 @@
 //! A task as data: furniture, containers, objects, how they are placed, and what counts.
 
+mod action_errors;
 mod furniture;
+mod given;
 mod objects;
 mod placing;
 mod rules;
@@ -13,7 +15,9 @@ pub(crate) use variation::Variation;
 
 use objects::ObjectError;
 
+pub use action_errors::{ActionErrors, MAX_DELAY};
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
+pub use given::Given;
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
 pub use rules::{Arrange, Collect, Goal, GoalInfo, Hold, HoldPoints, Rules, Shake, Within};

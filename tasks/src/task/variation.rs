@@ -1,8 +1,9 @@
 //! Random variation of masses, sizes, surfaces, sensors and poses in a run, for training.
 
+use super::action_errors::ActionErrors;
+use super::given::Given;
 use super::training::{ObjectPoses, Quantity, Ranges};
 use crate::seed::Seed;
-use crate::training::{ActionErrors, Given};
 use palmares_models::object::Object;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_senses::noise::{Noise, Sample};

@@ -3,17 +3,13 @@
 //! A server uses nothing of this. Computing the potential of a run does not change the run. A varied run belongs to a varied
 //! task with a content hash of its own, so that neither its snapshots nor its replays are accepted as those of the task.
 
-mod action_errors;
-mod given;
 mod grasp_centre;
 mod options;
 mod potential;
 mod shaper;
 mod varied;
 
-pub use crate::task::Quantity;
-pub use action_errors::ActionErrors;
-pub use given::Given;
+pub use crate::task::{ActionErrors, Given, Quantity};
 pub use grasp_centre::grasp_centre;
 pub use options::Options;
 pub use potential::{Potential, Terms};
@@ -68,3 +64,6 @@ pub fn factors(run: &Run) -> Vec<[f64; 3]> {
 pub fn sensor_noise(run: &Run) -> f64 {
     run.task().variation().map_or(1.0, Variation::sensor_noise)
 }
+
+#[cfg(test)]
+mod tests;

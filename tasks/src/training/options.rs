@@ -1,10 +1,8 @@
 //! Options of a learner.
 
-use super::action_errors::ActionErrors;
-use super::given::Given;
 use crate::hand_draw::HandDraw;
 use crate::seed::Seed;
-use crate::task::{Placing, Quantity, Ranges, Task};
+use crate::task::{ActionErrors, Given, Placing, Quantity, Ranges, Task};
 use palmares_models::hand::Hand;
 use std::sync::Arc;
 

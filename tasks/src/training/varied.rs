@@ -1,12 +1,10 @@
 //! A task as it is in a run that differs.
 
-use super::action_errors::ActionErrors;
-use super::given::Given;
 use super::options::Options;
 use crate::hand_draw::HandDraw;
 use crate::seed::Seed;
 use crate::start::start_pose;
-use crate::task::{HandPoses, ObjectPoses, Ranges, Task, Variation};
+use crate::task::{ActionErrors, Given, HandPoses, ObjectPoses, Ranges, Task, Variation};
 use palmares_models::content::ContentHash;
 
 impl Task {

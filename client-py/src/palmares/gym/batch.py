@@ -30,7 +30,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
     """`num_envs` runs of one task and hand as a vector environment, stepped by native threads.
 
     Actions, observations and rewards are those of `FlatEnv`, for each field an array (num_envs, …). Its
-    images are without the rounding of real cameras. The seed, *i* and *k* alone determine the scene of
+    colours are without the errors of real cameras. The seed, *i* and *k* alone determine the scene of
     episode *k* of environment *i*, so that a training does not depend on the number of threads or on the ends
     of other episodes.
 
@@ -260,7 +260,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         """Return the observation of fields."""
         if self._depths:
             found = self.batch.depths(self._depths)
-            fields |= {f"depth_{name}": found[name] for name in self._depths}
+            fields |= {f"depth_{name}": found[name].astype(np.float32) for name in self._depths}
         for name in self._colours:
             fields[f"rgb_{name}"] = self.batch.pictures(name, None, "rgb")["rgb"]
         return self._form.made(fields, (self.num_envs,), self._desired)

@@ -112,10 +112,11 @@ pub(super) async fn nothing_here(
             li { a href="/live" { "Live" } ": the runs that are being played" }
             li { a href="/replay" { "Replay" } ": finished runs, or a file" }
             li { a href="/hands" { "Hands" } ": the hands, with their figures" }
+            li { a href="/docs" { "Documents" } ": the guides, with a search" }
         }
     };
     let plain_style = Some(leaderboard::PLAIN);
-    let page =
-        Page { name: "missing", argument: "", title: "No page here", body, plain_style, refresh_s: None };
+    let (name, title) = ("missing", "No page here");
+    let page = Page { name, argument: "", title, body, plain_style, refresh_s: None, form: false };
     (StatusCode::NOT_FOUND, respond(&page, &competition)).into_response()
 }

@@ -1,0 +1,59 @@
+//! Numbers of a run that are given rather than drawn.
+
+use palmares_models::hand::Hand;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+/// Factors of mass and friction.
+const FACTORS: RangeInclusive<f64> = 0.01..=100.0;
+/// Factors of lengths.
+const SIZES: RangeInclusive<f64> = 0.1..=10.0;
+
+/// Factors of the objects, one for each in scene order, and uncertain numbers of the hand by their names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Given {
+    /// Of masses.
+    pub mass: Option<Vec<f64>>,
+    /// Of friction coefficients.
+    pub friction: Option<Vec<f64>>,
+    /// Of lengths, the masses staying as they are.
+    pub size: Option<Vec<f64>>,
+    /// Of the hand: each a factor of its own number or the number itself, as `[uncertain]` of its `hand.toml` says.
+    pub hand: BTreeMap<String, f64>,
+}
+
+impl Given {
+    /// Checks the numbers for a hand.
+    ///
+    /// # Errors
+    /// A number is out of bounds, or the hand has no uncertain number of this name.
+    pub fn check(&self, hand: &Hand) -> Result<(), String> {
+        let factors = [
+            ("mass", &self.mass, FACTORS),
+            ("friction", &self.friction, FACTORS),
+            ("size", &self.size, SIZES),
+        ];
+        for (name, factors, allowed) in factors {
+            if let Some(bad) = factors.iter().flatten().find(|factor| !allowed.contains(factor)) {
+                return Err(format!("{name}: found {bad}; wanted {} to {}", allowed.start(), allowed.end()));
+            }
+        }
+        for (name, number) in &self.hand {
+            let Some(entry) = hand.uncertain.iter().find(|entry| entry.name == *name) else {
+                let known: Vec<String> =
+                    hand.uncertain.iter().map(|entry| format!("hand_{}", entry.name)).collect();
+                let known = if known.is_empty() { "nothing".to_owned() } else { known.join(", ") };
+                return Err(format!(
+                    "found hand_{name}; hand `{}` has in [uncertain] of its hand.toml: {known}",
+                    hand.name
+                ));
+            };
+            let [low, high] = entry.range.ends();
+            if !(low..=high).contains(number) {
+                return Err(format!("hand_{name}: found {number}; wanted {low} to {high}"));
+            }
+        }
+        Ok(())
+    }
+}

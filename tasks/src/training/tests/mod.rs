@@ -1,0 +1,4 @@
+//! Options of runs for learners.
+
+mod action_errors;
+mod given;
