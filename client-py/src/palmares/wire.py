@@ -376,6 +376,8 @@ class Scene(msgspec.Struct, kw_only=True, gc=False):
     """Regions that the rules refer to."""
     gravity: Vec3
     """Gravity, m/s²."""
+    goals: list[str] = []
+    """Names of the goals in their order, where objects are arranged; empty under other rules."""
 
 
 class ObjectTables(msgspec.Struct, kw_only=True, gc=False):

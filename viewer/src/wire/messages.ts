@@ -1470,10 +1470,10 @@ export interface Scene {
   bodies: SceneBody[];
   /** Regions that the rules refer to. */
   regions: Region[];
-  /** Names of the goals in their order, where objects are arranged; absent under other rules. */
-  goals?: string[];
   /** Gravity, m/s². */
   gravity: [number, number, number];
+  /** Names of the goals in their order, where objects are arranged; absent under other rules. */
+  goals?: string[];
 }
 
 /** A body and its shapes, in the world frame at tick 0. */
