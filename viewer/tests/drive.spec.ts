@@ -34,7 +34,7 @@ async function start(page: Page, url: string): Promise<void> {
   await page.getByLabel('Seed').fill('7');
   await page.getByLabel('Name on the leaderboard').fill('hands-on');
   await page.getByRole('button', { name: 'Start', exact: true }).click();
-  await expect.poll(() => tick(page)).toBeGreaterThan(10);
+  await expect.poll(() => tick(page), { timeout: 20_000 }).toBeGreaterThan(10);
 }
 
 async function hold(page: Page, key: string, ms: number): Promise<void> {

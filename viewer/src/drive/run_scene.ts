@@ -8,8 +8,8 @@ import type { HandDescription, Obs, Scene } from '../wire/messages';
 const LINK: Vec3 = [0.72, 0.74, 0.78];
 const IDENTITY: Quat = [0, 0, 0, 1];
 
-/** The scene of a new run. */
-export function sceneOfReset(scene: Scene, hand: HandDescription): SceneInfo {
+/** The scene of a run; its moving bodies are where the observation has them. */
+export function sceneOfReset(scene: Scene, hand: HandDescription, seen: Obs): SceneInfo {
   const bodies = scene.bodies.map((body): Body => ({
     id: body.id,
     name: body.name,
@@ -32,6 +32,12 @@ export function sceneOfReset(scene: Scene, hand: HandDescription): SceneInfo {
   const objects = bodies.filter((body) => body.kind === 'object');
   // Goals of single objects; elsewhere objects are counted.
   const goals = scene.goals.filter((goal) => goal.object !== undefined).map((goal) => goal.name);
+  const { poses } = momentOf(seen, hand);
+  [...objects, ...links].forEach((body, row) => {
+    const [x, y, z, qx, qy, qz, qw] = poses.subarray(POSE * row, POSE * (row + 1));
+    if (qw === undefined) return;
+    [body.position, body.quat] = [[x ?? 0, y ?? 0, z ?? 0], [qx ?? 0, qy ?? 0, qz ?? 0, qw]];
+  });
   return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, goals, hand };
 }
 

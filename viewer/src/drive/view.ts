@@ -34,7 +34,7 @@ const CLOSING = 1;
 /** Update interval of the panels, ms; the 3D view updates with every frame. */
 const PANEL_MS = 200;
 /** Extra distance of the camera at the start, as a share of the distance that fits the scene. */
-const EXTRA_DISTANCE = 0.12;
+const EXTRA_DISTANCE = 0.2;
 
 type Tool = 'move' | 'turn' | 'push';
 
@@ -152,7 +152,7 @@ export class DriveView implements DriverListener {
     const specs = this.driver.welcome?.specs.action ?? [];
     const spec = (of: string): Field | undefined => specs.find((one) => one.name === of);
     const before = this.scene;
-    this.scene = sceneOfReset(scene, hand);
+    this.scene = sceneOfReset(scene, hand, first);
     this.stage.setScene(this.scene);
     void this.dress(this.scene, hand.name);
     // Space for the handles and for moving the hand.
