@@ -1,4 +1,7 @@
-//! Passes the commit of the build to the program, and rebuilds after the viewer was built.
+//! Passes the commit of the build and the repository's documents to the program, and rebuilds after the viewer was built.
+
+#[path = "documents.rs"]
+mod documents;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -17,6 +20,7 @@ fn main() {
         made.unwrap_or_else(|error| panic!("viewer/dist is missing and cannot be made: {error}"));
     }
     println!("cargo::rerun-if-changed=../viewer/dist");
+    documents::embed(Path::new(".."));
     if let Some(folder) = git(&["rev-parse", "--absolute-git-dir"]) {
         // Only existing paths: a missing one would run this script at every build.
         for name in ["HEAD", "logs/HEAD"] {

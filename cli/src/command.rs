@@ -2,7 +2,7 @@
 
 use crate::server::{self, ServeOptions};
 use crate::task::TaskCommand;
-use crate::{admin, health, list, replay, schema, verify};
+use crate::{admin, health, list, render, replay, schema, verify};
 use clap::{Parser, Subcommand};
 use palmares_hand_tools::HandCommand;
 use std::process::ExitCode;
@@ -20,9 +20,10 @@ Quick start:
   palmares serve                 a practice server on http://127.0.0.1:8080
   open http://127.0.0.1:8080/    the leaderboard
 
-The Python package (pip install palmares-*.whl) adds two commands:
+The Python package (pip install palmares-*.whl) adds three commands:
   palmares demo                  a server, one run of an example, its score
   palmares evaluate FILE         play a controller over many scenes
+  palmares new FOLDER            a controller that plays, its test, a README
 
 Guides: docs/teams.md (writing a controller), docs/hands.md (your own hand),
 docs/tasks.md (your own task), docs/organizers.md (a competition).
@@ -114,6 +115,11 @@ enum Command {
     ///
     /// Checks chain and signature, but does not simulate. Foxglove (https://foxglove.dev) shows the same file in 3D.
     Replay(replay::ReplayOptions),
+    /// Make a film or a picture of a recorded run
+    ///
+    /// Simulates the run again and draws it, without a browser and without a graphics card. The ending of --output chooses the
+    /// kind: .mp4, .gif, .png. For .mp4 it needs ffmpeg: on the PATH, or of the Python package imageio-ffmpeg.
+    Render(render::RenderOptions),
     /// Print the schema of the messages (JSON Schema) or of the HTTP addresses (OpenAPI)
     Schema {
         /// The schema
@@ -136,6 +142,7 @@ impl Cli {
             Command::Health(options) => health::health(&options)?,
             Command::Verify(options) => return verify::verify(&options),
             Command::Replay(options) => return replay::replay(&options),
+            Command::Render(options) => return render::render(&options),
             Command::Schema { what } => schema::schema(what)?,
         }
         Ok(ExitCode::SUCCESS)
@@ -173,6 +180,7 @@ mod tests {
             ("task check balls", "--seeds 3", "--scenes 3"),
             ("task show balls", "--out a.png", "--output a.png"),
             ("replay run.mcap --cameras wrist", "--out a.mcap", "--output a.mcap"),
+            ("render run.mcap", "--out a.mp4", "--output a.mp4"),
             ("hand show pinch", "--out a.svg", "--output a.svg"),
             ("hand check pinch", "--out a.svg", "--output a.svg"),
             ("hand try pinch", "--task balls", "--only balls"),

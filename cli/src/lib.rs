@@ -5,6 +5,8 @@ mod command;
 mod health;
 mod http;
 mod list;
+mod progress;
+mod render;
 mod replay;
 mod schema;
 mod server;

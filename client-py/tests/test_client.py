@@ -220,9 +220,62 @@ def test_a_lost_server_is_given_up(server: FakeServer, monkeypatch: pytest.Monke
             client.time()
 
 
+def test_a_lost_connection_is_told_at_once_and_once(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05))
+    with palmares.Client(server.url, reconnect_s=0.5) as client:
+        assert server.server is not None
+        server.drop_before.add("time")
+        server.server.shutdown()
+        with pytest.raises(palmares.ConnectionLostError):
+            client.time()
+    told = [record for record in caplog.records if "connection lost" in record.message]
+    assert len(told) == 1
+    assert "trying again for 0.5 s: no server at" in told[0].message
+    assert told[0].created < caplog.records[-1].created + 0.5
+
+
+def test_a_closed_client_stays_closed(server: FakeServer) -> None:
+    for url in (server.url, "local"):
+        client = palmares.Client(url)
+        client.reset("balls", "softhand", seed=1)
+        client.close()
+        asked = [request["op"] for request in server.requests]
+        for call in (
+            lambda client=client: client.step(hand=[0.5]),
+            lambda client=client: client.act(hand=[0.5]),
+            lambda client=client: client.reset("balls", "softhand", seed=1),
+            client.stop,
+            client.latest,
+            client.time,
+        ):
+            with pytest.raises(palmares.WrongStateError, match="the client is closed; make another one"):
+                call()
+        assert [request["op"] for request in server.requests] == asked
+        client.close()
+
+
 def test_a_missing_server_is_an_error_with_a_remedy() -> None:
     with pytest.raises(palmares.NoServerError, match="is `palmares serve` running"):
         palmares.Client("http://127.0.0.1:1")
+
+
+def test_an_address_with_the_wrong_scheme_names_the_right_one(server: FakeServer) -> None:
+    with pytest.raises(palmares.NoServerError, match=f"does not speak TLS; try {server.url}$"):
+        palmares.Client(server.url.replace("http:", "https:"))
+    # The address that `palmares serve` prints for controllers, with any scheme or none.
+    for address in (
+        f"{server.url}/v1/control",
+        server.url.replace("http:", "ws:") + "/v1/control",
+        server.url[7:],
+    ):
+        palmares.Client(address).close()
+
+
+def test_a_team_that_is_no_text_is_named() -> None:
+    with pytest.raises(ValueError, match="team: found 7; wanted a text"):
+        palmares.Client("local", team=7)  # type: ignore[arg-type]
 
 
 def test_an_invalid_address() -> None:

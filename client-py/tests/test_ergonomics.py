@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import subprocess
 import sys
 import time
 import warnings
@@ -57,7 +58,7 @@ def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
             "Result of balls with softhand: score 0, practice": (result, ["ended", "state hash"]),
         }
     for title, (shown, labels) in expected.items():
-        lines = repr(shown).splitlines()
+        lines = str(shown).splitlines()
         assert lines[0] == f"<{title}>"
         assert max(map(len, lines)) < 140
         for label in labels:
@@ -67,8 +68,8 @@ def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
         assert not table.open
         assert table.cells[0] == title
         assert set(labels) <= set(table.cells)
-    assert "goal: (0.450, -0.250, 0.000) to (0.950, 0.250, 0.300) m" in repr(client.scene)
-    assert "sphere, 100 × 100 × 100 mm, 216 g" in repr(client.scene)
+    assert "goal: (0.450, -0.250, 0.000) to (0.950, 0.250, 0.300) m" in str(client.scene)
+    assert "sphere, 100 × 100 × 100 mm, 216 g" in str(client.scene)
 
 
 def test_a_table_escapes_html() -> None:
@@ -94,6 +95,37 @@ def test_only_the_first_clipped_action_warns(url: str) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             client.step(base=FAST, hand=[2.0])
+
+
+def test_a_field_warns_though_another_one_has_warned_and_again_in_the_next_run() -> None:
+    far = palmares.pose([0.0, 0.0, 750.0], [0.0, 1.0, 0.0, 0.0])
+    with palmares.Client("local") as client:
+        for _ in range(2):
+            client.reset("balls", "softhand", seed=1)
+            with pytest.warns(ClippedActionWarning, match=r"hand = \(1\.0001\) was clipped to \(1\)"):
+                client.step(hand=[1.0001])
+            with pytest.warns(ClippedActionWarning, match=r"base.position = \(0, 0, 750\) was clipped"):
+                client.step(base=far, hand=[1.0001])
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                client.step(base=far, hand=[1.0001])
+            client.abandon()
+
+
+def test_modules_are_there_after_a_plain_import() -> None:
+    code = """
+import palmares
+assert palmares.skills.motion.Mover and palmares.skills.cookbook.COOKBOOK
+assert palmares.rotation.rot_z and palmares.sim.World and palmares.gym and palmares.evaluate.evaluate
+assert palmares.motion and palmares.analysis and palmares.server
+try:
+    palmares.skills.motoin
+except AttributeError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "module 'palmares.skills' has no attribute 'motoin'\n"
 
 
 def test_a_world_and_a_batch_warn_too() -> None:

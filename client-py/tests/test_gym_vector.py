@@ -160,7 +160,7 @@ def test_pictures_are_the_same() -> None:
     options["render_camera"] = "nowhere"
     for make in (gymnasium.make, gymnasium.make_vec):
         with pytest.raises(
-            ValueError, match="render_camera: found 'nowhere'; wanted one of top, table, or a View"
+            ValueError, match="render_camera: found 'nowhere'; wanted one of top, table, film, or a View"
         ):
             make(NAME, **options)
 

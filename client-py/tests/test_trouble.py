@@ -54,6 +54,12 @@ def test_a_cable_pulled_while_the_world_computes(url: str) -> None:
         client.stop()
 
 
+def test_the_address_of_a_page_is_refused_with_the_right_one(url: str) -> None:
+    wanted = f"nothing at /live/v1/control; give the address that `palmares serve` prints, such as {url}$"
+    with pytest.raises(palmares.NoServerError, match=wanted):
+        palmares.Client(f"{url}/live")
+
+
 def test_a_killed_server_is_come_back_to(tmp_path: Path) -> None:
     with RealServer(tmp_path) as server, palmares.Client(server.url) as client:
         client.reset("balls", "softhand", seed=4)

@@ -11,6 +11,7 @@ use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;
 use palmares_senses::channels::cameras::ImageInfo;
 use palmares_senses::{ChannelInfo, ENCODERS, JOINTS, MOTORS, TAXELS};
+use palmares_tasks::task::GoalInfo;
 use palmares_tasks::{Event, Fault, Noise, Outcome, Reason, Task};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -186,6 +187,9 @@ pub struct TaskInfo {
     /// SHA-256 of the whole task, 64 hexadecimal digits.
     #[schemars(default)]
     pub hash: String,
+    /// Its goals with their points and tolerances, in the order in which they are reached.
+    #[schemars(default)]
+    pub goals: Vec<GoalInfo>,
 }
 
 impl TaskInfo {
@@ -199,6 +203,7 @@ impl TaskInfo {
             time_limit_s: task.time_limit_s,
             cameras: task.cameras.iter().map(CameraInfo::of).collect(),
             hash: task.content_hash().to_owned(),
+            goals: task.rules.goals(),
         }
     }
 }

@@ -89,6 +89,7 @@ fn about(run: &Run) -> Vec<Metadata> {
             SCENE_RECORD,
             &[
                 ("regions", json(serde_json::to_string(&scene.regions))),
+                ("goals", json(serde_json::to_string(&scene.goal_names()))),
                 ("names", json(serde_json::to_string(&names))),
             ],
         ),

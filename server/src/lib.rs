@@ -10,6 +10,7 @@ mod competition;
 mod compute;
 mod config;
 mod control;
+mod documents;
 mod fingerprint;
 mod fleet;
 mod hands;

@@ -1,6 +1,7 @@
 //! The world at tick 0, as clients get it.
 
 use crate::sensing::Sensing;
+use crate::task::GoalInfo;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use parry3d_f64::bounding_volume::BoundingVolume;
@@ -16,6 +17,16 @@ pub struct Scene {
     pub regions: Vec<Region>,
     /// Gravity, m/s².
     pub gravity: [f64; 3],
+    /// Goals of the task with their points and tolerances, in the order in which they are reached.
+    #[serde(default)]
+    pub goals: Vec<GoalInfo>,
+}
+
+impl Scene {
+    /// Names of the goals, in their order, where each is one of an object; empty where objects are counted instead.
+    pub fn goal_names(&self) -> Vec<String> {
+        self.goals.iter().filter(|goal| goal.object.is_some()).map(|goal| goal.name.clone()).collect()
+    }
 }
 
 /// A body and its shapes, in the world frame at tick 0.

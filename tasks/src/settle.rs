@@ -185,7 +185,7 @@ fn assemble(task: &Task, placed: &[Placed], work: &mut u64) -> Result<Built, Mod
             Region { name: name.to_owned(), role, min, max }
         })
         .collect();
-    let scene = Scene { bodies, regions, gravity: config.gravity.to_array() };
+    let scene = Scene { bodies, regions, gravity: config.gravity.to_array(), goals: task.rules.goals() };
     Ok(Built { world, scene, body_names })
 }
 

@@ -67,6 +67,13 @@ async fn a_run_leaves_a_replay_that_verifies() {
     let stored = std::fs::read(server.folder().join("replays").join(format!("{run_id}.mcap")));
     assert_eq!(stored.expect("in the data directory"), std::fs::read(&file).expect("file"));
 
+    let listed = |path: &str| get(&server, path).json()["runs"].as_array().map(Vec::len);
+    let newest = get(&server, "/v1/runs?task=balls&limit=5").json();
+    assert_eq!(newest["runs"][0]["run_id"], result["run_id"], "{newest}");
+    assert!(newest["runs"][0]["score"].is_number() && newest["runs"][0].get("events").is_none(), "{newest}");
+    assert_eq!((listed("/v1/runs"), listed("/v1/runs?team=lobsters")), (Some(1), Some(0)));
+    get(&server, "/v1/runs?of=crabs").assert_problem(400, "bad_request");
+
     let competition = get(&server, "/v1/competition").json();
     let key = competition["replay_key"].as_str().expect("a key");
     let (code, out) = palmares(&["verify", text(&file), "--key", key, "--json"]);
@@ -99,6 +106,71 @@ async fn a_run_leaves_a_replay_that_verifies() {
     std::fs::write(&file, &bytes).expect("written");
     let (code, out) = palmares(&["verify", text(&file)]);
     assert!(code == 1 && out.contains("refused: "), "{out}");
+}
+
+#[tokio::test]
+async fn a_run_becomes_a_film_and_a_picture() {
+    let server = Server::start();
+    let (mut client, _) = Client::playing(&server, "crabs").await;
+    play(&mut client, 60).await;
+    let run_id = stop(&mut client).await["run_id"].as_str().expect("an id").to_owned();
+    let folder = TempDir::new().expect("temporary directory");
+    let file = fetch(&server, &run_id, &folder);
+    let url = format!("http://{}", server.address());
+    let out = |name: &str| folder.path().join(name);
+
+    let (gif, png, top) = (out("run.gif"), out("run.png"), out("top.png"));
+    let gif_options = ["--output", text(&gif), "--size", "80x60", "--fps", "10", "--to", "0.3"];
+    let (code, said) = palmares(&[&["render", text(&file)][..], &gif_options].concat());
+    assert!(code == 0 && said.contains("4 pictures of 80 × 60 pixels"), "{said}");
+    let bytes = std::fs::read(&gif).expect("written");
+    assert_eq!((&bytes[..6], bytes[6..10].as_ref()), (&b"GIF89a"[..], &[80, 0, 60, 0][..]));
+
+    // The same run by its id, of the server.
+    let (code, said) =
+        palmares(&["render", &run_id, "--url", &url, "--output", text(&png), "--size", "64x48"]);
+    assert!(code == 0 && said.contains("a picture of 64 × 48 pixels"), "{said}");
+    let (code, said) =
+        palmares(&["render", text(&file), "-o", text(&top), "--camera", "box_a", "--from", "0.1"]);
+    assert!(code == 0 && said.contains("a picture of 320 × 240 pixels"), "{said}");
+    for picture in [&png, &top] {
+        assert!(std::fs::read(picture).expect("written").starts_with(b"\x89PNG"));
+    }
+
+    for (options, wanted) in [
+        (vec!["--camera", "box_c"], "--camera: no camera `box_c`; there are: box_a, box_b, wrist, film"),
+        (vec!["--size", "3000x2000"], "--size: a picture of 3000 × 2000 pixels"),
+        (vec!["--from", "9"], "--from 9: the run ends after 0.6 s"),
+    ] {
+        let (code, said) =
+            palmares(&[&["render", text(&file), "-o", text(&out("no.gif"))][..], &options].concat());
+        assert!(code == 1 && said.contains(wanted), "{said}");
+    }
+    let (code, said) =
+        palmares(&["render", "run_0000000000000000", "--url", &url, "-o", text(&out("no.gif"))]);
+    assert!(code == 1 && said.contains("404"), "{said}");
+    assert!(!out("no.gif").exists());
+
+    let mut bytes = std::fs::read(&file).expect("file");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    std::fs::write(&file, &bytes).expect("written");
+    let (code, said) = palmares(&["render", text(&file), "-o", text(&out("no.gif"))]);
+    assert!(code == 1 && said.contains("refused: "), "{said}");
+}
+
+/// Without any ffmpeg an .mp4 is refused before the simulation, with the packages that help; with one it is a film.
+#[test]
+fn a_film_as_mp4_needs_ffmpeg() {
+    let folder = TempDir::new().expect("temporary directory");
+    let film = folder.path().join("run.mp4");
+    let mut command = Command::new(program());
+    command.args(["render", "run.mcap", "-o", text(&film)]);
+    command.env("PATH", folder.path()).env("PALMARES_PYTHON", folder.path().join("no_python"));
+    let output = command.output().expect("palmares runs");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(said.contains("needs ffmpeg: `pip install imageio-ffmpeg`"), "{said}");
+    assert!(said.contains("or an ffmpeg on the PATH; .gif and .png need neither"), "{said}");
 }
 
 #[tokio::test]

@@ -47,6 +47,7 @@ const RULES: &[(&str, &str)] = &[
     ("get /wall", PUBLIC),
     // With a token, more is visible.
     ("get /v1/hands", OPTIONAL),
+    ("get /v1/runs", OPTIONAL),
     ("get /v1/runs/{id}", OPTIONAL),
     ("get /v1/watch", OPTIONAL),
     // An uploaded hand is its team's.

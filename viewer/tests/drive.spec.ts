@@ -143,6 +143,30 @@ test('the latency from an input to its frame is measured', async ({ page, server
   }
 });
 
+test('typed targets move base and motors, and a reload keeps the run', async ({ page, server }) => {
+  await start(page, server.url);
+  const targets = [0.1, 0.05, 0.5];
+  for (const [k, name] of ['x', 'y', 'z'].entries()) await page.getByLabel(`Target ${name}, m`).fill(String(targets[k]));
+  await page.getByRole('button', { name: 'Go to the target' }).click();
+  const away = async (): Promise<number> => Math.hypot(...(await base(page)).map((x, k) => x - (targets[k] ?? 0)));
+  await expect.poll(away, { timeout: 30_000 }).toBeLessThan(1e-3);
+  await page.getByRole('spinbutton', { name: 'motor, target' }).fill('0.4');
+  await page.keyboard.press('Tab');
+  const command = (): Promise<number | undefined> => page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.actuators[0]?.command);
+  await expect.poll(command).toBeCloseTo(0.4, 2);
+  const run = (): Promise<string> => page.evaluate(() => (window.palmares as unknown as { drive: { view: { observation: { run_id: string } } } }).drive.view.observation.run_id);
+  const [before, same] = [await tick(page), await run()];
+  await page.reload();
+  await expect.poll(() => tick(page), { timeout: 30_000 }).toBeGreaterThan(before + 5);
+  expect(await run()).toBe(same);
+  expect(await command()).toBeCloseTo(0.4, 2);
+  expect(await away()).toBeLessThan(1e-3);
+  // The recording has no gap: it still repeats the run.
+  expect(await page.evaluate(() => (window.palmares as unknown as { drive: { driver: { recording: { whole: boolean } } } }).drive.driver.recording.whole)).toBe(true);
+  await page.getByRole('button', { name: 'Finish' }).click();
+  await expect(page.getByText(/The run is over: .*, 0 of 10 objects in the goal/)).toBeVisible();
+});
+
 test('keys in a text field do not move the hand', async ({ page, server }) => {
   await start(page, server.url);
   await page.getByText('Start a run').click();

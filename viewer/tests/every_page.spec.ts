@@ -41,6 +41,8 @@ const pages = (run: string): [name: string, address: string, ready: (page: Page)
   ['drive', '/drive', (page) => page.getByRole('button', { name: 'Start', exact: true }).waitFor()],
   ['hands', '/hands', (page) => page.getByText('softhand').first().waitFor()],
   ['hands-softhand', '/hands/softhand', (page) => page.getByRole('slider').first().waitFor()],
+  ['docs-teams', '/docs/teams', (page) => page.getByRole('heading', { level: 1 }).waitFor()],
+  ['docs-search', '/docs/search?q=tendon%20friction', (page) => page.locator('.hits li').first().waitFor()],
   ['wall', '/wall', (page) => page.locator('.ranking tbody tr').first().waitFor()],
 ];
 

@@ -2,18 +2,17 @@
 
 mod file;
 mod pool;
-mod progress;
 mod ray;
 mod sources;
 mod verdict;
 
+use crate::progress::{self, Progress};
 use anyhow::Context;
 use clap::Args;
 pub(crate) use file::load;
 use palmares_replay::PublicKey;
 use palmares_tasks::Task;
 use pool::{Event, Judge};
-use progress::Progress;
 use serde_json::{Value, json};
 use sources::Source;
 use std::collections::{BTreeMap, BTreeSet};
@@ -86,7 +85,7 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
 
     let began = Instant::now();
     let mut tally = Tally { total: sources.len(), skipped, ..Tally::default() };
-    let mut progress = Progress::new(season || sources.len() > 1, sources.len());
+    let mut progress = Progress::new(season || sources.len() > 1, sources.len(), "replays");
     // Results are printed in the order of the sources.
     let (mut waiting, mut printed) = (BTreeMap::new(), 0);
     let print = |progress: &mut Progress, index: usize, verdict: &Verdict| -> anyhow::Result<()> {
@@ -118,7 +117,9 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
-        progress.show(tally.done(), tally.done() - tally.verified, began.elapsed());
+        let others = tally.done() - tally.verified;
+        let remark = (others > 0).then(|| format!("{others} not verified"));
+        progress.show(tally.done(), remark.as_deref(), began.elapsed());
     }
     for (index, verdict) in &waiting {
         print(&mut progress, *index, verdict)?;

@@ -538,6 +538,14 @@ impl Batch {
         Ok(())
     }
 
+    /// Depth of named cameras in all worlds, as in their messages: arrays (N, height, width).
+    fn depths<'py>(&mut self, py: Python<'py>, cameras: Vec<String>) -> PyResult<Bound<'py, PyDict>> {
+        self.all_open()?;
+        let Batch { slots, workers, .. } = self;
+        let runs: Vec<&mut Run> = slots.iter_mut().filter_map(|slot| slot.run.as_mut()).collect();
+        pictures::depths(py, runs, workers.started()?, &cameras)
+    }
+
     /// Puts hands, motors or objects of the worlds of `mask` elsewhere. After an error nothing has changed.
     fn place(&mut self, given: Placed<'_>, mask: Vec<bool>) -> PyResult<()> {
         self.fits("mask", mask.len())?;

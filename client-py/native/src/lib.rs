@@ -13,6 +13,7 @@ mod lookup;
 mod message;
 mod parameters;
 mod pictures;
+mod recording;
 mod snapshot;
 mod state;
 mod training;
@@ -35,6 +36,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<world::World>()?;
     module.add_class::<snapshot::Snapshot>()?;
     module.add_class::<batch::Batch>()?;
+    module.add_class::<recording::Recording>()?;
     analysis::register(module)?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::welcome, module)?)?;

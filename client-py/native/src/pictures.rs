@@ -3,19 +3,20 @@
 use crate::analysis::arrays::{Seven, pose, value_error};
 use crate::workers::Workers;
 use numpy::{Element, PyArray1, PyArrayMethods};
-use palmares_senses::camera::GBuffer;
-use palmares_tasks::Run;
+use palmares_senses::camera::{Film, GBuffer};
+use palmares_tasks::image::CameraImage;
 use palmares_tasks::run::View;
+use palmares_tasks::{Run, Sensing};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::RefCell;
 
 thread_local! {
-    static DRAWN: RefCell<GBuffer> = RefCell::default();
+    static DRAWN: RefCell<(GBuffer, Film)> = RefCell::default();
 }
 
-/// What a picture shows, in the order of [`Frame`].
-const KINDS: [&str; 4] = ["depth", "depth_mm", "rgb", "bodies"];
+/// Kinds of pictures, in the order of [`Frame`].
+const KINDS: [&str; 5] = ["depth", "depth_mm", "rgb", "bodies", "film"];
 
 /// A camera as Python describes it.
 #[derive(FromPyObject)]
@@ -52,11 +53,19 @@ struct Frame<'a> {
     millimetres: &'a mut [u16],
     rgb: &'a mut [u8],
     bodies: &'a mut [u16],
+    film: &'a mut [u8],
 }
 
 impl Frame<'_> {
     fn draw(&mut self, view: &View) {
-        DRAWN.with_borrow_mut(|drawn| {
+        DRAWN.with_borrow_mut(|(drawn, film)| {
+            if !self.film.is_empty() {
+                self.film.copy_from_slice(&self.run.still().picture(view, film));
+            }
+            let others = [self.depth.len(), self.millimetres.len(), self.rgb.len(), self.bodies.len()];
+            if others == [0; 4] {
+                return;
+            }
             drawn.with_normals(!self.rgb.is_empty());
             self.run.draw(view, drawn);
             for (to, z) in self.depth.iter_mut().zip(&drawn.depth) {
@@ -93,15 +102,17 @@ pub(crate) fn pictures<'py>(
     };
     let pixels = view.lens().pixels();
     let len = |kind: &str, each: usize| if kinds.iter().any(|it| it == kind) { each * pixels } else { 0 };
-    let each = [len("depth", 1), len("depth_mm", 1), len("rgb", 3), len("bodies", 1)];
+    let each = [len("depth", 1), len("depth_mm", 1), len("rgb", 3), len("bodies", 1), len("film", 3)];
     let (mut depth, mut millimetres) = (vec![0.0_f32; count * each[0]], vec![0_u16; count * each[1]]);
     let (mut rgb, mut bodies) = (vec![0_u8; count * each[2]], vec![0_u16; count * each[3]]);
+    let mut film = vec![0_u8; count * each[4]];
     {
         let (mut a, mut b) = (parts(&mut depth, each[0]), parts(&mut millimetres, each[1]));
         let (mut c, mut d) = (parts(&mut rgb, each[2]), parts(&mut bodies, each[3]));
+        let mut e = parts(&mut film, each[4]);
         let mut frames: Vec<Frame> = runs
             .into_iter()
-            .map(|run| Frame { run, depth: a(), millimetres: b(), rgb: c(), bodies: d() })
+            .map(|run| Frame { run, depth: a(), millimetres: b(), rgb: c(), bodies: d(), film: e() })
             .collect();
         py.detach(|| match workers {
             Some(workers) => workers.each(&mut frames, |frame| frame.draw(&view)),
@@ -115,11 +126,52 @@ pub(crate) fn pictures<'py>(
         match kind.as_str() {
             "depth" => put(py, &told, kind, std::mem::take(&mut depth), &shape)?,
             "depth_mm" => put(py, &told, kind, std::mem::take(&mut millimetres), &shape)?,
+            "film" => put(py, &told, kind, std::mem::take(&mut film), &[&shape[..], &[3]].concat())?,
             "rgb" => put(py, &told, kind, std::mem::take(&mut rgb), &[&shape[..], &[3]].concat())?,
             _ => put(py, &told, kind, std::mem::take(&mut bodies), &shape)?,
         }
     }
     Ok(told)
+}
+
+/// Depth of named cameras as their messages have it, m, 0 without a reading: for each an array (N, height, width).
+pub(crate) fn depths<'py>(
+    py: Python<'py>,
+    runs: Vec<&mut Run>,
+    workers: &Workers,
+    cameras: &[String],
+) -> PyResult<Bound<'py, PyDict>> {
+    let told = PyDict::new(py);
+    let Some(first) = runs.first() else { return Err(value_error("there is no world")) };
+    let mut shots = Vec::new();
+    for camera in cameras {
+        let shot = first.shots(std::slice::from_ref(camera), Sensing::Sensors).map_err(value_error)?;
+        shots.push(shot);
+    }
+    let mut taken: Vec<(&mut Run, Vec<Taken>)> = runs.into_iter().map(|run| (run, Vec::new())).collect();
+    py.detach(|| {
+        workers.each(&mut taken, |(run, images)| {
+            images.extend(shots.iter().map(|shot| run.expose(shot).first().map(|it| depth_of(it.render()))));
+        });
+    });
+    for (k, camera) in cameras.iter().enumerate() {
+        let images: Vec<&([usize; 2], Vec<f64>)> =
+            taken.iter().filter_map(|(_, images)| images.get(k)?.as_ref()).collect();
+        let Some((size, _)) = images.first() else { return Err(value_error("there is no image")) };
+        let shape = [images.len(), size[0], size[1]];
+        let values: Vec<f64> = images.iter().flat_map(|(_, depth)| depth.iter().copied()).collect();
+        put(py, &told, camera, values, &shape)?;
+    }
+    Ok(told)
+}
+
+/// Rows and columns of an image, and its depths; none for a camera that gave no image.
+type Taken = Option<([usize; 2], Vec<f64>)>;
+
+fn depth_of(image: &CameraImage) -> ([usize; 2], Vec<f64>) {
+    let steps = image.depth.iter().flat_map(|depth| depth.0.as_chunks::<2>().0);
+    let depth = steps.map(|bytes| f64::from(u16::from_le_bytes(*bytes)) * image.depth_unit).collect();
+    ([image.height as usize, image.width as usize], depth)
 }
 
 /// Its parts of a length, one after the other; empty ones for the length 0.

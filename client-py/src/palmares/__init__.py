@@ -155,7 +155,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from palmares import analysis, evaluate, gym, motion, rotation, server, sim, skills
+    from palmares import analysis, evaluate, gym, rotation, server, sim, skills  # noqa: F401
 
 _MODULES = ("analysis", "evaluate", "gym", "motion", "rotation", "server", "sim", "skills")
 

@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
-from urllib.parse import urlsplit
 
 from msgspec import structs
 
@@ -24,8 +23,9 @@ from palmares.errors import (
     WrongStateError,
 )
 from palmares.messages import Observation, Result, Welcome
+from palmares.net.address import addresses
 from palmares.net.codec import Encoding, Message
-from palmares.net.link import Link, Resumed, raise_if_fatal
+from palmares.net.link import CLOSED, Link, Resumed, raise_if_fatal
 from palmares.net.replayed import StepHistory
 from palmares.net.requests import names, whole_of
 from palmares.net.stream import Stream
@@ -57,10 +57,9 @@ if TYPE_CHECKING:
     from palmares.sim import World
 
 LOG = logging.getLogger("palmares")
+NO_RUN = "wrong_state: no run is open; call reset(…) first"
 # The address of runs in this process.
 LOCAL = "local"
-# Path of the socket below the address of a server.
-SOCKET = "/v1/control"
 NO_TRAINING = "training: servers do not offer it; use url='local'"
 # Most repetitions of one request after the rate limit or a broken connection.
 MAX_RETRIES = 20
@@ -109,6 +108,8 @@ class Client:
         reconnect_s: float = 60.0,
         training: Training | None = None,
     ) -> None:
+        if not isinstance(team, str):
+            raise ValueError(f"team: found {team!r}; wanted a text of 1 to 64 characters")
         self._timeout_s = timeout_s
         self._tick: int | None = None
         self._run_id: str | None = None
@@ -131,10 +132,10 @@ class Client:
             return
         if training is not None:
             raise ValueError(NO_TRAINING)
-        http_url, ws_url = _addresses(url)
+        server = addresses(url)
         self._link = Link(
-            http_url,
-            ws_url,
+            server.http,
+            server.control,
             HelloRequest(client={"name": team, "version": VERSION}, session_s=session_s),
             token=token if token is not None else os.environ.get("PALMARES_TOKEN"),
             encoding=encoding,
@@ -233,7 +234,7 @@ class Client:
 
         """
         if self._tick is None:
-            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+            raise self._no_run()
         action = action_of(base, hand, self._motors, effort)
         repeat = whole_of("repeat", repeat, 1, self.welcome.limits.repeat)
         request = StepRequest(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
@@ -268,7 +269,7 @@ class Client:
 
         """
         if self._tick is None:
-            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+            raise self._no_run()
         try:
             action = action_of(base, hand, self._motors, effort)
             tick = self._ask(ActRequest(action=action, cameras=names(cameras)), Ack).tick
@@ -298,7 +299,7 @@ class Client:
     def latest(self) -> Observation:
         """Return the newest observation of a real-time run at once; the last one again if none came."""
         if self._newest is None:
-            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+            raise self._no_run()
         try:
             self._check_resumed(StopRequest())
             self._link.listen(0.0)
@@ -575,6 +576,9 @@ class Client:
             obs.truth.name_objects(self._names)
         return obs
 
+    def _no_run(self) -> WrongStateError:
+        return WrongStateError(CLOSED if self._link.closed else NO_RUN)
+
     def _forget_run(self) -> None:
         self._tick = self._run_id = self._newest = None
         self._steps.clear()
@@ -610,15 +614,3 @@ class Client:
                 return obs
             if self._link.silence_s() > self._timeout_s:
                 raise ConnectionLostError(f"{self._link.where} has been silent for {self._timeout_s:g} s")
-
-
-def _addresses(url: str) -> tuple[str, str]:
-    parts = urlsplit(url if "://" in url else f"http://{url}")
-    schemes = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}
-    if parts.scheme not in schemes or not parts.netloc:
-        raise ValueError(f"{url!r} is not the address of a server; try http://127.0.0.1:8080")
-    ws = schemes[parts.scheme]
-    http = "https" if ws == "wss" else "http"
-    # `palmares serve` and its pages show the address of the socket.
-    path = parts.path.rstrip("/").removesuffix(SOCKET)
-    return f"{http}://{parts.netloc}{path}", f"{ws}://{parts.netloc}{path}{SOCKET}"

@@ -73,8 +73,8 @@ class Clipping:
         self._warned.add(field)
         # Python shows the same text from the same line once: this one has numbers.
         warnings.warn(
-            f"{where}{field} = {_short(wanted)} was clipped to {_short(was)}. This warning comes once for each "
-            "field of a run; `applied_action` of an observation has the applied action, `welcome.specs` the "
+            f"{where}{field} = {_short(wanted)} was clipped to {_short(was)}. This warning comes once a "
+            "field and run; `applied_action` of an observation has the applied action, `welcome.specs` the "
             "limits",
             ClippedActionWarning,
             stacklevel=stacklevel + 1,
@@ -94,4 +94,5 @@ def _numbers(requested: Action, applied: Action) -> list[tuple[str, Sequence[flo
 
 
 def _short(numbers: Sequence[float]) -> str:
-    return "(" + ", ".join(f"{x:.4g}" for x in numbers) + ")"
+    # Seven digits: a number a little beyond its limit must not read as the limit.
+    return "(" + ", ".join(f"{x:.7g}" for x in numbers) + ")"

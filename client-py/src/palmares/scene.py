@@ -133,6 +133,10 @@ class Scene(Viewed, wire.Scene, kw_only=True):
         """Return the region with this name; `KeyError` lists the names there are."""
         return named("region", name, self.regions)
 
+    def goal_named(self, name: str) -> wire.GoalInfo:
+        """Return the goal with this name, with its tolerances; `KeyError` lists the names there are."""
+        return named("goal", name, self.goals)
+
     @property
     def start(self) -> Region | None:
         """The region where the objects are at tick 0; ``None`` in a task without."""
@@ -166,7 +170,38 @@ class Scene(Viewed, wire.Scene, kw_only=True):
         for region in self.regions:
             role = f"{region.role}: " if region.role else ""
             rows.append((f"region {region.name}", f"{role}{vector(region.min)} to {vector(region.max)} m"))
+        for goal in self.goals:
+            rows.append((f"goal {goal.name}", f"{goal.points:g} points: {conditions(goal)}"))
         return title, rows
+
+
+def conditions(goal: wire.GoalInfo) -> str:
+    """Return the conditions of a goal in words, with their tolerances."""
+    words = [] if goal.object is None else [goal.object]
+    if goal.point is not None:
+        words[-1:] = [f"{' '.join(words[-1:])} at {vector(goal.point)} m".strip()]
+    if goal.less_by is not None:
+        least = f"{goal.slip_m} m" if goal.less_by == "slip" else f"{goal.slow_s:g} s"
+        return ", ".join([*words, f"of shaken, less by {goal.less_by}: 0 at {least}"])
+    if goal.inside is not None:
+        words.append(f"inside {goal.inside}")
+    if goal.outside:
+        words.append(f"outside {' and '.join(goal.outside)}")
+    if goal.within is not None:
+        box = f"{vector(goal.within.min)} to {vector(goal.within.max)} m"
+        words.append(f"within {box} of {goal.within.object}")
+    for value, text in (
+        (goal.above_m, "raised by {} m"),
+        (goal.upright_deg, "upright within {:g}°"),
+        (goal.rest_m_s, "slower than {} m/s"),
+        (goal.hand_off_m, "{} m or more from the base"),
+        (goal.slip_m, "slips by less than {} m"),
+    ):
+        if value is not None:
+            words.append(text.format(value))
+    if goal.for_s > 0.0:
+        words.append(f"for {goal.for_s:g} s")
+    return ", ".join(words)
 
 
 def _in_words(body: SceneBody) -> str:

@@ -90,6 +90,9 @@ def _pose_of(base: Numbers | tuple[Numbers, Numbers]) -> BaseTarget:
     if isinstance(parts, list) and len(parts) == 2:
         quat_xyzw = numbers("base: quat_xyzw", parts[1], 4, "x, y, z, w")
         return pose(vector("base: position", parts[0]), quat_xyzw)
-    meaning = "position and quat_xyzw; or palmares.pose(…), or palmares.twist(…) for a velocity"
+    meaning = (
+        "position and quat_xyzw; or palmares.pose(…), or palmares.twist(…) for a velocity; "
+        "σ of the motors is `hand=`"
+    )
     seven = numbers("base", parts, 7, meaning)
     return pose(seven[:3], seven[3:])

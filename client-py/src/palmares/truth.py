@@ -14,7 +14,7 @@ import msgspec
 from palmares import wire
 from palmares.arrays import Array, Vec3
 from palmares.scene import Placed, named
-from palmares.views import Rows, Viewed, first, vector
+from palmares.views import Brief, Rows, Viewed, first, vector
 
 
 class BodyState(Viewed, Placed, wire.BodyState, kw_only=True):
@@ -42,7 +42,7 @@ class ObjectState(BodyState, kw_only=True, gc=False):
         return f"ObjectState of {self.name}", super()._lines()[1]
 
 
-class Contact(msgspec.Struct, kw_only=True, gc=False):
+class Contact(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A contact: force (N, world frame) on body `b` by body `a` at `position` (m)."""
 
     a: str

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 from html import escape
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
 
 Rows: TypeAlias = list[tuple[str, str]]
 """Label and value of each line"""
@@ -12,8 +15,14 @@ MAX_LISTED = 12
 """Longest list of objects or events; the last line counts the others"""
 
 
+LONGEST = 400
+"""Most characters of a `repr`"""
+LONGEST_VALUE = 60
+"""Most characters of a field in the `repr` of a `Brief`"""
+
+
 class Viewed:
-    """A struct that shows a title and a few lines instead of all of its fields."""
+    """A struct that shows a title and a few lines instead of all of its fields; ``print`` shows all lines."""
 
     __slots__ = ()
 
@@ -22,10 +31,59 @@ class Viewed:
         raise NotImplementedError
 
     def __repr__(self) -> str:
+        return shortened(text(*self._lines()).splitlines())
+
+    def __str__(self) -> str:
         return text(*self._lines())
 
     def _repr_html_(self) -> str:
         return html(*self._lines())
+
+
+class Brief:
+    """A struct or dataclass whose `repr` has every field, but not all of a long one."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        found = [f"{name}={brief(getattr(self, name))}" for name in _fields(self)]
+        whole = f"{type(self).__name__}({', '.join(found)})"
+        return whole if len(whole) <= LONGEST else whole[: LONGEST - 2] + "…)"
+
+
+def _fields(of: Any) -> Sequence[str]:
+    """Return the names of the fields of a struct or dataclass."""
+    named = getattr(type(of), "__struct_fields__", None)
+    return named if named is not None else [field.name for field in dataclasses.fields(of)]
+
+
+def brief(value: Any) -> str:
+    """Return at most `LONGEST_VALUE` characters: of an array the shape, of a long list the count."""
+    if isinstance(value, np.ndarray):
+        return f"<array {'×'.join(map(str, value.shape)) or '()'}>"
+    if isinstance(value, bytes):
+        return f"<{len(value)} bytes>"
+    if isinstance(value, Mapping | list | tuple) and len(value) > 0:
+        parts = [brief(part) for part in value]
+        whole = f"[{', '.join(parts)}]"
+        return whole if len(whole) <= LONGEST_VALUE else f"<{len(value)} of them>"
+    whole = repr(value)
+    return whole if len(whole) <= LONGEST_VALUE else f"{whole[: LONGEST_VALUE - 1].splitlines()[0]}…"
+
+
+def shortened(lines: Sequence[str]) -> str:
+    """Return the first lines that fit into `LONGEST` characters, and a line that counts the others."""
+    whole = "\n".join(lines)
+    if len(whole) <= LONGEST:
+        return whole
+    kept, length = [lines[0]], len(lines[0])
+    room = LONGEST - len("\n  … and 999 more lines: print() shows them")
+    for line in lines[1:]:
+        length += 1 + len(line)
+        if length > room:
+            break
+        kept.append(line)
+    return "\n".join([*kept, f"  … and {len(lines) - len(kept)} more lines: print() shows them"])
 
 
 def text(title: str, rows: Rows) -> str:

@@ -15,22 +15,23 @@ from typing import Any, Literal
 import msgspec
 
 from palmares.arrays import Array, Quat, Table, Vec3, array
+from palmares.views import Brief
 
 
-class Request(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False, tag_field="op"):
+class Request(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=False, tag_field="op"):
     """A message to the server; the connection fills in its `id`."""
 
     id: int = 0
 
 
-class Reply(msgspec.Struct, kw_only=True, gc=False, tag_field="op"):
+class Reply(Brief, msgspec.Struct, kw_only=True, gc=False, tag_field="op"):
     """A message from the server; `op` is its kind."""
 
     reply_to: int | None = msgspec.field(name="id", default=None)
     """`id` of the request it answers; ``None`` for a message that answers none"""
 
 
-class BaseTarget(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
+class BaseTarget(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
     """A pose to reach, or a velocity to keep, of the hand's base in the world frame."""
 
     position: Vec3 | None = None
@@ -43,7 +44,7 @@ class BaseTarget(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
     """rad/s"""
 
 
-class Action(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
+class Action(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
     """Targets for one tick. An omitted field keeps its last target."""
 
     base: BaseTarget | None = None
@@ -78,7 +79,7 @@ class HelloRequest(Request, kw_only=True, gc=False, tag="hello"):
     """Practice only: length of the session, s; without it, a practice session has no limit."""
 
 
-class PushWrench(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
+class PushWrench(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
     """Force and torque."""
 
     force: Vec3
@@ -165,7 +166,7 @@ class ErrorMessage(Reply, kw_only=True, gc=False, tag="error"):
     """Time after which to try again, s."""
 
 
-class BodyState(msgspec.Struct, kw_only=True, gc=False):
+class BodyState(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Pose and velocity of a body in the world frame."""
 
     position: Vec3
@@ -178,7 +179,7 @@ class BodyState(msgspec.Struct, kw_only=True, gc=False):
     """rad/s"""
 
 
-class Actuator(msgspec.Struct, kw_only=True, gc=False):
+class Actuator(Brief, msgspec.Struct, kw_only=True, gc=False):
     """What a motor's sensors read."""
 
     name: str
@@ -193,7 +194,7 @@ class Actuator(msgspec.Struct, kw_only=True, gc=False):
     """Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes."""
 
 
-class Wrench(msgspec.Struct, kw_only=True, gc=False):
+class Wrench(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Force and torque in the world frame, torque about the base origin."""
 
     force: Vec3
@@ -202,7 +203,7 @@ class Wrench(msgspec.Struct, kw_only=True, gc=False):
     """N·m"""
 
 
-class HandState(msgspec.Struct, kw_only=True, gc=False):
+class HandState(Brief, msgspec.Struct, kw_only=True, gc=False):
     """What the hand's own sensors read."""
 
     base: BodyState
@@ -235,7 +236,7 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
         return array(self._touch, -1, 3)
 
 
-class Event(msgspec.Struct, kw_only=True, gc=False):
+class Event(Brief, msgspec.Struct, kw_only=True, gc=False):
     """An event of the referee."""
 
     tick: int
@@ -246,7 +247,7 @@ class Event(msgspec.Struct, kw_only=True, gc=False):
     """Index of the object: with sensing ``truth``, and in a run's result."""
 
 
-class CameraImage(msgspec.Struct, kw_only=True, dict=True):
+class CameraImage(Brief, msgspec.Struct, kw_only=True, dict=True):
     """An image of a camera."""
 
     camera: str
@@ -278,7 +279,7 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
     _rgb: bytes | None = msgspec.field(name="rgb", default=None)
 
 
-class Opened(msgspec.Struct, kw_only=True, gc=False):
+class Opened(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Inputs of the run."""
 
     task: str
@@ -299,7 +300,7 @@ class Opened(msgspec.Struct, kw_only=True, gc=False):
     """Longest run, s of simulated time."""
 
 
-class Shape(msgspec.Struct, kw_only=True, gc=False):
+class Shape(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z."""
 
     type: str
@@ -316,7 +317,7 @@ class Shape(msgspec.Struct, kw_only=True, gc=False):
     """m"""
 
 
-class ScenePart(msgspec.Struct, kw_only=True, gc=False):
+class ScenePart(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A convex part of a body."""
 
     position: Vec3
@@ -327,7 +328,7 @@ class ScenePart(msgspec.Struct, kw_only=True, gc=False):
     """Shape, centred on its own frame."""
 
 
-class SceneBody(msgspec.Struct, kw_only=True, gc=False):
+class SceneBody(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A body and its shapes, in the world frame at tick 0."""
 
     id: int
@@ -354,7 +355,7 @@ class SceneBody(msgspec.Struct, kw_only=True, gc=False):
     """Orientation, x, y, z, w; ``None`` where the position is."""
 
 
-class Region(msgspec.Struct, kw_only=True, gc=False):
+class Region(Brief, msgspec.Struct, kw_only=True, gc=False):
     """An axis-aligned region that the rules refer to, such as the inside of ``box_b``."""
 
     name: str
@@ -367,7 +368,57 @@ class Region(msgspec.Struct, kw_only=True, gc=False):
     """Role in the rules: ``start`` or ``goal``; ``None`` for others."""
 
 
-class Scene(msgspec.Struct, kw_only=True, gc=False):
+class Within(Brief, msgspec.Struct, kw_only=True, gc=False):
+    """A box in the frame of an object."""
+
+    object: str
+    """Name of the object."""
+    min: Vec3
+    """Lowest corner in its frame, m."""
+    max: Vec3
+    """Highest corner, m."""
+
+
+class GoalInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
+    """A goal of a task with its points and tolerances.
+
+    All given conditions hold at the same time, for ``for_s``.
+    """
+
+    name: str
+    """Its name, mostly the kind of its event."""
+    points: float
+    """Points; less than 0 is a penalty."""
+    for_s: float = 0.0
+    """Time for which the conditions hold without a break, s."""
+    above_m: float | None = None
+    """Least rise of the point above its height at tick 0, m."""
+    hand_off_m: float | None = None
+    """Least distance of the object's centre of mass from the hand's base, m."""
+    inside: str | None = None
+    """The region that contains the point."""
+    less_by: str | None = None
+    """Where the points shrink in proportion to a measured quantity: ``slip`` from 0 to ``slip_m``, ``time``
+    from 0 to ``slow_s``."""
+    object: str | None = None
+    """The object; ``None`` where the goal holds for each object."""
+    outside: list[str] = []
+    """The regions of which none contains the point."""
+    point: Vec3 | None = None
+    """The measured point in the object's frame, m; ``None``: its centre of mass."""
+    rest_m_s: float | None = None
+    """The object's speed is below this, m/s."""
+    slip_m: float | None = None
+    """The object moves by less than this in the frame of the hand's base, m."""
+    slow_s: float | None = None
+    """Simulated time from which on the points are 0, s."""
+    upright_deg: float | None = None
+    """Largest angle of the object's z from the vertical, degrees."""
+    within: Within | None = None
+    """The box in another object's frame that contains the point."""
+
+
+class Scene(Brief, msgspec.Struct, kw_only=True, gc=False):
     """The world at tick 0, in the reply to ``reset``."""
 
     bodies: Sequence[SceneBody]
@@ -376,9 +427,11 @@ class Scene(msgspec.Struct, kw_only=True, gc=False):
     """Regions that the rules refer to."""
     gravity: Vec3
     """Gravity, m/s²."""
+    goals: list[GoalInfo] = []
+    """Goals of the task with their points and tolerances, in the order in which they are reached."""
 
 
-class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
+class ObjectTables(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Pose and velocity of the free objects in the world frame: in every table one row for each."""
 
     _position: Table = msgspec.field(name="position")
@@ -407,7 +460,7 @@ class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
         return array(self._angular, -1, 3)
 
 
-class Joints(msgspec.Struct, kw_only=True, dict=True):
+class Joints(Brief, msgspec.Struct, kw_only=True, dict=True):
     """Joint coordinates."""
 
     _position: Table = msgspec.field(name="position")
@@ -424,7 +477,7 @@ class Joints(msgspec.Struct, kw_only=True, dict=True):
         return array(self._velocity)
 
 
-class ContactTables(msgspec.Struct, kw_only=True, gc=False):
+class ContactTables(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Touching contacts, in every list one entry for each: force on body ``b`` by body ``a``, world frame."""
 
     a: list[str]
@@ -445,7 +498,7 @@ class ContactTables(msgspec.Struct, kw_only=True, gc=False):
         return array(self._force, -1, 3)
 
 
-class Truth(msgspec.Struct, kw_only=True, dict=True):
+class Truth(Brief, msgspec.Struct, kw_only=True, dict=True):
     """The full state."""
 
     _objects: ObjectTables = msgspec.field(name="objects")
@@ -501,7 +554,7 @@ class Observation(Reply, kw_only=True, gc=False, tag="obs"):
     """The full state, when the run's sensing is ``truth``."""
 
 
-class Replay(msgspec.Struct, kw_only=True, gc=False):
+class Replay(Brief, msgspec.Struct, kw_only=True, gc=False):
     """The replay of a run: ``GET /v1/runs/{id}/replay``."""
 
     sha256: str
@@ -563,7 +616,7 @@ class Result(Reply, kw_only=True, gc=False, tag="result"):
     """Its replay; ``None`` if the run was not recorded."""
 
 
-class RunInfo(msgspec.Struct, kw_only=True, gc=False):
+class RunInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """The session's open run."""
 
     run_id: str
@@ -612,7 +665,7 @@ class SessionWarning(Reply, kw_only=True, gc=False, tag="warning"):
     """Remaining time, s."""
 
 
-class Competition(msgspec.Struct, kw_only=True, gc=False):
+class Competition(Brief, msgspec.Struct, kw_only=True, gc=False):
     """The competition, or the practice, that the server runs."""
 
     name: str
@@ -631,7 +684,7 @@ class Competition(msgspec.Struct, kw_only=True, gc=False):
     """Whether the seed of a run draws the numbers of its hand that are known as ranges."""
 
 
-class ServerInfo(msgspec.Struct, kw_only=True, gc=False):
+class ServerInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """The program of the server."""
 
     version: str
@@ -640,7 +693,7 @@ class ServerInfo(msgspec.Struct, kw_only=True, gc=False):
     """Commit it was built from."""
 
 
-class Limits(msgspec.Struct, kw_only=True, gc=False):
+class Limits(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Limits of requests and connections; those of actions are in ``specs``."""
 
     message_bytes: int
@@ -665,7 +718,7 @@ class Limits(msgspec.Struct, kw_only=True, gc=False):
     """Realtime: largest number of unread observations; the server drops the oldest of more."""
 
 
-class ImageInfo(msgspec.Struct, kw_only=True, gc=False):
+class ImageInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """An image of a camera, as clients learn it."""
 
     name: str
@@ -684,7 +737,7 @@ class ImageInfo(msgspec.Struct, kw_only=True, gc=False):
     """For people."""
 
 
-class CameraInfo(msgspec.Struct, kw_only=True, gc=False):
+class CameraInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A camera of a task or a hand."""
 
     name: str
@@ -704,7 +757,7 @@ class CameraInfo(msgspec.Struct, kw_only=True, gc=False):
     """The images that it takes."""
 
 
-class TaskInfo(msgspec.Struct, kw_only=True, gc=False):
+class TaskInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Constants of a task."""
 
     name: str
@@ -721,9 +774,11 @@ class TaskInfo(msgspec.Struct, kw_only=True, gc=False):
     """Its cameras."""
     hash: str = ""
     """SHA-256 of the whole task, 64 hexadecimal digits."""
+    goals: list[GoalInfo] = []
+    """Its goals with their points and tolerances, in the order in which they are reached."""
 
 
-class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):
+class ColumnInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Numbers of a channel that have a unit and a range in common."""
 
     width: int
@@ -738,7 +793,7 @@ class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):
     """Absent where the channel's numbers have no names."""
 
 
-class ChannelInfo(msgspec.Struct, kw_only=True, gc=False):
+class ChannelInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A channel of a hand, as clients and viewers learn it."""
 
     name: str
@@ -756,7 +811,7 @@ class ChannelInfo(msgspec.Struct, kw_only=True, gc=False):
     """Present and true if the channel is only in observations with sensing ``truth``."""
 
 
-class HandInfo(msgspec.Struct, kw_only=True, gc=False):
+class HandInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Names of a hand's parts; ``GET /v1/hands/{name}`` returns its geometry."""
 
     name: str
@@ -777,7 +832,7 @@ class HandInfo(msgspec.Struct, kw_only=True, gc=False):
     """Its cameras."""
 
 
-class FieldSpec(msgspec.Struct, kw_only=True, gc=False):
+class FieldSpec(Brief, msgspec.Struct, kw_only=True, gc=False):
     """One field."""
 
     name: str
@@ -792,7 +847,7 @@ class FieldSpec(msgspec.Struct, kw_only=True, gc=False):
     """Largest value of an entry; ``None`` for none."""
 
 
-class Specs(msgspec.Struct, kw_only=True, gc=False):
+class Specs(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Every numeric field a controller writes or reads."""
 
     action: Sequence[FieldSpec]
@@ -830,7 +885,7 @@ class Welcome(Reply, kw_only=True, gc=False, tag="welcome"):
     """A remark on the team's name, for people; ``None`` if there is none."""
 
 
-class TaskBest(msgspec.Struct, kw_only=True, gc=False):
+class TaskBest(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A team's best run of a task."""
 
     score: float
@@ -843,7 +898,7 @@ class TaskBest(msgspec.Struct, kw_only=True, gc=False):
     """End of the run, ms since 1970 UTC."""
 
 
-class LeaderboardRow(msgspec.Struct, kw_only=True, gc=False):
+class LeaderboardRow(Brief, msgspec.Struct, kw_only=True, gc=False):
     """A team's row in the ranking."""
 
     rank: int

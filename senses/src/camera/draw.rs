@@ -9,15 +9,23 @@ use super::round::Round;
 use palmares_models::{Pose, Vec3};
 
 /// A primitive that pixels can show, in the optical frame.
-enum Primitive {
+pub(super) enum Primitive {
     Flat { normal: Vec3, body: u16 },
     Round { round: Round, body: u16 },
 }
 
 impl Primitive {
-    fn body(&self) -> u16 {
+    pub(super) fn body(&self) -> u16 {
         match self {
             Primitive::Flat { body, .. } | Primitive::Round { body, .. } => *body,
+        }
+    }
+
+    /// Outward normal at a point of its surface.
+    pub(super) fn normal(&self, point: impl FnOnce() -> Vec3) -> Vec3 {
+        match self {
+            Primitive::Flat { normal, .. } => *normal,
+            Primitive::Round { round, .. } => round.normal(point()),
         }
     }
 }
@@ -25,13 +33,25 @@ impl Primitive {
 /// Draws bodies at their world poses for a camera whose optical frame is at `camera`. The new image replaces the last one in
 /// the G-buffer and uses its memory.
 pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics, image: &mut GBuffer) {
+    let primitives = rasterise(geometry, poses, camera, lens, image);
+    resolve(&primitives, lens, image);
+}
+
+/// Writes 1/z and number of the nearest primitive of every pixel, whatever the range; returns the primitives, of which the first
+/// stands for a pixel that shows nothing.
+pub(super) fn rasterise(
+    geometry: &Geometry,
+    poses: &[Pose],
+    camera: Pose,
+    lens: &Intrinsics,
+    image: &mut GBuffer,
+) -> Vec<Primitive> {
     let pixels = lens.pixels();
     let GBuffer { inverse, primitive, .. } = image;
     inverse.clear();
     inverse.resize(pixels, 0.0);
     primitive.clear();
     primitive.resize(pixels, 0);
-    // The first primitive stands for a pixel that shows nothing.
     let mut primitives = vec![Primitive::Flat { normal: Vec3::ZERO, body: GBuffer::NOTHING }];
     let columns = lens.columns();
     let mut canvas = Canvas { width: lens.width as usize, columns: &columns, inverse, primitive, number: 0 };
@@ -63,7 +83,7 @@ pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics
             }
         }
     }
-    resolve(&primitives, lens, &columns, image);
+    primitives
 }
 
 fn draw_solid(
@@ -139,7 +159,7 @@ fn capsule(
 }
 
 /// Writes depths, bodies and normals of the nearest primitives.
-fn resolve(primitives: &[Primitive], lens: &Intrinsics, columns: &[f64], image: &mut GBuffer) {
+fn resolve(primitives: &[Primitive], lens: &Intrinsics, image: &mut GBuffer) {
     let GBuffer { depth, body, normal, inverse, primitive } = image;
     depth.clear();
     body.clear();
@@ -155,15 +175,13 @@ fn resolve(primitives: &[Primitive], lens: &Intrinsics, columns: &[f64], image: 
     let Some(normals) = normal else { return };
     normals.clear();
     normals.reserve(lens.pixels());
+    let columns = lens.columns();
     let width = columns.len().max(1);
     for (v, (row_primitives, depths)) in primitive.chunks(width).zip(depth.chunks(width)).enumerate() {
         let y = lens.row(v);
-        let row = row_primitives.iter().zip(depths).zip(columns);
+        let row = row_primitives.iter().zip(depths).zip(&columns);
         normals.extend(row.map(|((primitive, z), x)| {
-            let normal = match &primitives[*primitive as usize] {
-                Primitive::Flat { normal, .. } => *normal,
-                Primitive::Round { round, .. } => round.normal(Vec3::new(x * z, y * z, *z)),
-            };
+            let normal = primitives[*primitive as usize].normal(|| Vec3::new(x * z, y * z, *z));
             [normal.x as f32, normal.y as f32, normal.z as f32]
         }));
     }

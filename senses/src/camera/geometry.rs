@@ -76,6 +76,12 @@ impl Geometry {
         });
         Geometry { bodies: primitives.collect() }
     }
+
+    /// Distance from the origin of a body within which all of it is, m; of an endless ground 0.
+    pub fn radius(&self, body: usize) -> f64 {
+        let solids = self.bodies[body].solids.iter();
+        solids.map(|solid| solid.center.length() + solid.radius).fold(0.0, f64::max)
+    }
 }
 
 fn solid((pose, shape): &(Pose, Shape)) -> Option<Solid> {

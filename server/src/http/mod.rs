@@ -53,6 +53,21 @@ fn routes() -> Routes<AppState> {
         .add(html("/hands/{name}", "A hand and its equilibria, as a page"), pages::hand)
         .add(html("/wall", "The competition on a projector, as a page"), pages::wall)
         .add(html("/admin", "The organizers' page"), pages::admin)
+        .add(html("/docs", "The first document, as a page"), pages::documents::first)
+        .add(
+            html("/docs/search", "Sections of the documents with all words of a search, as a page")
+                .query("q", "The words"),
+            pages::documents::search,
+        )
+        .add(
+            get(
+                "/docs/files/{*path}",
+                "A picture, or a file that the documents link to",
+                Content::Other("application/octet-stream"),
+            ),
+            pages::documents::file,
+        )
+        .add(html("/docs/{*path}", "A document, as a page"), pages::documents::document)
         .add(
             get("/assets/plain.css", "Style sheet of the plain leaderboard", Content::Other("text/css")),
             pages::leaderboard::plain_style,
@@ -147,6 +162,14 @@ fn routes() -> Routes<AppState> {
             .token(Token::Optional),
             runs::sessions,
         )
+        .add(
+            get_json::<runs::RunList>("/v1/runs", "The newest runs with a replay that the client may see")
+                .query("team", "Runs of this team")
+                .query("task", "Runs of this task")
+                .query("limit", "Number of runs among which to look, at most and by default 200")
+                .token(Token::Optional),
+            runs::runs,
+        )
         .add(get_json::<RunRecord>("/v1/runs/{id}", "A run as stored").token(Token::Optional), runs::run)
         .add(
             get(
@@ -166,7 +189,7 @@ pub(crate) fn router(app: AppState) -> Router {
     let admin = admin.route_layer(from_fn_with_state(app.clone(), admin::only_organizers));
     let router = routes().router.merge(admin);
     router
-        .fallback(problem::nothing_here)
+        .fallback(pages::nothing_here)
         .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
         .layer(from_fn_with_state(app.clone(), transport::guard))
         .with_state(app)

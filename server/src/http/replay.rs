@@ -1,7 +1,7 @@
 //! Replay files.
 
 use super::extract::Path;
-use crate::auth::{Role, forbidden};
+use super::runs::may_replay;
 use crate::blocking::blocking;
 use crate::problem::Problem;
 use crate::state::AppState;
@@ -22,17 +22,8 @@ pub(super) async fn replay(
         |why: &str| Problem::new(Code::NotFound, format!("no replay of run `{}`: {why}", shortened(&id)));
     let run = app.store.run(&id).await?;
     let run = run.ok_or_else(|| none("there is no such run"))?;
-    // The file contains the seed, which is the same for all teams.
     let identity = app.auth.identify(&app.store, &headers).await?;
-    let organizer = identity.as_ref().is_some_and(|identity| identity.role == Role::Organizer);
-    if run.k.is_some() && !organizer && !app.competition.rules.revealed() {
-        return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
-    }
-    // The file contains an uploaded hand, which is for its team only.
-    let own = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
-    if run.k.is_none() && app.competition.hand(&run.hand).is_none() && !organizer && !own {
-        return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
-    }
+    may_replay(&run, identity.as_ref(), &app)?;
     let stored = app.store.replay(&id).await?;
     let (stored, sha256) =
         stored.ok_or_else(|| none("it was not recorded, is not finished, or was deleted"))?;

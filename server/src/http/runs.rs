@@ -1,22 +1,20 @@
 //! Runs and sessions, with the fields that the client may see.
 
-use super::extract::Path;
-use crate::auth::Auth;
-use crate::auth::{Identity, Role};
+use super::extract::{Path, Query};
+use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::competition::Competition;
 use crate::names::printable;
 use crate::problem::Problem;
 use crate::rules::Rules;
 use crate::state::AppState;
-use crate::store::Store;
-use crate::store::{RunRecord, SessionRow};
+use crate::store::{ListFilter, RunRecord, SessionRow, Store};
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 fn organizer(identity: Option<&Identity>) -> bool {
@@ -58,6 +56,68 @@ pub(super) async fn run(
         Some(run) => Ok(Json(redacted_for(run, identity.as_ref(), &competition.rules))),
         None => Err(Problem::new(Code::NotFound, format!("no run `{}`", shortened(&id)))),
     }
+}
+
+/// Runs, newest first.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct RunList {
+    pub(super) runs: Vec<RunRecord>,
+    /// Whether there are more, which `limit` left out.
+    pub(super) more: bool,
+}
+
+/// The query of the list of runs.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RunsQuery {
+    team: Option<String>,
+    task: Option<String>,
+    limit: Option<u32>,
+}
+
+/// The newest runs whose replays the client may see, without their events.
+pub(super) async fn runs(
+    State(app): State<AppState>,
+    Query(query): Query<RunsQuery>,
+    headers: HeaderMap,
+) -> Result<Json<RunList>, Problem> {
+    const MAX_ROWS: u32 = 200;
+    let identity = app.auth.identify(&app.store, &headers).await?;
+    let filter = ListFilter {
+        team: query.team,
+        task: query.task,
+        limit: query.limit.unwrap_or(MAX_ROWS).min(MAX_ROWS),
+        ..ListFilter::default()
+    };
+    let (runs, more) = app.store.list_runs(&filter).await?;
+    let seen =
+        runs.into_iter().filter(|run| run.has_replay() && may_replay(run, identity.as_ref(), &app).is_ok());
+    let runs = seen.map(|run| {
+        let mut run = redacted_for(run, identity.as_ref(), &app.competition.rules);
+        // They can be long; the run itself has them.
+        run.events = None;
+        run
+    });
+    Ok(Json(RunList { runs: runs.collect(), more }))
+}
+
+/// Refuses the replay of a run to clients that may not see it.
+pub(super) fn may_replay(
+    run: &RunRecord,
+    identity: Option<&Identity>,
+    app: &AppState,
+) -> Result<(), Problem> {
+    let organizer = organizer(identity);
+    // The file contains the seed, which is the same for all teams.
+    if run.k.is_some() && !organizer && !app.competition.rules.revealed() {
+        return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
+    }
+    // The file contains an uploaded hand, which is for its team only.
+    let own = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
+    if run.k.is_none() && app.competition.hand(&run.hand).is_none() && !organizer && !own {
+        return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
+    }
+    Ok(())
 }
 
 /// A session with its current clock.

@@ -160,6 +160,13 @@ from_row!(RunRecord {
     verify_since_unix_ms: Waiting::of(row)?.and_then(|waiting| waiting.since)
 });
 
+impl RunRecord {
+    /// Whether the run is over and its replay is kept.
+    pub(crate) fn has_replay(&self) -> bool {
+        self.status != "open" && self.replay_sha256.is_some()
+    }
+}
+
 /// A run that waits for its verification.
 struct Waiting {
     state: &'static str,

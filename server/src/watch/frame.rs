@@ -243,7 +243,9 @@ pub(super) fn scene(info: WatchRun, run: &Run) -> [Utf8Bytes; 2] {
     }
     let moving = poses.iter().map(|(id, _)| *id).collect();
     let regions = scene.regions.clone();
-    let mut scene = WatchScene { run: info, bodies, moving, regions, hand: None, readings: Vec::new() };
+    let goals = scene.goal_names();
+    let mut scene =
+        WatchScene { run: info, bodies, moving, regions, goals, hand: None, readings: Vec::new() };
     let bare = text(&WatchReply::Scene(Box::new(scene.clone())));
     scene.hand = Some(Box::new(run.hand().describe()));
     scene.readings = ChannelInfo::in_readings(run.hand());

@@ -9,7 +9,7 @@ use super::request::Target;
 use super::sample::{Overlays, WatchSample};
 use crate::store::Announcement;
 use crate::world::{RunObserver, Ticked};
-use palmares_tasks::{Fault, Outcome, Run, Sensing};
+use palmares_tasks::{Event, Fault, Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -290,12 +290,7 @@ impl RunObserver for Publisher {
         let watched = channel.frames.receiver_count() > 0;
         if !run.events().is_empty() {
             channel.last_event.store(self.hub.now_ms(), Ordering::Relaxed);
-        }
-        if watched && !run.events().is_empty() {
-            let (run_id, events) = (channel.info.run_id.clone(), run.events().to_vec());
-            let message = frame::text(&WatchReply::Events(Events { run_id, events }));
-            // An error means that the last viewer has gone.
-            let _ = channel.queue.send(QueuedMessage::Message(message));
+            self.send_events(run.events().to_vec());
         }
         let now = Instant::now();
         let due = now >= self.due;
@@ -319,6 +314,8 @@ impl RunObserver for Publisher {
 
     fn finished(&mut self, run: &Run, outcome: &Outcome) {
         self.publish(run, Overlays::ALL);
+        let settling = outcome.events.iter().filter(|event| event.tick > outcome.ticks).cloned();
+        self.send_events(settling.collect());
         self.end(Some(Final::of(outcome)), None);
     }
 
@@ -328,6 +325,18 @@ impl RunObserver for Publisher {
 }
 
 impl Publisher {
+    /// Sends events of the referee to the viewers, if there are any of both.
+    fn send_events(&self, events: Vec<Event>) {
+        let Some(Published { channel, .. }) = &self.open else { return };
+        if events.is_empty() || channel.frames.receiver_count() == 0 {
+            return;
+        }
+        let run_id = channel.info.run_id.clone();
+        let message = frame::text(&WatchReply::Events(Events { run_id, events }));
+        // An error means that the last viewer has gone.
+        let _ = channel.queue.send(QueuedMessage::Message(message));
+    }
+
     fn publish(&self, run: &Run, overlays: Overlays) {
         let Some(Published { channel, samples }) = &self.open else { return };
         let sample = WatchSample::of(run, overlays, self.lateness.max_s());
@@ -411,7 +420,9 @@ mod tests {
             (&poses["tick"], poses["poses"].as_array().map(Vec::len)),
             (&3.into(), Some(run.poses().count()))
         );
-        let outcome = run.finish(Reason::Stopped);
+        let mut outcome = run.finish(Reason::Stopped);
+        // An object that came to rest while the world settled.
+        outcome.events.push(Event { tick: outcome.ticks + 1, kind: "in_goal".into(), object: Some(0) });
         publisher.finished(&run, &outcome);
         drop(publisher);
         let mut said = Vec::new();
@@ -426,6 +437,7 @@ mod tests {
             }
         }
         assert!(said.iter().all(|text| text.contains(r#""op":"events""#)), "{said:?}");
+        assert!(said.last().is_some_and(|text| text.contains("in_goal")), "{said:?}");
         assert_eq!(hub.find(&Target::Run("r".into()), &Watcher::Anybody).err(), Some(FindError::Unknown));
         assert_eq!(hub.find(&Target::Session("s".into()), &Watcher::Anybody).err(), Some(FindError::Waiting));
         assert_eq!(hub.find(&Target::Session("t".into()), &Watcher::Anybody).err(), Some(FindError::Unknown));

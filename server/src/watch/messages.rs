@@ -91,6 +91,9 @@ pub(crate) struct WatchScene {
     pub(crate) moving: Vec<usize>,
     /// Named regions of the task's rules.
     pub(crate) regions: Vec<Region>,
+    /// Names of the task's goals in their order; absent where objects are counted instead.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) goals: Vec<String>,
     /// The hand's full description, as in `GET /v1/hands/{name}`. Left out for an uploaded hand, unless the viewer is of its
     /// team or an organizer.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -215,7 +218,7 @@ pub(crate) struct Ended {
 pub(crate) struct Final {
     /// Points.
     pub(crate) score: f64,
-    /// Objects in the goal.
+    /// Objects in the goal; where the scene has goals, goals reached.
     pub(crate) in_goal: u32,
     /// Objects outside.
     pub(crate) outside: u32,

@@ -1,11 +1,11 @@
 //! Bringing objects to places, one goal after the other.
 
 use super::count::Count;
-use super::snapshot::{ObjectSnapshot, REST_SPEED};
+use super::snapshot::ObjectSnapshot;
 use super::space::{away, contains};
 use super::status::{Measured, ObjectStatus};
 use crate::observation::Event;
-use crate::task::{Arrange, Goal, Task};
+use crate::task::{Arrange, Goal, REST_SPEED, Task};
 use palmares_models::Vec3;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -1,11 +1,11 @@
 //! Rules `collect`: objects move from one region to another.
 
 use super::count::Count;
-use super::snapshot::{ObjectSnapshot, REST_SPEED};
+use super::snapshot::ObjectSnapshot;
 use super::space::{away, contains};
 use super::status::{Measured, ObjectStatus};
 use crate::observation::Event;
-use crate::task::{Collect, Task};
+use crate::task::{Collect, REST_SPEED, Task};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

@@ -4,7 +4,7 @@ use super::count::Count;
 use super::snapshot::ObjectSnapshot;
 use super::status::{Measured, ObjectStatus};
 use crate::observation::Event;
-use crate::task::Hold;
+use crate::task::{Hold, LOST_FROM};
 use serde::{Deserialize, Serialize};
 
 /// Motion of an object in the hand.
@@ -109,7 +109,7 @@ impl HoldReferee {
             }
             Stage::Shaking { since, mut slip } => {
                 let slipped = slip.see(seen.in_hand) >= self.rules.slip_m;
-                let down = risen.is_nan() || risen < 0.5 * self.rules.lift_m;
+                let down = risen.is_nan() || risen < LOST_FROM * self.rules.lift_m;
                 if slipped || down {
                     note(if slipped { "slipped" } else { "dropped" });
                     Stage::Lost

@@ -16,7 +16,6 @@ pub use count::Count;
 use hold::HoldState;
 pub use hold::{HoldReferee, Slip};
 pub use snapshot::ObjectSnapshot;
-pub(crate) use snapshot::REST_SPEED;
 pub use status::{Measured, ObjectStatus};
 
 use crate::observation::Event;

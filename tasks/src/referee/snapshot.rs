@@ -2,9 +2,6 @@
 
 use palmares_models::Pose;
 
-/// Speed below which an object counts as at rest, m/s; carried objects move with the hand.
-pub(crate) const REST_SPEED: f64 = 5e-3;
-
 /// State of an object, as input of the referee.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectSnapshot {

@@ -2,6 +2,7 @@
 
 use super::hand_body::HandBody;
 use super::shots::{Shot, camera_name};
+use super::studio::{Interest, Studio};
 use crate::image::{CameraImage, Pixels};
 use crate::scene::Scene;
 use crate::task::Task;
@@ -34,6 +35,10 @@ pub(super) struct Cameras {
     colors: Vec<[f64; 3]>,
     geometry: OnceLock<Geometry>,
     first_link: usize,
+    /// Poses of tick 0.
+    start: Vec<(usize, Pose)>,
+    interest: Interest,
+    studio: OnceLock<Studio>,
 }
 
 /// Colour of the hand's links.
@@ -45,6 +50,7 @@ impl Cameras {
         scene: &Scene,
         (hand, links): (&Hand, Vec<HandBody>),
         noise: Option<&Noise>,
+        start: Vec<(usize, Pose)>,
     ) -> Self {
         let views = task.cameras.iter().chain(&hand.sensors.cameras).map(|camera| {
             let named = Camera { name: camera_name(task, camera), ..camera.clone() };
@@ -54,11 +60,11 @@ impl Cameras {
             }
         });
         let standing = scene.bodies.iter().map(|body| {
-            let parts = body.parts.iter().map(|part| placed(part.position, part.quat_xyzw, &part.shape));
+            let parts = body.parts.iter().map(|part| part_at(part.position, part.quat_xyzw, &part.shape));
             Body { parts: parts.collect(), endless: body.endless }
         });
         let links = links.into_iter().map(|link| {
-            let parts = link.parts.iter().map(|part| placed(part.position, part.quat_xyzw, &part.shape));
+            let parts = link.parts.iter().map(|part| part_at(part.position, part.quat_xyzw, &part.shape));
             Body { parts: parts.collect(), endless: false }
         });
         let fixed = scene.bodies.iter().map(|body| match (body.free, body.position, body.quat_xyzw) {
@@ -75,6 +81,9 @@ impl Cameras {
             colors: colors.chain(hand.links.iter().map(|_| HAND_COLOR)).collect(),
             geometry: OnceLock::new(),
             first_link: scene.bodies.len(),
+            start,
+            interest: interest(scene, hand),
+            studio: OnceLock::new(),
         }
     }
 }
@@ -83,6 +92,32 @@ impl Cameras {
     /// sRGB of every body.
     pub(super) fn colors(&self) -> &[[f64; 3]] {
         &self.colors
+    }
+
+    /// The bodies' shapes.
+    pub(super) fn geometry(&self) -> &Geometry {
+        self.geometry.get_or_init(|| Geometry::new(&self.bodies))
+    }
+
+    /// View and light of films. The first call chooses them, which takes some milliseconds.
+    pub(super) fn studio(&self) -> &Studio {
+        let choose =
+            || Studio::new(self.geometry(), &self.placed(self.start.iter().copied()), &self.interest);
+        self.studio.get_or_init(choose)
+    }
+
+    /// World poses of all bodies.
+    pub(super) fn placed(&self, moved: impl Iterator<Item = (usize, Pose)>) -> Vec<Pose> {
+        let mut poses = self.fixed.clone();
+        for (body, pose) in moved {
+            poses[body] = pose;
+        }
+        poses
+    }
+
+    /// World pose of the optical frame at a pose in a link or in the world.
+    pub(super) fn optical(&self, poses: &[Pose], link: Option<usize>, pose: Pose) -> Pose {
+        link.map_or(Pose::IDENTITY, |link| poses[self.first_link + link]) * pose
     }
 
     /// Draws the bodies at these poses, by a camera at a pose in a link or in the world.
@@ -94,18 +129,27 @@ impl Cameras {
         lens: &Intrinsics,
         image: &mut GBuffer,
     ) -> Pose {
-        let geometry = self.geometry.get_or_init(|| Geometry::new(&self.bodies));
-        let mut poses = self.fixed.clone();
-        for (body, pose) in moved {
-            poses[body] = pose;
-        }
-        let at = link.map_or(Pose::IDENTITY, |link| poses[self.first_link + link]) * pose;
-        draw(geometry, &poses, at, lens, image);
+        let poses = self.placed(moved);
+        let at = self.optical(&poses, link, pose);
+        draw(self.geometry(), &poses, at, lens, image);
         at
     }
 }
 
-fn placed(position: [f64; 3], quat_xyzw: [f64; 4], shape: &Shape) -> (Pose, Shape) {
+/// What the people who watch a film want to see.
+fn interest(scene: &Scene, hand: &Hand) -> Interest {
+    let first = scene.bodies.len();
+    let fingers = hand.fingers().into_iter().flat_map(|finger| finger.links);
+    let regions = scene.regions.iter().filter(|region| region.role.is_some());
+    Interest {
+        fingers: fingers.map(|link| first + link).collect(),
+        objects: scene.bodies.iter().filter(|body| body.free).map(|body| body.id).collect(),
+        regions: regions.map(|region| (region.min, region.max)).collect(),
+        links: (first..first + hand.links.len()).collect(),
+    }
+}
+
+fn part_at(position: [f64; 3], quat_xyzw: [f64; 4], shape: &Shape) -> (Pose, Shape) {
     let [x, y, z, w] = quat_xyzw;
     (Pose::from_parts(Vec3::from_array(position), Rotation::from_xyzw(x, y, z, w)), shape.clone())
 }

@@ -6,6 +6,7 @@ mod cameras;
 mod evidence;
 mod exposure;
 mod failure;
+mod film;
 mod hand_body;
 mod inspection;
 mod observe;
@@ -19,6 +20,7 @@ mod restore;
 mod run_key;
 mod shots;
 mod snapshot;
+mod studio;
 mod targets;
 mod telemetry;
 mod tick;
@@ -27,6 +29,7 @@ pub use arriving::MAX_DELAY;
 pub use cameras::Exposure;
 pub use evidence::Evidence;
 pub use failure::Failure;
+pub use film::Still;
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use pictures::{View, ViewError};
@@ -34,18 +37,19 @@ pub use placing::Placement;
 pub use push_error::PushError;
 pub use shots::{Shot, ShotError, camera_name, shots};
 pub use snapshot::{Snapshot, SnapshotError};
+pub use studio::{FILM, FILM_SIZE};
 pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, TelemetryModel};
 
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
 use crate::observation::Event;
-use crate::referee::{Count, ObjectSnapshot, REST_SPEED, Referee};
+use crate::referee::{Count, ObjectSnapshot, Referee};
 use crate::scene::Scene;
 use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::settle::SceneError;
 use crate::start::hand_start;
-use crate::task::{Task, Variation};
+use crate::task::{REST_SPEED, Task, Variation};
 use cameras::{Cameras, ImageCache, PoseHistory};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
@@ -156,8 +160,9 @@ impl Run {
             palmares_senses::noise::Noise::new(&self.seed.0).scaled(factor)
         });
         self.sensors = Sensors::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
+        let (links, start) = (self.hand_bodies(), self.poses().collect());
         self.cameras =
-            Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, self.hand_bodies()), noise.as_ref()));
+            Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, links), noise.as_ref(), start));
         (self.pose_history, self.image_cache) = (PoseHistory::default(), ImageCache::default());
         self.remember_poses();
         self

@@ -3,6 +3,7 @@
 
 use super::Run;
 use super::shots::{ShotError, camera_name};
+use super::studio::{FILM, FILM_SIZE};
 use palmares_models::Pose;
 use palmares_models::camera::MAX_PIXELS;
 use palmares_senses::camera::{GBuffer, Intrinsics, shade};
@@ -41,6 +42,18 @@ pub enum ViewError {
 }
 
 impl View {
+    pub(super) fn new(lens: Intrinsics, pose: Pose, link: Option<usize>) -> Self {
+        View { lens, pose, link }
+    }
+
+    pub(super) fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    pub(super) fn link(&self) -> Option<usize> {
+        self.link
+    }
+
     /// Its intrinsics.
     pub fn lens(&self) -> &Intrinsics {
         &self.lens
@@ -57,16 +70,21 @@ fn sized((width, height): (u32, u32)) -> Result<(u32, u32), ViewError> {
 }
 
 impl Run {
-    /// The view of a camera of task or hand, with its own number of pixels or another; its horizontal field of view stays.
+    /// The view of a camera of task or hand, with its own number of pixels or another; its horizontal field of view stays. The name
+    /// [`FILM`] is that of a view which shows fingers and objects, unless a camera has it.
     ///
     /// # Errors
     /// There is no such camera, too many pixels, or none.
     pub fn view(&self, name: &str, size: Option<(u32, u32)>) -> Result<View, ViewError> {
         let cameras = || self.task.cameras.iter().chain(&self.hand.sensors.cameras);
-        let camera = cameras().find(|camera| camera_name(&self.task, camera) == name).ok_or_else(|| {
-            let known: Vec<String> = cameras().map(|camera| camera_name(&self.task, camera)).collect();
-            ShotError::Unknown { name: name.chars().take(64).collect(), known: known.join(", ") }
-        })?;
+        let Some(camera) = cameras().find(|camera| camera_name(&self.task, camera) == name) else {
+            if name == FILM {
+                return Ok(self.film_view(sized(size.unwrap_or(FILM_SIZE))?));
+            }
+            let known = cameras().map(|camera| camera_name(&self.task, camera)).chain([FILM.to_owned()]);
+            let known = known.collect::<Vec<_>>().join(", ");
+            return Err(ShotError::Unknown { name: name.chars().take(64).collect(), known }.into());
+        };
         let (width, height) = sized(size.unwrap_or((camera.width, camera.height)))?;
         let lens = Intrinsics::new(width, height, camera.fov_deg, camera.near, camera.far);
         let link = camera.link.as_deref().and_then(|link| self.hand.link(link));

@@ -8,7 +8,7 @@ mod training;
 mod variation;
 
 pub(crate) use objects::Kind;
-pub(crate) use rules::{Aim, Target};
+pub(crate) use rules::{Aim, LOST_FROM, REST_SPEED, Target};
 pub(crate) use variation::Variation;
 
 use objects::ObjectError;
@@ -16,7 +16,7 @@ use objects::ObjectError;
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
-pub use rules::{Arrange, Collect, Goal, Hold, HoldPoints, Rules, Shake, Within};
+pub use rules::{Arrange, Collect, Goal, GoalInfo, Hold, HoldPoints, Rules, Shake, Within};
 pub use training::{
     Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
 };

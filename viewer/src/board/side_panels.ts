@@ -28,14 +28,18 @@ export function taskCards(tasks: readonly TaskInfo[]): HTMLElement[] {
 export function connect(info: CompetitionResponse): HTMLElement {
   const official = info.mode === 'official';
   const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/control`;
-  const lines = official
-    ? ['export PALMARES_TOKEN=plm_…   # your team’s', `python -m palmares.examples.balls_softhand --url ${location.origin}`]
-    : ['pip install ./client-py', `python -m palmares.examples.balls_softhand --url ${location.origin}`];
+  // A team has the wheel, or the sources.
+  const lines = [
+    'pip install palmares-*.whl', '# in the sources: pip install -e client-py',
+    ...official ? ['export PALMARES_TOKEN=plm_…   # your team’s'] : [],
+    `python -m palmares.examples.balls_softhand --url ${location.origin}`,
+  ];
   return el('section', { class: 'panel' },
     el('h3', {}, 'Connect'),
     official && el('p', {}, 'Your team needs its token, which the organizers give you. Do not write it into programs or addresses; the client reads it from the environment:'),
     !official && el('p', {}, 'No token is needed. With the Python client:'),
     el('pre', { tabindex: 0 }, lines.join('\n')),
+    el('p', {}, el('a', { href: '/docs/teams' }, 'How to write a controller')),
     el('p', {}, 'Or with any WebSocket program: subprotocol ', el('code', {}, 'palmares.v1.json'), ', address ', el('code', {}, socket),
       official ? ', and the token in the header Authorization.' : '.'),
     button('Copy the address', () => { void copyText(socket); }, { class: 'small' }));

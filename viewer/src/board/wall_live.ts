@@ -26,6 +26,7 @@ export class LivePane {
   /** The stage, for tests. */
   drawing: Stage | null = null;
   private run: WatchRun | null = null;
+  private goals: string[] = [];
   private points: number | null = null;
   private silence = 0;
   private newest: Poses | null = null;
@@ -70,6 +71,7 @@ export class LivePane {
     this.stage ??= await stageFor(this.place, (stage) => { this.drawing = stage; });
     this.stage?.scene(message);
     this.run = message.run;
+    this.goals = message.goals ?? [];
     this.newest = null;
     this.points = null;
     this.lastHighlight = null;
@@ -102,9 +104,9 @@ export class LivePane {
   }
 
   private noted(kinds: readonly string[]): void {
-    const highlight = kinds.findLast((kind) => HIGHLIGHTS.has(kind));
+    const highlight = kinds.findLast((kind) => HIGHLIGHTS.has(kind) || this.goals.includes(kind));
     if (highlight === undefined) return;
     this.lastHighlight = performance.now();
-    if (highlight !== 'in_goal') this.say(eventWords(highlight));
+    if (highlight !== 'in_goal') this.say(eventWords(highlight, this.goals));
   }
 }

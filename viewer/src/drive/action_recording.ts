@@ -8,6 +8,9 @@ export type Entry =
   | { kind: 'push'; push: Push }
   | { kind: 'gap'; ticks: number };
 
+/** A recording as JSON. */
+export interface ActionRecordingState { run: Opened; team: string; begun: number; entries: Entry[]; events: ActionRecording['events']; ticks: number; score: number; targets: Action; on: boolean }
+
 export class ActionRecording {
   readonly entries: Entry[] = [];
   readonly events: (RunEvent & { name: string | null })[] = [];
@@ -22,6 +25,27 @@ export class ActionRecording {
 
   /** `team`: the name in the session. */
   constructor(readonly run: Opened, readonly team: string, readonly begun: Date) {}
+
+  /** Continues a recording of an earlier page. */
+  static of(state: ActionRecordingState): ActionRecording {
+    const made = new ActionRecording(state.run, state.team, new Date(state.begun));
+    made.entries.push(...state.entries);
+    made.events.push(...state.events);
+    Object.assign(made.targets, state.targets);
+    [made.ticks, made.score, made.on] = [state.ticks, state.score, state.on];
+    return made;
+  }
+
+  get state(): ActionRecordingState {
+    const { run, team, entries, events, ticks, score, targets, on } = this;
+    return { run, team, begun: this.begun.getTime(), entries, events, ticks, score, targets, on };
+  }
+
+  /** Adds ticks that nobody recorded. */
+  gap(ticks: number): void {
+    this.ticks += ticks;
+    this.entries.push({ kind: 'gap', ticks });
+  }
 
   get recording(): boolean {
     return this.on;

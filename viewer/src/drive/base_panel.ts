@@ -18,13 +18,14 @@ export class BasePanel {
   private maxLinear = 0;
   private maxAngular = 0;
 
-  /** `changed` gets the new axes; `keys` whether keys move the hand. */
-  constructor(changed: (frame: FrameName) => void, keys: (on: boolean) => void) {
+  /** `pose`: the form for a pose in numbers. `changed` gets the new axes; `keys` whether keys move the hand. */
+  constructor(pose: HTMLElement, changed: (frame: FrameName) => void, keys: (on: boolean) => void) {
     this.frames.addEventListener('change', () => { changed(this.frame); });
     this.keysOn.addEventListener('change', () => { keys(this.keysOn.checked); });
     this.speed.addEventListener('input', () => { this.write(); });
     this.element = el('details', { class: 'panel', open: true }, el('summary', {}, 'Move the hand'),
-      el('p', { class: 'hint' }, 'Drag the handles in the image, hold keys, or use a gamepad.'),
+      el('p', { class: 'hint' }, 'Drag the handles in the image, hold keys, use a gamepad, or type a target:'),
+      pose,
       el('div', { class: 'field' }, el('label', { for: 'axes' }, 'Axes'), this.frames),
       el('div', { class: 'slider' }, el('label', { for: 'speed' }, 'Speed'), this.speed, this.speedShown),
       el('div', { class: 'check' }, this.keysOn, el('label', { for: 'keys-on' }, 'Keys move the hand')),

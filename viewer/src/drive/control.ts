@@ -59,6 +59,12 @@ export class ControlSocket {
     this.socket.close();
   }
 
+  /** Closes the connection and leaves the session open: a new connection may resume it. */
+  leave(): void {
+    this.onLost = () => undefined;
+    this.socket.close();
+  }
+
   private take(reply: ControlReply): void {
     const id = 'id' in reply ? reply.id : undefined;
     const waiting = id === undefined ? undefined : this.waiting.get(id);

@@ -4,6 +4,7 @@ import type { Latency } from './latency';
 import type { Push } from './messages';
 import { Pace } from './pace';
 import { ActionRecording } from './action_recording';
+import type { KeptRun } from './kept';
 import { Targets } from './targets';
 import type { Ack, HandDescription, Obs, Opened, RunResult, Scene, Welcome } from '../wire/messages';
 
@@ -34,6 +35,10 @@ export class Driver {
   private socket: ControlSocket | null = null;
   private pace = new Pace(10);
   private run: Opened | null = null;
+  private scene: Scene | null = null;
+  private newest: Obs | null = null;
+  /** The step without an answer yet. */
+  private sent: KeptRun['sent'] = null;
   private inFlight: Promise<void> | null = null;
 
   constructor(private readonly listener: DriverListener, private readonly latency: Latency) {}
@@ -55,6 +60,53 @@ export class Driver {
     await this.reset(task, hand, seed);
   }
 
+  /** The open run, for the next page of this tab; null if there is none. `hand`: its description. */
+  keep(hand: HandDescription): KeptRun | null {
+    const { welcome, run, scene, newest, recording, sent, factor, phase } = this;
+    if (!this.socket || !welcome || !run || !scene || !newest || !recording || (phase !== 'running' && phase !== 'paused')) return null;
+    return {
+      resume_token: welcome.resume_token, team: welcome.team, task: run.task, hand, run, scene, observation: newest, recording: recording.state,
+      targets: this.targets.sent, sent, paused: phase === 'paused', factor,
+    };
+  }
+
+  /** Closes the connection; the server waits a while for the next page. */
+  leave(): void {
+    this.socket?.leave();
+    this.socket = null;
+  }
+
+  /** Continues the run of an earlier page of this tab; returns whether it is still open. */
+  async resume(kept: KeptRun): Promise<boolean> {
+    this.set('opening');
+    try {
+      const socket = await ControlSocket.open(null);
+      this.socket = socket;
+      const welcome = await socket.ask<Welcome>({ op: 'hello', client: { name: kept.team, version: 'drive' }, resume_token: kept.resume_token });
+      if (!welcome.run?.open || welcome.run.run_id !== kept.observation.run_id) {
+        this.disconnect();
+        return false;
+      }
+      this.welcome = welcome;
+      socket.onLost = (why) => { this.lost(why); };
+      const { run, scene, observation, sent } = kept;
+      [this.run, this.scene, this.newest, this.factor, this.tick] = [run, scene, observation, kept.factor, welcome.run.tick];
+      this.pace = new Pace(1000 * run.tick_s);
+      this.targets = Targets.of(kept.targets);
+      this.recording = ActionRecording.of(kept.recording);
+      // The server may have made the step whose answer the last page did not see.
+      const ahead = welcome.run.tick - observation.tick;
+      if (ahead > 0 && ahead === sent?.ticks) this.recording.step(ahead, sent.action);
+      else if (ahead > 0) this.recording.gap(ahead);
+      this.listener.opened(run, scene, observation);
+      this.set(kept.paused ? 'paused' : 'running');
+      return true;
+    } catch {
+      this.disconnect();
+      return false;
+    }
+  }
+
   /** Opens a run; the open run is stopped and scored first. Without a seed the server chooses one. */
   async reset(task: string, hand: HandDescription, seed: number | null): Promise<void> {
     const { socket } = this;
@@ -66,7 +118,7 @@ export class Driver {
     try {
       const first = await socket.ask<Obs>({ op: 'reset', task, hand: hand.name, ...(seed === null ? {} : { seed }) });
       if (!first.run || !first.scene) throw new Error('The server opened a run without a scene.');
-      this.run = first.run;
+      [this.run, this.scene, this.newest] = [first.run, first.scene, first];
       this.tick = first.tick;
       this.pace = new Pace(1000 * first.run.tick_s);
       this.targets = new Targets(first.hand.actuators.map((actuator) => actuator.command));
@@ -132,11 +184,13 @@ export class Driver {
     const input = this.latency.take();
     const action = this.targets.changes();
     const pushes = this.targets.pushes(ticks * run.tick_s).map((push) => [push, this.perturb(socket, push)] as const);
+    this.sent = { ticks, action };
     const stepped = socket.ask<Obs>({ op: 'step', tick: this.tick, repeat: ticks, action });
     // The pushes are awaited first: without this the step's error could be an unhandled rejection.
     stepped.catch(() => undefined);
     for (const [push, taken] of pushes) if (await taken) recording.push(push);
     const observation = await stepped;
+    [this.sent, this.newest] = [null, observation];
     recording.step(observation.tick - this.tick, action);
     recording.score = observation.score;
     this.tick = observation.tick;

@@ -1,11 +1,11 @@
-/** A slider for each motor, with its reached position and tension. */
+/** A slider and a number for each motor's target, with its reached position and tension. */
 import { el, name, setText } from '../ui/elements';
 import type { ActuatorObservation, Field } from '../wire/messages';
 
 /** Sent values have three decimals. */
 const DIGITS = 1000;
 
-interface Row { slider: HTMLInputElement; target: HTMLOutputElement; state: HTMLElement }
+interface Row { slider: HTMLInputElement; target: HTMLInputElement; state: HTMLElement }
 
 export class Motors {
   readonly element = el('section', { class: 'panel', hidden: true });
@@ -19,7 +19,13 @@ export class Motors {
     const [least, most] = [spec?.minimum ?? 0, spec?.maximum ?? 1];
     this.rows = motors.map((motor, k): Row => {
       const slider = el('input', { type: 'range', id: `motor-${k}`, min: least, max: most, step: 'any', value: motor.command });
-      const row = { slider, target: el('output', { for: `motor-${k}` }), state: el('p', { class: 'hint num' }) };
+      const target = el('input', { type: 'number', min: least, max: most, step: 0.01, 'aria-label': `${motor.name}, target` });
+      const row = { slider, target, state: el('p', { class: 'hint num' }) };
+      target.addEventListener('change', (event) => {
+        // An empty field keeps the target; the slider keeps to its limits.
+        if (!Number.isNaN(target.valueAsNumber)) slider.valueAsNumber = target.valueAsNumber;
+        this.changed(event.timeStamp);
+      });
       slider.addEventListener('input', (event) => { this.changed(event.timeStamp); });
       return row;
     });
@@ -60,6 +66,6 @@ export class Motors {
   }
 
   private write(): void {
-    for (const row of this.rows) setText(row.target, row.slider.valueAsNumber.toFixed(2));
+    for (const row of this.rows) row.target.value = row.slider.valueAsNumber.toFixed(2);
   }
 }

@@ -27,7 +27,7 @@ export class RunControls {
     this.recorded.addEventListener('change', () => { orders.record(this.recorded.checked); });
     this.pause = button('Pause', () => { orders.pause(); });
     this.step = button('Single step', () => { orders.step(); });
-    this.restarts = [button('Restart, same seed', () => { orders.again(true); }), button('Restart, new seed', () => { orders.again(false); })];
+    this.restarts = [button('Again, same seed', () => { orders.again(true); }), button('Again, new seed', () => { orders.again(false); })];
     this.finish = button('Finish', () => { orders.finish(); });
     this.element = el('div', { class: 'dock row', role: 'group', 'aria-label': 'The run' }, this.pause, this.step, ...this.restarts, this.finish,
       el('label', { for: 'factor', class: 'row nowrap' }, 'Speed', factor),

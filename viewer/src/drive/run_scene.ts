@@ -30,7 +30,9 @@ export function sceneOfReset(scene: Scene, hand: HandDescription): SceneInfo {
     color: LINK,
   }));
   const objects = bodies.filter((body) => body.kind === 'object');
-  return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, hand };
+  // Goals of single objects; elsewhere objects are counted.
+  const goals = scene.goals.filter((goal) => goal.object !== undefined).map((goal) => goal.name);
+  return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, goals, hand };
 }
 
 /** The moment of an observation: objects from its truth, links by forward kinematics. */

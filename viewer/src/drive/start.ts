@@ -10,7 +10,7 @@ export class StartForm {
   readonly element: HTMLElement;
   private readonly tasks = el('select', { id: 'task', required: true });
   private readonly hands = el('select', { id: 'hand', required: true });
-  private readonly seed = el('input', { id: 'seed', type: 'number', min: 0, max: Number.MAX_SAFE_INTEGER, step: 1, placeholder: 'chosen by the server' });
+  private readonly seed = el('input', { id: 'seed', type: 'number', min: 0, max: Number.MAX_SAFE_INTEGER, step: 1, placeholder: 'drawn by the server' });
   private readonly team = el('input', { id: 'team', value: 'driver', required: true, maxlength: 64, autocomplete: 'off', spellcheck: 'false' });
   private readonly token = el('input', { id: 'token', type: 'password', autocomplete: 'off', spellcheck: 'false' });
   private readonly taskSays = el('p', { class: 'hint' });

@@ -17,6 +17,18 @@ export class Targets {
     this.sentHand = hand.slice();
   }
 
+  /** Continues with the targets of an earlier page, which the server has. */
+  static of({ base, hand }: { base: BaseTarget | null; hand: number[] }): Targets {
+    const made = new Targets(hand);
+    made.base = made.sentBase = base;
+    return made;
+  }
+
+  /** The last targets that were sent. */
+  get sent(): { base: BaseTarget | null; hand: number[] } {
+    return { base: this.sentBase, hand: this.sentHand };
+  }
+
   /** Sets the target of the base. */
   drive(base: BaseTarget): void {
     this.base = base;

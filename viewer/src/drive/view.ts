@@ -1,22 +1,25 @@
 /** `/drive`: a person controls a hand. Connects the 3D view, the inputs and the run. */
-import { DirectionalLight } from 'three';
 import { clock, points } from '../ui/format';
 import { button, el, facts, name, setText, toast } from '../ui/elements';
 import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
 import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
+import { countWords } from '../model/outcome';
 import type { SceneInfo } from '../model/scene';
 import { withVisuals, fetchVisuals } from '../net/visuals';
 import { Stage } from '../render/stage';
+import type { ActionRecording } from './action_recording';
 import { BasePanel } from './base_panel';
 import { Driver, type RunPhase, type DriverListener } from './driver';
 import { GamepadReader } from './gamepad';
 import { Gizmo } from './gizmo';
 import { type Command, Keys } from './keys';
+import { type KeptRun, keep, takeKept } from './kept';
 import { Latency } from './latency';
 import type { Push } from './messages';
 import { Motors } from './motors';
 import { isStill, STILL, sumOf, twistOf } from './motion';
+import { PoseForm } from './pose_form';
 import { PushArrow } from './push_arrow';
 import { PushForm } from './push_form';
 import { type Choice, StartForm } from './start';
@@ -31,7 +34,7 @@ const CLOSING = 1;
 /** Update interval of the panels, ms; the 3D view updates with every frame. */
 const PANEL_MS = 200;
 /** Extra distance of the camera at the start, as a share of the distance that fits the scene. */
-const EXTRA_DISTANCE = 0.35;
+const EXTRA_DISTANCE = 0.12;
 
 type Tool = 'move' | 'turn' | 'push';
 
@@ -55,6 +58,7 @@ export class DriveView implements DriverListener {
   private readonly arrow: PushArrow;
   private readonly pushForm: PushForm;
   private readonly base: BasePanel;
+  private readonly pose: PoseForm;
   private readonly motors: Motors;
   private readonly start: StartForm;
   private readonly runForm = el('details', { class: 'panel', open: true }, el('summary', {}, 'Start a run'));
@@ -81,7 +85,8 @@ export class DriveView implements DriverListener {
     this.gizmo = new Gizmo(this.stage, (position, quat_xyzw, at) => { this.driver.targets.drive({ position, quat_xyzw }); this.input(at); });
     this.keys = new Keys((at) => { this.steer(at); }, (what) => { this.command(what); });
     this.pushForm = new PushForm((push, at) => { this.push(push, at); });
-    this.base = new BasePanel((frame) => { this.gizmo.along(frame === 'hand' ? 'local' : 'world'); }, (on) => { this.keys.release(); this.keys.on = on; });
+    this.pose = new PoseForm((target, at) => { this.driver.targets.drive(target); this.input(at); });
+    this.base = new BasePanel(this.pose.element, (frame) => { this.gizmo.along(frame === 'hand' ? 'local' : 'world'); }, (on) => { this.keys.release(); this.keys.on = on; });
     this.motors = new Motors((hand, at) => { this.driver.targets.hand = hand; this.input(at); });
     this.start = new StartForm((choice) => this.begin(choice));
     this.transport = new RunControls({
@@ -90,12 +95,16 @@ export class DriveView implements DriverListener {
     });
     this.build(app);
     this.tool('move');
-    window.addEventListener('pagehide', () => { this.driver.disconnect(); });
+    window.addEventListener('pagehide', () => { this.leave(); });
+    // The connection does not survive in the browser's cache of pages.
+    window.addEventListener('pageshow', (event) => { if (event.persisted) location.reload(); });
     const loop = (now: number): void => {
       requestAnimationFrame(loop);
       this.frame(now);
     };
     requestAnimationFrame(loop);
+    const kept = takeKept();
+    if (kept) void this.resume(kept);
     window.palmares = { stage: this.stage, drive: { latencies: this.latency.all, view: this, driver: this.driver } };
   }
 
@@ -106,7 +115,6 @@ export class DriveView implements DriverListener {
     showOverlaySwitches(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
     contacts?.addEventListener('change', () => { this.contactFeed.want(contacts.checked); });
-    switches.append(plainSwitch(this.stage));
     const tools = el('div', { class: 'group', role: 'group', 'aria-label': 'What the mouse does' });
     for (const [tool, label] of [['move', 'Move'], ['turn', 'Turn'], ['push', 'Push']] as const) {
       const made = button(label, () => { this.tool(tool); }, { class: 'small' });
@@ -152,6 +160,7 @@ export class DriveView implements DriverListener {
     this.runForm.open = false;
     this.arrow.setScene(this.scene);
     this.gizmo.limit(spec('base.position'));
+    this.pose.limit(spec('base.position'));
     this.base.limit(spec('base.linear'), spec('base.angular'));
     this.motors.offer(first.hand.actuators, spec('hand'));
     this.pushForm.offer(hand.links.map((link) => link.name));
@@ -185,7 +194,7 @@ export class DriveView implements DriverListener {
     this.contactFeed.follow(null);
     if (this.driver.recording) this.takes.show(this.driver.recording);
     setText(this.figures.score, points(result.score));
-    this.say(`The run is over: ${points(result.score)} points, ${result.in_goal} in the goal (${result.reason.replaceAll('_', ' ')}). Start another run, or download the recording.`);
+    this.say(`The run is over: ${points(result.score)} points${this.scene ? `, ${countWords(result, this.scene)}` : ''} (${result.reason.replaceAll('_', ' ')}). Start another run, or download the recording.`);
   }
 
   failed(message: string, lost: boolean): void {
@@ -227,6 +236,25 @@ export class DriveView implements DriverListener {
       this.driver.disconnect();
     }
     return this.driver.connect(choice.team, choice.token, choice.task, choice.hand, choice.seed);
+  }
+
+  /** Continues the run that this tab showed before a reload. */
+  private async resume(kept: KeptRun): Promise<void> {
+    this.choice = { task: kept.task, hand: kept.hand, seed: kept.run.seed, team: kept.team, token: null };
+    if (await this.driver.resume(kept)) {
+      this.logged(this.driver.recording?.events ?? []);
+      return;
+    }
+    this.choice = null;
+    this.say('The run of this tab is over: the server waits 30 seconds for a page that comes back. Start another run.');
+  }
+
+  /** The page goes: a run without a token waits for its next page; the server ends any other. */
+  private leave(): void {
+    const { choice } = this;
+    const kept = choice && choice.token === null ? this.driver.keep(choice.hand) : null;
+    if (kept && keep(kept)) this.driver.leave();
+    else this.driver.disconnect();
   }
 
   private async again(sameSeed: boolean): Promise<void> {
@@ -301,9 +329,16 @@ export class DriveView implements DriverListener {
     const objects = this.scene?.bodies.filter((body) => body.kind === 'object') ?? [];
     for (const event of observation.events) {
       const body = event.object === undefined ? undefined : objects[event.object];
-      this.driver.recording?.events.push({ ...event, name: body?.name ?? null });
+      const noted = { ...event, name: body?.name ?? null };
+      this.driver.recording?.events.push(noted);
+      this.logged([noted]);
+    }
+  }
+
+  private logged(events: ActionRecording['events']): void {
+    for (const event of events) {
       const time = clock(event.tick * (this.driver.recording?.run.tick_s ?? 0));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind))));
+      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, event.name === null ? null : name(event.name), ' ', eventWords(event.kind, this.scene?.goals))));
     }
   }
 
@@ -315,6 +350,7 @@ export class DriveView implements DriverListener {
     setText(this.figures.time, `${observation.sim_time_s.toFixed(1)} s, tick ${observation.tick}`);
     setText(this.figures.factor, this.wrote.at > 0 && this.driver.phase === 'running' ? `${((observation.sim_time_s - this.wrote.time) / seconds).toFixed(2)}× real time` : '–');
     this.motors.show(observation.hand.actuators);
+    this.pose.show(observation.hand.base.position, observation.hand.base.quat_xyzw);
     if (this.driver.recording) this.takes.show(this.driver.recording);
     this.wrote = { at: now, time: observation.sim_time_s };
   }
@@ -323,15 +359,4 @@ export class DriveView implements DriverListener {
     this.note.hidden = message === null;
     if (message !== null) setText(this.noteText, message);
   }
-}
-
-/** For slow graphics: a hand is easier to control with a simple image than with a late one. */
-function plainSwitch(stage: Stage): HTMLElement {
-  const box = el('input', { type: 'checkbox', id: 'plain' });
-  box.addEventListener('change', () => {
-    stage.three.traverse((one) => { if (one instanceof DirectionalLight) one.castShadow = !box.checked; });
-    stage.renderer.setPixelRatio(box.checked ? 0.5 : Math.min(window.devicePixelRatio, 2));
-    stage.touch();
-  });
-  return el('div', { class: 'check' }, box, el('label', { for: 'plain' }, 'Simple image, for slow computers'));
 }

@@ -3,6 +3,7 @@ import { clock, points } from '../ui/format';
 import { el, facts, name, setText } from '../ui/elements';
 import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
+import { countWords, placeWords } from '../model/outcome';
 import type { Body, SceneInfo } from '../model/scene';
 import { type WatchListener, type WatchTarget, WatchSocket } from '../net/watch';
 import { withVisuals, fetchVisuals } from '../net/visuals';
@@ -116,7 +117,7 @@ export class LiveView implements WatchListener {
     for (const event of events) {
       const body = event.object === undefined ? null : this.free()[event.object];
       const time = clock(event.tick * (this.info?.run?.tick_s ?? 0.01));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind))));
+      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind, this.info?.goals))));
     }
     while (this.log.children.length > MAX_EVENTS) this.log.lastElementChild?.remove();
   }
@@ -134,7 +135,8 @@ export class LiveView implements WatchListener {
   }
 
   ended(outcome: Final | null, fault?: string): void {
-    const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : `The run stopped because of a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
+    if (outcome) setText(this.figures.score, points(outcome.score));
+    const what = outcome ? `The run is over: ${points(outcome.score)} points${this.info ? `, ${countWords(outcome, this.info)}` : ''} (${outcome.reason.replaceAll('_', ' ')}).` : `The run stopped because of a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
     this.say(`${what} The session's next run appears here when it begins.`);
   }
 
@@ -193,8 +195,8 @@ export class LiveView implements WatchListener {
     if (!body) this.verdict.replaceChildren(el('p', { class: 'soft' }, 'Click an object or choose one above.'));
     else if (!verdict) this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is part of the hand.' : ' is highlighted.'));
     else {
-      const rules = verdict.reasons.map((reason) => el('li', { class: reason.holds ? 'ok' : 'bad' }, reason.holds ? '✓ ' : '✗ ', reason.rule, figures(reason)));
-      this.verdict.replaceChildren(el('p', {}, name(body.name), verdict.counts ? ' counts: ' : ' does not count: ', verdict.place.replaceAll('_', ' '), '.'), el('ul', {}, ...rules));
+      const rules = verdict.reasons.map((reason) => el('li', { class: reason.holds ? 'ok' : 'bad' }, reason.holds ? '✓ ' : '✗ ', reason.rule.replaceAll('_', ' '), figures(reason)));
+      this.verdict.replaceChildren(el('p', {}, name(body.name), placeWords(verdict, this.info?.goals)), el('ul', {}, ...rules));
     }
   }
 

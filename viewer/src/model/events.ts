@@ -4,8 +4,10 @@ const EVENTS: Record<string, [words: string, good: boolean]> = {
   lifted: ['is lifted', true], dropped: ['was dropped', false], slipped: ['slipped', false], held: ['is held', true], shaken: ['was held while shaken', true],
 };
 
-/** An event's words; a kind that this page does not know keeps its own name. */
-export function eventWords(kind: string): string {
+/** An event's words; `goals` of the scene. A kind that this page does not know keeps its own name. */
+export function eventWords(kind: string, goals: readonly string[] = []): string {
+  const goal = goals.indexOf(kind);
+  if (goal >= 0) return `reached goal ${goal + 1} of ${goals.length}: ${kind.replaceAll('_', ' ')}`;
   return EVENTS[kind]?.[0] ?? kind.replaceAll('_', ' ');
 }
 

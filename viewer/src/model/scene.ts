@@ -23,8 +23,11 @@ export interface Body {
   color: Vec3;
 }
 
-/** The drawn scene. `moving` has the ids of the bodies in a moment's poses, in that order. */
-export interface SceneInfo { run?: WatchRun; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
+/**
+ * The drawn scene. `moving` has the ids of the bodies in a moment's poses, in that order; `goals` the names of the task's
+ * goals in their order, if it has any.
+ */
+export interface SceneInfo { run?: WatchRun; bodies: Body[]; moving: number[]; regions: Region[]; goals?: string[]; hand?: HandDescription; readings?: Channel[] }
 
 /** Converts the message. */
 export function sceneOf(wire: WatchScene): SceneInfo {

@@ -1,12 +1,13 @@
-/** `/replay/RUN`: a run's replay; `?with=RUN` compares it with another run; `/replay`: a local file, which is not uploaded. */
+/** `/replay/RUN`: a run's replay; `?with=RUN` compares it with another run; `/replay`: the server's runs, and local files, which are not uploaded. */
 import '../style/base.css';
 import '../style/replay.css';
 import { el, mainElement, toast } from '../ui/elements';
+import { ReplayList } from '../replay/run_list';
 import { type Loaded, ReplayUnavailable, fromFile, fromServer, errorText } from '../replay/source';
 import { ReplayView } from '../replay/view';
 
 const app = mainElement();
-const run = document.body.dataset['arg'] ?? '';
+let run = document.body.dataset['arg'] ?? '';
 
 let token: string | null = null;
 let loaded: Loaded[] = [];
@@ -52,7 +53,7 @@ function waiting(): { say: (words: string) => void; fail: (error: unknown) => vo
       status.className = 'notice bad';
       status.setAttribute('role', 'alert');
       status.textContent = errorText(error);
-      const form = error instanceof ReplayUnavailable && error.wantsToken ? [tokenForm()] : [];
+      const form = error instanceof ReplayUnavailable && error.wantsToken ? [tokenForm(() => { void fetchRuns(); })] : [];
       app.append(el('div', { class: 'stack' }, ...form, chooser()));
     },
   };
@@ -109,9 +110,9 @@ async function openFile(file: File | undefined): Promise<void> {
   }
 }
 
-function tokenForm(): HTMLElement {
+function tokenForm(use: () => void): HTMLElement {
   const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
-  return el('form', { class: 'panel', on: { submit: (event) => { event.preventDefault(); token = field.value.trim() || null; void fetchRuns(); } } },
+  return el('form', { class: 'panel', on: { submit: (event) => { event.preventDefault(); token = field.value.trim() || null; use(); } } },
     el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field, el('p', { class: 'hint' }, 'This page keeps it only in memory.')),
     el('button', { type: 'submit' }, 'Use this token'));
 }
@@ -133,7 +134,18 @@ document.addEventListener('drop', (event) => {
 });
 window.addEventListener('hashchange', () => { const time = timeInAddress(); if (time !== null) view?.player.seek(time); });
 
-if (run) void fetchRuns();
-else {
-  app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'Play a recorded run and look at its motors, forces and score.')), chooser());
+/** `/replay` without a run: the server's runs, and a file. */
+function start(): void {
+  const list = new ReplayList((chosen) => {
+    run = chosen;
+    history.pushState(null, '', `/replay/${encodeURIComponent(chosen)}`);
+    window.addEventListener('popstate', () => { location.reload(); });
+    void fetchRuns();
+  });
+  app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'Play a recorded run and look at its motors, forces and score.')),
+    el('div', { class: 'stack' }, list.element, chooser(), el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), tokenForm(() => { void list.load(token); }))));
+  void list.load(null);
 }
+
+if (run) void fetchRuns();
+else start();

@@ -14,10 +14,12 @@ export class Batch {
   private readonly at = new Vector3();
   private readonly turn = new Quaternion();
 
-  constructor(bodies: readonly Body[], material: Material, color: (body: Body) => Color) {
-    const geometries = bodies.map((body): BufferGeometry => geometryOf(body.parts));
+  /** `fine`: whether the meshes are fine. */
+  constructor(bodies: readonly Body[], material: Material, fine: boolean, color: (body: Body) => Color) {
+    const geometries = bodies.map((body): BufferGeometry => geometryOf(body.parts, fine));
     const vertices = geometries.reduce((sum, g) => sum + (g.getAttribute('position')?.count ?? 0), 0);
-    this.mesh = new BatchedMesh(Math.max(bodies.length, 1), Math.max(vertices, 3), 0, material);
+    const corners = geometries.reduce((sum, g) => sum + (g.index?.count ?? 0), 0);
+    this.mesh = new BatchedMesh(Math.max(bodies.length, 1), Math.max(vertices, 3), Math.max(corners, 3), material);
     // Without culling it stays one draw call; bodies outside the view cost little.
     this.mesh.perObjectFrustumCulled = false;
     this.mesh.frustumCulled = false;

@@ -1,5 +1,6 @@
 /** Overlay switches and view buttons; the same on every page with a 3D view. */
 import { button, el } from '../ui/elements';
+import { keepPlain, wantsPlain } from './detail';
 import type { OverlayName, Stage, ViewName } from './stage';
 
 const OVERLAYS: [OverlayName, string][] = [
@@ -26,8 +27,18 @@ export function overlaySwitches(stages: () => Stage[], on: readonly OverlayName[
     box.addEventListener('change', () => { for (const stage of stages()) stage.setOverlay(name, box.checked); });
     return el('div', { class: 'check', 'data-overlay': name, hidden: NEEDS_TELEMETRY.has(name) }, box, el('label', { for: `overlay-${name}` }, label));
   });
-  return el('details', { class: 'panel', open: true }, el('summary', {}, 'Show'), ...boxes,
+  return el('details', { class: 'panel', open: true }, el('summary', {}, 'Show'), ...boxes, plainSwitch(stages),
     el('p', { class: 'hint', hidden: true }, 'The length of an arrow is its force. Blue: the contact sticks; yellow: half way to slipping; red: it slips.'));
+}
+
+/** The switch for slow machines; every page of this browser keeps it. Without it the frame rate decides. */
+function plainSwitch(stages: () => Stage[]): HTMLElement {
+  const box = el('input', { type: 'checkbox', id: 'plain', checked: wantsPlain() });
+  box.addEventListener('change', () => {
+    keepPlain(box.checked);
+    for (const stage of stages()) stage.setPlain(box.checked);
+  });
+  return el('div', { class: 'check' }, box, el('label', { for: 'plain' }, 'Plain picture, for slow machines'));
 }
 
 /** Buttons for the camera views. */

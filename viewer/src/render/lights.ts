@@ -6,8 +6,16 @@ import {
 /** Half the edge of the ground that has shadows, m. */
 const LIT_M = 1.4;
 
-/** Adds lights and ground to a three.js scene; `dispose` removes and frees them. */
-export function addLights(scene: Scene): { dispose(): void } {
+/** Lights and ground of a scene. */
+export interface Lights {
+  /** Draws shadows, or none. */
+  setShadows(on: boolean): void;
+  /** Removes and frees them. */
+  dispose(): void;
+}
+
+/** Adds lights and ground to a three.js scene. */
+export function addLights(scene: Scene): Lights {
   const sky = new HemisphereLight('#ffffff', '#b3ada5', 1.5);
   const sun = new DirectionalLight('#ffffff', 2.1);
   sun.position.set(0.7, -0.9, 2.6);
@@ -25,6 +33,11 @@ export function addLights(scene: Scene): { dispose(): void } {
   grid.material.opacity = 0.35;
   scene.add(sky, sun, sun.target, floor, grid);
   return {
+    setShadows(on) {
+      sun.castShadow = on;
+      // It shows nothing but shadows.
+      floor.visible = on;
+    },
     dispose() {
       for (const one of [sky, sun, sun.target, floor, grid]) one.removeFromParent();
       sun.dispose();

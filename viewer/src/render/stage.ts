@@ -1,6 +1,6 @@
 /** The 3D view of a run: bodies, hand, lights, camera and overlays. It renders only after a change. */
 import {
-  Box3, Color, Matrix4, MeshStandardMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, type LineSegments,
+  Color, Matrix4, MeshLambertMaterial, MeshStandardMaterial, type MeshStandardMaterialParameters, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, type LineSegments,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { forwardKinematics } from '../model/hand';
@@ -9,11 +9,13 @@ import { type Palm, palmOf } from '../model/palm';
 import type { Body, SceneInfo, Vec3 } from '../model/scene';
 import { ContactArrows } from './contact_arrows';
 import { Batch } from './batch';
+import { DetailControl, SOFTWARE_LEVEL, keepLevel, lastLevel, wantsPlain } from './detail';
 import { PoseInterpolator } from './interpolation';
 import { splitFurniture } from './furniture';
 import { Labels } from './labels';
-import { addLights } from './lights';
+import { type Lights, addLights } from './lights';
 import { Centres, Frames, regionLines } from './overlays';
+import { pointsOf } from './points';
 import { type Renderer, createRenderer } from './renderer';
 import { type ViewName, followHand, lookFrom, turnByKey } from './views';
 
@@ -29,6 +31,8 @@ const GHOST = new Color('#56b4e9');
 /** Drawn objects of one run. */
 interface Shown {
   info: SceneInfo;
+  /** Whether its meshes are fine. */
+  fine: boolean;
   solid: Batch;
   boards: Batch;
   walls: Batch;
@@ -37,7 +41,8 @@ interface Shown {
   frames: Frames;
   centres: Centres;
   links: Body[];
-  box: Box3;
+  /** Points that the camera shows: corners of regions, objects and the hand. */
+  points: Vector3[];
   palm: Palm;
 }
 
@@ -56,7 +61,9 @@ export class Stage {
   private readonly matrix = new Matrix4();
   private readonly themes = matchMedia('(prefers-color-scheme: dark)');
   private readonly still = matchMedia('(prefers-reduced-motion: reduce)');
-  private readonly lights: { dispose(): void };
+  private readonly lights: Lights;
+  private readonly control: DetailControl;
+  private readonly woken = (): void => { this.control.restart(); };
   private readonly retheme = (): void => { this.ground(); };
   private shown: Shown | null = null;
   private moment: Moment | null = null;
@@ -86,8 +93,11 @@ export class Stage {
     this.observer = new ResizeObserver(() => { this.resize(); });
     this.observer.observe(container);
     this.themes.addEventListener('change', this.retheme);
+    this.control = new DetailControl(lastLevel(this.renderer.software ? SOFTWARE_LEVEL : 0));
+    this.control.setPlain(wantsPlain());
+    document.addEventListener('visibilitychange', this.woken);
     this.ground();
-    this.resize();
+    this.applyDetail();
     this.pointer(canvas);
     const loop = (now: number): void => {
       this.frame = requestAnimationFrame(loop);
@@ -104,18 +114,22 @@ export class Stage {
     const { boards, walls } = splitFurniture(info.bodies.filter((body) => body.kind === 'furniture'));
     const links = info.bodies.filter((body) => body.kind === 'hand');
     const paint = (body: Body): Color => new Color().setRGB(...body.color, 'srgb');
+    const { fine } = this.control.detail;
+    const batch = (of: readonly Body[], roughness: number, color: (body: Body) => Color, more: MeshStandardMaterialParameters = {}): Batch =>
+      new Batch(of, fine ? new MeshStandardMaterial({ roughness, ...more }) : new MeshLambertMaterial(more), fine, color);
     const shown: Shown = {
       info,
+      fine,
       links,
-      solid: new Batch(solid, new MeshStandardMaterial({ roughness: 0.55 }), paint),
-      boards: new Batch(boards, new MeshStandardMaterial({ roughness: 0.9 }), paint),
-      walls: new Batch(walls, new MeshStandardMaterial({ roughness: 0.9, transparent: true, opacity: 0.38, depthWrite: false }), paint),
+      solid: batch(solid, 0.55, paint),
+      boards: batch(boards, 0.9, paint),
+      walls: batch(walls, 0.9, paint, { transparent: true, opacity: 0.38, depthWrite: false }),
       // The ghost has no base: the prediction concerns the links after it.
-      ghost: info.hand ? new Batch(links.slice(1), new MeshStandardMaterial({ transparent: true, opacity: 0.35, depthWrite: false }), () => GHOST) : null,
+      ghost: info.hand ? batch(links.slice(1), 1, () => GHOST, { transparent: true, opacity: 0.35, depthWrite: false }) : null,
       regions: regionLines(info.regions),
       frames: new Frames(info.moving.map((id) => links.some((link) => link.id === id))),
       centres: new Centres(links.length + 1),
-      box: sceneBox(info),
+      points: pointsOf(info),
       palm: palmOf(info.hand),
     };
     shown.solid.mesh.castShadow = true;
@@ -129,6 +143,7 @@ export class Stage {
     this.shown = shown;
     this.picked = null;
     this.moment = null;
+    this.control.restart();
     this.relabel();
     this.apply();
     // The camera stays for the next run of the same task.
@@ -162,7 +177,7 @@ export class Stage {
 
   view(name: ViewName): void {
     this.viewName = name;
-    if (this.shown) lookFrom(this.camera, this.controls, name, this.shown.box, this.handMatrix(), this.shown.palm);
+    if (this.shown) lookFrom(this.camera, this.controls, name, this.shown.points, this.handMatrix(), this.shown.palm);
     this.followedHand = this.handMatrix()?.clone() ?? null;
     this.dirty = true;
   }
@@ -179,13 +194,16 @@ export class Stage {
 
   /** Highlights a body, chosen by a click or from a list. */
   pick(id: number | null, point: Vec3 = [0, 0, 0]): void {
-    const body = (which: number | null): Body | undefined => this.shown?.info.bodies.find((b) => b.id === which);
-    const old = body(this.picked);
+    const old = this.shown?.info.bodies.find((body) => body.id === this.picked);
     if (old) this.shown?.solid.paint(old.id, new Color().setRGB(...old.color, 'srgb'));
+    this.paint(id);
+    for (const listener of this.listeners) listener(id, point);
+  }
+
+  private paint(id: number | null): void {
     this.picked = id;
     if (id !== null) this.shown?.solid.paint(id, PICKED);
     this.dirty = true;
-    for (const listener of this.listeners) listener(id, point);
   }
 
   /** World position of a body's origin, m. */
@@ -206,6 +224,15 @@ export class Stage {
     return { drawCalls: calls, triangles, scriptMs: this.scriptMs };
   }
 
+  /** Draws the plainest picture, or as much detail as the frame rate allows. */
+  setPlain(on: boolean): void {
+    this.control.setPlain(on);
+    this.applyDetail();
+  }
+
+  /** Index of the present level of detail; 0 is the most detailed. */
+  get detail(): number { return this.control.index; }
+
   /** Requests a new frame after a change from outside. */
   touch(): void {
     this.dirty = true;
@@ -220,8 +247,8 @@ export class Stage {
     this.arrows.dispose();
     this.labels.clear();
     this.controls.dispose();
+    document.removeEventListener('visibilitychange', this.woken);
     this.renderer.dispose();
-    this.renderer.domElement.remove();
   }
 
   /** Takes the background colour from the page's theme. */
@@ -231,10 +258,34 @@ export class Stage {
     this.dirty = true;
   }
 
+  private applyDetail(): void {
+    const { detail } = this.control;
+    this.renderer.setDetail(detail);
+    this.lights.setShadows(detail.shadows);
+    if (this.shown && this.shown.fine !== detail.fine) this.rebuild(this.shown.info);
+    this.resize();
+  }
+
+  /** Builds the same scene again, in another detail. */
+  private rebuild(info: SceneInfo): void {
+    const { moment, picked } = this;
+    const [camera, target, followed] = [this.camera.position.clone(), this.controls.target.clone(), this.followedHand];
+    this.setScene(info);
+    if (moment) {
+      this.moment = moment;
+      this.place();
+    }
+    if (picked !== null) this.paint(picked);
+    this.camera.position.copy(camera);
+    this.controls.target.copy(target);
+    this.followedHand = followed;
+    this.controls.update();
+  }
+
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.container;
     if (width === 0 || height === 0) return;
-    this.renderer.setSize(width, height, false);
+    this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.dirty = true;
@@ -344,6 +395,10 @@ export class Stage {
     const begun = performance.now();
     if (this.blend.advance(now) || this.stale) this.place();
     for (const listener of this.before) listener();
+    if (this.control.frame(now, this.dirty)) {
+      keepLevel(this.control.index);
+      this.applyDetail();
+    }
     if (!this.dirty) return;
     this.dirty = false;
     const hand = this.viewName === 'follow' || this.viewName === 'palm' ? this.handMatrix() : null;
@@ -375,20 +430,4 @@ export class Stage {
     shown.centres.mesh.dispose();
     this.shown = null;
   }
-}
-
-/** A box around objects, regions and the hand, for the camera. */
-function sceneBox(info: SceneInfo): Box3 {
-  const box = new Box3();
-  for (const body of info.bodies) if (body.kind !== 'furniture') box.expandByPoint(new Vector3(...body.position));
-  for (const region of info.regions) box.expandByPoint(new Vector3(...region.min)).expandByPoint(new Vector3(...region.max));
-  // Files of older servers have no regions: the box includes their furniture, but not the ground.
-  for (const body of info.regions.length > 0 ? [] : info.bodies) {
-    for (const part of body.kind === 'furniture' ? body.parts : []) {
-      if (part.shape.type === 'box' && Math.max(...part.shape.half_extents) < 0.7) {
-        box.expandByPoint(new Vector3(...part.position).add(new Vector3(...body.position)));
-      }
-    }
-  }
-  return box.isEmpty() ? new Box3(new Vector3(-0.3, -0.3, 0), new Vector3(0.3, 0.3, 0.4)) : box.expandByScalar(0.05);
 }

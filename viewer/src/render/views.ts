@@ -1,5 +1,5 @@
 /** Named camera views, and following the hand. z points up. */
-import { Box3, type Matrix4, type PerspectiveCamera, Vector3 } from 'three';
+import { type Matrix4, type PerspectiveCamera, Vector3 } from 'three';
 import type { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Palm } from '../model/palm';
 
@@ -16,30 +16,39 @@ const FROM: Record<'free' | 'front' | 'side' | 'top', Vector3> = {
 /** Distance of the follow and palm cameras from the hand, m. */
 const FOLLOW_M = 0.75;
 const PALM_M = 0.42;
-/** Margin around the box, which leaves space for the buttons. */
-const MARGIN = 1.06;
+/** Share of the view's width and height that the scene may fill; the rest is for the buttons. */
+const FILLED = 0.94;
+/** Least distance of the camera from the nearest point, m. */
+const NEAREST_M = 0.1;
 
-/** Places the camera in a direction so that the corners of a box just fit into the view. */
-export function frame(camera: PerspectiveCamera, controls: OrbitControls, box: Box3, from: Vector3): void {
-  const centre = box.getCenter(new Vector3());
+/** Places the camera in a direction so that the points just fill the view. */
+export function frame(camera: PerspectiveCamera, controls: OrbitControls, points: readonly Vector3[], from: Vector3): void {
   const back = from.clone().normalize();
   const right = new Vector3().crossVectors(camera.up, back).normalize();
   const up = new Vector3().crossVectors(back, right);
-  const tall = Math.tan((camera.fov * Math.PI) / 360);
-  const wide = tall * camera.aspect;
-  let distance = 0.2;
-  for (let k = 0; k < 8; k += 1) {
-    const corner = new Vector3(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z).sub(centre);
-    const across = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
-    distance = Math.max(distance, corner.dot(back) + MARGIN * across);
-  }
-  controls.target.copy(centre);
-  camera.position.copy(centre).addScaledVector(back, distance);
+  const tall = FILLED * Math.tan((camera.fov * Math.PI) / 360);
+  const [depths, x, y] = [back, right, up].map((axis) => points.map((point) => point.dot(axis))) as [number[], number[], number[]];
+  const across = fit(x, depths, tall * camera.aspect);
+  const upward = fit(y, depths, tall);
+  const depth = Math.max(across.depth, upward.depth, Math.max(...depths) + NEAREST_M);
+  const place = (at: number): Vector3 => right.clone().multiplyScalar(across.centre).addScaledVector(up, upward.centre).addScaledVector(back, at);
+  camera.position.copy(place(depth));
+  controls.target.copy(place((Math.min(...depths) + Math.max(...depths)) / 2));
   controls.update();
 }
 
-/** Moves the camera to a named view of the box, or of the hand whose base is at `hand`. */
-export function lookFrom(camera: PerspectiveCamera, controls: OrbitControls, name: ViewName, box: Box3, hand: Matrix4 | null, palm: Palm): void {
+/**
+ * Where a camera must be so that all points are within its half angle: its coordinate along `along`, and its depth. A point at
+ * depth z needs |x − centre| ≤ tan · (depth − z).
+ */
+function fit(along: readonly number[], depths: readonly number[], tan: number): { centre: number; depth: number } {
+  const high = Math.max(...along.map((x, k) => x + tan * (depths[k] ?? 0)));
+  const low = Math.max(...along.map((x, k) => -x + tan * (depths[k] ?? 0)));
+  return { centre: (high - low) / 2, depth: (high + low) / (2 * tan) };
+}
+
+/** Moves the camera to a named view of the points, or of the hand whose base is at `hand`. */
+export function lookFrom(camera: PerspectiveCamera, controls: OrbitControls, name: ViewName, points: readonly Vector3[], hand: Matrix4 | null, palm: Palm): void {
   if (name === 'follow' || name === 'palm') {
     if (!hand) return;
     controls.target.set(...palm.middle).applyMatrix4(hand);
@@ -47,7 +56,7 @@ export function lookFrom(camera: PerspectiveCamera, controls: OrbitControls, nam
     camera.position.copy(controls.target).add(back);
     controls.update();
   } else {
-    frame(camera, controls, box, FROM[name]);
+    frame(camera, controls, points, FROM[name]);
   }
 }
 

@@ -56,6 +56,10 @@ export class Charts {
       add('Score', 'points', () => coloured(runs, ({ series }) => series.score()), [0, 1]);
     }
     this.element.append(spanChoice('span', (span) => { for (const { chart } of this.all) chart.zoom(span); }), this.grid);
+    if (telemetry) {
+      this.element.append(el('p', { class: 'hint' }, 'A contact force adds the magnitudes of all contacts: the two sides of a grip count twice. ',
+        'The base follows its path with any force, as an ideal arm. So a hand that presses an object against something fixed can reach hundreds of newtons.'));
+    }
     if (!runs.every(({ series }) => series.hasTelemetry)) {
       this.element.append(el('p', { class: 'notice' }, `${telemetry ? 'One of the files' : 'This file'} has no telemetry, because an older server recorded it. `,
         'Reached motor positions, tensions, contacts, the score over time and the prediction are missing; rotations of links are computed from the poses.'));

@@ -25,4 +25,11 @@ describe('a moment of a replay', () => {
     expect(momentAt(recording, 0.06, false).poses[0]).toBeCloseTo(0.06);
     expect(momentAt(recording, 0.06, true).tick).toBe(6);
   });
+
+  it('ends with the score of the result', () => {
+    const { outcome } = { outcome: { score: 10, in_goal: 4, outside: 0, reason: 'complete' as const, ticks: 100, events: [] } };
+    const whole = { ...recording, outcome };
+    expect(momentAt(whole, 0.99, true).score).toBe(2);
+    expect(momentAt(whole, whole.duration, true).score).toBe(10);
+  });
 });

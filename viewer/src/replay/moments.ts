@@ -42,7 +42,9 @@ function contactsOf(record: TelemetryRecord): Contact[] {
 export function momentAt(recording: Recording, time: number, exact: boolean): Moment {
   const tick = Math.round(time / recording.tickS);
   const record = recordAt(recording.telemetry, tick);
-  const moment: Moment = { tick, time, score: record?.score ?? null, poses: exact ? recording.poses.at(time) : recording.poses.between(time) };
+  // The final count goes by position alone, so it can differ from the last running one.
+  const over = recording.outcome !== null && tick >= Math.round(recording.duration / recording.tickS);
+  const moment: Moment = { tick, time, score: over ? recording.outcome?.score ?? null : record?.score ?? null, poses: exact ? recording.poses.at(time) : recording.poses.between(time) };
   if (record) {
     moment.telemetry = telemetryOf(record);
     moment.contacts = contactsOf(record);

@@ -2,6 +2,7 @@
 import { clock, figure, points } from '../ui/format';
 import { button, el, facts, name } from '../ui/elements';
 import { eventWords } from '../model/events';
+import { countWords } from '../model/outcome';
 import type { Body } from '../model/scene';
 import type { RecordedEvent, Recording } from './recording';
 import type { Loaded } from './source';
@@ -16,12 +17,11 @@ export function objectOf(recording: Recording, event: RecordedEvent): Body | und
 export function about({ recording, file, bytes }: Loaded, mark: string): HTMLElement {
   const { info, outcome, signed, duration } = recording;
   const said = (key: string): string => info.get(key) ?? '–';
-  const count = (n: number): string => `${n} ${n === 1 ? 'object' : 'objects'}`;
   return el('section', { class: 'panel' },
     el('h2', {}, mark ? `${mark}: ` : null, name(said('team')), ', ', name(said('task'))),
     facts([
       ['Score', outcome ? el('b', {}, points(outcome.score)) : 'none: the file is incomplete'],
-      ['Ended', outcome ? `${outcome.reason.replaceAll('_', ' ')}, ${count(outcome.in_goal)} in the goal, ${count(outcome.outside)} outside` : '–'],
+      ['Ended', outcome ? `${outcome.reason.replaceAll('_', ' ')}, ${countWords(outcome, recording.scene)}` : '–'],
       ['Hand', name(said('hand'))],
       ['Length', `${clock(duration)} (${figure(Math.round(duration * 100) / 100)} s, tick ${figure(recording.tickS * 1000)} ms)`],
       ['Mode', [said('kind'), said('pacing'), said('sensing')].join(', ')],
@@ -47,7 +47,7 @@ export function eventList(recording: Recording, go: (time: number) => void, mark
   const line = (event: RecordedEvent): HTMLElement => {
     const body = objectOf(recording, event);
     return el('li', {}, button(`${event.time.toFixed(2)} s`, () => { go(event.time); }, { class: 'small quiet num' }),
-      el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind)));
+      el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind, recording.scene.goals)));
   };
   const list = recording.events.length > 0 ? el('ol', { class: 'log' }, ...recording.events.map(line)) : el('p', { class: 'soft' }, 'No events.');
   return el('section', { class: 'panel' }, el('h2', {}, mark ? `Events of ${mark}` : 'Events'), list);

@@ -15,9 +15,9 @@ export interface RecordedEvent { tick: number; time: number; kind: string; objec
 export interface RecordedAction { tick: number; hand: number[]; base: number[] }
 
 /** The result in the file. */
-export type RecordedOutcome = Pick<RunResult, 'score' | 'in_goal' | 'outside' | 'reason' | 'ticks'>;
+export type RecordedOutcome = Pick<RunResult, 'score' | 'in_goal' | 'outside' | 'reason' | 'ticks' | 'events'>;
 
-/** A complete replay. Times in s since the start of the run. */
+/** A complete replay. Times in s since the start of the run; `duration` includes the settling after the last action. */
 export interface Recording {
   info: Map<string, string>;
   outcome: RecordedOutcome | null;
@@ -103,26 +103,31 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
     body.quat = [at[3] ?? 0, at[4] ?? 0, at[5] ?? 0, at[6] ?? 1];
   });
   const regions = records.get('palmares.scene')?.get('regions');
+  const goals = records.get('palmares.scene')?.get('goals');
   const hand = records.get('palmares.hand')?.get('description');
   const readings = records.get('palmares.hand')?.get('readings');
-  const outcome = records.get('palmares.result')?.get('outcome');
+  const result = records.get('palmares.result')?.get('outcome');
+  const outcome = result ? (JSON.parse(result) as RecordedOutcome) : null;
   const scene: SceneInfo = {
     bodies: framed.map(({ body }) => body),
     moving: moving.map(({ body }) => body.id),
     regions: regions ? (JSON.parse(regions) as SceneInfo['regions']) : [],
+    goals: goals ? (JSON.parse(goals) as string[]) : [],
   };
   if (hand) scene.hand = JSON.parse(hand) as NonNullable<SceneInfo['hand']>;
   if (readings) scene.readings = JSON.parse(readings) as NonNullable<SceneInfo['readings']>;
-  const last = frames.at(-1)?.time ?? 0;
+  // While the world settles after the last action, the referee still counts: the result has its events, the file has none.
+  const all = outcome ? outcome.events.map((event): RecordedEvent => ({ ...event, time: event.tick * tickS })) : events;
+  const lastTick = Math.max(outcome?.ticks ?? 0, (actions.at(-1)?.tick ?? -1) + 1, telemetries.at(-1)?.tick ?? 0, ...all.map(({ tick }) => tick), Math.round((frames.at(-1)?.time ?? 0) / tickS));
   return {
     info,
-    outcome: outcome ? (JSON.parse(outcome) as RecordedOutcome) : null,
+    outcome,
     signed: records.has('palmares.signature'),
     scene,
     tickS,
-    duration: Math.max(last, (actions.at(-1)?.tick ?? 0) * tickS),
+    duration: lastTick * tickS,
     poses,
-    events,
+    events: all,
     actions,
     telemetry: telemetries,
   };

@@ -136,7 +136,10 @@ export class Series {
   }
 
   score(): Line[] {
-    return this.hasTelemetry ? [this.line('score', 'points', (record) => record.score)] : [];
+    if (!this.hasTelemetry) return [];
+    const line = this.line('score', 'points', (record) => record.score);
+    if (this.recording.outcome) line.values[line.values.length - 1] = this.recording.outcome.score;
+    return [line];
   }
 
   private names(described: readonly { name: string }[] | undefined, count: number, kind: string): string[] {

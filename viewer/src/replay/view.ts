@@ -49,7 +49,7 @@ export class ReplayView {
     this.charts = new Charts(this.shown, duration, go);
     this.closing = new ClosingDialog(this.shown, duration, go);
     const marks = this.shown.flatMap(({ loaded: { recording }, mark }, row) => recording.events.map((event) => ({
-      event, row, words: [mark, objectOf(recording, event)?.name, eventWords(event.kind)].filter(Boolean).join(' '),
+      event, row, words: [mark, objectOf(recording, event)?.name, eventWords(event.kind, recording.scene.goals)].filter(Boolean).join(' '),
     })));
     this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
       button('Closing', () => { this.closing.open(this.player.time); }, { title: 'Closing: measured and predicted', 'aria-label': 'Closing: measured and predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));

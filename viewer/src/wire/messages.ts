@@ -646,6 +646,40 @@ export interface FoxgloveTime {
   nsec: number;
 }
 
+/** A goal of a task with its points and tolerances. All given conditions hold at the same time, for `for_s`. */
+export interface GoalInfo {
+  /** Its name, mostly the kind of its event. */
+  name: string;
+  /** Points; less than 0 is a penalty. */
+  points: number;
+  /** Time for which the conditions hold without a break, s. */
+  for_s: number;
+  /** Least rise of the point above its height at tick 0, m. */
+  above_m?: number;
+  /** Least distance of the object's centre of mass from the hand's base, m. */
+  hand_off_m?: number;
+  /** The region that contains the point. */
+  inside?: string;
+  /** Where the points shrink in proportion to a measured quantity: `slip` from 0 to `slip_m`, `time` from 0 to `slow_s`. */
+  less_by?: string;
+  /** The object; absent where the goal holds for each object. */
+  object?: string;
+  /** The regions of which none contains the point. */
+  outside?: string[];
+  /** The measured point in the object's frame, m; absent: its centre of mass. */
+  point?: [number, number, number];
+  /** The object's speed is below this, m/s. */
+  rest_m_s?: number;
+  /** The object moves by less than this in the frame of the hand's base, m. */
+  slip_m?: number;
+  /** Simulated time from which on the points are 0, s. */
+  slow_s?: number;
+  /** Largest angle of the object's z from the vertical, degrees. */
+  upright_deg?: number;
+  /** The box in another object's frame that contains the point. */
+  within?: Within;
+}
+
 /** A guide on which a tendon rubs. */
 export interface GuideDescription {
   /** Name of the coordinate at which it is. */
@@ -1472,6 +1506,8 @@ export interface Scene {
   regions: Region[];
   /** Gravity, m/s². */
   gravity: [number, number, number];
+  /** Goals of the task with their points and tolerances, in the order in which they are reached. */
+  goals: GoalInfo[];
 }
 
 /** A body and its shapes, in the world frame at tick 0. */
@@ -1889,6 +1925,8 @@ export interface TaskInfo {
   cameras: CameraInfo[];
   /** SHA-256 of the whole task, 64 hexadecimal digits. */
   hash: string;
+  /** Its goals with their points and tolerances, in the order in which they are reached. */
+  goals: GoalInfo[];
 }
 
 /** The tasks. */
@@ -2228,6 +2266,8 @@ export interface WatchScene {
   moving: number[];
   /** Named regions of the task's rules. */
   regions: Region[];
+  /** Names of the task's goals in their order; absent where objects are counted instead. */
+  goals?: string[];
   /** The hand's full description, as in `GET /v1/hands/{name}`. Left out for an uploaded hand, unless the viewer is of its team or an organizer. */
   hand?: HandDescription;
   /** The channels of `telemetry.readings`, one after the other; with `hand` only. */
@@ -2270,6 +2310,16 @@ export interface Welcome {
   run: RunInfo | null;
   /** A remark on the team's name, for people; absent if there is none. */
   note?: string;
+}
+
+/** A box in the frame of an object. */
+export interface Within {
+  /** Name of the object. */
+  object: string;
+  /** Lowest corner in its frame, m. */
+  min: [number, number, number];
+  /** Highest corner, m. */
+  max: [number, number, number];
 }
 
 /** The worlds of all hosts of this competition. */

@@ -22,15 +22,16 @@ from typing import Any, Literal
 import msgspec
 
 from palmares.arrays import Array, Quat, Table, Vec3, array
+from palmares.views import Brief
 
 
-class Request(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False, tag_field="op"):
+class Request(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=False, tag_field="op"):
     """A message to the server; the connection fills in its `id`."""
 
     id: int = 0
 
 
-class Reply(msgspec.Struct, kw_only=True, gc=False, tag_field="op"):
+class Reply(Brief, msgspec.Struct, kw_only=True, gc=False, tag_field="op"):
     """A message from the server; `op` is its kind."""
 
     reply_to: int | None = msgspec.field(name="id", default=None)
@@ -120,7 +121,7 @@ impl Module<'_> {
             Some((_, "Request")) => format!("{schema}Request"),
             _ => found(&NAMES, schema).unwrap_or(schema).to_owned(),
         };
-        let base = message.map_or("msgspec.Struct", |(_, base)| base);
+        let base = message.map_or("Brief, msgspec.Struct", |(_, base)| base);
         let mut arguments = vec![base.to_owned(), "kw_only=True".into()];
         if sent && message.is_none() {
             arguments.push("omit_defaults=True".into());

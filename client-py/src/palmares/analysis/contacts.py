@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from palmares._native import DEFAULT_ARM
 from palmares._native import grasp_matrix as native_grasp_matrix
+from palmares.views import Brief
 
 Array: TypeAlias = NDArray[np.float64]
 """An array of numbers"""
@@ -23,8 +24,8 @@ ORIGIN = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """The world's frame, as a pose"""
 
 
-@dataclass(frozen=True)
-class Contact:
+@dataclass(frozen=True, repr=False)
+class Contact(Brief):
     """A contact: on a link and in its frame, or, with an empty `link`, in the world.
 
     Its frame has the axes n, the normal into the object, t, the tangent, and o = n × t. Friction holds while

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from palmares.analysis.contacts import Array, Numbers
+from palmares.views import Brief
 
 Parameter: TypeAlias = tuple[str, str, str, float]
 """A number of a hand: its kind, tendon and coordinate, and a factor"""
@@ -29,8 +30,8 @@ def rest(coordinate: str, factor: float = 1.0) -> Parameter:
     return ("rest", "", coordinate, factor)
 
 
-@dataclass(frozen=True)
-class Variable:
+@dataclass(frozen=True, repr=False)
+class Variable(Brief):
     """A number that the optimisation may change; times each factor it is the value of a parameter."""
 
     parameters: Sequence[Parameter]
@@ -41,8 +42,8 @@ class Variable:
     """Largest value"""
 
 
-@dataclass(frozen=True)
-class Postures:
+@dataclass(frozen=True, repr=False)
+class Postures(Brief):
     """Goal: coordinates of the free hand at several σ: a trajectory of closing."""
 
     sigma: Sequence[Sequence[float]]
@@ -58,8 +59,8 @@ class Postures:
             object.__setattr__(self, name, rows)
 
 
-@dataclass(frozen=True)
-class Forces:
+@dataclass(frozen=True, repr=False)
+class Forces(Brief):
     """Goal: normal forces of contacts in given proportions, such as equal ones."""
 
     sigma: Sequence[float]
@@ -83,8 +84,8 @@ class Forces:
         object.__setattr__(self, "shares", [float(x) for x in shares])
 
 
-@dataclass(frozen=True)
-class Optimum:
+@dataclass(frozen=True, repr=False)
+class Optimum(Brief):
     """The end of an optimisation."""
 
     values: Array

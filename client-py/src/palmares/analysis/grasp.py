@@ -17,10 +17,11 @@ from palmares._native import quality as native_quality
 from palmares._native import spaces as native_spaces
 from palmares.analysis.contacts import Array, Contact, Numbers, grasp_matrix
 from palmares.analysis.linear import LinearGrasp, LinearHand, Tendons, fixed, linear_grasp, linear_hand
+from palmares.views import Brief
 
 
-@dataclass(frozen=True)
-class Closure:
+@dataclass(frozen=True, repr=False)
+class Closure(Brief):
     """The result of a test of closure."""
 
     closed: bool
@@ -38,8 +39,8 @@ class Closure:
     """For force closure: whether there is closure with friction, if all contact forces are controlled"""
 
 
-@dataclass(frozen=True)
-class Quality:
+@dataclass(frozen=True, repr=False)
+class Quality(Brief):
     """Measures of Ferrari and Canny; moments are divided by a length."""
 
     epsilon: float
@@ -52,8 +53,8 @@ class Quality:
     """Volume of the set; None for ``norm="each"``"""
 
 
-@dataclass(frozen=True)
-class Ellipsoid:
+@dataclass(frozen=True, repr=False)
+class Ellipsoid(Brief):
     """What inputs of size 1 reach."""
 
     radii: Array

@@ -16,10 +16,11 @@ from palmares.analysis.grasp import Grasp
 from palmares.analysis.linear import LinearHand, Tendons, fixed, linear_hand
 from palmares.arguments import one_of, table
 from palmares.sim import World
+from palmares.views import Brief
 
 
-@dataclass(frozen=True)
-class Rest:
+@dataclass(frozen=True, repr=False)
+class Rest(Brief):
     """A hand at rest."""
 
     q: Array
@@ -40,8 +41,8 @@ class Rest:
     """Distance of each held point from its place, m"""
 
 
-@dataclass(frozen=True)
-class Inverse:
+@dataclass(frozen=True, repr=False)
+class Inverse(Brief):
     """Where base and fingers are for points to be at places, of N goals."""
 
     base: Array
@@ -54,8 +55,8 @@ class Inverse:
     """Distance of each point from its place, (N, points), m"""
 
 
-@dataclass(frozen=True)
-class Closing:
+@dataclass(frozen=True, repr=False)
+class Closing(Brief):
     """A free hand while its motors wind. `progress` is 0 at the start and 1 at the end."""
 
     sigma: Array
@@ -73,8 +74,8 @@ class Closing:
     stay"""
 
 
-@dataclass(frozen=True)
-class Ejection:
+@dataclass(frozen=True, repr=False)
+class Ejection(Brief):
     """What a closing hand does with objects, sizes × places."""
 
     fate: NDArray[np.str_]

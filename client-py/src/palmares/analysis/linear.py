@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias
 from palmares._native import quasistatic
 from palmares._native import soft_synergies as native_soft_synergies
 from palmares.analysis.contacts import Array
+from palmares.views import Brief
 
 Tendons: TypeAlias = Literal["compliant", "fixed"]
 """Compliance of the tendons: each with its stiffness K, or of constant length"""
@@ -20,8 +21,8 @@ def fixed(tendons: Tendons) -> bool:
     return tendons == "fixed"
 
 
-@dataclass(frozen=True)
-class LinearHand:
+@dataclass(frozen=True, repr=False)
+class LinearHand(Brief):
     """A hand of n coordinates and k inputs near its equilibrium; m tendons act."""
 
     compliance: Array
@@ -49,8 +50,8 @@ class LinearHand:
     """Stiffness of the inputs, ∂(Wᵀ f)/∂σ, k × k"""
 
 
-@dataclass(frozen=True)
-class LinearGrasp:
+@dataclass(frozen=True, repr=False)
+class LinearGrasp(Brief):
     """A grasp with c contact components near its equilibrium. Inputs are σ, or commands of synergies."""
 
     contact_stiffness: Array

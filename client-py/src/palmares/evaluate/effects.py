@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palmares.arrays import Array
 from palmares.evaluate.play import Played
+from palmares.views import Brief
 
 # Seed of the random numbers below.
 SEED = 20161010
@@ -22,8 +23,8 @@ FEWEST_RUNS = 12
 AT_ONCE = 4_000_000
 
 
-@dataclass(frozen=True)
-class Effect:
+@dataclass(frozen=True, repr=False)
+class Effect(Brief):
     """Effect of one uncertain number of the hand on the score.
 
     The intervals of all effects of a row together contain the truth with 95 % (Bonferroni), by bootstrap over

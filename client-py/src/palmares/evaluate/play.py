@@ -17,6 +17,7 @@ from palmares.client import Client
 from palmares.evaluate.controller import ControllerError, loaded
 from palmares.messages import Result
 from palmares.training import Training
+from palmares.views import Brief
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Job:
     step_ms: float | None = None
 
 
-@dataclass(frozen=True)
-class Played:
+@dataclass(frozen=True, repr=False)
+class Played(Brief):
     """Outcome of a run.
 
     Attributes:

@@ -11,6 +11,7 @@ from pathlib import Path
 from palmares.evaluate.effects import Effect, effects
 from palmares.evaluate.play import Played
 from palmares.evaluate.statistics import Comparison, Spread
+from palmares.views import Brief
 
 WORST = 5
 HEADER = ("controller", "task", "hand", "runs", "mean", "95 %", "min", "q1", "median", "q3", "max", "failed")
@@ -31,8 +32,8 @@ MARKDOWN_HEADER = (
 )
 
 
-@dataclass(frozen=True)
-class Row:
+@dataclass(frozen=True, repr=False)
+class Row(Brief):
     """Runs of a controller at a task with a hand.
 
     Attributes:
@@ -81,8 +82,8 @@ class Row:
         return f"| {' | '.join(cells)} |"
 
 
-@dataclass(frozen=True)
-class Compared:
+@dataclass(frozen=True, repr=False)
+class Compared(Brief):
     """Two controllers at a task with a hand, over the seeds of both."""
 
     first: str
@@ -92,8 +93,8 @@ class Compared:
     comparison: Comparison
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, repr=False)
+class Report(Brief):
     """All rows and comparisons; as text, a table."""
 
     rows: tuple[Row, ...]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array
+from palmares.views import Brief
 
 # Seed of the random numbers below.
 SEED = 20161010
@@ -16,8 +17,8 @@ DRAWS = 20_000
 EXACT_UP_TO = 14
 
 
-@dataclass(frozen=True)
-class Spread:
+@dataclass(frozen=True, repr=False)
+class Spread(Brief):
     """Distribution of scores.
 
     Attributes:
@@ -55,8 +56,8 @@ class Spread:
         )
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Brief):
     """The first controller against the second over the same seeds.
 
     Attributes:

@@ -20,6 +20,7 @@ import numpy as np
 import palmares
 from palmares.arrays import Array
 from palmares.rotation import quat_of
+from palmares.skills.cookbook import BALL, NARROW, SIDE, STANDING
 from palmares.skills.grasps import SideGrasp, TopGrasp
 from palmares.skills.holding import GraspSummary, grasp_summary, lift_and_hold
 from palmares.skills.motion import Mover, RunOverError
@@ -31,7 +32,6 @@ LOG = logging.getLogger(__name__)
 Grasp = TopGrasp | SideGrasp
 
 # name, pitch, roll, above, aside, along, σ open, σ closed, sink; units as in `TopGrasp`
-NARROW = TopGrasp("narrow", 1.6657, 0.3491, 0.0068, 0.0243, 0.1964, 0.0212, 0.9, 0.12)
 FLAT = TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.9, 0.12)
 WIDE = TopGrasp("wide", 1.7469, 0.1715, 0.0109, 0.0189, 0.2234, 0.0, 1.0, 0.12)
 HIGH = TopGrasp("high", 1.4135, 0.1346, 0.0232, 0.0137, 0.1689, 0.0, 0.8641, 0.12)
@@ -43,10 +43,7 @@ LOW = TopGrasp("low", 1.5416, 0.1583, -0.0193, 0.0335, 0.1697, 0.2159, 0.9286, 0
 TILTED = TopGrasp("tilted", 1.9271, -0.0653, 0.0071, 0.0167, 0.1946, 0.0432, 0.9653, 0.12)
 ROLLED = TopGrasp("rolled", 1.8662, 0.7226, -0.0123, 0.031, 0.2102, 0.1107, 0.8157, 0.12)
 RIM = TopGrasp("rim", 1.3616, 0.0934, 0.004, -0.0925, 0.1349, 0.0464, 0.8276, 0.12)
-STANDING = TopGrasp("standing", 1.81, 0.09, 0.006, 0.004, 0.222, 0.01, 1.0, 0.12)
 CAN = TopGrasp("can", 1.8114, -0.008, 0.0048, 0.0144, 0.2204, 0.024, 1.0, 0.12)
-BALL = TopGrasp("ball", 1.722, 0.092, -0.0285, 0.046, 0.2185, 0.0, 1.0, 0.12)
-SIDE = SideGrasp("side", 0.112, 0.018, 0.0022, 0.1815, 0.0945, 1.0, 0.1, 0.15)
 ACROSS, ALONG, OBLIQUE, BACK = 0.0, math.pi / 2, 1.195, -2.33
 """Turns of the hand, rad: fingers across the object's longer side, along it, or in between from two sides"""
 AGAINST = -0.12

@@ -18,7 +18,7 @@ import numpy as np
 import palmares
 from palmares.arrays import array
 from palmares.rotation import quat_of
-from palmares.skills.grasps import TopGrasp
+from palmares.skills.cookbook import KNOB
 from palmares.skills.motion import UP, Mover, RunOverError
 from palmares.skills.objects import ObjectBounds, truth_of
 from palmares.skills.runs import Summary, play
@@ -29,17 +29,6 @@ from palmares.skills.runs import Summary, play
 KNOB_M = array([0.0, 0.0, 0.052])
 """The knob's centre in the lid's frame"""
 KNOB_RADIUS_M = 0.025
-KNOB = TopGrasp(
-    name="knob",
-    pitch_rad=1.5,
-    roll_rad=0.0,
-    above_m=0.022,
-    aside_m=-0.004,
-    along_m=0.185,
-    sigma_open=0.1,
-    sigma_closed=1.0,
-    sink_m=0.10,
-)
 LID_LIFT_M = 0.10
 PUT_AT = array([-0.05, -0.36, 0.010])
 """Position of the lid's frame when the hand opens, m"""

@@ -18,7 +18,8 @@ from statistics import fmean
 from typing import Any
 
 import palmares
-from palmares.examples.grasp_softhand import ACROSS, NARROW, run
+from palmares.examples.grasp_softhand import ACROSS, run
+from palmares.skills.cookbook import NARROW
 from palmares.skills.grasps import TopGrasp
 
 RANGES = {

@@ -17,7 +17,7 @@ from palmares.clipping import Clipping
 from palmares.gym.fields import Arrays, box
 from palmares.gym.forms import Form, Observations
 from palmares.gym.goals import Goal
-from palmares.gym.images import cameras_of, spaces_of, view_of
+from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
 from palmares.gym.infos import events_of, refuse_options, row_of
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.net.requests import names
@@ -67,9 +67,9 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; only the
             task's time limit when left out.
         render_mode: With ``rgb_array`` `render` returns a picture of each environment.
-        render_camera: Camera of `render`: a name of task or hand, or a `palmares.sim.View`; the task's first
-            camera when left out.
-        render_size: Width and height of the pictures; those of the camera when left out.
+        render_camera: Camera of `render`: a name of task or hand, or a `palmares.sim.View`; a place from
+            which fingers and objects of the first environment are seen when left out.
+        render_size: Width and height of the pictures; those of the camera when left out, or 320 × 240.
         autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
             (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
         single: Arguments of a single environment, such as ``url``: a `TypeError` here.
@@ -119,10 +119,11 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             )
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
-        if cameras and noise != "none":
+        colours = [name for name in names(cameras) if name.endswith(".rgb")]
+        if colours and noise != "none":
             raise ValueError(
-                f"cameras: found {cameras} with noise={noise!r}; wanted noise='none': only an environment of "
-                "gymnasium.make has the errors of cameras"
+                f"cameras: found {colours} with noise={noise!r}; wanted noise='none': only an environment of "
+                "gymnasium.make has the errors of colours"
             )
         shaping = shaping_of(shaping)
         self._form = Form(observations, goal, sensing)
@@ -156,8 +157,11 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         task_info = known.task(task) if task in TASKS else known.tasks[-1]
         hand_info = known.hand(hand) if hand in HANDS else known.hands[-1]
         there = cameras_of(task_info, hand_info)
-        self._view, self._render_size = view_of(render_camera, there), render_size
-        self._cameras = [name.partition(".") for name in names(cameras)]
+        self._view = view_of(render_camera, there, local=True)
+        self._render_size = render_size or (FILM_SIZE if self._view == FILM else None)
+        chosen = [name.partition(".") for name in names(cameras)]
+        self._depths = [name for name, _, kind in chosen if kind != "rgb"]
+        self._colours = [name for name, _, kind in chosen if kind == "rgb"]
         fields: dict[str, spaces.Space[Any]] = dict(spaces_of(cameras, there))
         fields |= {name: box(*shape) for name, shape in self.batch.fields.items()}
         hidden = [channel.name for channel in hand_info.channels if channel.truth]
@@ -254,9 +258,11 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
 
     def _observed(self, fields: Arrays) -> Arrays:
         """Return the observation of fields."""
-        for name, _, kind in self._cameras:
-            kind = kind or "depth"
-            fields[f"{kind}_{name}"] = self.batch.pictures(name, None, kind)[kind]  # type: ignore[arg-type]
+        if self._depths:
+            found = self.batch.depths(self._depths)
+            fields |= {f"depth_{name}": found[name] for name in self._depths}
+        for name in self._colours:
+            fields[f"rgb_{name}"] = self.batch.pictures(name, None, "rgb")["rgb"]
         return self._form.made(fields, (self.num_envs,), self._desired)
 
     def step(self, actions: Array) -> tuple[Arrays, Array, Mask, Mask, dict[str, Any]]:
@@ -373,7 +379,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         """Return a picture (height, width, 3) of uint8 of each environment."""
         if self.render_mode is None:
             return None
-        return tuple(self.batch.pictures(self._view, self._render_size, "rgb")["rgb"])
+        return tuple(self.batch.pictures(self._view, self._render_size, "film")["film"])
 
     def close_extras(self, **_: Any) -> None:
         """Do nothing: nothing is open."""

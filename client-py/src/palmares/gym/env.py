@@ -15,7 +15,7 @@ from palmares.arrays import array
 from palmares.client import LOCAL, Client
 from palmares.errors import WorldFaultError
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
-from palmares.gym.images import spaces_of, view_of
+from palmares.gym.images import FILM, FILM_SIZE, spaces_of, view_of
 from palmares.gym.infos import refuse_options, result_of
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, shaping_of, training_of
@@ -91,9 +91,10 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         action_noise: Standard deviation of the error of an action.
         render_mode: With ``rgb_array`` `render` returns a picture. With ``human``, only on a server, the
             first `reset` opens the page of its worlds.
-        render_camera: Camera of `render`: a name of task or hand, or in this process a `palmares.sim.View`;
-            the task's first camera when left out.
-        render_size: Width and height of the picture, only in this process; those of the camera when left out.
+        render_camera: Camera of `render`: a name of task or hand, or in this process a `palmares.sim.View`.
+            Left out, a place from which fingers and objects are seen, and on a server the first camera.
+        render_size: Width and height of the picture, only in this process; those of the camera when left out,
+            or 320 × 240.
         client: Further arguments of `Client`, such as ``team``.
 
     """
@@ -157,7 +158,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self._sensing = sensing
         self._ticks = whole("ticks", ticks, 1, self.client.welcome.limits.repeat)
         self._objects, self._cameras = objects, tuple(names(cameras))
-        self._view, self._render_size = view_of(render_camera, self._player.cameras), render_size
+        self._view = view_of(render_camera, self._player.cameras, local=url is None)
+        self._render_size = render_size or (FILM_SIZE if self._view == FILM else None)
         step_s = self._ticks * self._player.tick_s
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / step_s))}
         self.hand_numbers = self._player.hand_numbers
@@ -289,7 +291,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         if self.render_mode != "rgb_array":
             return None
         if self.world is not None:
-            return self.world.pictures(self._view, self._render_size, "rgb")["rgb"]
+            return self.world.pictures(self._view, self._render_size, "film")["film"]
         return self._player.look(f"{self._view}.rgb").cameras[str(self._view)].rgb
 
     def close(self) -> None:

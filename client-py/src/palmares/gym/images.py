@@ -16,6 +16,11 @@ from palmares.wire import CameraInfo, HandInfo, TaskInfo
 if TYPE_CHECKING:
     from palmares.sim import View
 
+FILM = "film"
+"""The place from which fingers and objects are seen: only in this process"""
+FILM_SIZE = (320, 240)
+"""Width and height of its pictures"""
+
 
 def cameras_of(task: TaskInfo, hand: HandInfo) -> dict[str, CameraInfo]:
     """Return the cameras of task and hand by the names that requests have."""
@@ -48,16 +53,19 @@ def spaces_of(cameras: Iterable[str], known: dict[str, CameraInfo]) -> dict[str,
     return found
 
 
-def view_of(camera: str | View | None, known: dict[str, CameraInfo]) -> str | View:
-    """Return the camera of `render`: the given one, or the first.
+def view_of(camera: str | View | None, known: dict[str, CameraInfo], *, local: bool) -> str | View:
+    """Return the camera of `render`: the given one, or the place of films, or the first of a server.
 
     Raises:
         ValueError: There is no such camera.
 
     """
-    if isinstance(camera, str) and camera not in known:
-        raise ValueError(f"render_camera: found {short(camera)}; wanted one of {', '.join(known)}, or a View")
-    return next(iter(known), "") if camera is None else camera
+    wanted = [*known, FILM] if local else list(known)
+    if isinstance(camera, str) and camera not in wanted:
+        raise ValueError(f"render_camera: found {short(camera)}; wanted one of {', '.join(wanted)}, or a View")
+    if camera is None:
+        return FILM if local else next(iter(known), "")
+    return camera
 
 
 def is_image(field: str) -> bool:

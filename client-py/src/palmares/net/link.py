@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import ssl
 import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 import msgspec
 
@@ -176,6 +178,11 @@ class Link:
         raise ConnectionLostError(
             f"the connection broke and did not come back within {self._reconnect_s:g} s: {last}"
         ) from last
+
+    @property
+    def closed(self) -> bool:
+        """Whether `close` was called; a closed link stays closed."""
+        return self._timer.stopped
 
     @property
     def where(self) -> str:
@@ -348,6 +355,12 @@ class Link:
                 # The server does not speak it. One is offered at a time: of two, the server takes JSON.
                 if refused.status == 400 and count < len(self._offers):
                     continue
+                if refused.status == 404:
+                    start = "/".join(self._http_url.split("/")[:3])
+                    raise NoServerError(
+                        f"no Palmares server at {self._http_url}: nothing at {urlsplit(self._ws_url).path}; "
+                        f"give the address that `palmares serve` prints, such as {start}"
+                    ) from None
                 raise http.error_of_response(refused.status, refused.body, self._http_url) from None
             if transport.subprotocol is not None:
                 self._codec = CODECS[SUBPROTOCOLS[offer]]
@@ -364,6 +377,10 @@ class Link:
                 f"{self._http_url} does not speak {offer}: {error}. Is it a Palmares server?"
             ) from error
         except OSError as unreachable:
+            bad_certificate = isinstance(unreachable, ssl.SSLCertVerificationError)
+            if isinstance(unreachable, ssl.SSLError) and not bad_certificate:
+                plain = self._http_url.replace("https://", "http://", 1)
+                raise NoServerError(f"{self._http_url} does not speak TLS; try {plain}") from None
             raise NoServerError(
                 f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
             ) from None

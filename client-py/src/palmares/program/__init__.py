@@ -12,7 +12,9 @@ from collections.abc import Callable
 COMMANDS = {
     "demo": "palmares.program.demo",
     "evaluate": "palmares.program.evaluate",
+    "foxglove": "palmares.program.foxglove",
     "new": "palmares.program.new",
+    "ros2": "palmares.program.ros2",
 }
 
 
@@ -29,6 +31,8 @@ def main() -> int:
             file=sys.stderr,
         )
         return 1
+    # Some commands start Python: `verify --ray`, `render`.
+    os.environ.setdefault("PALMARES_PYTHON", sys.executable)
     # The program handles Ctrl-C itself.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return native_main(["palmares", *sys.argv[1:]])

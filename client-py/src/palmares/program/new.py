@@ -1,115 +1,49 @@
-"""``palmares new``: a folder with a controller that plays, a test of it, and the commands to go on with."""
+"""``palmares new``: a folder with a controller that plays, a test of it, and a README."""
 
 from __future__ import annotations
 
 import argparse
-import keyword
 import sys
+from importlib.resources import files
 from pathlib import Path
 
-CONTROLLER = '''\
-"""A controller of {team} for {task} with the {hand}. Play one run without a server:
+from palmares.sim import HANDS, TASKS
+from palmares.skills.cookbook import COOKBOOK
 
-    python controller.py --url local --seed 1
-"""
+EXAMPLES = """\
+examples:
+  palmares new crabs
+  palmares new crabs --task pan --hand softhand_strong
+  cd crabs; python controller.py --url local --seed 1
+An existing folder stays as it is, unless it is empty."""
 
-from __future__ import annotations
-
-import palmares
-from palmares.skills.motion import UP, Mover, RunOverError
-from palmares.skills.runs import Summary, play
-
-TASK, HAND = "{task}", "{hand}"
-
-# Constants to tune -------------------------------------------------------------------------------------
-ABOVE_M = 0.05
-"""Distance of the palm above the object at which the fingers close"""
-LIFT_M = 0.15
-
-
-def decide(mover: Mover) -> None:
-    """Move the hand over the nearest object, close it and lift. Yours to change."""
-    base = mover.position
-    objects = mover.obs.truth.positions if mover.obs.truth is not None else []
-    if len(objects) == 0:
-        return
-    nearest = min(objects, key=lambda at: float(((at - base)[:2] ** 2).sum()))
-    over = nearest + (ABOVE_M + 0.15) * UP
-    mover.to(2.0, over, sigma=0.0)
-    mover.to(1.0, nearest + ABOVE_M * UP)
-    mover.to(1.0, sigma=1.0)
-    mover.wait(0.3)
-    mover.to(1.0, over + LIFT_M * UP)
-
-
-def run(client: palmares.Client, seed: int | None) -> Summary:
-    """Play one run; `palmares evaluate` calls this, too."""
-    mover = Mover(client, client.reset(TASK, HAND, seed=seed))
-    try:
-        decide(mover)
-    except RunOverError:
-        pass  # The task is complete, or its time is over.
-    result, rtf = mover.stop()
-    return Summary(
-        run_id=result.run_id, seed=seed, score=result.score, sim_time_s=result.sim_time_s, rtf=rtf
-    )
-
-
-if __name__ == "__main__":
-    play(run, __doc__)
-'''
-
-TEST = '''\
-"""Does the controller still play? ``pip install pytest``, then ``pytest`` in this folder."""
-
-import palmares
-from controller import run
-
-
-def test_a_run_ends_with_a_score() -> None:
-    with palmares.Client("local") as client:
-        summary = run(client, seed=1)
-    assert summary.sim_time_s > 1.0
-
-
-def test_the_same_seed_gives_the_same_score() -> None:
-    scores = []
-    for _ in range(2):
-        with palmares.Client("local") as client:
-            scores.append(run(client, seed=2).score)
-    assert scores[0] == scores[1]
-'''
-
-README = '''\
-# {team}
-
-| command | what it does |
-|---|---|
-| `python controller.py --url local --seed 1` | plays one run in this process |
-| `palmares evaluate controller.py --seeds 1-20` | plays 20 scenes on all cores, and prints mean and spread |
-| `palmares serve`, then `python controller.py --team {team}` | plays on a practice server; http://127.0.0.1:8080/live shows it |
-| `pytest` | tests the controller |
-
-`controller.py` has a function `run(client, seed)`; everything else is yours. Its constants are at the top.
-'''
+SOFTHANDS = ("softhand", "softhand_skin", "softhand_strong")
+"""Hands that `palmares.skills.clearing` moves"""
+BY_TASK = {"balls": "ball_in_box", "peg": "peg", "grasp": "box", "shelf": "box"}
+"""Kind of the cookbook that a task's controller grasps; another one if the hand has none of it"""
+IMPORTS = {
+    "palmares.rotation": ("quat_of",),
+    "palmares.skills": ("clearing",),
+    "palmares.skills.attempts": ("Attempt",),
+    "palmares.skills.cookbook": ("COOKBOOK", "GripMover", "kind_of", "most_room", "pick", "target_of"),
+    "palmares.skills.motion": ("UP", "RunOverError"),
+    "palmares.skills.objects": ("object_bounds", "rolling", "truth_of"),
+}
+"""Names that controllers use, by module"""
 
 
 def main(arguments: list[str]) -> int:
     """Run the command; return the exit code."""
     options = parser().parse_args(arguments)
     folder: Path = options.folder
-    team = folder.resolve().name
-    if folder.exists() and any(folder.iterdir()):
-        print(f"palmares new: {folder} exists and is not empty; choose another name", file=sys.stderr)
-        return 1
-    words = {"team": team, "task": options.task, "hand": options.hand}
     try:
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            print(f"palmares new: {folder} exists already; choose another name", file=sys.stderr)
+            return 1
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in (("controller.py", CONTROLLER), ("test_controller.py", TEST), ("README.md", README)):
-            written = text
-            for word, value in words.items():
-                written = written.replace("{" + word + "}", value)
-            (folder / name).write_text(written)
+        for name, text in project(folder.resolve().name, options.task, options.hand).items():
+            with (folder / name).open("x", encoding="utf-8") as file:
+                file.write(text)
     except OSError as error:
         print(f"palmares new: {error}", file=sys.stderr)
         return 1
@@ -120,24 +54,60 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
+def project(team: str, task: str, hand: str) -> dict[str, str]:
+    """Return the text of every file, by its name."""
+    grips = COOKBOOK[hand]
+    wanted = BY_TASK.get(task, "")
+    kind = wanted if wanted in grips else next(iter(grips))
+    words = {"team": team, "task": task, "hand": hand, wanted: kind}
+    by_clearing = task == "shelf" and hand in SOFTHANDS
+    body = _text("shelf_softhand" if by_clearing else task)
+    code = body + _text("tail")
+    lines = []
+    for module, names in IMPORTS.items():
+        used = [name for name in names if name in code]
+        if used:
+            lines.append(f"from {module} import {', '.join(used)}")
+    words["imports"] = "\n".join(lines)
+    words["math"] = "import math\n" if "math." in code else ""
+    written = {
+        "controller.py": _text("head") + code,
+        "test_controller.py": _text("test"),
+        "README.md": _text("readme"),
+    }
+    for word, value in words.items():
+        written = {name: text.replace("{" + word + "}", value) for name, text in written.items()}
+    return written
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    from palmares.sim import HANDS, TASKS
-
     made = argparse.ArgumentParser(
         prog="palmares new",
-        description="Make a folder with a controller that plays, a test of it, and the commands to go on with.",
+        description="Make a folder with a controller that plays, a test of it, and a README.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     made.add_argument("folder", type=_folder, help="folder to make; its name is the team's")
-    made.add_argument("--task", choices=TASKS, default="balls", help=f"{', '.join(TASKS)} (default balls)")
+    made.add_argument("--task", choices=TASKS, default="balls", help="default: balls")
     made.add_argument(
-        "--hand", choices=HANDS, default="softhand", metavar="HAND", help=f"{', '.join(HANDS)} (default softhand)"
+        "--hand",
+        choices=HANDS,
+        default="softhand",
+        metavar="HAND",
+        help=f"one of {', '.join(HANDS)}; default: softhand",
     )
     return made
 
 
 def _folder(text: str) -> Path:
     name = Path(text).resolve().name
-    if not name or len(name) > 64 or keyword.iskeyword(name):
+    if not 1 <= len(name) <= 64:
         raise argparse.ArgumentTypeError(f"{text!r}: wanted a folder whose name has 1 to 64 characters")
+    if any(not (letter.isalnum() or letter in "_-.") for letter in name):
+        raise argparse.ArgumentTypeError(f"{text!r}: wanted a name of letters, digits, '_', '-' and '.'")
     return Path(text)
+
+
+def _text(name: str) -> str:
+    return files("palmares.program.made").joinpath(f"{name}.txt").read_text(encoding="utf-8")

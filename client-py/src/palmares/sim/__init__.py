@@ -27,9 +27,11 @@ from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
 from palmares.sim.linearise import Linear, linearise
 from palmares.sim.pictures import View
+from palmares.sim.recording import Recording
 from palmares.sim.state import State
 from palmares.sim.world import World, read
 from palmares.training import Training
+from palmares.views import Brief
 
 
 def welcome(
@@ -49,8 +51,8 @@ def welcome(
     return read(native_welcome(team, list(own_hands), list(own_tasks)), Welcome)
 
 
-@dataclass(frozen=True)
-class Identity:
+@dataclass(frozen=True, repr=False)
+class Identity(Brief):
     """What a run's bits depend on beside its actions: the same here and on a server."""
 
     engine: str
@@ -81,6 +83,7 @@ __all__ = [
     "Batch",
     "Identity",
     "Linear",
+    "Recording",
     "Snapshot",
     "State",
     "Stepped",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
@@ -16,12 +16,14 @@ from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whol
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
+from palmares.net.requests import names
 from palmares.sim.parameters import given_rows
 from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, State, named, placed, rows_of_contacts, state_of
 from palmares.sim.world import read
 from palmares.training import Training, checked
+from palmares.views import Brief
 
 Arrays: TypeAlias = dict[str, Array]
 Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
@@ -30,8 +32,8 @@ FIELDS = (("linear", slice(0, 3)), ("angular", slice(3, 6)), ("hand", slice(6, N
 """Name and columns of each part of an action"""
 
 
-@dataclass(frozen=True)
-class Stepped:
+@dataclass(frozen=True, repr=False)
+class Stepped(Brief):
     """Outcome of a step of a `Batch`; every array has one entry for each world."""
 
     observations: Arrays
@@ -146,7 +148,9 @@ class Batch:
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
         with progress(sum(chosen), "world", "reset") as report:
-            self._native.reset(numbers, chosen, report, given_rows(parameters, self.count, self._native.objects))
+            self._native.reset(
+                numbers, chosen, report, given_rows(parameters, self.count, self._native.objects)
+            )
         return self.observe()
 
     @property
@@ -387,13 +391,24 @@ class Batch:
         size: tuple[int, int] | None = None,
         kinds: Sequence[Kind] | Kind = "depth",
     ) -> dict[str, NDArray[Any]]:
-        """Draw all worlds on the pool: of each kind an array (N, height, width), of ``rgb`` (…, 3).
+        """Draw all worlds on the pool: an array (N, height, width) of each kind.
 
-        The arrays are contiguous; torch and jax take them without a copy. The arguments are those of
-        `World.pictures`.
-
+        Those of ``rgb`` and ``film`` are (N, height, width, 3). The arrays are contiguous; torch and jax take
+        them without a copy. The arguments are those of `World.pictures`; ``film`` is that of the first world.
         """
         return self._native.pictures(asked(camera, size), kinds_of(kinds))
+
+    def depths(self, cameras: Iterable[str]) -> Arrays:
+        """Return the newest depth images of cameras of task or hand: an array (N, height, width) of each, m.
+
+        They are those of ``World.observe``, with the errors and the latency of real cameras where `noise` is
+        ``real``; 0 where there is no reading. `pictures` draws faster, of any size.
+
+        Raises:
+            ValueError: There is no such camera.
+
+        """
+        return self._native.depths(names(cameras))
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         return {name: array.shape for name, array in self._native.arrays(list(STATE)).items()}

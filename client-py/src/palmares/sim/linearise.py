@@ -18,10 +18,11 @@ from palmares.arrays import Array
 from palmares.sim.batch import Batch
 from palmares.sim.state import State, state_of
 from palmares.sim.world import World
+from palmares.views import Brief
 
 
-@dataclass(frozen=True)
-class Linear:
+@dataclass(frozen=True, repr=False)
+class Linear(Brief):
     """``dx' = A dx + B du`` of some ticks under one action.
 
     x is a vector of small changes: base (6: position in m, turn as a rotation vector in rad, world frame),

@@ -179,6 +179,11 @@ class LocalLink(Link):
         )
 
     @property
+    def closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._closed
+
+    @property
     def where(self) -> str:
         """No address."""
         return "local"

@@ -9,17 +9,20 @@ from typing import Literal
 import numpy as np
 
 from palmares.arguments import is_real, whole
-from palmares.arrays import array
+from palmares.arrays import Array, array
 from palmares.rotation import quat_of
+from palmares.views import Brief
 
-Kind = Literal["depth", "depth_mm", "rgb", "bodies"]
-KINDS: tuple[Kind, ...] = ("depth", "depth_mm", "rgb", "bodies")
+Kind = Literal["depth", "depth_mm", "rgb", "bodies", "film"]
+KINDS: tuple[Kind, ...] = ("depth", "depth_mm", "rgb", "bodies", "film")
+FILM = "film"
+"""Name of a view that shows fingers and objects, and of the kind of pictures for people"""
 MOST_PIXELS = 1280 * 720
 """Most pixels of a picture"""
 
 
-@dataclass(frozen=True)
-class View:
+@dataclass(frozen=True, repr=False)
+class View(Brief):
     """A pinhole camera of your own in the world, without errors.
 
     >>> view = View.looking((0.5, -0.5, 0.5), at=(0.0, 0.0, 0.1))
@@ -41,9 +44,9 @@ class View:
     @classmethod
     def looking(
         cls,
-        position: Sequence[float],
-        at: Sequence[float],
-        up: Sequence[float] = (0.0, 0.0, 1.0),
+        position: Sequence[float] | Array,
+        at: Sequence[float] | Array,
+        up: Sequence[float] | Array = (0.0, 0.0, 1.0),
         fov_deg: float = 60.0,
         link: str | None = None,
     ) -> View:
@@ -57,7 +60,7 @@ class View:
         right = np.cross(forward, array(up))
         if np.linalg.norm(forward) < 1e-9 or np.linalg.norm(right) < 1e-9 * np.linalg.norm(forward):
             raise ValueError(
-                f"view from {tuple(position)} to {tuple(at)}: wanted another point, not along up"
+                f"at: found {tuple(at)} from {tuple(position)}; wanted another point, not along up"
             )
         z = forward / np.linalg.norm(forward)
         x = right / np.linalg.norm(right)

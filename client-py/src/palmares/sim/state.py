@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from palmares._native import Snapshot
 from palmares.arguments import table, whole
 from palmares.arrays import Array
+from palmares.views import Brief
 
 Arrays: TypeAlias = dict[str, Array]
 
@@ -30,8 +31,8 @@ MOST_CONTACTS = 4096
 """Most rows of ``contacts``"""
 
 
-@dataclass(frozen=True)
-class State:
+@dataclass(frozen=True, repr=False)
+class State(Brief):
     """The state of a world, or with a first axis (N, …) of the worlds of a `Batch`.
 
     Its arrays are yours to change: ``set_state`` puts what you changed elsewhere, and continues the rest, bit

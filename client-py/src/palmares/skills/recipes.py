@@ -5,7 +5,7 @@ The numbers come from the hand's README. `palmares.examples.grasp` plays them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,6 +53,30 @@ class Recipe:
         aside = rotation @ array(self.centre_m)
         height_m = max(target.high[2] + self.palm_m, target.low[2] + self.reach_m)
         return array([target.middle[0] - aside[0], target.middle[1] - aside[1], height_m])
+
+    def moved(
+        self, tilt_rad: float = 0.0, up_m: float = 0.0, across_m: float = 0.0, aside_m: float = 0.0
+    ) -> Recipe:
+        """Return the recipe for another object: the hand is tilted, higher, or elsewhere over it.
+
+        Args:
+            tilt_rad: Turns `approach` towards `across`.
+            up_m: Raises the base.
+            across_m: Moves `centre_m` along `across`.
+            aside_m: Moves it along `across` × `approach`.
+
+        """
+        down, across = array(self.approach), array(self.across)
+        aside = np.cross(across, down)
+        cosine, sine = np.cos(tilt_rad), np.sin(tilt_rad)
+        return replace(
+            self,
+            approach=tuple((cosine * down + sine * across).tolist()),
+            across=tuple((cosine * across - sine * down).tolist()),
+            centre_m=tuple((array(self.centre_m) + across_m * across + aside_m * aside).tolist()),
+            palm_m=self.palm_m + up_m,
+            reach_m=self.reach_m + up_m,
+        )
 
     def motors(self, closed: float) -> list[float]:
         """Return σ of every motor, from the opened hand (0) to the closed one (1)."""

@@ -18,6 +18,7 @@ pub(super) use forward::to_owner;
 
 use super::openapi::operation::{Operation, Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;
+use super::runs::RunList;
 use crate::auth::Auth;
 use crate::problem::Problem;
 use crate::state::AppState;
@@ -108,7 +109,7 @@ pub(super) fn routes() -> Routes<AppState> {
             runs::act,
         )
         .add(
-            listed(get_json::<runs::RunList>("/v1/admin/runs", "Runs without their events, newest first"))
+            listed(get_json::<RunList>("/v1/admin/runs", "Runs without their events, newest first"))
                 .query("task", "Only runs of this task"),
             runs::list,
         )

@@ -2,7 +2,7 @@
 
 use super::request::{AdminRequest, ListQuery, MAX_ROWS, entry, needs_reason, no_verb, not_found};
 use crate::http::extract::{Path, Query};
-use crate::http::runs::SessionNow;
+use crate::http::runs::{RunList, SessionNow};
 use crate::problem::Problem;
 use crate::session::Command;
 use crate::state::AppState;
@@ -29,14 +29,6 @@ pub(in crate::http) struct RunActionRequest {
 pub(in crate::http) struct RunActionResponse {
     run: RunRecord,
     session: Option<SessionNow>,
-}
-
-/// Runs, newest first.
-#[derive(Serialize, JsonSchema)]
-pub(in crate::http) struct RunList {
-    runs: Vec<RunRecord>,
-    /// Whether there are more, which `limit` left out.
-    more: bool,
 }
 
 /// Runs of a team, a task, a status or a time.

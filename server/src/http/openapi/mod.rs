@@ -21,7 +21,9 @@ pub(super) fn document(operations: &[Operation]) -> Value {
     let mut answered = settings().for_serialize().into_generator();
     let mut paths: Map<String, Value> = Map::new();
     for operation in operations {
-        let item = paths.entry(operation.path).or_insert_with(|| json!({}));
+        // The router writes `{*path}` for a variable part with slashes, OpenAPI `{path}`.
+        let path = operation.path.replace("{*", "{");
+        let item = paths.entry(path).or_insert_with(|| json!({}));
         item[operation.method] = operation.describe(&mut sent, &mut answered);
     }
     let mut schemas = answered.take_definitions(true);

@@ -108,6 +108,7 @@ impl Operation {
 
     pub(super) fn describe(&self, sent: &mut SchemaGenerator, answered: &mut SchemaGenerator) -> Value {
         let in_path = self.path.split('{').skip(1).filter_map(|rest| rest.split('}').next());
+        let in_path = in_path.map(|name| name.trim_start_matches('*'));
         let text = json!({"type": "string"});
         let word =
             if self.words.is_empty() { text.clone() } else { json!({"type": "string", "enum": self.words}) };

@@ -144,7 +144,7 @@ mod tests {
             println!("skipped: built without the viewer");
             return;
         }
-        for page in ["leaderboard", "live", "replay", "wall", "admin"] {
+        for page in ["leaderboard", "live", "replay", "wall", "admin", "docs"] {
             let files = files_of(page).expect(page);
             let all = files.styles.iter().chain(&files.preload).chain([&files.script]);
             for address in all {

@@ -68,6 +68,7 @@ pub(in crate::http) async fn leaderboard(
         body,
         plain_style: Some(PLAIN),
         refresh_s: Some(10),
+        form: false,
     };
     Ok(respond(&page, &competition))
 }

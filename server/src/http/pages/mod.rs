@@ -1,6 +1,7 @@
 //! The pages: their HTML frames, and the leaderboard as plain HTML. The scripts are in `viewer/`.
 
 mod assets;
+pub(super) mod documents;
 pub(super) mod leaderboard;
 mod rules_in_words;
 mod shell;
@@ -8,16 +9,32 @@ mod shell;
 pub(super) use assets::asset;
 
 use crate::competition::Competition;
+use crate::problem;
 use axum::extract::{Path, State};
-use axum::response::IntoResponse;
+use axum::http::header::ACCEPT;
+use axum::http::{HeaderMap, StatusCode, Uri};
+use axum::response::{IntoResponse, Response};
+use maud::html;
+use palmares_protocol::text::shortened;
 use shell::{Page, respond, without_script};
 use std::sync::Arc;
+
+/// Addresses of programs: these get JSON even where a browser asks.
+const OF_PROGRAMS: [&str; 2] = ["/v1/", "/assets/"];
 
 /// The frame of a page that its script fills.
 fn page(name: &str, title: &str, argument: &str, competition: &Competition) -> impl IntoResponse + use<> {
     let body = without_script(name);
     respond(
-        &Page { name, argument, title, body, plain_style: Some(leaderboard::PLAIN), refresh_s: None },
+        &Page {
+            name,
+            argument,
+            title,
+            body,
+            plain_style: Some(leaderboard::PLAIN),
+            refresh_s: None,
+            form: false,
+        },
         competition,
     )
 }
@@ -74,4 +91,31 @@ pub(super) async fn wall(State(competition): State<Arc<Competition>>) -> impl In
 /// `GET /admin`.
 pub(super) async fn admin(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
     page("admin", "Organizers", "", &competition)
+}
+
+/// An unknown address: a page for browsers, a problem for programs.
+pub(super) async fn nothing_here(
+    State(competition): State<Arc<Competition>>,
+    headers: HeaderMap,
+    uri: Uri,
+) -> Response {
+    let accepted = headers.get_all(ACCEPT).iter().filter_map(|value| value.to_str().ok());
+    let browser = accepted.flat_map(|value| value.split([',', ';'])).any(|kind| kind.trim() == "text/html");
+    if !browser || OF_PROGRAMS.iter().any(|start| uri.path().starts_with(start)) {
+        return problem::nothing_here(uri).await.into_response();
+    }
+    let body = html! {
+        div.title { h1 { "No page here" } }
+        p { "This server has nothing at " code { (shortened(uri.path())) } "." }
+        ul {
+            li { a href="/" { "Leaderboard" } ": the teams and their best runs" }
+            li { a href="/live" { "Live" } ": the runs that are being played" }
+            li { a href="/replay" { "Replay" } ": finished runs, or a file" }
+            li { a href="/hands" { "Hands" } ": the hands, with their figures" }
+        }
+    };
+    let plain_style = Some(leaderboard::PLAIN);
+    let page =
+        Page { name: "missing", argument: "", title: "No page here", body, plain_style, refresh_s: None };
+    (StatusCode::NOT_FOUND, respond(&page, &competition)).into_response()
 }

@@ -4,6 +4,9 @@ use crate::rules::CompetitionPhase;
 use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 
+/// How to install the client. A team has the wheel, or the sources.
+const INSTALL: &str = "pip install palmares-*.whl\n# in the sources: pip install -e client-py\n";
+
 /// The phase of a competition as a sentence, or its pause.
 pub(super) fn in_words(phase: CompetitionPhase, paused: bool) -> &'static str {
     match phase {
@@ -44,15 +47,17 @@ pub(super) fn connect(here: &str, phase: Option<CompetitionPhase>) -> Markup {
                      the Python client reads it from the environment:"
                 }
                 pre tabindex="0" {
+                    (INSTALL)
                     "export PALMARES_TOKEN=plm_…   # your team's\n\
                      python -m palmares.examples.balls_softhand --url http://" (here)
                 }
             } @else {
                 p { "No token is needed. With the Python client:" }
                 pre tabindex="0" {
-                    "pip install ./client-py\npython -m palmares.examples.balls_softhand --url http://" (here)
+                    (INSTALL) "python -m palmares.examples.balls_softhand --url http://" (here)
                 }
             }
+            p { a href="/docs/teams" { "How to write a controller" } }
             p {
                 "Or with any WebSocket program: subprotocol " code { "palmares.v1.json" } ", address "
                 code { "ws://" (here) "/v1/control" }

@@ -7,10 +7,15 @@ use axum::http::header::{
 };
 use axum::response::IntoResponse;
 use maud::{DOCTYPE, Markup, html};
+use std::sync::LazyLock;
 
 /// All resources come from this server; inline scripts and styles, and framing by other pages, are forbidden.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; \
                       font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// The policy of a page with a form.
+static POLICY_WITH_FORM: LazyLock<String> =
+    LazyLock::new(|| POLICY.replace("form-action 'none'", "form-action 'self'"));
 
 const OPENER: HeaderName = HeaderName::from_static("cross-origin-opener-policy");
 
@@ -28,13 +33,15 @@ pub(super) struct Page<'a> {
     pub(super) plain_style: Option<&'a str>,
     /// Seconds after which a browser without scripts reloads.
     pub(super) refresh_s: Option<u32>,
+    /// Whether the page has a form that the browser sends to this server without a script.
+    pub(super) form: bool,
 }
 
 /// The response with a page.
 pub(super) fn respond(page: &Page<'_>, competition: &Competition) -> impl IntoResponse + use<> {
     let headers = [
         (CACHE_CONTROL, "no-store"),
-        (CONTENT_SECURITY_POLICY, POLICY),
+        (CONTENT_SECURITY_POLICY, if page.form { POLICY_WITH_FORM.as_str() } else { POLICY }),
         (REFERRER_POLICY, "no-referrer"),
         (X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (OPENER, "same-origin"),
@@ -94,6 +101,7 @@ fn navigation(page: &str, official: bool) -> Markup {
                 (link("hands", "/hands", "Hands"))
                 @if !official { (link("drive", "/drive", "Drive")) }
                 (link("wall", "/wall", "Wall"))
+                (link("docs", "/docs", "Docs"))
                 @if official {
                     a.apart href="/admin" aria-current=[(page == "admin").then_some("page")] { "Organizers" }
                 }
@@ -130,6 +138,7 @@ mod tests {
             body,
             plain_style: None,
             refresh_s: None,
+            form: false,
         };
         let html = render(&page, false).into_string();
         assert!(

@@ -1,7 +1,8 @@
 //! Rules `arrange`, as data: goals for objects, one after the other.
 
+use super::goal_info::{GoalInfo, Within};
 use super::kind::{Aim, RuleKind, Target, mm};
-use super::limits::{MAX_POINTS, settle_s};
+use super::limits::{MAX_POINTS, REST_SPEED, settle_s};
 use crate::task::objects::Objects;
 use crate::task::placing::plain_name;
 use serde::Deserialize;
@@ -50,18 +51,6 @@ pub struct Goal {
     pub for_s: f64,
     /// Points for reaching it.
     pub points: f64,
-}
-
-/// A box in the frame of an object.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Within {
-    /// Name of the object.
-    pub object: String,
-    /// Lowest corner in its frame, m.
-    pub min: [f64; 3],
-    /// Highest corner, m.
-    pub max: [f64; 3],
 }
 
 /// Maximum number of goals of a task.
@@ -137,8 +126,44 @@ impl RuleKind for Arrange {
         true
     }
 
+    fn goals(&self) -> Vec<GoalInfo> {
+        self.goals.iter().map(GoalInfo::from).collect()
+    }
+
     fn describe(&self) -> Vec<String> {
         self.goals.iter().enumerate().map(|(k, goal)| format!("{}. {}", k + 1, goal.describe())).collect()
+    }
+}
+
+impl From<&Goal> for GoalInfo {
+    fn from(goal: &Goal) -> Self {
+        let Goal {
+            name,
+            object,
+            point,
+            inside,
+            within,
+            above_m,
+            upright_deg,
+            at_rest,
+            hand_off_m,
+            for_s,
+            points,
+        } = goal;
+        GoalInfo {
+            name: name.clone(),
+            object: Some(object.clone()),
+            points: *points,
+            point: *point,
+            inside: inside.clone(),
+            within: within.clone(),
+            above_m: *above_m,
+            upright_deg: *upright_deg,
+            rest_m_s: at_rest.then_some(REST_SPEED),
+            hand_off_m: *hand_off_m,
+            for_s: *for_s,
+            ..GoalInfo::default()
+        }
     }
 }
 

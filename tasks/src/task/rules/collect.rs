@@ -1,7 +1,8 @@
 //! Rules `collect`, as data.
 
+use super::goal_info::GoalInfo;
 use super::kind::{Aim, RuleKind, Target};
-use super::limits::{points, settle_s};
+use super::limits::{REST_SPEED, points, settle_s};
 use serde::Deserialize;
 
 /// Points per object by its final place. An object is in a region if its centre of mass is inside and it rests.
@@ -45,6 +46,25 @@ impl RuleKind for Collect {
     fn aims(&self, count: usize, _: &[String]) -> Vec<Aim<'_>> {
         let target = Some(Target::Region(&self.goal));
         (0..count).map(|object| Aim { object, point: None, target: target.clone() }).collect()
+    }
+
+    fn goals(&self) -> Vec<GoalInfo> {
+        let rest_m_s = Some(REST_SPEED);
+        let in_goal = GoalInfo {
+            name: "in_goal".to_owned(),
+            points: self.in_goal,
+            inside: Some(self.goal.clone()),
+            rest_m_s,
+            ..GoalInfo::default()
+        };
+        let outside = GoalInfo {
+            name: "outside".to_owned(),
+            points: self.outside,
+            outside: vec![self.goal.clone(), self.start.clone()],
+            rest_m_s,
+            ..GoalInfo::default()
+        };
+        [Some(in_goal), (self.outside != 0.0).then_some(outside)].into_iter().flatten().collect()
     }
 
     fn describe(&self) -> Vec<String> {

@@ -1,9 +1,13 @@
 //! Rules `hold`, as data.
 
+use super::goal_info::GoalInfo;
 use super::kind::{Aim, RuleKind};
 use super::limits::{points, positive};
 use crate::task::objects::Objects;
 use serde::Deserialize;
+
+/// Part of the lift that the object keeps during the shake, or it is lost.
+pub(crate) const LOST_FROM: f64 = 0.5;
 
 /// Points for one object that is lifted, held, and kept in the hand while the server shakes it.
 #[derive(Clone, Debug, Deserialize)]
@@ -79,6 +83,25 @@ impl RuleKind for Hold {
 
     fn aims(&self, count: usize, _: &[String]) -> Vec<Aim<'_>> {
         (0..count).map(|object| Aim { object, point: None, target: None }).collect()
+    }
+
+    fn goals(&self) -> Vec<GoalInfo> {
+        let HoldPoints { lifted, held, shaken, firm, quick } = self.points;
+        let (above_m, slip_m) = (Some(self.lift_m), Some(self.slip_m));
+        let goal = |name: &str, points| GoalInfo { name: name.to_owned(), points, ..GoalInfo::default() };
+        let less = |by: &str| Some(by.to_owned());
+        vec![
+            GoalInfo { above_m, ..goal("lifted", lifted) },
+            GoalInfo { above_m, slip_m, for_s: self.hold_s, ..goal("held", held) },
+            GoalInfo {
+                above_m: Some(LOST_FROM * self.lift_m),
+                slip_m,
+                for_s: 3.0 * self.shake.axis_s,
+                ..goal("shaken", shaken)
+            },
+            GoalInfo { less_by: less("slip"), slip_m, ..goal("firm", firm) },
+            GoalInfo { less_by: less("time"), slow_s: Some(self.slow_s), ..goal("quick", quick) },
+        ]
     }
 
     fn describe(&self) -> Vec<String> {

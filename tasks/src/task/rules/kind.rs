@@ -1,5 +1,6 @@
 //! A kind of rules.
 
+use super::goal_info::GoalInfo;
 use crate::task::objects::Objects;
 
 /// Everything outside of the referee that depends on the kind of rules.
@@ -34,6 +35,9 @@ pub(super) trait RuleKind {
     fn in_order(&self) -> bool {
         false
     }
+
+    /// The goals with their points and tolerances.
+    fn goals(&self) -> Vec<GoalInfo>;
 
     /// The rules in words, for `palmares task show`: one line or more.
     fn describe(&self) -> Vec<String>;

@@ -1,5 +1,8 @@
 //! Valid numbers of rules.
 
+/// Speed below which an object counts as at rest, m/s; carried objects move with the hand.
+pub(crate) const REST_SPEED: f64 = 5e-3;
+
 /// Maximum size of points, so that a score can be written as a decimal number.
 pub(super) const MAX_POINTS: f64 = 1e6;
 

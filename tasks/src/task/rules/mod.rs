@@ -2,14 +2,18 @@
 
 mod arrange;
 mod collect;
+mod goal_info;
 mod hold;
 mod kind;
 mod limits;
 
-pub use arrange::{Arrange, Goal, Within};
+pub use arrange::{Arrange, Goal};
 pub use collect::Collect;
+pub use goal_info::{GoalInfo, Within};
+pub(crate) use hold::LOST_FROM;
 pub use hold::{Hold, HoldPoints, Shake};
 pub(crate) use kind::{Aim, Target};
+pub(crate) use limits::REST_SPEED;
 
 use super::objects::Objects;
 use kind::RuleKind;
@@ -55,6 +59,11 @@ impl Rules {
     /// Role of a region: `start` or `goal`.
     pub fn role(&self, region: &str) -> Option<&'static str> {
         self.kind().role(region)
+    }
+
+    /// The goals with their points and tolerances, in the order in which they are reached.
+    pub fn goals(&self) -> Vec<GoalInfo> {
+        self.kind().goals()
     }
 
     /// The rules in words, one line or more.

@@ -1,0 +1,1 @@
+"""Runs of a server for other programs: `palmares foxglove` and `palmares ros2`."""

@@ -1,0 +1,1 @@
+"""A run as a node of ROS 2, without ROS: the standard messages over DDS."""

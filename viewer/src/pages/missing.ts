@@ -1,0 +1,2 @@
+/** An unknown address: the server writes the page, which needs only the style. */
+import '../style/base.css';
