@@ -155,6 +155,13 @@ def test_the_room_of_a_hand_ends_at_walls_and_other_balls() -> None:
         assert most_room(client.scene, obs, grip, client.scene.region("box_b")) is None
 
 
+def test_without_a_grip_all_motors_have_the_same_command() -> None:
+    with palmares.Client("local") as client:
+        mover = GripMover(client, client.reset("grasp", "pinch", seed=2))
+        mover.to(0.1, sigma=0.3)
+        assert [motor.command for motor in mover.obs.hand.actuators] == pytest.approx([0.3, 0.3])
+
+
 def test_a_run_that_ends_ends_a_pick(tmp_path: Path) -> None:
     with palmares.Client("local") as client:
         mover = GripMover(client, client.reset(short_grasp(tmp_path, 0.5), "softhand", seed=2))

@@ -53,7 +53,7 @@ def test_a_named_camera_shows_what_its_images_show(worlds: list[World]) -> None:
 
 
 @pytest.mark.parametrize(
-    "camera", ["table", "film", EYE, View.looking((0, 0, -0.2), (0, 0, 1), (1, 0, 0), link="palm")]
+    "camera", ["table", "film", EYE, View.looking((0, 0, -0.2), (0, 0, 1), (1, 0, 0), link="base")]
 )
 def test_a_batch_draws_the_same_bits_as_its_worlds(
     camera: str | View, worlds: list[World], batch: Batch
@@ -112,7 +112,7 @@ def test_the_film_sees_fingers_and_object_and_does_not_move(worlds: list[World])
     ("arguments", "message"),
     [
         (("tabel",), "no camera `tabel`; there are: top, table, wrist, film"),
-        (("table", (0, 10)), "size[0]: found 0; wanted 1 to 921600"),
+        (("table", (0, 10)), "size[0]: found 0; wanted a whole number from 1 to 921600"),
         (("table", (2000, 2000)), "a picture of 2000 × 2000 pixels"),
         (("table", None, "colour"), "kinds: found ['colour']; wanted some of depth"),
         (("table", None, ()), "kinds: found []; wanted some of depth"),

@@ -29,6 +29,9 @@ from palmares.bridges.ros2 import messages as ros
 from palmares.bridges.ros2.node import QOS
 
 Found = TypeVar("Found")
+PROGRAM = [sys.executable, "-c", "from palmares.program import main; main()", "ros2"]
+# A node of ROS 2 on RustDDS.
+PEER = os.environ.get("PALMARES_DDS_PEER")
 NOW = ros.Time(sec=3, nanosec=250)
 HEADER = ros.Header(stamp=NOW, frame_id="world")
 KINDS: list[tuple[str, Any]] = [
@@ -119,13 +122,12 @@ def test_a_node_reads_sensors_and_moves_the_hand(tmp_path: Path) -> None:
     )
     wrench = reader("wrist/wrench", ros.WrenchStamped)
     command, twist = writer("joint_command", ros.JointState), writer("base/target_twist", ros.TwistStamped)
-    program = [sys.executable, "-c", "from palmares.program import main; main()", "ros2"]
     with RealServer(tmp_path) as server:
         with palmares.Client(server.url, team="look") as client:
             camera = client.welcome.task("grasp").cameras[0].name
         images = reader(f"{camera}/depth/image_raw", ros.Image)
         options = ["--url", server.url, "--seed", "1", "--domain", str(domain), "--camera", camera]
-        process = subprocess.Popen([*program, *options], env=os.environ)
+        process = subprocess.Popen([*PROGRAM, *options], env=os.environ)
         try:
             first = until(lambda: newest(joints))
             motor = first.name[0]
@@ -157,6 +159,31 @@ def test_a_node_reads_sensors_and_moves_the_hand(tmp_path: Path) -> None:
             depth = np.frombuffer(bytes(image.data), "<f4").reshape(image.height, image.width)
             assert 0.05 < np.nanmin(depth) < 5.0
             assert math.isfinite(float(np.nanmax(depth)))
+        finally:
+            process.kill()
+            process.wait()
+
+
+@needs_server
+@pytest.mark.skipif(
+    PEER is None, reason="PALMARES_DDS_PEER names no program; tests/ros2_peer has its sources"
+)
+def test_a_node_on_another_implementation_of_dds_moves_the_hand(tmp_path: Path) -> None:
+    domain = str(130 + os.getpid() % 60)
+    with RealServer(tmp_path) as server:
+        options = ["--url", server.url, "--seed", "1", "--domain", domain]
+        process = subprocess.Popen([*PROGRAM, *options], env=os.environ)
+        try:
+            words = [str(PEER), domain, "motor", "0.5"]
+            done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=120)
+            assert done.returncode == 0, done.stderr
+            rows = {
+                name: [float(x) for x in rest] for name, *rest in map(str.split, done.stdout.splitlines())
+            }
+            position, _, tension = rows["motor"]
+            assert position == pytest.approx(0.5, abs=0.011)
+            assert tension > 0.0
+            assert len(rows) > 10
         finally:
             process.kill()
             process.wait()

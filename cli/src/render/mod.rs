@@ -52,7 +52,7 @@ pub(crate) struct RenderOptions {
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
     /// Pictures per second of the film, up to 120; of .gif up to 50
-    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = within::<0, 120>)]
+    #[arg(long, value_name = "N", default_value_t = 25.0, value_parser = within::<0, 120>)]
     fps: f64,
     /// Seconds of the run in a second of the film
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = within::<0, 1000>)]

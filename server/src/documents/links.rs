@@ -1,7 +1,9 @@
 //! Addresses of documents, and the addresses that their links lead to on this server.
 
-use super::ROOT;
 use std::collections::BTreeSet;
+
+/// Address of the first document.
+pub(crate) const ROOT: &str = "/docs";
 
 /// The address that documents have for a practice server; a reader of these pages has one already.
 const PRACTICE_SERVER: &str = "http://127.0.0.1:8080";

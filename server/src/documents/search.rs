@@ -1,6 +1,7 @@
 //! The search: sections of the documents that have all words.
 
-use super::{Document, Heading, Library};
+use super::library::{Document, Library};
+use super::render::Heading;
 
 /// Most results.
 pub(crate) const MOST: usize = 30;

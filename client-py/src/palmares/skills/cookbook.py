@@ -108,13 +108,18 @@ class Grip:
 
 
 class GripMover(Mover):
-    """A mover whose σ closes the hand of a grip, from 0 (opened) to 1 (closed)."""
+    """A mover whose σ closes the hand of a grip, from 0 (opened) to 1 (closed).
+
+    Without a grip, σ is the command of every motor.
+    """
 
     grip: Grip | None = None
 
     def command(self) -> list[float]:
         """Return σ of every motor."""
-        return [self.sigma] if self.grip is None else self.grip.motors(self.sigma)
+        if self.grip is None:
+            return [self.sigma] * len(self.obs.hand.actuators)
+        return self.grip.motors(self.sigma)
 
 
 def pick(mover: GripMover, grip: Grip, target: ObjectBounds, yaw_rad: float) -> None:
