@@ -62,7 +62,8 @@ def view_of(camera: str | View | None, known: dict[str, CameraInfo], *, local: b
     """
     wanted = [*known, FILM] if local else list(known)
     if isinstance(camera, str) and camera not in wanted:
-        raise ValueError(f"render_camera: found {short(camera)}; wanted one of {', '.join(wanted)}, or a View")
+        names_of = ", ".join(wanted)
+        raise ValueError(f"render_camera: found {short(camera)}; wanted one of {names_of}, or a View")
     if camera is None:
         return FILM if local else next(iter(known), "")
     return camera
