@@ -30,8 +30,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
     """`num_envs` runs of one task and hand as a vector environment, stepped by native threads.
 
     Actions, observations and rewards are those of `FlatEnv`, for each field an array (num_envs, …). The seed,
-    *i* and *k* alone determine the scene of episode *k* of environment *i*, so that a training does not depend
-    on the number of threads or on the ends of other episodes.
+    *i* and *k* alone determine the scene of episode *k* of environment *i*, so that a training does not
+    depend on the number of threads or on the ends of other episodes.
 
     ``infos`` have the entries of `PalmaresEnv`, as gymnasium has them: an array (num_envs, …) of each, and
     ``_NAME`` (num_envs,), where it is given. So ``infos["result"]["score"]`` are the scores of the runs that
