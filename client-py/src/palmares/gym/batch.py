@@ -29,10 +29,9 @@ Mask = NDArray[np.bool_]
 class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
     """`num_envs` runs of one task and hand as a vector environment, stepped by native threads.
 
-    Actions, observations and rewards are those of `FlatEnv`, for each field an array (num_envs, …). Its
-    colours are without the errors of real cameras. The seed, *i* and *k* alone determine the scene of
-    episode *k* of environment *i*, so that a training does not depend on the number of threads or on the ends
-    of other episodes.
+    Actions, observations and rewards are those of `FlatEnv`, for each field an array (num_envs, …). The seed,
+    *i* and *k* alone determine the scene of episode *k* of environment *i*, so that a training does not
+    depend on the number of threads or on the ends of other episodes.
 
     ``infos`` have the entries of `PalmaresEnv`, as gymnasium has them: an array (num_envs, …) of each, and
     ``_NAME`` (num_envs,), where it is given. So ``infos["result"]["score"]`` are the scores of the runs that
@@ -52,7 +51,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         observations: Their form, as of `FlatEnv`.
         goal: As of `FlatEnv`.
         cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
-            Needs ``noise="none"``.
+            Colours need ``noise="none"``.
         ticks: Ticks per step.
         threads: Threads that step; one for each core when left out.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
