@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 /// Number of the transparent colour; the colours before it are of the pictures.
 const CLEAR: u8 = 255;
 /// Bits of each colour that decide about its entry in the palette.
-const BITS: u32 = 6;
-/// Share of the pixels by which the colours are chosen: 1 all, 10 a tenth. Ten is the usual value of the method (NeuQuant).
-const SAMPLING: i32 = 10;
+const BITS: u32 = 5;
+/// Share of the pixels of the first picture by which the colours are chosen: 1 all, 10 a tenth.
+const SAMPLING: i32 = 1;
 
 /// A film while it is written.
 pub(super) struct GifFile {
@@ -111,9 +111,13 @@ impl Open {
         let most = (1 << BITS) - 1;
         let entries = (0..1_usize << (3 * BITS)).map(|k| {
             let color = [k >> (2 * BITS), k >> BITS, k].map(|part| middle(part & most));
-            quantised.index_of(&[color[0], color[1], color[2], u8::MAX]) as u8
+            let far = |entry: &[u8]| -> u32 {
+                entry.iter().zip(color).map(|(a, b)| u32::from(a.abs_diff(b)).pow(2)).sum()
+            };
+            let nearest = palette[..3 * usize::from(CLEAR)].chunks_exact(3).enumerate();
+            nearest.min_by_key(|(_, entry)| far(entry)).map_or(0, |(k, _)| k as u8)
         });
-        let entries = entries.collect();
+        let entries: Vec<u8> = entries.collect();
         let file = BufWriter::new(File::create(path)?);
         let mut encoder = Encoder::new(file, width, height, &palette)?;
         encoder.set_repeat(Repeat::Infinite)?;

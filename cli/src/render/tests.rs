@@ -82,7 +82,7 @@ fn a_gif_has_all_pictures_and_their_times() {
         }
         let wanted = picture(k);
         let far = canvas.chunks_exact(4).zip(wanted.chunks_exact(3)).filter(|(shown, wanted)| {
-            shown.iter().zip(*wanted).any(|(shown, wanted)| shown.abs_diff(*wanted) > 12)
+            shown.iter().zip(*wanted).any(|(shown, wanted)| shown.abs_diff(*wanted) > 40)
         });
         assert_eq!(far.count(), 0, "picture {k}");
     }
