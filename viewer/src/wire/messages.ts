@@ -605,7 +605,7 @@ export interface FigureRow {
 export interface Final {
   /** Points. */
   score: number;
-  /** Objects in the goal. */
+  /** Objects in the goal; where the scene has goals, goals reached. */
   in_goal: number;
   /** Objects outside. */
   outside: number;
