@@ -70,7 +70,7 @@ def told(error: palmares.WorldFaultError, result: Result, before: int) -> None:
     assert result.note is not None
     assert result.note.startswith(begins)
     assert sim.FAULTS[error.fault] in result.note
-    assert result.note in repr(result)
+    assert result.note in str(result)
 
 
 def test_every_fault_has_words() -> None:

@@ -27,7 +27,7 @@ def test_scene_and_greeting_have_the_goals_of_a_task(task: str) -> None:
             task, 10.0
         )
         for goal in goals:
-            assert f"goal {goal.name}" in repr(client.scene)
+            assert f"goal {goal.name}" in str(client.scene)
             assert client.scene.goal_named(goal.name) is goal
         with pytest.raises(KeyError, match=f"no goal 'won'; there are: {goals[0].name}"):
             client.scene.goal_named("won")

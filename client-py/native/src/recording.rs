@@ -23,6 +23,9 @@ pub(crate) struct Recording {
     replay: Arc<Replay>,
 }
 
+/// Names of motors, fingers, tendons and objects, by their kind.
+type Names = Vec<(String, Vec<String>)>;
+
 /// What is kept of a run.
 struct Rows {
     hand: Arc<Hand>,
@@ -72,10 +75,10 @@ impl Recording {
         py: Python<'py>,
         tasks: Vec<String>,
         told: Told<'py>,
-    ) -> PyResult<(Bound<'py, PyDict>, Vec<(String, Vec<String>)>)> {
+    ) -> PyResult<(Bound<'py, PyDict>, Names)> {
         let tasks = tasks.iter().map(|path| lookup::task(path)).collect::<PyResult<Vec<_>>>()?;
         let recorded = Arc::clone(&self.replay);
-        let work = move |ticks: &AtomicU64| -> Result<(Rows, Vec<(String, Vec<String>)>), String> {
+        let work = move |ticks: &AtomicU64| -> Result<(Rows, Names), String> {
             let quantities: Vec<&Quantity> = STATE.iter().collect();
             let (mut rows, mut names, mut mechanics) = (None, Vec::new(), Mechanics::default());
             let mut observe = |run: &mut Run| {
@@ -119,7 +122,7 @@ impl Recording {
     }
 }
 
-fn names_of(run: &Run) -> Vec<(String, Vec<String>)> {
+fn names_of(run: &Run) -> Names {
     let hand = run.hand();
     let free = run.scene().bodies.iter().filter(|body| body.free);
     [

@@ -35,6 +35,9 @@ pub(crate) struct HandModel {
     config: Config,
 }
 
+/// An equilibrium, or why there is none; nothing before it is computed.
+type Found = Option<Result<Rest, String>>;
+
 /// A point of a link with a force on it or its place in the world.
 type PointOnLink = (String, [f64; 3], [f64; 3]);
 
@@ -146,8 +149,8 @@ impl HandModel {
     /// Equilibria at many σ, without forces: of each its coordinates, tensions and link poses, or why there is none.
     fn rests<'py>(&self, py: Python<'py>, sigma: Matrix<'py>, base: Seven) -> PyResult<Bound<'py, PyDict>> {
         let (sigma, base) = (matrix("sigma", &sigma)?, pose("base", base)?);
-        let mut all: Vec<(Vec<f64>, Option<Result<Rest, String>>)> =
-            sigma.row_iter().map(|row| (row.iter().copied().collect(), None)).collect();
+        let rows = sigma.row_iter().map(|row| (row.iter().copied().collect(), None));
+        let mut all: Vec<(Vec<f64>, Found)> = rows.collect();
         all.iter().try_for_each(|(sigma, _)| self.sigma_of("sigma", sigma))?;
         let mut workers = Workers::new(0)?;
         let workers = workers.started()?;

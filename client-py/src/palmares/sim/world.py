@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
-from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, short, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
 from palmares.messages import Observation, Result, Welcome
@@ -206,10 +206,13 @@ class World:
 
         Raises:
             ValueError: The snapshot is of another task or hand, or of another version of the package.
+            TypeError: It is something else.
 
         """
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))
+        if not isinstance(snapshot, Snapshot):
+            raise TypeError(f"snapshot: found {short(snapshot)}; wanted a Snapshot or its bytes")
         if snapshot.seed != self._seed or not same_rows(snapshot.parameters, self._given):
             rows = snapshot.parameters or {}
             self.reset(snapshot.seed, parameters={name: row[0] for name, row in rows.items()})

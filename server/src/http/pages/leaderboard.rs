@@ -217,6 +217,7 @@ mod tests {
             time_limit_s: 600.0,
             hash: String::new(),
             cameras,
+            goals: Vec::new(),
         }
     }
 
