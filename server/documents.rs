@@ -8,10 +8,11 @@ use std::{env, fs};
 
 /// Folders with the endings of the files to embed; `*` is every folder. Not embedded are the records of measurements, with
 /// megabytes of pictures: `docs/report`, `docs/validation` and `docs/training`.
-const EMBEDDED: [(&str, &[&str]); 11] = [
+const EMBEDDED: [(&str, &[&str]); 12] = [
     ("", &[".md", "LICENSE-MIT", "LICENSE-APACHE"]),
     ("docs", &[".md"]),
     ("docs/pictures", &[".md", ".png", ".svg"]),
+    ("docs/pictures/cookbook", &[".png"]),
     ("docs/examples", &[".mjs", ".ipynb"]),
     ("docs/schema", &[".json"]),
     ("client-py", &["README.md"]),

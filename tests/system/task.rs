@@ -318,8 +318,8 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let faces = "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
     std::fs::write(&block, corners + faces).expect("written");
     let (code, out) = palmares(&["task", "decompose", text(&block), "--resolution", "16"]);
-    assert!(code == 0 && out.contains("block.stl") && out.contains("closed, 1 cm³"), "{out}");
-    assert!(own.path().join("block_pieces/block_1.stl").exists(), "{out}");
+    assert!(code == 0 && out.contains("block.stl") && out.contains("closed, 0.73 cm³"), "{out}");
+    assert!(own.path().join("block_pieces/block_01.stl").exists(), "{out}");
     let (code, out) = palmares(&["task", "decompose", text(&block)]);
     assert!(code == 1 && out.contains("block.stl is there already"), "{out}");
 

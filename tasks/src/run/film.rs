@@ -1,25 +1,9 @@
 //! Pictures for people.
 
 use super::Run;
-use super::cameras::Cameras;
+use super::still::Still;
 use super::view::View;
-use palmares_models::Pose;
-use palmares_senses::camera::Film;
 use std::sync::Arc;
-
-/// The bodies of a run at one moment, to be drawn later and on any thread.
-#[derive(Clone, Debug)]
-pub struct Still {
-    cameras: Arc<Cameras>,
-    poses: Vec<(usize, Pose)>,
-}
-
-impl Still {
-    /// sRGB, three bytes a pixel: with shadows and smooth edges. `film` has the memory.
-    pub fn picture(&self, view: &View, film: &mut Film) -> Vec<u8> {
-        self.cameras.film(self.poses.iter().copied(), view, film)
-    }
-}
 
 impl Run {
     /// The view of a film. It is the same at every tick.
@@ -30,20 +14,7 @@ impl Run {
 
     /// The present moment, for [`Still::picture`].
     pub fn still(&self) -> Still {
-        Still { cameras: Arc::clone(&self.cameras), poses: self.poses().collect() }
-    }
-}
-
-impl Cameras {
-    pub(super) fn film(
-        &self,
-        moved: impl Iterator<Item = (usize, Pose)>,
-        view: &View,
-        film: &mut Film,
-    ) -> Vec<u8> {
-        let poses = self.placed(moved);
-        let at = self.optical(&poses, view.link(), view.pose());
-        film.picture(self.geometry(), &poses, at, view.lens(), self.colors(), self.studio().light())
+        Still::new(Arc::clone(&self.cameras), self.poses().collect())
     }
 }
 
@@ -54,7 +25,7 @@ mod tests {
     use crate::seed::Seed;
     use crate::task::Task;
     use palmares_models::hand::Hand;
-    use palmares_senses::camera::GBuffer;
+    use palmares_senses::camera::{Film, GBuffer};
 
     fn run(task: &str, hand: &str) -> Run {
         let task = Task::builtin().into_iter().find(|known| known.name == task).expect("built in");
