@@ -33,8 +33,7 @@ class Training:
             needs sensors with ``noise="real"``.
         fraction: Part of the task's objects in the scene, above 0 and at most 1; at least one object is left.
         step_ms: Longest step of the integration, ms, from the task's own to 10: the tick is divided into the
-            fewest equal steps that are no longer. With 2 or 4 a core does two to four times as many ticks,
-            less exactly; docs/training.md has the numbers.
+            fewest equal steps that are no longer. Fewer steps are quicker and less exact.
         action_delay: Least and most ticks between an action and its arrival, 0 to 100; one number is drawn
             evenly for each run.
         action_noise: Standard deviation of a normal error of every tick in what arrives, 0 to 1: a part of
