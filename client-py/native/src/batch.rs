@@ -1,77 +1,33 @@
 //! Many worlds on a pool of threads. Every world is stepped by one thread at a time and knows nothing of the others, so that
 //! the number of threads changes no bit.
 
-use crate::fields::{Field, constant, fields, write};
+use crate::fields::{Field, fields};
 use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
 use crate::parameters;
 use crate::pictures;
+use crate::slot::{How, Opened, Slot};
 use crate::snapshot::Snapshot;
 use crate::state::{self, Placed};
-use crate::training::{Asked, Training, drawn_of, status};
+use crate::training::{Asked, Training, status};
 use crate::workers::Workers;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
-use palmares_sim::SharedScratch;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::SnapshotError;
-use palmares_tasks::training::{Given, Shaper, Terms, open};
-use palmares_tasks::{Action, BaseTarget, Fault, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
+use palmares_tasks::training::{Given, Shaper, Terms};
+use palmares_tasks::{Action, BaseTarget, Fault, Noise, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::RefCell;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 thread_local! {
-    /// The scratch memory that a thread lends to the world that it steps.
-    static WORKSPACE: RefCell<SharedScratch> = RefCell::default();
-    /// The same for the mechanics of a hand.
+    /// The memory of a thread for the mechanics of a hand.
     static MECHANICS: RefCell<Mechanics> = RefCell::default();
-}
-
-/// A world of the batch, with its results.
-struct Slot {
-    run: Option<Run>,
-    seed: u64,
-    /// The observation, and its constant part.
-    row: Vec<f64>,
-    constant: Vec<f64>,
-    /// Drawn numbers of its hand.
-    drawn: Vec<f64>,
-    /// What was given rather than drawn.
-    given: Given,
-    score: f64,
-    reward: f64,
-    /// Shapes rewards, if they are shaped.
-    shaper: Option<Shaper>,
-    shaping: f64,
-    /// Time spent stepping.
-    physics: Duration,
-    /// Outcome of a run that is over.
-    outcome: Option<Outcome>,
-    /// Events of the last step.
-    events: Vec<(u64, String, Option<usize>)>,
-}
-
-/// A run that is not in a world yet.
-struct Opened {
-    run: Run,
-    constant: Vec<f64>,
-    drawn: Vec<f64>,
-    given: Given,
-    shaper: Option<Shaper>,
-}
-
-/// Options of the runs of a batch.
-struct How<'a> {
-    task: &'a Arc<Task>,
-    hand: &'a Arc<Hand>,
-    noise: Noise,
-    sensing: Sensing,
-    training: &'a Training,
 }
 
 /// N worlds of one task and hand.
@@ -116,22 +72,7 @@ impl Batch {
         let drawn = training.drawn_names(&hand).len();
         let fields = fields(&task, &hand, sensing, drawn);
         let length = fields.iter().map(|field| field.len).sum();
-        let slot = || Slot {
-            run: None,
-            seed: 0,
-            row: vec![0.0; length],
-            constant: Vec::new(),
-            drawn: vec![0.0; drawn],
-            given: Given::default(),
-            score: 0.0,
-            reward: 0.0,
-            shaper: None,
-            shaping: 0.0,
-            physics: Duration::ZERO,
-            outcome: None,
-            events: Vec::new(),
-        };
-        let slots = (0..count).map(|_| slot()).collect();
+        let slots = (0..count).map(|_| Slot::empty(length, drawn)).collect();
         Ok(Batch { task, hand, sensing, noise, training, poses, fields, slots, workers })
     }
 
@@ -603,97 +544,6 @@ impl Batch {
             return Ok(());
         }
         Err(PyValueError::new_err(format!("{name}: found {found}; wanted one for each of {wanted} worlds")))
-    }
-}
-
-impl Opened {
-    fn of(how: &How<'_>, seed: u64, given: &Given) -> Result<Self, String> {
-        let How { task, hand, noise, sensing, training } = *how;
-        let options = training.options.clone().give(hand, given.clone())?;
-        let run = open(task, hand, Seed::from_u64(seed), noise, &options);
-        let run = run.map_err(|error| error.to_string())?;
-        let drawn = drawn_of(&options, hand, Seed::from_u64(seed));
-        let constant = constant(&run, sensing, task.objects.count, &drawn);
-        let shaper = training.shaper(&run);
-        Ok(Opened { run, constant, drawn, given: given.clone(), shaper })
-    }
-}
-
-impl Slot {
-    fn open(&mut self, how: &How<'_>, seed: u64, given: &Given) -> Result<(), String> {
-        self.take(Opened::of(how, seed, given)?, seed);
-        self.continued(how.sensing, how.task.objects.count);
-        Ok(())
-    }
-
-    /// Its run is another.
-    fn take(&mut self, Opened { run, constant, drawn, given, shaper }: Opened, seed: u64) {
-        (self.constant, self.drawn, self.given, self.shaper) = (constant, drawn, given, shaper);
-        (self.run, self.seed) = (Some(run), seed);
-    }
-
-    /// Whether it has a run of this seed with what was given.
-    fn is_of(&self, seed: u64, given: &Given) -> bool {
-        self.run.is_some() && self.seed == seed && self.given == *given
-    }
-
-    /// Its run goes on from another state.
-    fn continued(&mut self, sensing: Sensing, objects: usize) {
-        let Slot { run: Some(run), score, reward, row, constant, shaper, shaping, outcome, events, .. } =
-            self
-        else {
-            return;
-        };
-        write(run, sensing, objects, constant, row);
-        (*score, *reward, *outcome, *shaping) = (run.score(), 0.0, None, 0.0);
-        shaper.iter_mut().for_each(|shaper| shaper.restart(run));
-        events.clear();
-    }
-
-    /// Whether it does not move any more.
-    fn is_over(&self) -> bool {
-        let ended = |run: &Run| run.over().is_some() || run.fault().is_some();
-        self.outcome.is_some() || self.run.as_ref().is_none_or(ended)
-    }
-
-    fn begin(&mut self) {
-        self.events.clear();
-        (self.reward, self.shaping) = (0.0, 0.0);
-    }
-
-    fn advance(&mut self, action: &Action, ticks: u32, sensing: Sensing) {
-        let Slot { run: Some(run), events, outcome: None, physics, .. } = self else { return };
-        let begun = Instant::now();
-        WORKSPACE.with_borrow_mut(|workspace| run.exchange(workspace));
-        for _ in 0..ticks {
-            // The action is finite and of the right length.
-            if run.over().is_some() || run.fault().is_some() || run.step(action).is_err() {
-                break;
-            }
-            events.extend(run.events().iter().map(|event| {
-                let told = event.redacted_for(sensing);
-                (told.tick, told.kind, told.object)
-            }));
-        }
-        WORKSPACE.with_borrow_mut(|workspace| run.exchange(workspace));
-        *physics += begun.elapsed();
-    }
-
-    /// Observes, and sets the outcome if the run is over.
-    fn end(&mut self, sensing: Sensing, objects: usize) {
-        let Slot { run: Some(run), outcome, score, reward, row, constant, shaper, shaping, .. } = self else {
-            return;
-        };
-        if outcome.is_some() {
-            return;
-        }
-        write(run, sensing, objects, constant, row);
-        *shaping = shaper.as_mut().map_or(0.0, |shaper| shaper.step(run));
-        let reason = if run.fault().is_some() { Some(Reason::WorldFault) } else { run.over() };
-        *outcome = reason.map(|reason| run.finish(reason));
-        let now = outcome.as_ref().map_or_else(|| run.score(), |outcome| outcome.score);
-        *reward = now - *score;
-        *score = now;
     }
 }
 

@@ -14,6 +14,7 @@ mod message;
 mod parameters;
 mod pictures;
 mod recording;
+mod slot;
 mod snapshot;
 mod state;
 mod training;
