@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import foxglove
 from foxglove import Channel, Context
@@ -95,17 +94,6 @@ class Panels(ServerListener):
     def close(self) -> None:
         """Close all connections."""
         self._server.stop()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _begin(self, scene: dict[str, Any]) -> None:
         """Show the bodies of another run."""

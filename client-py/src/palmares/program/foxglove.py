@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 import time
+from contextlib import closing
 
 from palmares.bridges.spectator import Spectator
 from palmares.errors import ConnectionLostError, NoServerError, PalmaresError
@@ -25,13 +26,13 @@ def main(arguments: list[str]) -> int:
         return 1
     token = options.token or os.environ.get("PALMARES_TOKEN")
     try:
-        with Panels(options.host, options.port) as panels:
+        with closing(Panels(options.host, options.port)) as panels:
             print(f"Foxglove can connect to ws://{options.host}:{panels.port}", flush=True)
             print(f"  in a browser: {panels.url}", flush=True)
             lost = None
             while True:
                 try:
-                    with Spectator(options.url, session=options.session, token=token) as spectator:
+                    with closing(Spectator(options.url, session=options.session, token=token)) as spectator:
                         lost = None
                         for message in spectator.messages():
                             panels.show(message)
