@@ -58,7 +58,7 @@ export class Charts {
     this.element.append(spanChoice('span', (span) => { for (const { chart } of this.all) chart.zoom(span); }), this.grid);
     if (telemetry) {
       this.element.append(el('p', { class: 'hint' }, 'A contact force adds the magnitudes of all contacts: the two sides of a grip count twice. ',
-        'The base follows its path with any force, as an ideal arm. So a hand that presses an object against something fixed can reach hundreds of newtons.'));
+        'The base follows its path with any force, as an ideal arm. So a hand that presses an object against something fixed can press harder than its fingers hold.'));
     }
     if (!runs.every(({ series }) => series.hasTelemetry)) {
       this.element.append(el('p', { class: 'notice' }, `${telemetry ? 'One of the files' : 'This file'} has no telemetry, because an older server recorded it. `,
