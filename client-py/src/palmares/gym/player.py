@@ -31,6 +31,7 @@ class Player:
         cameras: The cameras of task and hand by name.
         hand_numbers: Names of the hand's uncertain numbers that are drawn for each run.
         limits: Largest speed (m/s) and angular speed (rad/s) of the base.
+        arm: Names of the joints of the task's arm; empty without one.
         time_limit_s: Longest run.
         tick_s: Length of a tick.
 
@@ -58,6 +59,7 @@ class Player:
         self.cameras = cameras_of(rules, played)
         ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
         self.limits = (ranges[0][1], ranges[1][1])
+        self.arm = [joint.name for joint in rules.arm]
         self.time_limit_s, self.tick_s = rules.time_limit_s, rules.tick_s
         self._task, self._hand, self._noise = task, hand, noise
         self._sensing: Sensing = sensing
