@@ -242,3 +242,11 @@ def test_bytes_as_hands(data: bytes, suffix: str) -> None:
         file.flush()
         with pytest.raises(ValueError, match="hand: "):
             sim.describe_hand(file.name)
+
+
+def test_a_list_of_hands_is_refused_with_the_remedy() -> None:
+    with pytest.raises(ValueError, match=r"found .*; wanted one name or path: .* make a Batch for each hand"):
+        sim.Batch("grasp", ["softhand", "reflex"], 2)
+    with pytest.raises(ValueError, match=r"task: found \['grasp'\]; wanted one name or path"):
+        sim.World(["grasp"], "softhand")
+    assert sim.Batch("grasp", "softhand", 1).count == 1

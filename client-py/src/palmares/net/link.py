@@ -9,12 +9,13 @@ import ssl
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 import msgspec
+from numpy.typing import ArrayLike
 
 from palmares.errors import (
     CapacityError,
@@ -68,10 +69,12 @@ class Link:
         welcome: The latest greeting of the server.
         resumed: The greeting after a reconnection, until the client reads it with `take_resumed`.
         training: Always ``None``: servers do not offer it.
+        parameters: Likewise.
 
     """
 
     training: Training | None = None
+    parameters: Mapping[str, ArrayLike] | None = None
 
     def __init__(
         self,

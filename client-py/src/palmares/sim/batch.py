@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from palmares._native import Batch as NativeBatch
 from palmares._native import Snapshot
 from palmares._native import welcome as native_welcome
-from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_name, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
@@ -105,9 +105,11 @@ class Batch:
         threads = 0 if threads is None else whole("threads", threads, 1, 1024)
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        checked(training, str(task))
         one_of("base", base, ("twist", "pose"))
-        self._made = (str(task), str(hand), count, sensing, noise, threads, base == "pose")
+        hand = one_name("hand", hand, ": the worlds of a batch have one hand; make a Batch for each hand")
+        task = one_name("task", task, ": the worlds of a batch have one task; make a Batch for each task")
+        checked(training, task)
+        self._made = (task, hand, count, sensing, noise, threads, base == "pose")
         self._training = training or Training()
         self._native = NativeBatch(*self._made, training)
         specs = read(native_welcome("", [], []), Welcome).specs

@@ -6,8 +6,10 @@ import json
 import os
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn, TypeVar
+
+from numpy.typing import ArrayLike
 
 from palmares import sim
 from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
@@ -41,6 +43,7 @@ class LocalLink(Link):
         resumed: Always ``None``: no connection can break.
         world: The world of the current or last run.
         training: Options for learners in later runs.
+        parameters: Numbers given for later runs, as of `palmares.sim.World.reset`.
 
     """
 
@@ -48,6 +51,7 @@ class LocalLink(Link):
     def __init__(self, team: str, training: sim.Training | None = None) -> None:
         self._team = team
         self.training = training
+        self.parameters: Mapping[str, ArrayLike] | None = None
         self._own_hands: list[str] = []
         self._own_tasks: list[str] = []
         self._open = self._closed = False
@@ -109,6 +113,8 @@ class LocalLink(Link):
                 noise=request.noise or "none",
                 training=self.training,
             )
+            if self.parameters:
+                world.reset(parameters=self.parameters)
         except ValueError as refused:
             raise BadRequestError(f"bad_request: {refused}") from None
         obs = world.observe(cameras=request.cameras)

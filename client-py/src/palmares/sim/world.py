@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
-from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, short, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, one_name, one_of, short, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
 from palmares.messages import Observation, Result, Welcome
@@ -83,8 +83,8 @@ class World:
     ) -> None:
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        checked(training, str(task))
-        self._task, self._hand = str(task), str(hand)
+        self._task, self._hand = one_name("task", task), one_name("hand", hand)
+        checked(training, self._task)
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
         self._training = training
