@@ -17,6 +17,7 @@ from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
 from palmares.net.requests import names
+from palmares.sim.in_use import in_use
 from palmares.sim.parameters import given_rows
 from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
@@ -51,7 +52,8 @@ class Stepped(Brief):
 class Batch:
     """N worlds of one task and hand, stepped by a pool of native threads.
 
-    A run is the same as that of a `World` with its seed and actions, for any number of threads.
+    A run is the same as that of a `World` with its seed and actions, for any number of threads. Call it from
+    one thread at a time: it steps on threads of its own.
 
     An observation is a dictionary of arrays (N, …) of float64. The last six are only there with
     ``sensing="truth"``, those of sensors only if the hand has them:
@@ -149,11 +151,13 @@ class Batch:
             whole(f"seeds[{k}]", seed, 0, MAX_SEED) if wanted else 0
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
-        with progress(sum(chosen), "world", "reset") as report:
-            self._native.reset(
-                numbers, chosen, report, given_rows(parameters, self.count, self._native.objects)
-            )
-        return self.observe()
+        try:
+            given = given_rows(parameters, self.count, self._native.objects)
+            with progress(sum(chosen), "world", "reset") as report:
+                self._native.reset(numbers, chosen, report, given)
+            return self.observe()
+        except RuntimeError as error:
+            raise in_use(error, "batch") from None
 
     @property
     def opened(self) -> bool:
@@ -192,10 +196,13 @@ class Batch:
             numbers = np.hstack(
                 [numbers, table("effort", effort, self.count, self.action_len - self._base_len)]
             )
-        with progress(ticks, "tick", "step") as report:
-            self._native.step(numbers, ticks, chosen, report)
-        rewards, _, terminated, truncated = self._native.progress()
-        return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+        try:
+            with progress(ticks, "tick", "step") as report:
+                self._native.step(numbers, ticks, chosen, report)
+            rewards, _, terminated, truncated = self._native.progress()
+            return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+        except RuntimeError as error:
+            raise in_use(error, "batch") from None
 
     def _warn_if_clipped(self, actions: Array) -> None:
         """Warn if this is the first action beyond the limits."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import time
@@ -204,11 +203,9 @@ class LocalLink(Link):
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the description of a hand, by name or path."""
         try:
-            described = sim.describe_hand(name)
+            return sim.describe_hand(name)
         except ValueError as unknown:
             raise UnknownHandError(f"unknown_hand: {unknown}") from None
-        hand: dict[str, Any] = json.loads(described)
-        return hand
 
     def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
         """Write the replay of the current or last run."""

@@ -19,6 +19,7 @@ from palmares.net.codec import CODECS, with_channels
 from palmares.net.requests import names, whole_of
 from palmares.png import png
 from palmares.scene import Scene
+from palmares.sim.in_use import in_use
 from palmares.sim.parameters import given_rows, same_rows
 from palmares.sim.pictures import FILM, Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
@@ -452,8 +453,11 @@ class World:
         """Handle a request of the protocol (``step``, ``perturb`` or ``stop``); return the reply."""
         request.id = 1
         ticks = request.repeat if isinstance(request, StepRequest) else 0
-        with progress(ticks, "tick", "step") as report:
-            answer = self._native.answer(CODEC.encode(request), report)
+        try:
+            with progress(ticks, "tick", "step") as report:
+                answer = self._native.answer(CODEC.encode(request), report)
+        except RuntimeError as error:
+            raise in_use(error, "world") from None
         return read(answer, kind)
 
     def _named(self, obs: Observation) -> Observation:
