@@ -50,7 +50,7 @@ def row_of(infos: dict[str, Any], k: int) -> dict[str, Any]:
     return row
 
 
-def refuse_options(options: dict[str, Any] | None, known: tuple[str, ...] = ()) -> None:
+def refuse_options(options: dict[str, Any] | None, known: tuple[str, ...]) -> None:
     """Check the options of a reset.
 
     Raises:
@@ -59,8 +59,10 @@ def refuse_options(options: dict[str, Any] | None, known: tuple[str, ...] = ()) 
     """
     for name in options or {}:
         if name not in known:
-            wanted = " or ".join(map(repr, known)) or "none: task, hand and training are arguments of make"
-            raise ValueError(f"options: found {name!r}; wanted {wanted}")
+            wanted = " or ".join(map(repr, known))
+            raise ValueError(
+                f"options: found {name!r}; wanted {wanted}: task, hand and training are arguments of make"
+            )
 
 
 def unexpected(given: Iterable[str], made: type, elsewhere: str) -> str:

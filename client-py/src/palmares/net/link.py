@@ -34,6 +34,7 @@ from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message, w
 from palmares.net.dial import NoWebSocket, Refused
 from palmares.net.transport import Closed, Transport
 from palmares.training import Training
+from palmares.views import Described
 from palmares.wire import (
     ByeRequest,
     ErrorMessage,
@@ -194,7 +195,7 @@ class Link:
 
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the server's description of a hand."""
-        return http.get_object(self._http_url, f"/v1/hands/{name}", self._token)
+        return Described(http.get_object(self._http_url, f"/v1/hands/{name}", self._token))
 
     def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
         """Write the replay of a run to a file."""

@@ -34,7 +34,7 @@ from palmares.sim.recording import Recording
 from palmares.sim.state import State
 from palmares.sim.world import World, read
 from palmares.training import Training
-from palmares.views import Brief
+from palmares.views import Brief, Described
 
 
 def welcome(
@@ -66,8 +66,7 @@ def describe_hand(name: str) -> dict[str, Any]:
         ValueError: It does not exist or cannot be read.
 
     """
-    described: dict[str, Any] = json.loads(native_describe_hand(name))
-    return described
+    return Described(json.loads(native_describe_hand(name)))
 
 
 @dataclass(frozen=True, repr=False)

@@ -187,16 +187,16 @@ class Batch:
 
         Raises:
             ValueError: A wrong shape, or a number that is not finite; nothing has changed.
+            RuntimeError: Another thread is in a call of this batch.
 
         """
         ticks = whole("ticks", ticks, 1, MAX_COUNT)
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
-        self._warn_if_clipped(numbers)
-        if effort is not None:
-            numbers = np.hstack(
-                [numbers, table("effort", effort, self.count, self.action_len - self._base_len)]
-            )
+        motors = self.action_len - self._base_len
         try:
+            self._warn_if_clipped(numbers)
+            if effort is not None:
+                numbers = np.hstack([numbers, table("effort", effort, self.count, motors)])
             with progress(ticks, "tick", "step") as report:
                 self._native.step(numbers, ticks, chosen, report)
             rewards, _, terminated, truncated = self._native.progress()
