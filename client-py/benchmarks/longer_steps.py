@@ -91,6 +91,21 @@ def row(name: str, which: str, by_step: list[list[Played]]) -> str:
     return f"| {' | '.join([short_name(name), sensing, which, *cells])} |"
 
 
+def outside(table: list[str]) -> str:
+    """Return a sentence on the means that longer steps move out of the interval of the tasks' own step."""
+    moved, means = [], 0
+    for text in table:
+        name, _, _, own, *longer = text.strip("| ").split(" | ")
+        low, high = (float(x) for x in own.partition("(")[2].partition(")")[0].split(" … "))
+        for cell, step in zip(longer, STEPS_MS[1:], strict=True):
+            means += 1
+            if not low <= float(cell.partition(" ")[0]) <= high:
+                moved.append(f"{name} at {step:g} ms")
+    return f"Of {means} means with longer steps, {len(moved) or 'none'} are outside the interval of 1 ms" + (
+        f": {', '.join(moved)}." if moved else "."
+    )
+
+
 def write(document: Path, lines: dict[str, str], record_line: str) -> None:
     """Write lines of the table, by controller, into the document; the other lines stay."""
     before, _, rest = document.read_text().partition(BEGIN)
@@ -101,7 +116,7 @@ def write(document: Path, lines: dict[str, str], record_line: str) -> None:
     lines = {text.split(" | ")[0].removeprefix("| "): text for text in kept_rows} | lines
     table = [lines[name] for name in controllers() if name in lines]
     rule = "|" + (HEADER.count("|") - 1) * "---|"
-    parts = ["", record_line, "", ABOUT, "", HEADER, rule, *table, ""]
+    parts = ["", record_line, "", f"{ABOUT} {outside(table)}", "", HEADER, rule, *table, ""]
     document.write_text(before + BEGIN + "\n".join(parts) + END + after)
 
 
