@@ -36,6 +36,8 @@ BEGIN = "<!-- longer steps: written by client-py/benchmarks/longer_steps.py; do 
 END = "<!-- end of longer steps -->"
 TASKS = ("balls", "grasp", "pan", "peg", "shelf")
 HANDS = ("reflex", "softhand")
+OWN_TASK = ("grasp_arm",)
+"""Examples that play a task of their own"""
 STEPS_MS = (1.0, 2.0, 4.0)
 """Steps; the first is the tasks' own"""
 HEADER = "| controller | sensing | seeds | " + " | ".join(f"{step:g} ms" for step in STEPS_MS) + " |"
@@ -46,8 +48,9 @@ the table."""
 
 
 def controllers() -> dict[str, Path]:
-    """Return the examples that play a task, by name."""
-    return {path.stem: path for task in TASKS for path in sorted((ROOT / EXAMPLES).glob(f"{task}_*.py"))}
+    """Return the examples that play a task of the program, by name."""
+    found = [path for task in TASKS for path in sorted((ROOT / EXAMPLES).glob(f"{task}_*.py"))]
+    return {path.stem: path for path in found if path.stem not in OWN_TASK}
 
 
 def record() -> dict[str, Any]:

@@ -402,8 +402,9 @@ class Batch:
     ) -> dict[str, NDArray[Any]]:
         """Draw all worlds on the pool: an array (N, height, width) of each kind.
 
-        Those of ``rgb`` and ``film`` are (N, height, width, 3). The arrays are contiguous; torch and jax take
-        them without a copy. The arguments are those of `World.pictures`; ``film`` is that of the first world.
+        Those of ``rgb`` and ``film`` are (N, height, width, 3). The arrays are contiguous; torch takes them
+        without a copy, and jax with one, because it needs addresses that are multiples of 64. The arguments
+        are those of `World.pictures`; ``film`` is that of the first world.
         """
         return self._native.pictures(asked(camera, size), kinds_of(kinds))
 
