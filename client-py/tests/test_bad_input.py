@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -242,3 +243,26 @@ def test_bytes_as_hands(data: bytes, suffix: str) -> None:
         file.flush()
         with pytest.raises(ValueError, match="hand: "):
             sim.describe_hand(file.name)
+
+
+def test_a_list_of_hands_is_refused_with_the_remedy() -> None:
+    with pytest.raises(ValueError, match=r"found .*; wanted one name or path: .* make a Batch for each hand"):
+        sim.Batch("grasp", ["softhand", "reflex"], 2)
+    with pytest.raises(ValueError, match=r"task: found \['grasp'\]; wanted one name or path"):
+        sim.World(["grasp"], "softhand")
+    assert sim.Batch("grasp", "softhand", 1).count == 1
+
+
+def test_a_second_thread_is_told_so() -> None:
+    batch = sim.Batch("grasp", "softhand", 4, threads=1)
+    batch.reset(range(4))
+    first = threading.Thread(target=lambda: batch.step(np.zeros((4, 7)), 500))
+    first.start()
+    refused = ""
+    while first.is_alive() and not refused:
+        try:
+            batch.step(np.zeros((4, 7)), 1)
+        except RuntimeError as error:
+            refused = str(error)
+    first.join()
+    assert "another thread is in a call of this batch: use it from one thread at a time" in refused

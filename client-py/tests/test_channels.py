@@ -54,7 +54,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("hands") / HAND
     shutil.copytree(Path(__file__).parents[2] / "models/hands/reflex", folder)
     settings = folder / "hand.toml"
-    link = json.loads(palmares.sim.describe_hand("reflex"))["links"][0]["name"]
+    link = palmares.sim.describe_hand("reflex")["links"][0]["name"]
     sensor = f'\n[sensors.accelerometer]\nlink = "{link}"\nrange = 40.0\nnoise = 0.05\nbias = 0.02\n'
     text = settings.read_text().replace('name = "reflex"', f'name = "{HAND}"', 1)
     settings.write_text(text + sensor)
@@ -155,7 +155,7 @@ def check_replay(url: str, run_id: str) -> None:
     assert len(last.readings) == sum(int(np.prod(channel["shape"])) for channel in readings)
     assert (len(last.position), len(last.q), len(last.touch)) == (4, 7, 114)
     # Force at the wrist: the hand's weight. The accelerometer at rest: gravity.
-    mass = json.loads(palmares.sim.describe_hand("reflex"))["mass"]
+    mass = palmares.sim.describe_hand("reflex")["mass"]
     assert np.linalg.norm(last.readings[:3]) == pytest.approx(9.81 * mass, rel=0.05)
     assert np.linalg.norm(last.readings[6:]) == pytest.approx(9.81, rel=0.01)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -112,3 +113,11 @@ def test_a_brief_names_every_field_and_cuts_long_ones() -> None:
     assert (
         repr(Found([1], np.zeros(()), "b")) == "Found(numbers=[1], row=<array ()>, text='b', data=<0 bytes>)"
     )
+
+
+def test_the_description_of_a_hand_is_short_at_a_prompt_and_whole_in_print() -> None:
+    hand = sim.describe_hand("softhand")
+    assert repr(hand).startswith("<softhand: name, description, mass, links, ")
+    assert len(repr(hand)) < 300
+    assert str(hand) == str(dict(hand))
+    assert json.loads(json.dumps(hand)) == hand

@@ -111,8 +111,14 @@ def test_attributes_methods_and_pictures(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="keys: found 'colour'; wanted some of base, joints"):
         made(keys=["colour"])
     env.set_options({"pose": 1})
-    with pytest.raises(ValueError, match="options: found 'pose'; wanted none"):
+    with pytest.raises(ValueError, match="options: found 'pose'; wanted 'parameters'"):
         env.reset()
+    env.set_options([{"parameters": {"mass": 2.0}}, {}])
+    with pytest.raises(ValueError, match="found no 'mass' for environments"):
+        env.reset()
+    env.set_options([{"parameters": {"mass": 2.0}}, {"parameters": {"mass": [0.5] * 10}}])
+    env.reset()
+    assert env.env.batch.parameters["mass"][:, 0].tolist() == [2.0, 0.5]
     env.set_options()
     env.reset()
     tiles = env.render()

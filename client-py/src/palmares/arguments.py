@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -40,6 +41,23 @@ def one_of(name: str, value: Any, words: Sequence[str]) -> None:
     """
     if not isinstance(value, str) or value not in words:
         raise ValueError(f"{name}: found {short(value)}; wanted {' or '.join(map(repr, words))}")
+
+
+def one_name(name: str, value: Any, note: str = "") -> str:
+    """Return a name or a path as a text.
+
+    Args:
+        name: The argument.
+        value: What was given.
+        note: Remedy for several.
+
+    Raises:
+        ValueError: It is something else, such as a list of names.
+
+    """
+    if not isinstance(value, str | os.PathLike):
+        raise ValueError(f"{name}: found {short(value)}; wanted one name or path{note}")
+    return str(os.fspath(value))
 
 
 def table(name: str, value: Any, *shape: int) -> Array:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
 from msgspec import structs
+from numpy.typing import ArrayLike
 
 from palmares import own_task
 from palmares.arguments import MAX_SEED
@@ -400,6 +401,24 @@ class Client:
             raise ValueError(NO_TRAINING)
         checked(training)
         self._link.training = training
+
+    @property
+    def parameters(self) -> Mapping[str, ArrayLike] | None:
+        """Numbers given for the next runs rather than drawn, as of `palmares.sim.World.reset`.
+
+        Only in this process.
+
+        Raises:
+            ValueError: Set for a server.
+
+        """
+        return self._link.parameters
+
+    @parameters.setter
+    def parameters(self, parameters: Mapping[str, ArrayLike] | None) -> None:
+        if not self.is_local:
+            raise ValueError("parameters: servers do not offer them; use url='local'")
+        self._link.parameters = parameters
 
     @property
     def welcome(self) -> Welcome:

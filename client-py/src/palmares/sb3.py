@@ -89,19 +89,34 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
     def reset(self) -> Observations:
         """Open a run in every environment.
 
+        ``set_options`` takes ``parameters``: numbers given for these runs rather than drawn, as of
+        `palmares.gym.PalmaresEnv.reset`, for all environments or, in a list, for each.
+
         Raises:
-            ValueError: `set_options` has set some.
+            ValueError: Another option, or a parameter that is invalid or that some environments lack.
 
         """
-        for options in self._options:
-            refuse_options(options)
         seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
-        observations, infos = self.env.reset(seed=seeds)
+        observations, infos = self.env.reset(seed=seeds, options=self._given())
         self.reset_infos = [row_of(infos, k) for k in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()
         self._returns[:], self._lengths[:] = 0.0, 0
         return self._chosen(observations)
+
+    def _given(self) -> dict[str, Any] | None:
+        """Return the options of `set_options` as `BatchEnv` has them."""
+        for options in self._options:
+            refuse_options(options, ("parameters",))
+        rows = [(options or {}).get("parameters") or {} for options in self._options]
+        names = {name for row in rows for name in row}
+        for name in names:
+            if missing := [k for k, row in enumerate(rows) if name not in row]:
+                raise ValueError(
+                    f"parameters: found no {name!r} for environments {missing}; wanted it for all"
+                )
+        given = {name: np.stack(np.broadcast_arrays(*(row[name] for row in rows))) for name in sorted(names)}
+        return {"parameters": given} if given else None
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Keep the actions for `step_wait`."""

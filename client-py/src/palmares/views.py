@@ -111,3 +111,14 @@ def first(rows: Rows, kind: str) -> Rows:
 def vector(numbers: Sequence[float]) -> str:
     """Return numbers in brackets, with three decimals."""
     return "(" + ", ".join(f"{x:.3f}" for x in numbers) + ")"
+
+
+class Described(dict[str, Any]):
+    """A dictionary of thousands of numbers: a prompt shows its name and its keys, ``print`` everything."""
+
+    def __repr__(self) -> str:
+        name = f"{self['name']}: " if isinstance(self.get("name"), str) else ""
+        return f"<{name}{', '.join(self)}>"
+
+    def __str__(self) -> str:
+        return super().__repr__()

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Literal, cast
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, table, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
-from palmares.gym.fields import Arrays, box
+from palmares.gym.fields import Arrays, Base, base_limits, box
 from palmares.gym.forms import Form, Observations
 from palmares.gym.goals import Goal
 from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
-from palmares.gym.infos import events_of, refuse_options, row_of
+from palmares.gym.infos import events_of, refuse_options, row_of, unexpected
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.net.requests import names
 from palmares.sim import HANDS, TASKS, Batch, View, welcome
@@ -53,6 +53,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
             Colours need ``noise="none"``.
         ticks: Ticks per step.
+        base: What actions say of the base, as of `FlatEnv`: ``twist`` or ``pose``.
         threads: Threads that step; one for each core when left out.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
@@ -95,6 +96,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         goal: Goal | None = None,
         cameras: Sequence[str] = (),
         ticks: int = 10,
+        base: Base = "twist",
         threads: int | None = None,
         shaping: Shaping | Literal["apart"] = False,
         discount: float | None = None,
@@ -111,11 +113,9 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         **single: Any,
     ) -> None:
         if single:
-            given = ", ".join(map(repr, single))
-            raise TypeError(
-                f"unexpected keyword argument {given}: unknown, or for a single environment only, of "
-                "gymnasium.make"
-            )
+            where = "for a single environment only, of gymnasium.make"
+            raise TypeError(unexpected(single, BatchEnv, where))
+        one_of("base", base, get_args(Base))
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
         colours = [name for name in names(cameras) if name.endswith(".rgb")]
@@ -138,7 +138,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         )
         seen = self._form.sensing
         self.batch = Batch(
-            task, hand, num_envs, sensing=seen, noise=noise, threads=threads, training=training
+            task, hand, num_envs, sensing=seen, noise=noise, threads=threads, training=training, base=base
         )
         self._shaping = shaping
         # The action space is a box; its corners exceed the limits of the norm.
@@ -171,14 +171,15 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         self.single_action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        limits = [known.specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
-        self._scale = np.concatenate([np.repeat(limits, 3), np.full(length - 6, 0.5)])
-        self._shift = np.concatenate([np.zeros(6), np.full(length - 6, 0.5)])
+        most = base_limits(known.specs, base)
+        motors = np.full(length - len(most), 0.5)
+        self._scale, self._shift = np.append(most, motors), np.append(0.0 * most, motors)
+        self._base: Base = base
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
         self._over = np.zeros(num_envs, dtype=bool)
-        most = max_episode_steps
-        self._most_steps = None if most is None else whole("max_episode_steps", most, 1, MAX_COUNT)
+        longest = max_episode_steps
+        self._most_steps = None if longest is None else whole("max_episode_steps", longest, 1, MAX_COUNT)
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._desired = np.zeros((num_envs, 3))
         if self._form.goal is not None:
@@ -204,13 +205,14 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         Args:
             seed: One seed, to which each environment adds its index, or one for each: it selects the scene,
                 and determines those of later episodes. Left out, each environment goes to its next episode.
-            options: Only ``reset_mask``.
+            options: ``reset_mask``, and ``parameters``: numbers given for these runs rather than drawn, as of
+                `palmares.sim.Batch.reset`. A later reset without them, also by itself, has none.
 
         Raises:
-            ValueError: A seed, the mask or an option is invalid; nothing has changed.
+            ValueError: A seed, the mask, a parameter or an option is invalid; nothing has changed.
 
         """
-        refuse_options(options, ("reset_mask",))
+        refuse_options(options, ("reset_mask", "parameters"))
         mask = np.ones(self.num_envs, dtype=bool)
         if options and "reset_mask" in options:
             mask = mask_of("reset_mask", options["reset_mask"], self.num_envs)
@@ -224,14 +226,24 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         if len(given) != self.num_envs:
             raise ValueError(f"seed: found {len(given)}; wanted one, or one for each of {self.num_envs}")
         given = [one if one is None else whole(f"seed[{k}]", one, 0, MAX_SEED) for k, one in enumerate(given)]
-        fields, infos = self._opened(mask, given)
+        fields, infos = self._opened(mask, given, (options or {}).get("parameters"))
         return self._observed(fields), infos | self._privileged()
 
-    def _opened(self, mask: Mask, seeds: Sequence[int | None] | None = None) -> tuple[Arrays, dict[str, Any]]:
+    def _opened(
+        self,
+        mask: Mask,
+        seeds: Sequence[int | None] | None = None,
+        parameters: Mapping[str, ArrayLike] | None = None,
+    ) -> tuple[Arrays, dict[str, Any]]:
         """Open the next runs of the environments of `mask`; return the fields and the infos."""
         given = [None] * self.num_envs if seeds is None else seeds
+        before = self._roots.copy(), self._episodes.copy()
         chosen = [self._next(k, given[k]) if mask[k] else 0 for k in range(self.num_envs)]
-        fields = self.batch.reset(chosen, mask)
+        try:
+            fields = self.batch.reset(chosen, mask, parameters)
+        except ValueError:
+            self._roots, self._episodes = before
+            raise
         self._over[mask], self._steps[mask] = False, 0
         found = np.array(self.batch.seeds)
         if self._form.goal is not None:
@@ -268,7 +280,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         """Advance every environment by `ticks`.
 
         Args:
-            actions: (num_envs, 6 + motors).
+            actions: (num_envs, 6 + motors), or (num_envs, 7 + motors) with ``base="pose"``.
 
         Returns:
             Observations, rewards (num_envs,), terminated (num_envs,), truncated (num_envs,), infos.
@@ -289,6 +301,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         if begun.any():  # NEXT_STEP: they are only reset in this step.
             infos = self._opened(begun)[1]
         went = ~begun
+        if self._base == "pose" and begun.any():  # Their actions are ignored, also quaternions of no length.
+            actions = np.where(begun[:, np.newaxis], 1.0, actions)
         stepped = self.batch.step(actions * self._scale + self._shift, self._ticks, went)
         self._steps[went] += 1
         rewards = np.where(went, stepped.rewards, 0.0)

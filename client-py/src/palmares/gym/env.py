@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 import gymnasium
 from gymnasium import spaces
@@ -14,14 +14,24 @@ from palmares.arguments import one_of, table, whole
 from palmares.arrays import array
 from palmares.client import LOCAL, Client
 from palmares.errors import WorldFaultError
-from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
+from palmares.gym.fields import (
+    Arrays,
+    Base,
+    action_space,
+    arrays_of,
+    arrays_of_scene,
+    base_limits,
+    box,
+    padded,
+)
 from palmares.gym.images import FILM, FILM_SIZE, spaces_of, view_of
-from palmares.gym.infos import refuse_options, result_of
+from palmares.gym.infos import refuse_options, result_of, unexpected
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.messages import Observation
 from palmares.net.requests import names
-from palmares.targets import twist
+from palmares.targets import pose, twist
+from palmares.wire import BaseTarget
 
 if TYPE_CHECKING:
     from palmares.sim import View, World
@@ -32,7 +42,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     An action has, within the limits in `Welcome.specs`:
 
-    - ``twist`` (6,): linear (m/s) and angular (rad/s) velocity of the base, world frame
+    - ``twist`` (6,): linear (m/s) and angular (rad/s) velocity of the base, world frame; or with
+      ``base="pose"`` ``pose`` (7,): position (m) and quaternion x y z w that the base moves to; a quaternion
+      of any length but zero
     - ``hand`` (motors,): σ of every motor
 
     An observation has:
@@ -80,6 +92,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         noise: ``none`` or ``real``: errors of the sensors; that of the server when left out.
         cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
         ticks: Ticks per step, under the same action; at most `Limits.repeat`, 100.
+        base: What actions say of the base: ``twist`` or ``pose``.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
@@ -115,6 +128,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         noise: Literal["none", "real"] | None = None,
         cameras: Sequence[str] = (),
         ticks: int = 10,
+        base: Base = "twist",
         objects: int | None = None,
         shaping: Shaping | Literal["apart"] = False,
         discount: float | None = None,
@@ -134,14 +148,14 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         if render_mode == "human" and url is None:
             raise ValueError("render_mode='human' opens a server's page: give the server's url as well")
         if url is None and client:
-            given = ", ".join(map(repr, client))
-            raise TypeError(f"unexpected keyword argument {given}: unknown, or for a server only, with url")
+            raise TypeError(unexpected(client, PalmaresEnv, "for a server only, with url"))
         self.render_mode, self._url = render_mode, url
         if url is None:  # A process without a server has no page.
             self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
         elif render_size is not None or not isinstance(render_camera, str | None):
             raise ValueError("render_size and a View as render_camera need a world in this process: no url")
         one_of("sensing", sensing, ("sensors", "truth"))
+        one_of("base", base, get_args(Base))
         if noise is not None:
             one_of("noise", noise, ("none", "real"))
         shaping = shaping_of(shaping)
@@ -169,7 +183,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.observation: Observation | None = None
         self.observation_space = cast(spaces.Space[Arrays], self._observations())
         motors = len(self._player.hand.motors)
-        self.action_space = cast(spaces.Space[Arrays], action_space(self._player.limits, motors))
+        self._base: Base = base
+        most = base_limits(self._player.specs, base)
+        self.action_space = cast(spaces.Space[Arrays], action_space(base, most, motors))
 
     def _observations(self) -> spaces.Dict:
         objects = self._objects
@@ -224,16 +240,22 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     ) -> tuple[Arrays, dict[str, Any]]:
         """Stop the open run, if any, and open another; `seed` sets this scene and those of later resets.
 
+        Args:
+            seed: Selects the scene.
+            options: Only ``parameters``, of this run and only in this process: numbers given rather than
+                drawn, as of `palmares.sim.World.reset`.
+
         Raises:
-            ValueError: There are `options`, or the seed is none; nothing has changed.
+            ValueError: An option is unknown, or the seed is none, and nothing has changed; or a parameter is
+                invalid, and no run is open.
 
         """
-        refuse_options(options)
+        refuse_options(options, ("parameters",))
         super().reset(seed=seed, options=options)
         if seed is None:
             seed = int(self.np_random.integers(2**53))
         first = self.observation is None
-        obs = self._player.open(seed, self._cameras)
+        obs = self._player.open(seed, self._cameras, (options or {}).get("parameters"))
         found = len(self._player.scene.free)
         whole = self.fraction == 1.0
         if self._objects is not None and (found > self._objects or (whole and found < self._objects)):
@@ -256,10 +278,16 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
         Raises:
             ValueError: The action has a wrong shape, or is not finite; nothing has changed.
+            BadActionError: The quaternion of a pose has no length; nothing has changed.
 
         """
-        velocity = table("twist", action["twist"], 6)
-        base = twist(velocity[:3], velocity[3:])
+        base: BaseTarget
+        if self._base == "twist":
+            velocity = table("twist", action["twist"], 6)
+            base = twist(velocity[:3], velocity[3:])
+        else:
+            place = table("pose", action["pose"], 7)
+            base = pose(place[:3], place[3:])
         try:
             obs, shaping = self._player.step(base, action["hand"], self._ticks, self._cameras), None
         except WorldFaultError:

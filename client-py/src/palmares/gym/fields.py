@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from palmares.arrays import array
+from palmares.arrays import Array, array
 from palmares.channels import array_of, early_channels
-from palmares.messages import Observation
+from palmares.messages import Observation, Specs
 from palmares.scene import Scene, SceneBody
 from palmares.wire import ChannelInfo
 
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 
+Base: TypeAlias = Literal["twist", "pose"]
+"""What actions say of the base: its velocities, or the pose that it moves to"""
+ACTIONS = {
+    "twist": ("base.linear", "base.angular"),
+    "pose": ("base.position", "base.quat_xyzw"),
+}
+"""Fields of an action for the base"""
 # Nothing in a sound world is larger, in any unit.
 LARGEST = 1e9
 KINDS = ("sphere", "capsule", "cylinder", "box", "hull")
@@ -74,11 +81,16 @@ def box(*shape: int) -> spaces.Box:
     return spaces.Box(-LARGEST, LARGEST, shape, dtype=np.float64)
 
 
-def action_space(limits: tuple[float, float], motors: int) -> spaces.Dict:
-    """Return the space of actions in SI units: ``twist`` (6,) and ``hand`` (motors,)."""
-    most = np.repeat(limits, 3)
+def base_limits(specs: Specs, base: Base) -> Array:
+    """Return the largest numbers of an action for the base: (6,) of velocities, (7,) of a pose."""
+    found = [specs.action_field(name) for name in ACTIONS[base]]
+    return np.concatenate([np.full(int(field.shape[0]), field.range[1]) for field in found])
+
+
+def action_space(base: Base, most: Array, motors: int) -> spaces.Dict:
+    """Return the space of actions in SI units: ``twist`` (6,) or ``pose`` (7,), and ``hand`` (motors,)."""
     found: dict[str, spaces.Space[Any]] = {
-        "twist": spaces.Box(-most, most, dtype=np.float64),
+        base: spaces.Box(-most, most, dtype=np.float64),
         "hand": spaces.Box(0.0, 1.0, (motors,), dtype=np.float64),
     }
     return spaces.Dict(found)

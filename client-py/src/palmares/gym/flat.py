@@ -14,7 +14,7 @@ from palmares.arguments import table
 from palmares.arrays import Array, array
 from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
-from palmares.gym.fields import Arrays
+from palmares.gym.fields import Arrays, Base
 from palmares.gym.forms import Form, Observations, Sensing
 from palmares.gym.goals import Goal
 
@@ -29,8 +29,10 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     """A `PalmaresEnv` with actions (6 + motors,) in [−1, 1]; the ids of gymnasium make it.
 
     The first six are the base's velocity as parts of its limits, world frame; the others are the motors, −1
-    open and 1 closed. Without `url` it plays in this process. `objects` is set for the tasks of the program
-    and for your own by their folder.
+    open and 1 closed. With ``base="pose"`` an action is (7 + motors,): the position that the base moves to,
+    as parts of 2 m from the origin of the world, and the quaternion x y z w, of any length but zero.
+    Without `url` it plays in this process. `objects` is set for the tasks of the program and for your own by
+    their folder.
 
     An observation has one of these forms:
 
@@ -51,6 +53,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         url: Address of a server; left out, it plays in this process.
         observations: Their form.
         goal: Where an object is wanted, with ``observations="goal"``; 10 cm above its place when left out.
+        base: What actions say of the base: ``twist`` or ``pose``.
         options: Further arguments of `PalmaresEnv`.
 
     Attributes:
@@ -78,19 +81,22 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         sensing: Sensing = "truth",
         observations: Observations = "fields",
         goal: Goal | None = None,
+        base: Base = "twist",
         **options: Any,
     ) -> None:
         options.setdefault("objects", _objects(task))
         self._form = Form(observations, goal, sensing)
         self._form.refuse_shaping(options.get("shaping"))
-        self.inner = PalmaresEnv(url, task=task, hand=hand, sensing=self._form.sensing, **options)
+        sensed = self._form.sensing
+        self.inner = PalmaresEnv(url, task=task, hand=hand, sensing=sensed, base=base, **options)
         self.render_mode, self.metadata = self.inner.render_mode, self.inner.metadata
         self.hand_numbers = self.inner.hand_numbers
         actions = cast(spaces.Dict, self.inner.action_space)
-        twist, sigma = cast(spaces.Box, actions["twist"]), cast(spaces.Box, actions["hand"])
+        of_base, sigma = cast(spaces.Box, actions[base]), cast(spaces.Box, actions["hand"])
         self._clipping = Clipping()
-        self._limits: Array = array(twist.high)
-        self.action_space = spaces.Box(-1.0, 1.0, (6 + sigma.shape[0],), dtype=np.float64)
+        self._base, self._limits = base, array(of_base.high)
+        length = len(self._limits) + sigma.shape[0]
+        self.action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self._form.open(cast(spaces.Dict, self.inner.observation_space), self.inner.hidden)
         self.observation_space = cast(spaces.Space[Arrays], self._form.space)
         self.layout, self._desired = self._form.layout, np.zeros(3)
@@ -116,7 +122,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Arrays, dict[str, Any]]:
-        """Open a run."""
+        """Open a run; see `PalmaresEnv.reset`."""
         super().reset(seed=seed, options=options)
         if seed is None:
             seed = int(self.np_random.integers(2**53))
@@ -129,8 +135,9 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         """Advance the world under one action."""
         action = table("action", action, *cast(tuple[int], self.action_space.shape))
         self._clipping.check_unit(action, stacklevel=2)
-        twist, hand = action[:6] * self._limits, 0.5 * (action[6:] + 1.0)
-        fields, reward, terminated, truncated, info = self.inner.step({"twist": twist, "hand": hand})
+        length = len(self._limits)
+        base, hand = action[:length] * self._limits, 0.5 * (action[length:] + 1.0)
+        fields, reward, terminated, truncated, info = self.inner.step({self._base: base, "hand": hand})
         observation = self._form.made(fields, (), self._desired)
         if self._form.goal is not None:
             reward = self.compute_reward(observation["achieved_goal"], observation["desired_goal"], info)

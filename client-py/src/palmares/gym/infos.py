@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ def row_of(infos: dict[str, Any], k: int) -> dict[str, Any]:
     return row
 
 
-def refuse_options(options: dict[str, Any] | None, known: tuple[str, ...] = ()) -> None:
+def refuse_options(options: dict[str, Any] | None, known: tuple[str, ...]) -> None:
     """Check the options of a reset.
 
     Raises:
@@ -58,5 +59,14 @@ def refuse_options(options: dict[str, Any] | None, known: tuple[str, ...] = ()) 
     """
     for name in options or {}:
         if name not in known:
-            wanted = " or ".join(map(repr, known)) or "none: task, hand and training are arguments of make"
-            raise ValueError(f"options: found {name!r}; wanted {wanted}")
+            wanted = " or ".join(map(repr, known))
+            raise ValueError(
+                f"options: found {name!r}; wanted {wanted}: task, hand and training are arguments of make"
+            )
+
+
+def unexpected(given: Iterable[str], made: type, elsewhere: str) -> str:
+    """Return the text of a `TypeError` about unknown arguments, with those that there are."""
+    known = [name for name, one in signature(made).parameters.items() if one.kind is one.KEYWORD_ONLY]
+    names = ", ".join(map(repr, given))
+    return f"unexpected keyword argument {names}: unknown, or {elsewhere}; wanted some of {', '.join(known)}"

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from palmares import own_task
 from palmares.arrays import Array, array
 from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
+from palmares.errors import BadRequestError
 from palmares.gym.images import cameras_of
 from palmares.messages import Observation, Result
 from palmares.scene import Scene
@@ -30,7 +32,7 @@ class Player:
         channels: The channels of its observations.
         cameras: The cameras of task and hand by name.
         hand_numbers: Names of the hand's uncertain numbers that are drawn for each run.
-        limits: Largest speed (m/s) and angular speed (rad/s) of the base.
+        specs: Ranges of actions.
         arm: Names of the joints of the task's arm; empty without one.
         time_limit_s: Longest run.
         tick_s: Length of a tick.
@@ -57,8 +59,7 @@ class Player:
             channel for channel in channels_of(played) if sensing == "truth" or not channel.truth
         ]
         self.cameras = cameras_of(rules, played)
-        ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
-        self.limits = (ranges[0][1], ranges[1][1])
+        self.specs = welcome.specs
         self.arm = [joint.name for joint in rules.arm]
         self.time_limit_s, self.tick_s = rules.time_limit_s, rules.tick_s
         self._task, self._hand, self._noise = task, hand, noise
@@ -86,13 +87,27 @@ class Player:
             return sim.welcome(own_hands=[hand]).hands[-1]
         return welcome.hand(hand)
 
-    def open(self, seed: int, cameras: Iterable[str]) -> Observation:
-        """Open a run; close an earlier one."""
+    def open(
+        self, seed: int, cameras: Iterable[str], parameters: Mapping[str, ArrayLike] | None = None
+    ) -> Observation:
+        """Open a run; close an earlier one.
+
+        Raises:
+            ValueError: A parameter is invalid, or the run would be on a server.
+
+        """
+        if parameters or self.client.is_local:
+            self.client.parameters = parameters
         if self.client.tick is not None:
             self.client.abandon()
-        return self.client.reset(
-            self._task, self._hand, sensing=self._sensing, noise=self._noise, seed=seed, cameras=cameras
-        )
+        try:
+            return self.client.reset(
+                self._task, self._hand, sensing=self._sensing, noise=self._noise, seed=seed, cameras=cameras
+            )
+        except BadRequestError as refused:
+            if parameters:
+                raise ValueError(str(refused).removeprefix("bad_request: ")) from None
+            raise
 
     def step(
         self, base: BaseTarget, hand: np.ndarray[Any, Any], ticks: int, cameras: Iterable[str]

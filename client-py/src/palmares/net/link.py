@@ -9,12 +9,13 @@ import ssl
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 import msgspec
+from numpy.typing import ArrayLike
 
 from palmares.errors import (
     CapacityError,
@@ -33,6 +34,7 @@ from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message, w
 from palmares.net.dial import NoWebSocket, Refused
 from palmares.net.transport import Closed, Transport
 from palmares.training import Training
+from palmares.views import Described
 from palmares.wire import (
     ByeRequest,
     ErrorMessage,
@@ -68,10 +70,12 @@ class Link:
         welcome: The latest greeting of the server.
         resumed: The greeting after a reconnection, until the client reads it with `take_resumed`.
         training: Always ``None``: servers do not offer it.
+        parameters: Likewise.
 
     """
 
     training: Training | None = None
+    parameters: Mapping[str, ArrayLike] | None = None
 
     def __init__(
         self,
@@ -191,7 +195,7 @@ class Link:
 
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the server's description of a hand."""
-        return http.get_object(self._http_url, f"/v1/hands/{name}", self._token)
+        return Described(http.get_object(self._http_url, f"/v1/hands/{name}", self._token))
 
     def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
         """Write the replay of a run to a file."""

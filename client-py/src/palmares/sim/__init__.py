@@ -11,7 +11,8 @@ part of the package, which the wheels contain.
 """
 
 try:
-    from palmares._native import Snapshot, describe_hand, faults, hand_numbers
+    from palmares._native import Snapshot, faults, hand_numbers
+    from palmares._native import describe_hand as native_describe_hand
     from palmares._native import identity as native_identity
     from palmares._native import welcome as native_welcome
 except ImportError as missing:
@@ -20,8 +21,10 @@ except ImportError as missing:
         "(`cargo xtask wheel` makes one). `palmares.Client` works without it."
     ) from missing
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
@@ -31,7 +34,7 @@ from palmares.sim.recording import Recording
 from palmares.sim.state import State
 from palmares.sim.world import World, read
 from palmares.training import Training
-from palmares.views import Brief
+from palmares.views import Brief, Described
 
 
 def welcome(
@@ -49,6 +52,21 @@ def welcome(
 
     """
     return read(native_welcome(team, list(own_hands), list(own_tasks)), Welcome)
+
+
+def describe_hand(name: str) -> dict[str, Any]:
+    """Return the description of a hand: links, joints, tendons, motors, sensors.
+
+    `World.mechanics` has the poses and Jacobians of its links, `palmares.analysis.Hand` its equilibria.
+
+    Args:
+        name: Name of the hand, or the path of your own.
+
+    Raises:
+        ValueError: It does not exist or cannot be read.
+
+    """
+    return Described(json.loads(native_describe_hand(name)))
 
 
 @dataclass(frozen=True, repr=False)

@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from palmares._native import Batch as NativeBatch
 from palmares._native import Snapshot
 from palmares._native import welcome as native_welcome
-from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_name, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
 from palmares.net.requests import names
+from palmares.sim.in_use import in_use
 from palmares.sim.parameters import given_rows
 from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
@@ -53,7 +54,8 @@ class Stepped(Brief):
 class Batch:
     """N worlds of one task and hand, stepped by a pool of native threads.
 
-    A run is the same as that of a `World` with its seed and actions, for any number of threads.
+    A run is the same as that of a `World` with its seed and actions, for any number of threads. Call it from
+    one thread at a time: it steps on threads of its own.
 
     An observation is a dictionary of arrays (N, …) of float64. The last six are only there with
     ``sensing="truth"``, those of sensors only if the hand has them:
@@ -108,9 +110,11 @@ class Batch:
         threads = 0 if threads is None else whole("threads", threads, 1, 1024)
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        checked(training, str(task))
         one_of("base", base, get_args(Base))
-        self._made = (str(task), str(hand), count, sensing, noise, threads, base)
+        hand = one_name("hand", hand, ": the worlds of a batch have one hand; make a Batch for each hand")
+        task = one_name("task", task, ": the worlds of a batch have one task; make a Batch for each task")
+        checked(training, task)
+        self._made = (task, hand, count, sensing, noise, threads, base)
         self._training = training or Training()
         self._native = NativeBatch(*self._made, training)
         specs = read(native_welcome("", [], []), Welcome).specs
@@ -150,11 +154,13 @@ class Batch:
             whole(f"seeds[{k}]", seed, 0, MAX_SEED) if wanted else 0
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
-        with progress(sum(chosen), "world", "reset") as report:
-            self._native.reset(
-                numbers, chosen, report, given_rows(parameters, self.count, self._native.objects)
-            )
-        return self.observe()
+        try:
+            given = given_rows(parameters, self.count, self._native.objects)
+            with progress(sum(chosen), "world", "reset") as report:
+                self._native.reset(numbers, chosen, report, given)
+            return self.observe()
+        except RuntimeError as error:
+            raise in_use(error, "batch") from None
 
     @property
     def opened(self) -> bool:
@@ -185,19 +191,22 @@ class Batch:
 
         Raises:
             ValueError: A wrong shape, or a number that is not finite; nothing has changed.
+            RuntimeError: Another thread is in a call of this batch.
 
         """
         ticks = whole("ticks", ticks, 1, MAX_COUNT)
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
-        self._warn_if_clipped(numbers)
-        if effort is not None:
-            numbers = np.hstack(
-                [numbers, table("effort", effort, self.count, self.action_len - self._base_len)]
-            )
-        with progress(ticks, "tick", "step") as report:
-            self._native.step(numbers, ticks, chosen, report)
-        rewards, _, terminated, truncated = self._native.progress()
-        return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+        motors = self.action_len - self._base_len
+        try:
+            self._warn_if_clipped(numbers)
+            if effort is not None:
+                numbers = np.hstack([numbers, table("effort", effort, self.count, motors)])
+            with progress(ticks, "tick", "step") as report:
+                self._native.step(numbers, ticks, chosen, report)
+            rewards, _, terminated, truncated = self._native.progress()
+            return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+        except RuntimeError as error:
+            raise in_use(error, "batch") from None
 
     def _warn_if_clipped(self, actions: Array) -> None:
         """Warn if this is the first action beyond the limits."""
@@ -397,8 +406,9 @@ class Batch:
     ) -> dict[str, NDArray[Any]]:
         """Draw all worlds on the pool: an array (N, height, width) of each kind.
 
-        Those of ``rgb`` and ``film`` are (N, height, width, 3). The arrays are contiguous; torch and jax take
-        them without a copy. The arguments are those of `World.pictures`; ``film`` is that of the first world.
+        Those of ``rgb`` and ``film`` are (N, height, width, 3). The arrays are contiguous; torch takes them
+        without a copy, and jax with one, because it needs addresses that are multiples of 64. The arguments
+        are those of `World.pictures`; ``film`` is that of the first world.
         """
         return self._native.pictures(asked(camera, size), kinds_of(kinds))
 

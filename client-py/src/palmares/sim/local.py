@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn, TypeVar
+
+from numpy.typing import ArrayLike
 
 from palmares import sim
 from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
@@ -41,6 +42,7 @@ class LocalLink(Link):
         resumed: Always ``None``: no connection can break.
         world: The world of the current or last run.
         training: Options for learners in later runs.
+        parameters: Numbers given for later runs, as of `palmares.sim.World.reset`.
 
     """
 
@@ -48,6 +50,7 @@ class LocalLink(Link):
     def __init__(self, team: str, training: sim.Training | None = None) -> None:
         self._team = team
         self.training = training
+        self.parameters: Mapping[str, ArrayLike] | None = None
         self._own_hands: list[str] = []
         self._own_tasks: list[str] = []
         self._open = self._closed = False
@@ -109,6 +112,8 @@ class LocalLink(Link):
                 noise=request.noise or "none",
                 training=self.training,
             )
+            if self.parameters:
+                world.reset(parameters=self.parameters)
         except ValueError as refused:
             raise BadRequestError(f"bad_request: {refused}") from None
         obs = world.observe(cameras=request.cameras)
@@ -198,11 +203,9 @@ class LocalLink(Link):
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the description of a hand, by name or path."""
         try:
-            described = sim.describe_hand(name)
+            return sim.describe_hand(name)
         except ValueError as unknown:
             raise UnknownHandError(f"unknown_hand: {unknown}") from None
-        hand: dict[str, Any] = json.loads(described)
-        return hand
 
     def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
         """Write the replay of the current or last run."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
-from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, short, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, one_name, one_of, short, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
 from palmares.messages import Observation, Result, Welcome
@@ -19,6 +19,7 @@ from palmares.net.codec import CODECS, with_channels
 from palmares.net.requests import names, whole_of
 from palmares.png import png
 from palmares.scene import Scene
+from palmares.sim.in_use import in_use
 from palmares.sim.parameters import given_rows, same_rows
 from palmares.sim.pictures import FILM, Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
@@ -83,8 +84,8 @@ class World:
     ) -> None:
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        checked(training, str(task))
-        self._task, self._hand = str(task), str(hand)
+        self._task, self._hand = one_name("task", task), one_name("hand", hand)
+        checked(training, self._task)
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
         self._training = training
@@ -452,8 +453,11 @@ class World:
         """Handle a request of the protocol (``step``, ``perturb`` or ``stop``); return the reply."""
         request.id = 1
         ticks = request.repeat if isinstance(request, StepRequest) else 0
-        with progress(ticks, "tick", "step") as report:
-            answer = self._native.answer(CODEC.encode(request), report)
+        try:
+            with progress(ticks, "tick", "step") as report:
+                answer = self._native.answer(CODEC.encode(request), report)
+        except RuntimeError as error:
+            raise in_use(error, "world") from None
         return read(answer, kind)
 
     def _named(self, obs: Observation) -> Observation:
