@@ -197,7 +197,7 @@ def test_a_long_call_shows_a_bar_and_a_short_one_does_not(monkeypatch: pytest.Mo
 def test_the_engine_reports_its_progress() -> None:
     from palmares import _native
 
-    batch = _native.Batch("balls", "softhand", 6, "truth", "none", 1, False, None)
+    batch = _native.Batch("balls", "softhand", 6, "truth", "none", 1, "twist", None)
     reported: list[int] = []
     batch.reset(list(range(6)), [True] * 6, reported.append)
     assert reported == [2, 4, 6]

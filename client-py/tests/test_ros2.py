@@ -153,6 +153,15 @@ def test_a_node_reads_sensors_and_moves_the_hand(tmp_path: Path) -> None:
                 return rise if rise > 0.005 else None
 
             until(higher)
+            heights: list[float] = []
+
+            def stopped() -> bool | None:
+                now = newest(frames)
+                if now is not None:
+                    heights.append(now.transforms[0].transform.translation.z)
+                return (len(heights) > 20 and max(heights[-20:]) - min(heights[-20:]) < 1e-4) or None
+
+            until(stopped)  # Nobody repeats the velocity.
             assert until(lambda: newest(clock)).clock.nanosec >= 0
             assert until(lambda: newest(wrench)).header.frame_id == "hand/base"
             image = until(lambda: newest(images))

@@ -7,6 +7,7 @@
 //! steps the models. Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in
 //! `a`.
 
+pub mod arm;
 pub mod builtin;
 pub mod camera;
 pub mod catalogue;

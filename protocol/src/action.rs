@@ -179,12 +179,14 @@ impl<'de> Shape<'de> for BaseTarget {
 
     fn map<A: MapAccess<'de>>(mut map: A) -> Result<Option<Self>, A::Error> {
         let (mut position, mut quat_xyzw, mut linear, mut angular) = (None, None, None, None);
+        let mut joints = None;
         let mut unknown = None;
         while let Some(name) = map.next_key::<String>()? {
             match name.as_str() {
                 "position" => position = Some(map.next_value::<Entry<_>>()?.0),
                 "quat_xyzw" => quat_xyzw = Some(map.next_value::<Entry<_>>()?.0),
                 "linear" => linear = Some(map.next_value::<Entry<_>>()?.0),
+                "joints" => joints = Some(map.next_value::<Entry<_>>()?.0),
                 "angular" => angular = Some(map.next_value::<Entry<_>>()?.0),
                 _ => {
                     map.next_value::<IgnoredAny>()?;
@@ -192,13 +194,16 @@ impl<'de> Shape<'de> for BaseTarget {
                 }
             }
         }
-        refuse_unknown(unknown, "position and quat_xyzw, or linear and angular")?;
-        match (position, quat_xyzw, linear, angular) {
-            (Some(position), Some(quat_xyzw), None, None) => {
+        refuse_unknown(unknown, "position and quat_xyzw, or linear and angular, or joints")?;
+        match (position, quat_xyzw, linear, angular, joints) {
+            (Some(position), Some(quat_xyzw), None, None, None) => {
                 Ok(Some(BaseTarget::Pose { position, quat_xyzw }))
             }
-            (None, None, Some(linear), Some(angular)) => Ok(Some(BaseTarget::Twist { linear, angular })),
-            _ => Err(A::Error::custom("expected {position, quat_xyzw} or {linear, angular}")),
+            (None, None, None, None, Some(joints)) => Ok(Some(BaseTarget::Joints { joints })),
+            (None, None, Some(linear), Some(angular), None) => {
+                Ok(Some(BaseTarget::Twist { linear, angular }))
+            }
+            _ => Err(A::Error::custom("expected {position, quat_xyzw}, {linear, angular} or {joints}")),
         }
     }
 }

@@ -76,6 +76,7 @@ impl Serialize for Obs {
             sim_time_s,
             applied_action,
             hand,
+            arm,
             cameras,
             truth,
             events,
@@ -86,6 +87,7 @@ impl Serialize for Obs {
         } = observation;
         let there = [
             id.is_some(),
+            arm.is_some(),
             !cameras.is_empty(),
             truth.is_some(),
             reason.is_some(),
@@ -104,6 +106,7 @@ impl Serialize for Obs {
         fields.serialize_field("sim_time_s", sim_time_s)?;
         fields.serialize_field("applied_action", applied_action)?;
         fields.serialize_field("hand", hand)?;
+        written(&mut fields, "arm", arm.as_ref())?;
         written(&mut fields, "cameras", (!cameras.is_empty()).then_some(cameras))?;
         written(&mut fields, "truth", truth.as_ref())?;
         fields.serialize_field("events", events)?;

@@ -7,6 +7,7 @@ use crate::code::{Code, Refusal};
 use crate::obs::Obs;
 use crate::request::Mode;
 use crate::specs::Specs;
+use palmares_models::arm::{Arm, ArmJoint};
 use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;
 use palmares_senses::channels::cameras::ImageInfo;
@@ -190,6 +191,40 @@ pub struct TaskInfo {
     /// Its goals with their points and tolerances, in the order in which they are reached.
     #[schemars(default)]
     pub goals: Vec<GoalInfo>,
+    /// Joints of the arm that carries the hand, in the order of `base.joints`; empty where the hand flies freely.
+    #[schemars(default)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub arm: Vec<ArmJointInfo>,
+}
+
+/// A joint of an arm.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ArmJointInfo {
+    /// Its name in the URDF.
+    pub name: String,
+    /// `rad`, or `m` for a joint that slides.
+    pub unit: &'static str,
+    /// Least position; null for a joint without end.
+    pub minimum: Option<f64>,
+    /// Largest position; null for a joint without end.
+    pub maximum: Option<f64>,
+    /// Largest speed, 1/s.
+    pub speed: f64,
+}
+
+impl ArmJointInfo {
+    /// The joints of an arm.
+    fn all(arm: &Arm) -> Vec<Self> {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let info = |joint: &ArmJoint| ArmJointInfo {
+            name: joint.name.clone(),
+            unit: if joint.turns { "rad" } else { "m" },
+            minimum: finite(joint.lower),
+            maximum: finite(joint.upper),
+            speed: joint.speed,
+        };
+        arm.joints.iter().map(info).collect()
+    }
 }
 
 impl TaskInfo {
@@ -204,6 +239,7 @@ impl TaskInfo {
             cameras: task.cameras.iter().map(CameraInfo::of).collect(),
             hash: task.content_hash().to_owned(),
             goals: task.rules.goals(),
+            arm: task.arm.as_ref().map_or_else(Vec::new, |carrier| ArmJointInfo::all(carrier.arm())),
         }
     }
 }

@@ -36,7 +36,7 @@ pub struct Field {
 pub enum Length {
     /// Fixed.
     Fixed(usize),
-    /// `motors`, `joints`, `encoders`, `taxels` (see `welcome.hands`) or `objects` (free bodies of the scene).
+    /// `arm` (see `welcome.tasks`), `motors`, `joints`, `encoders`, `taxels` (see `welcome.hands`) or `objects` (free bodies of the scene).
     Of(&'static str),
 }
 
@@ -84,8 +84,10 @@ impl Default for Specs {
         let symmetric = |limit: f64| (Some(-limit), Some(limit));
         let (three, four) = ([Length::Fixed(3)], [Length::Fixed(4)]);
         let (motors, joints) = ([Length::Of("motors")], [Length::Of("joints")]);
+        let arm = [Length::Of("arm")];
         let of_objects = |n: usize| [Length::Of("objects"), Length::Fixed(n)];
         let of_world = [field("tick", &[], "", FROM_ZERO), field("sim_time_s", &[], "s", FROM_ZERO)];
+        let of_arm = [field("arm.position", &arm, "", FREE), field("arm.velocity", &arm, "1/s", FREE)];
         let of_truth = [
             field("truth.objects.position", &of_objects(3), "m", FREE),
             field("truth.objects.quat_xyzw", &of_objects(4), "", UNIT),
@@ -102,10 +104,11 @@ impl Default for Specs {
                 field("base.quat_xyzw", &four, "", UNIT),
                 field("base.linear", &three, "m/s", symmetric(limits.speed)),
                 field("base.angular", &three, "rad/s", symmetric(limits.angular_speed)),
+                field("base.joints", &arm, "", FREE),
                 field("hand", &motors, "", SIGMA),
                 field("effort", &motors, "", SIGMA),
             ],
-            observation: of_world.into_iter().chain(of_hand()).chain(of_truth).collect(),
+            observation: of_world.into_iter().chain(of_hand()).chain(of_arm).chain(of_truth).collect(),
         }
     }
 }

@@ -110,6 +110,10 @@ fn digest(action: &Action) -> u64 {
             words.push(2);
             words.extend(linear.iter().chain(angular).map(|x| round(*x, 1e3)));
         }
+        Some(BaseTarget::Joints { joints }) => {
+            words.push(3);
+            words.extend(joints.iter().map(|x| round(*x, 1e3)));
+        }
     }
     words.extend(action.hand.iter().flatten().map(|x| round(*x, 1e3)));
     hash(&words)

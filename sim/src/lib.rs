@@ -6,6 +6,7 @@
 
 pub mod actuation;
 pub mod anchor;
+pub mod arm;
 pub mod bounds;
 mod command;
 pub mod config;

@@ -52,6 +52,9 @@ pub enum PlacingError {
     /// A quaternion has no direction.
     #[error("quat_xyzw: found {0:?}; wanted a quaternion of length 1")]
     NoDirection([f64; 4]),
+    /// The arm cannot bring the base there.
+    #[error("base: out of the arm's reach: {0}")]
+    OutOfReach(String),
     /// A number is not finite or beyond its bound.
     #[error("{what}: found {found}; wanted a number from -{bound:e} to {bound:e}")]
     OutOfBounds {

@@ -40,6 +40,7 @@ impl Action {
                 finite("base.linear", linear)?;
                 finite("base.angular", angular)?;
             }
+            Some(BaseTarget::Joints { joints }) => finite("base.joints", joints)?,
             None => {}
         }
         for (field, numbers) in [("hand", &self.hand), ("effort", &self.effort)] {
@@ -91,7 +92,7 @@ pub(crate) fn clipped(v: Vec3, most: f64) -> Vec3 {
     if largest * length <= most * (1.0 + 4e-15) { v } else { scaled * (most / length) }
 }
 
-/// A pose to reach, or a velocity to keep, of the hand's base in the world frame.
+/// A pose or velocity of the hand's base in the world frame, or the joints of its arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, deny_unknown_fields)]
 pub enum BaseTarget {
@@ -108,6 +109,11 @@ pub enum BaseTarget {
         linear: [f64; 3],
         /// rad/s
         angular: [f64; 3],
+    },
+    /// Target of the arm's joints, where the task has an arm; each moves there as fast as it may.
+    Joints {
+        /// rad, or m of a joint that slides; in the order of the task's `arm`.
+        joints: Vec<f64>,
     },
 }
 
@@ -157,6 +163,22 @@ pub enum ActionError {
         /// Entries in the message.
         got: usize,
         /// Motors of the hand.
+        expected: usize,
+    },
+    /// Joints for a hand that flies freely.
+    #[error(
+        "action.base.joints: task `{task}` has no arm; base takes position and quat_xyzw, or linear and angular"
+    )]
+    NoArm {
+        /// Name of the task.
+        task: String,
+    },
+    /// Wrong number of joints.
+    #[error("action.base.joints has {got} entries; the arm has {expected} joints")]
+    WrongJoints {
+        /// Entries in the message.
+        got: usize,
+        /// Joints of the arm.
         expected: usize,
     },
     /// Quaternion without a direction.

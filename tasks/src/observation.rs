@@ -19,6 +19,9 @@ pub struct Observation {
     pub applied_action: Action,
     /// The hand.
     pub hand: HandObservation,
+    /// The arm that carries the hand, where the task has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm: Option<ArmReading>,
     /// Images of the requested cameras.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<CameraImage>,
@@ -36,6 +39,15 @@ pub struct Observation {
     /// The reason, when `terminated` or `truncated`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+}
+
+/// Readings of the joints of an arm, in its order. Their encoders have no error.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct ArmReading {
+    /// rad, or m of a joint that slides.
+    pub position: Vec<f64>,
+    /// rad/s or m/s, mean of the last tick.
+    pub velocity: Vec<f64>,
 }
 
 /// Pose and velocity of a body in the world frame.

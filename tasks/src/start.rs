@@ -8,7 +8,7 @@ use crate::place::placing_room;
 use crate::settle::{Built, SCENE_WORK, SceneError, furnished};
 use crate::task::Task;
 use palmares_models::hand::Hand;
-use palmares_models::{Pose, Rotation, Vec3};
+use palmares_models::{Pose, Vec3};
 use palmares_sim::{Command, Config, Model, Owner, State, World};
 use parry3d_f64::bounding_volume::BoundingVolume;
 use parry3d_f64::query;
@@ -39,8 +39,7 @@ pub fn hand_start(task: &Task, hand: &Hand) -> Pose {
 
 /// Initial pose of the base of a hand of usual length.
 pub fn start_pose(task: &Task) -> Pose {
-    let [x, y, z, w] = task.hand.quat_xyzw;
-    Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
+    task.hand.pose()
 }
 
 /// Furniture and regions of the rules that a hand overlaps at its start, with every seed; empty if it fits. Objects depend on

@@ -2,6 +2,7 @@
 
 mod absurd;
 mod again;
+mod arm;
 mod ground;
 mod own;
 mod referee;

@@ -1,6 +1,7 @@
 //! Tests of the source tree itself, beyond those of the compiler.
 
 mod circles;
+mod conflicts;
 mod deployment;
 mod doc_examples;
 mod imports;

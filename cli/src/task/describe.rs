@@ -31,6 +31,12 @@ pub(super) fn describe(task: &Task) -> String {
         task.time_limit_s,
         mm(task.hand.position)
     );
+    if let Some(carrier) = &task.arm {
+        let arm = carrier.arm();
+        let names: Vec<&str> = arm.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let root = mm(arm.world_from_root.translation.to_array());
+        let _ = writeln!(out, "arm `{}` at ({root} mm): {}", arm.name, names.join(", "));
+    }
     if !task.objects.own.is_empty() {
         let _ = writeln!(out, "\nObjects of its own");
         for own in &task.objects.own {

@@ -1,6 +1,7 @@
 //! Many worlds on a pool of threads. Every world is stepped by one thread at a time and knows nothing of the others, so that
 //! the number of threads changes no bit.
 
+use crate::base::Base;
 use crate::fields::{Field, fields};
 use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
@@ -17,7 +18,7 @@ use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::SnapshotError;
 use palmares_tasks::training::{Given, Shaper, Terms};
-use palmares_tasks::{Action, BaseTarget, Fault, Noise, Reason, Run, Seed, Sensing, Task};
+use palmares_tasks::{Action, Fault, Noise, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -38,8 +39,7 @@ pub(crate) struct Batch {
     sensing: Sensing,
     noise: Noise,
     training: Training,
-    /// Whether actions have a pose of the base, and not its velocities.
-    poses: bool,
+    base: Base,
     fields: Vec<Field>,
     slots: Vec<Slot>,
     workers: Workers,
@@ -56,7 +56,7 @@ impl Batch {
         sensing: &str,
         noise: &str,
         threads: usize,
-        poses: bool,
+        base: &str,
         training: Option<Asked>,
     ) -> PyResult<Self> {
         if !(1..=100_000).contains(&count) {
@@ -66,6 +66,7 @@ impl Batch {
             return Err(PyValueError::new_err(format!("threads: found {threads}; wanted at most 1024")));
         }
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
+        let base = Base::of(base, &task)?;
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
         let training = Training::of(training, &task, &hand, noise)?;
         let workers = Workers::new(threads)?;
@@ -73,7 +74,7 @@ impl Batch {
         let fields = fields(&task, &hand, sensing, drawn);
         let length = fields.iter().map(|field| field.len).sum();
         let slots = (0..count).map(|_| Slot::empty(length, drawn)).collect();
-        Ok(Batch { task, hand, sensing, noise, training, poses, fields, slots, workers })
+        Ok(Batch { task, hand, sensing, noise, training, base, fields, slots, workers })
     }
 
     /// Threads that step.
@@ -94,10 +95,16 @@ impl Batch {
         self.task.objects.count
     }
 
-    /// Numbers of an action: linear and angular velocity of the base, or position and quaternion; σ of each motor.
+    /// Numbers of the base in an action.
+    #[getter]
+    fn base_len(&self) -> usize {
+        self.base.len()
+    }
+
+    /// Numbers of an action: those of the base, σ of each motor.
     #[getter]
     fn action_len(&self) -> usize {
-        base_len(self.poses) + self.hand.motors.len()
+        self.base.len() + self.hand.motors.len()
     }
 
     /// Name and shape of every field of an observation of one world.
@@ -158,7 +165,7 @@ impl Batch {
     ) -> PyResult<()> {
         self.fits("mask", mask.len())?;
         let (count, motors) = (self.slots.len(), self.hand.motors.len());
-        let base = base_len(self.poses);
+        let base = self.base.len();
         let [least, most] = [base + motors, base + 2 * motors];
         let width = actions.shape()[1];
         if actions.shape()[0] != count || (width != least && width != most) {
@@ -175,8 +182,8 @@ impl Batch {
         if let Some(world) = (0..count).find(|k| mask[*k] && self.slots[*k].run.is_none()) {
             return Err(PyValueError::new_err(format!("world {world} has no run yet: call reset first")));
         }
-        let (sensing, objects, poses) = (self.sensing, self.task.objects.count, self.poses);
-        let short = |row: &[f64]| poses && row[3..7].iter().map(|x| x * x).sum::<f64>() < 1e-12;
+        let (sensing, objects, base) = (self.sensing, self.task.objects.count, self.base);
+        let short = |row: &[f64]| base == Base::Pose && row[3..7].iter().map(|x| x * x).sum::<f64>() < 1e-12;
         if let Some(world) = actions.chunks(width).position(short) {
             let message = format!("actions[{world}, 3:7] has zero length; wanted a unit quaternion x y z w");
             return Err(PyValueError::new_err(message));
@@ -187,7 +194,7 @@ impl Batch {
             .zip(actions.chunks(width))
             .zip(mask)
             .filter(|(_, chosen)| *chosen)
-            .map(|((slot, numbers), _)| (slot, action(numbers, motors, poses)))
+            .map(|((slot, numbers), _)| (slot, action(numbers, motors, base)))
             .collect();
         moving.iter_mut().for_each(|(slot, _)| slot.begin());
         // Small portions, so that Ctrl-C does not wait long.
@@ -220,15 +227,15 @@ impl Batch {
     /// The first action that is clipped under these largest base velocities, m/s and rad/s: its world, and
     /// the number of its field: linear velocity, angular velocity, σ.
     fn clipped(&self, actions: PyReadonlyArray2<'_, f64>, limits: [f64; 2]) -> Option<(usize, usize)> {
-        let (actions, base) = (actions.as_array(), base_len(self.poses));
+        let (actions, base) = (actions.as_array(), self.base.len());
         let length = |world, first: usize| {
             (first..first + 3).map(|k| actions[[world, k]] * actions[[world, k]]).sum::<f64>().sqrt()
         };
         (0..actions.nrows()).find_map(|world| {
             let mut sigmas = (base..actions.ncols()).map(|k| actions[[world, k]]);
             let beyond = [
-                !self.poses && length(world, 0) > limits[0],
-                !self.poses && length(world, 3) > limits[1],
+                self.base == Base::Twist && length(world, 0) > limits[0],
+                self.base == Base::Twist && length(world, 3) > limits[1],
                 sigmas.any(|sigma| !(0.0..=1.0).contains(&sigma)),
             ];
             beyond.into_iter().position(|is_beyond| is_beyond).map(|field| (world, field))
@@ -551,22 +558,11 @@ fn no_run(world: usize) -> PyErr {
     PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
 }
 
-/// Numbers of an action for the base.
-fn base_len(poses: bool) -> usize {
-    if poses { 7 } else { 6 }
-}
-
-/// The action of a row: velocity of the base, σ of every motor and, in a longer row, the effort of every motor.
-fn action(numbers: &[f64], motors: usize, poses: bool) -> Action {
-    let three = |k: usize| [numbers[k], numbers[k + 1], numbers[k + 2]];
-    let base = if poses {
-        BaseTarget::Pose { position: three(0), quat_xyzw: [numbers[3], numbers[4], numbers[5], numbers[6]] }
-    } else {
-        BaseTarget::Twist { linear: three(0), angular: three(3) }
-    };
-    let (sigma, effort) = numbers[base_len(poses)..].split_at(motors);
+/// The action of a row: the base, σ of every motor and, in a longer row, the effort of every motor.
+fn action(numbers: &[f64], motors: usize, base: Base) -> Action {
+    let (sigma, effort) = numbers[base.len()..].split_at(motors);
     Action {
-        base: Some(base),
+        base: Some(base.target(numbers)),
         hand: Some(sigma.to_vec()),
         effort: (!effort.is_empty()).then(|| effort.to_vec()),
     }

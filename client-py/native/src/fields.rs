@@ -24,6 +24,7 @@ pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing, drawn: usize) -
     let channels = CHANNELS.iter().filter(|channel| is_shown(channel, sensing));
     let mut shapes: Vec<_> = channels.map(|channel| (channel.name, channel.shape(hand))).collect();
     shapes.push(("time_left", vec![1]));
+    shapes.push(("arm", vec![2, task.arm.as_ref().map_or(0, |carrier| carrier.arm().joints.len())]));
     if sensing == Sensing::Truth {
         shapes.extend([
             ("joints", vec![2, hand.coordinates.len()]),
@@ -69,6 +70,10 @@ pub(crate) fn write(run: &Run, sensing: Sensing, objects: usize, constant: &[f64
         row.drain(hidden.address..hidden.address + hidden.dimension);
     }
     row.push(run.task().time_limit_s - run.sim_time_s());
+    if let Some(arm) = run.arm_reading() {
+        row.extend(arm.position);
+        row.extend(arm.velocity);
+    }
     if sensing == Sensing::Truth {
         let joints = run.hand().coordinates.len();
         row.extend_from_slice(&state.q);

@@ -4,6 +4,7 @@
 //! The same crates as on a server step it here: same inputs, same bits.
 
 mod analysis;
+mod base;
 mod batch;
 mod fields;
 mod history;

@@ -144,12 +144,17 @@ pub(crate) fn hand(name: &str) -> PyResult<Arc<Hand>> {
     KEPT.read(path, read).map_err(|error| PyValueError::new_err(format!("hand: {error}")))
 }
 
+/// The error about a word that is not one of the known.
+pub(crate) fn one_of(name: &str, found: &str, wanted: &str) -> PyErr {
+    PyValueError::new_err(format!("{name}: found {found:?}; wanted {wanted}"))
+}
+
 /// `sensors` or `truth`.
 pub(crate) fn sensing(word: &str) -> PyResult<Sensing> {
     match word {
         "sensors" => Ok(Sensing::Sensors),
         "truth" => Ok(Sensing::Truth),
-        _ => Err(PyValueError::new_err(format!("sensing: found {word:?}; wanted \"sensors\" or \"truth\""))),
+        _ => Err(one_of("sensing", word, "\"sensors\" or \"truth\"")),
     }
 }
 
@@ -158,7 +163,7 @@ pub(crate) fn noise(word: &str) -> PyResult<Noise> {
     match word {
         "none" => Ok(Noise::None),
         "real" => Ok(Noise::Real),
-        _ => Err(PyValueError::new_err(format!("noise: found {word:?}; wanted \"none\" or \"real\""))),
+        _ => Err(one_of("noise", word, "\"none\" or \"real\"")),
     }
 }
 

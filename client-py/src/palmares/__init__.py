@@ -55,7 +55,7 @@ from palmares.errors import (
 from palmares.messages import FieldSpec, HandState, Observation, Result, Specs, Welcome
 from palmares.net.codec import Encoding
 from palmares.scene import Region, Scene, SceneBody, ScenePart
-from palmares.targets import pose, twist
+from palmares.targets import joints, pose, twist
 from palmares.training import Training
 from palmares.truth import BodyState, Contact, ObjectState, Truth
 from palmares.version import VERSION as __version__
@@ -150,6 +150,7 @@ __all__ = [
     "WrongStateError",
     "__version__",
     "array",
+    "joints",
     "pose",
     "twist",
 ]

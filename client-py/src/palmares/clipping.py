@@ -88,7 +88,7 @@ def _numbers(requested: Action, applied: Action) -> list[tuple[str, Sequence[flo
         ("effort", requested.effort, applied.effort),
     ]
     if requested.base is not None and applied.base is not None:
-        for name in ("position", "linear", "angular"):
+        for name in ("position", "linear", "angular", "joints"):
             pairs.append((f"base.{name}", getattr(requested.base, name), getattr(applied.base, name)))
     return [(field, wanted, was) for field, wanted, was in pairs if wanted is not None and was is not None]
 

@@ -1,4 +1,4 @@
-"""Targets in an action: pose or velocity of the base, positions of the motors."""
+"""Targets in an action: pose or velocity of the base, joints of the arm, positions of the motors."""
 
 from __future__ import annotations
 
@@ -30,6 +30,12 @@ def pose(position: Numbers, quat_xyzw: Numbers) -> BaseTarget:
 def twist(linear: Numbers, angular: Numbers) -> BaseTarget:
     """Return a velocity target: `linear` (3,), m/s, and `angular` (3,), rad/s, world frame."""
     return BaseTarget(linear=vector("linear", linear), angular=vector("angular", angular))
+
+
+def joints(q: Numbers) -> BaseTarget:
+    """Return a target of the arm's joints: `q` (n,), rad or m, in the order of `TaskInfo.arm`."""
+    listed = list(np.asarray(q).tolist()) if isinstance(q, np.ndarray) else list(q)
+    return BaseTarget(joints=numbers("joints", listed, len(listed), "a number for each joint of the arm"))
 
 
 def action_of(base: Base | None, hand: Hand | None, motors: int, effort: Hand | None = None) -> Action:

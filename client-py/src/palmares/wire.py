@@ -32,7 +32,7 @@ class Reply(Brief, msgspec.Struct, kw_only=True, gc=False, tag_field="op"):
 
 
 class BaseTarget(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
-    """A pose to reach, or a velocity to keep, of the hand's base in the world frame."""
+    """A pose or velocity of the hand's base in the world frame, or the joints of its arm."""
 
     position: Vec3 | None = None
     """m"""
@@ -42,6 +42,8 @@ class BaseTarget(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=Fal
     """m/s"""
     angular: Vec3 | None = None
     """rad/s"""
+    joints: list[float] | None = None
+    """rad, or m of a joint that slides; in the order of the task's ``arm``."""
 
 
 class Action(Brief, msgspec.Struct, kw_only=True, omit_defaults=True, gc=False):
@@ -245,6 +247,15 @@ class Event(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Kind of the event: section 4 of docs/tasks.md lists them."""
     object: int | None = None
     """Index of the object: with sensing ``truth``, and in a run's result."""
+
+
+class ArmReading(Brief, msgspec.Struct, kw_only=True, gc=False):
+    """Readings of the joints of an arm, in its order. Their encoders have no error."""
+
+    position: list[float]
+    """rad, or m of a joint that slides."""
+    velocity: list[float]
+    """rad/s or m/s, mean of the last tick."""
 
 
 class CameraImage(Brief, msgspec.Struct, kw_only=True, dict=True):
@@ -539,6 +550,8 @@ class Observation(Reply, kw_only=True, gc=False, tag="obs"):
     """The task is complete: nothing more can be gained."""
     truncated: bool
     """The run was cut short by a limit."""
+    arm: ArmReading | None = None
+    """The arm that carries the hand, where the task has one."""
     _cameras: Sequence[CameraImage] = msgspec.field(name="cameras", default_factory=list)
     late_s: float | None = None
     """In a realtime run: how long after the tick was due this was sent, s."""
@@ -757,6 +770,21 @@ class CameraInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """The images that it takes."""
 
 
+class ArmJointInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
+    """A joint of an arm."""
+
+    name: str
+    """Its name in the URDF."""
+    unit: str
+    """``rad``, or ``m`` for a joint that slides."""
+    minimum: float | None = None
+    """Least position; ``None`` for a joint without end."""
+    maximum: float | None = None
+    """Largest position; ``None`` for a joint without end."""
+    speed: float
+    """Largest speed, 1/s."""
+
+
 class TaskInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Constants of a task."""
 
@@ -776,6 +804,9 @@ class TaskInfo(Brief, msgspec.Struct, kw_only=True, gc=False):
     """SHA-256 of the whole task, 64 hexadecimal digits."""
     goals: list[GoalInfo] = []
     """Its goals with their points and tolerances, in the order in which they are reached."""
+    arm: list[ArmJointInfo] = []
+    """Joints of the arm that carries the hand, in the order of ``base.joints``; empty where the hand flies
+    freely."""
 
 
 class ColumnInfo(Brief, msgspec.Struct, kw_only=True, gc=False):

@@ -8,11 +8,13 @@
 //!    `uncertain.rs` reads the ranges of its numbers, `visual.rs` the appearance of links, for rendering.
 //! 4. `hand.rs` goes through these in order.
 //! 5. `objects.rs` reads the catalogue's objects, `own_object.rs` a task's own objects, both from `parts.rs`.
-//! 6. `named.rs` finds the files that name a mesh, for its decomposition.
+//! 6. `arm.rs` reads the arm of a task.
+//! 7. `named.rs` finds the files that name a mesh, for its decomposition.
 //!
 //! Oddities are warnings, invalid elements errors (`report.rs`).
 
 mod actuation;
+mod arm;
 mod coordinates;
 mod files;
 mod foreign;
@@ -42,6 +44,7 @@ mod uncertain;
 pub(crate) mod urdf;
 mod visual;
 
+pub use self::arm::arm;
 pub use self::files::{Files, read_limited};
 pub use self::hand::{Loaded, examine, from_files, from_text, hand, visuals};
 pub use self::hollow::{cubic_cm, tells_of_filled_hollows};

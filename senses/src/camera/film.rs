@@ -186,7 +186,13 @@ impl Studio<'_> {
         let body = usize::from(primitive.body());
         let Some(color) = self.colors.get(body) else { return self.background };
         let ray = Vec3::new(x, y, 1.0);
-        let point = ray / nearness;
+        let z = 1.0 / nearness;
+        let ground = self.grounds[body];
+        let near = if ground { (1.0 - (z - FADE_M.0) / (FADE_M.1 - FADE_M.0)).clamp(0.0, 1.0) } else { 1.0 };
+        if near == 0.0 {
+            return self.background;
+        }
+        let point = ray * z;
         let normal = primitive.normal(|| point);
         let to_lamp = self.lamp - point;
         let distance = to_lamp.length();
@@ -195,16 +201,13 @@ impl Studio<'_> {
         let lit = if facing > 0.0 { self.lit(point + normal * (self.gap * distance)) } else { 0.0 };
         let sky = FLOOR + (SKY - FLOOR) * (0.5 + 0.5 * normal.dot(self.up));
         let diffuse = LAMP * facing.max(0.0) * lit + sky;
-        let half = (to_lamp - ray.normalize()).normalize_or_zero();
-        let mut gloss = normal.dot(half).max(0.0);
-        (0..GLOSS_DOUBLINGS).for_each(|_| gloss *= gloss);
-        let ground = self.grounds[body];
-        let gloss = if ground { 0.0 } else { GLOSS * gloss * lit };
-        let near = if ground {
-            (1.0 - (1.0 / nearness - FADE_M.0) / (FADE_M.1 - FADE_M.0)).clamp(0.0, 1.0)
-        } else {
-            1.0
-        };
+        let mut gloss = 0.0;
+        if !ground && lit > 0.0 {
+            let half = (to_lamp - ray.normalize()).normalize_or_zero();
+            gloss = normal.dot(half).max(0.0);
+            (0..GLOSS_DOUBLINGS).for_each(|_| gloss *= gloss);
+            gloss *= GLOSS * lit;
+        }
         std::array::from_fn(|k| near * (color[k] * diffuse + gloss) + (1.0 - near) * self.background[k])
     }
 
@@ -224,12 +227,21 @@ impl Studio<'_> {
             return 1.0;
         }
         let (left, top) = (u as usize, v as usize);
+        let rows: [&[f64]; 3] = std::array::from_fn(|row| {
+            let first = (top + row) * width + left;
+            &self.shadow[first..first + 3]
+        });
+        // Most points are wholly in the light, or wholly in a shadow.
+        match rows.iter().flat_map(|row| row.iter()).filter(|seen| **seen <= nearness).count() {
+            0 => return 0.0,
+            9 => return 1.0,
+            _ => {}
+        }
         let (a, b) = (u - left as f64, v - top as f64);
         let (across, down) = ([1.0 - a, 1.0, a], [1.0 - b, 1.0, b]);
         let mut sum = 0.0;
-        for (row, down) in down.iter().enumerate() {
-            let first = (top + row) * width + left;
-            for (seen, across) in self.shadow[first..first + 3].iter().zip(&across) {
+        for (row, down) in rows.iter().zip(&down) {
+            for (seen, across) in row.iter().zip(&across) {
                 sum += if *seen <= nearness { across * down } else { 0.0 };
             }
         }

@@ -56,6 +56,7 @@ struct Packed {
 enum PackedBase {
     Pose([f64; 3], [f64; 4]),
     Twist([f64; 3], [f64; 3]),
+    Joints(Vec<f64>),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -70,6 +71,7 @@ impl From<&ShippedTick> for Packed {
         let base = action.base.as_ref().map(|base| match base {
             BaseTarget::Pose { position, quat_xyzw } => PackedBase::Pose(*position, *quat_xyzw),
             BaseTarget::Twist { linear, angular } => PackedBase::Twist(*linear, *angular),
+            BaseTarget::Joints { joints } => PackedBase::Joints(joints.clone()),
         });
         let event = |Event { tick, kind, object }: &Event| PackedEvent {
             tick: *tick,
@@ -86,6 +88,7 @@ impl From<Packed> for ShippedTick {
         let base = base.map(|base| match base {
             PackedBase::Pose(position, quat_xyzw) => BaseTarget::Pose { position, quat_xyzw },
             PackedBase::Twist(linear, angular) => BaseTarget::Twist { linear, angular },
+            PackedBase::Joints(joints) => BaseTarget::Joints { joints },
         });
         let event = |PackedEvent { tick, kind, object }| Event { tick, kind, object };
         let state = StateHash(u64::from_le_bytes(state));

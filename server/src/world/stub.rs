@@ -63,6 +63,7 @@ impl Playable for Stub {
             sim_time_s: 0.0,
             applied_action: self.last_action.clone(),
             hand: HandObservation::default(),
+            arm: None,
             cameras: vec![],
             truth: None,
             events: self.new_events.clone(),

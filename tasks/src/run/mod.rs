@@ -1,8 +1,10 @@
 //! A run: one world, one task, one hand, from tick 0 to its score.
 
+mod arm;
 mod arriving;
 mod bodies;
 mod cameras;
+mod carrying;
 mod evidence;
 mod exposure;
 mod failure;
@@ -53,6 +55,7 @@ use crate::settle::SceneError;
 use crate::start::hand_start;
 use crate::task::{REST_SPEED, Task, Variation};
 use cameras::{Cameras, ImageCache, PoseHistory};
+use carrying::Carrying;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_senses::Sensors;
@@ -84,6 +87,8 @@ pub struct Run {
     referee: Referee,
     tick: u64,
     target: Target,
+    /// The arm that carries the hand.
+    carrying: Option<Carrying>,
     /// Pose of the base when the shake began.
     shaken_at: Option<Pose>,
     applied: Action,
@@ -110,11 +115,11 @@ impl Run {
     pub fn new(task: Arc<Task>, hand: Arc<Hand>, seed: Seed) -> Result<Self, SceneError> {
         let built = build(&task, Some(Arc::clone(&hand)), seed)?;
         let base = hand_start(&task, &hand);
+        let carrying = Carrying::new(&task, base)?;
+        let at =
+            BaseTarget::Pose { position: base.translation.to_array(), quat_xyzw: base.rotation.to_array() };
         let applied = Action {
-            base: Some(BaseTarget::Pose {
-                position: base.translation.to_array(),
-                quat_xyzw: base.rotation.to_array(),
-            }),
+            base: Some(carrying.as_ref().map_or(at, Carrying::target)),
             hand: Some((0..hand.motors.len()).map(|motor| hand.start.sigma_of(motor)).collect()),
             effort: None,
         };
@@ -133,7 +138,8 @@ impl Run {
             body_names: built.body_names.into(),
             world: built.world,
             tick: 0,
-            target: Target::Pose { from: base, to: base },
+            target: if carrying.is_some() { Target::Joints } else { Target::Pose { from: base, to: base } },
+            carrying,
             shaken_at: None,
             applied,
             pushing: Vec::new(),

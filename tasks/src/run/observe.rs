@@ -16,6 +16,7 @@ impl Run {
             sim_time_s: self.sim_time_s(),
             applied_action: self.applied.clone(),
             hand: HandObservation::new(self.read_sensors(), sensing),
+            arm: self.arm_reading(),
             cameras: Vec::new(),
             truth: (sensing == Sensing::Truth).then(|| self.observe_truth()),
             events: self.news.iter().map(|event| event.redacted_for(sensing)).collect(),

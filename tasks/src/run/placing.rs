@@ -39,16 +39,17 @@ impl Run {
     /// # Errors
     /// A list has the wrong length, a quaternion no direction, or a number is out of bounds; nothing has changed.
     pub fn place(&mut self, to: &Placement) -> Result<(), PlacingError> {
-        let before = self.world.snapshot();
+        let (before, carrying) = (self.world.snapshot(), self.carrying.clone());
         let placed = self.place_all(to);
         if placed.is_err() {
             self.world.resume(&before);
+            self.carrying = carrying;
         }
         placed
     }
 
     fn place_all(&mut self, to: &Placement) -> Result<(), PlacingError> {
-        let hash = self.world.state().hash();
+        let (hash, carrying) = (self.world.state().hash(), self.carrying.clone());
         self.prepared = None;
         if let Some(wanted) = &to.motors {
             self.world.place_motors(wanted)?;
@@ -69,6 +70,9 @@ impl Run {
             }
             own.copy_from_slice(wanted);
         }
+        if let (Some(carrying), true) = (&mut self.carrying, to.base.is_some()) {
+            carrying.put(hand.base).map_err(PlacingError::OutOfReach)?;
+        }
         self.world.place_hand(&hand)?;
         if let Some(wanted) = &to.objects {
             let now: Vec<BodyState> = self.object_states().collect();
@@ -88,17 +92,19 @@ impl Run {
             }
         }
         if self.world.state().hash() == hash {
+            self.carrying = carrying;
             return Ok(());
         }
         self.placed = true;
         self.image_cache = ImageCache::default();
         if to.base.is_some() {
             let HandMotion { base, .. } = hand;
+            let (position, quat_xyzw) = (base.translation.to_array(), base.rotation.to_array());
             self.target = Target::Pose { from: base, to: base };
-            self.applied.base = Some(BaseTarget::Pose {
-                position: base.translation.to_array(),
-                quat_xyzw: base.rotation.to_array(),
-            });
+            self.applied.base = Some(BaseTarget::Pose { position, quat_xyzw });
+            if let Some(carrying) = &self.carrying {
+                (self.target, self.applied.base) = (Target::Joints, Some(carrying.target()));
+            }
         }
         Ok(())
     }

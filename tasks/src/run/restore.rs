@@ -4,7 +4,7 @@ use super::Run;
 use super::cameras::ImageCache;
 use super::run_key::RunKey;
 use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
-use super::targets::Pushing;
+use super::targets::{Pushing, Target};
 use crate::action::Action;
 use crate::task::MAX_DELAY;
 use palmares_sim::World;
@@ -25,6 +25,7 @@ impl Run {
             pose_history: self.pose_history.clone(),
             tick: self.tick,
             target: self.target,
+            arm: self.carrying.as_ref().map(|carrying| carrying.state.clone()),
             shaken_at: self.shaken_at,
             applied: Applied::from(&self.applied),
             pushing: self.pushing.clone(),
@@ -58,6 +59,9 @@ impl Run {
         self.pose_history.clone_from(&from.pose_history);
         self.image_cache = ImageCache::default();
         (self.tick, self.target, self.shaken_at) = (from.tick, from.target, from.shaken_at);
+        if let (Some(carrying), Some(state)) = (&mut self.carrying, &from.arm) {
+            carrying.state.clone_from(state);
+        }
         self.applied = Action::from(&from.applied);
         self.pushing.clone_from(&from.pushing);
         (self.news, self.history) = (events(&from.news), events(&from.history));
@@ -90,6 +94,7 @@ impl Run {
             referee: self.referee.clone(),
             tick: self.tick,
             target: self.target,
+            carrying: self.carrying.clone(),
             shaken_at: self.shaken_at,
             applied: self.applied.clone(),
             pushing: self.pushing.clone(),
@@ -106,7 +111,7 @@ impl Run {
     /// The part of a snapshot that cannot be this run's, although the snapshot names this run.
     fn unfit(&self, from: &Snapshot) -> Option<&'static str> {
         let (objects, links) = (self.world.model().objects().len(), self.hand.links.len());
-        let motors = self.hand.motors.len();
+        let (motors, arm) = (self.hand.motors.len(), self.arm().map(|arm| arm.joints.len()));
         let known = |notes: &[Noted]| notes.iter().all(|note| note.object.is_none_or(|k| k < objects));
         let pushed = |push: &Pushing| push.link < links && push.is_within(Run::PUSH_LIMITS);
         let parts = [
@@ -115,9 +120,11 @@ impl Run {
             ("referee", self.referee.fits(&from.referee)),
             ("camera pictures", from.pose_history.fits(self.body_names.len())),
             ("tick", from.tick < MAX_TICKS),
-            ("target", from.target.is_finite()),
+            ("target", from.target.is_finite() && (arm.is_some() || from.target != Target::Joints)),
+            ("arm", from.arm.is_some() == arm.is_some()),
+            ("arm", from.arm.iter().zip(self.arm()).all(|(state, arm)| state.fits(arm))),
             ("shake", from.shaken_at.is_none_or(|pose| pose.is_finite())),
-            ("action", std::iter::once(&from.applied).chain(&from.under_way).all(|it| it.fits(motors))),
+            ("action", std::iter::once(&from.applied).chain(&from.under_way).all(|it| it.fits(motors, arm))),
             ("actions under way", from.under_way.len() <= MAX_DELAY as usize),
             ("pushes", from.pushing.len() <= Run::MAX_PUSHES && from.pushing.iter().all(pushed)),
             ("events", known(&from.news) && known(&from.history)),

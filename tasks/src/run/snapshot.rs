@@ -1,6 +1,7 @@
 //! The state of a run, in memory or as bytes.
 
 use super::cameras::PoseHistory;
+use super::carrying::ArmState;
 use super::run_key::RunKey;
 use super::targets::{Pushing, Target};
 use crate::action::{Action, BaseTarget};
@@ -36,6 +37,7 @@ pub struct Snapshot {
     pub(super) pose_history: PoseHistory,
     pub(super) tick: u64,
     pub(super) target: Target,
+    pub(super) arm: Option<ArmState>,
     pub(super) shaken_at: Option<Pose>,
     pub(super) applied: Applied,
     pub(super) pushing: Vec<Pushing>,
@@ -82,6 +84,7 @@ pub(super) struct Applied {
 pub(super) enum AppliedBase {
     Pose([f64; 3], [f64; 4]),
     Twist([f64; 3], [f64; 3]),
+    Joints(Vec<f64>),
 }
 
 /// An [`Event`] for postcard.
@@ -93,9 +96,13 @@ pub(super) struct Noted {
 }
 
 impl Applied {
-    /// Whether its lists fit a hand of so many motors.
-    pub(super) fn fits(&self, motors: usize) -> bool {
-        [&self.hand, &self.effort].into_iter().flatten().all(|all| all.len() == motors)
+    /// Whether its lists fit a hand of so many motors on an arm of so many joints.
+    pub(super) fn fits(&self, motors: usize, arm: Option<usize>) -> bool {
+        let joints = match &self.base {
+            Some(AppliedBase::Joints(joints)) => Some(joints.len()),
+            _ => arm,
+        };
+        joints == arm && [&self.hand, &self.effort].into_iter().flatten().all(|all| all.len() == motors)
     }
 }
 
@@ -104,6 +111,7 @@ impl From<&Action> for Applied {
         let base = action.base.as_ref().map(|base| match base {
             BaseTarget::Pose { position, quat_xyzw } => AppliedBase::Pose(*position, *quat_xyzw),
             BaseTarget::Twist { linear, angular } => AppliedBase::Twist(*linear, *angular),
+            BaseTarget::Joints { joints } => AppliedBase::Joints(joints.clone()),
         });
         Applied { base, hand: action.hand.clone(), effort: action.effort.clone() }
     }
@@ -111,9 +119,12 @@ impl From<&Action> for Applied {
 
 impl From<&Applied> for Action {
     fn from(applied: &Applied) -> Self {
-        let base = applied.base.as_ref().map(|base| match *base {
-            AppliedBase::Pose(position, quat_xyzw) => BaseTarget::Pose { position, quat_xyzw },
-            AppliedBase::Twist(linear, angular) => BaseTarget::Twist { linear, angular },
+        let base = applied.base.as_ref().map(|base| match base {
+            AppliedBase::Pose(position, quat_xyzw) => {
+                BaseTarget::Pose { position: *position, quat_xyzw: *quat_xyzw }
+            }
+            AppliedBase::Twist(linear, angular) => BaseTarget::Twist { linear: *linear, angular: *angular },
+            AppliedBase::Joints(joints) => BaseTarget::Joints { joints: joints.clone() },
         });
         Action { base, hand: applied.hand.clone(), effort: applied.effort.clone() }
     }

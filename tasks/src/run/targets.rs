@@ -4,12 +4,14 @@ use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Target of the base.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Target {
     /// Go from one pose to the next during the tick, then stay.
     Pose { from: Pose, to: Pose },
     /// Keep a velocity.
     Twist { linear: Vec3, angular: Vec3 },
+    /// Bring the joints of the arm to the applied action's.
+    Joints,
 }
 
 impl Target {
@@ -18,6 +20,7 @@ impl Target {
         match self {
             Target::Pose { from, to } => from.is_finite() && to.is_finite(),
             Target::Twist { linear, angular } => linear.is_finite() && angular.is_finite(),
+            Target::Joints => true,
         }
     }
 }

@@ -15,7 +15,15 @@ use std::f64::consts::TAU;
 impl Run {
     /// Whether [`Run::step`] would take this action.
     pub fn check(&self, action: &Action) -> Result<(), ActionError> {
-        action.check(&self.hand)
+        action.check(&self.hand)?;
+        let Some(BaseTarget::Joints { joints }) = &action.base else { return Ok(()) };
+        match self.arm() {
+            None => Err(ActionError::NoArm { task: self.task.name.clone() }),
+            Some(arm) if arm.joints.len() != joints.len() => {
+                Err(ActionError::WrongJoints { got: joints.len(), expected: arm.joints.len() })
+            }
+            Some(_) => Ok(()),
+        }
     }
 
     /// Advances the world by one tick under `action`. A refused action changes nothing.
@@ -29,6 +37,7 @@ impl Run {
         self.computed = self.advance();
         self.tick += 1;
         self.add_motor_work(&before);
+        self.read_arm();
         self.sensors.tick(&self.world, self.tick);
         self.remember_poses();
         self.push_on();
@@ -58,6 +67,11 @@ impl Run {
                         BaseTarget::Twist { linear: linear.to_array(), angular: angular.to_array() };
                     (clipped, Target::Twist { linear, angular })
                 }
+                BaseTarget::Joints { joints } => {
+                    // The check has refused joints without an arm.
+                    let joints = self.arm().map_or_else(|| joints.clone(), |arm| arm.within(joints));
+                    (BaseTarget::Joints { joints }, Target::Joints)
+                }
             };
             self.target = target;
             self.applied.base = Some(clipped);
@@ -84,7 +98,7 @@ impl Run {
                         <= limits.angular_speed_limit * tick_s;
                 if path { last } else { to }
             }
-            Target::Twist { .. } => to,
+            Target::Twist { .. } | Target::Joints => to,
         }
     }
 
@@ -103,6 +117,7 @@ impl Run {
         if shaking.is_some() && self.shaken_at.is_none() {
             self.shaken_at = Some(self.world.state().reference.pose);
         }
+        let swing = if shaking.is_none() { self.swing() } else { None };
         for k in 1..=steps {
             if let (Some(since), Some(at), Rules::Hold(rules)) = (shaking, self.shaken_at, &self.task.rules) {
                 let t = since + k as f64 * self.task.step_s;
@@ -116,9 +131,10 @@ impl Run {
                 work += self.world.step(&command).work;
                 continue;
             }
+            let part = k as f64 / steps as f64;
             command.base = match self.target {
+                _ if let (Some(swing), Some(arm)) = (&swing, self.arm()) => swing.command(arm, part),
                 Target::Pose { from, to } => {
-                    let part = k as f64 / steps as f64;
                     let turn = shortest_turn(from.rotation, to.rotation);
                     let travel = to.translation - from.translation;
                     let target = Pose::from_parts(
@@ -129,6 +145,7 @@ impl Run {
                     BaseCommand::Pose { target, linear: travel * rate, angular: turn * rate }
                 }
                 Target::Twist { linear, angular } => BaseCommand::Twist { linear, angular },
+                Target::Joints => BaseCommand::stay(self.world.state().reference.pose),
             };
             self.pushes_into(&mut command.pushes);
             work += self.world.step(&command).work;

@@ -1,5 +1,6 @@
 //! Fixed bodies: boxes made of slabs, and containers with one open side.
 
+use palmares_models::{Pose, Rotation, Vec3};
 use serde::Deserialize;
 
 /// Pose of the hand's base at tick 0.
@@ -13,6 +14,12 @@ pub struct Start {
 }
 
 impl Start {
+    /// The pose.
+    pub(crate) fn pose(&self) -> Pose {
+        let [x, y, z, w] = self.quat_xyzw;
+        Pose::from_parts(Vec3::from_array(self.position), Rotation::from_xyzw(x, y, z, w).normalize())
+    }
+
     /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), String> {
         if !self.position.iter().all(|x| x.abs() <= MAX_COORDINATE_M) {
@@ -21,16 +28,20 @@ impl Start {
                 self.position
             ));
         }
-        let length = self.quat_xyzw.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if !(0.99..=1.01).contains(&length) {
+        if !unit_quaternion(&self.quat_xyzw) {
             return Err(format!("hand.quat_xyzw = {:?}; a unit quaternion x, y, z, w", self.quat_xyzw));
         }
         Ok(())
     }
 }
 
+/// Whether a quaternion of a file has length 1 to its rounding.
+pub(super) fn unit_quaternion(quat_xyzw: &[f64; 4]) -> bool {
+    (0.99..=1.01).contains(&quat_xyzw.iter().map(|x| x * x).sum::<f64>().sqrt())
+}
+
 /// Maximum distance from the origin, m.
-const MAX_COORDINATE_M: f64 = 1e3;
+pub(super) const MAX_COORDINATE_M: f64 = 1e3;
 
 /// Checks the surface of a fixed body.
 fn check_surface(element: &str, friction: f64, color: &[f64; 3]) -> Result<(), String> {

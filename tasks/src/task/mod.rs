@@ -1,6 +1,7 @@
 //! A task as data: furniture, containers, objects, how they are placed, and what counts.
 
 mod action_errors;
+mod arm;
 mod furniture;
 mod given;
 mod objects;
@@ -16,6 +17,7 @@ pub(crate) use variation::Variation;
 use objects::ObjectError;
 
 pub use action_errors::{ActionErrors, MAX_DELAY};
+pub use arm::Carrier;
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use given::Given;
 pub use objects::{Equal, Objects};
@@ -25,6 +27,7 @@ pub use training::{
     Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
 };
 
+use palmares_models::Vec3;
 use palmares_models::camera::Camera;
 use palmares_models::content::ContentHash;
 use palmares_models::error::LoadWarning;
@@ -50,6 +53,9 @@ pub struct Task {
     pub time_limit_s: f64,
     /// Initial pose of the hand.
     pub hand: Start,
+    /// The arm that carries it; without one it flies freely.
+    #[serde(default)]
+    pub arm: Option<Carrier>,
     /// The ground, a plane below everything.
     pub ground: Ground,
     /// Fixed bodies made of boxes.
@@ -179,20 +185,34 @@ impl Task {
         if !(task.time_limit_s > 0.0 && task.time_limit_s <= 86_400.0) {
             return Err(error(format!("time_limit_s = {} must be in (0, 86400]", task.time_limit_s)));
         }
-        let warnings = task.objects.resolve(Path::new(file), files).map_err(|e| TaskError::of(file, &e))?;
+        let mut warnings =
+            task.objects.resolve(Path::new(file), files).map_err(|e| TaskError::of(file, &e))?;
         task.hand.check().map_err(error)?;
+        if let Some(arm) = &mut task.arm {
+            arm.resolve(files).map_err(|e| TaskError::of(file, &e))?;
+        }
         task.rules.check().map_err(error)?;
         task.ground.check().map_err(error)?;
         task.check_furniture().map_err(error)?;
         task.check_regions().map_err(error)?;
         task.place.check(task.objects.certain().as_deref()).map_err(error)?;
         task.check_cameras().map_err(error)?;
+        if let Some(arm) = &task.arm {
+            let middle =
+                |(min, max): ([f64; 3], [f64; 3])| (Vec3::from_array(min) + Vec3::from_array(max)) * 0.5;
+            let named = task.regions().filter(|(name, _)| task.rules.role(name).is_some());
+            let regions = named.map(|(name, corners)| (name, middle(corners)));
+            warnings.extend(arm.check_reach(Path::new(file), task.hand.pose(), regions).map_err(error)?);
+        }
         task.training.check(task.rules.has_destination(&task.objects), &task.place).map_err(error)?;
         let mut table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
         table.remove("training");
         let mut hash = ContentHash::of("palmares task 1");
         digest(&mut hash, &toml::Value::Table(table));
         task.objects.digest(&mut hash);
+        if let Some(arm) = &task.arm {
+            arm.arm().digest(&mut hash);
+        }
         task.content_hash = hash.to_hex();
         Ok(Loaded { task, warnings })
     }

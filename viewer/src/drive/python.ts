@@ -12,6 +12,7 @@ const plain = (text: string): string => printable(text).replaceAll('\\', '/').re
 function baseOf(action: Action): string {
   const { base } = action;
   if (!base) return 'None';
+  if ('joints' in base) return `palmares.joints(${tuple(base.joints)})`;
   return 'position' in base ? `pose(${tuple(base.position)}, ${tuple(base.quat_xyzw)})` : `twist(${tuple(base.linear)}, ${tuple(base.angular)})`;
 }
 

@@ -89,6 +89,28 @@ export interface Announcements {
   announcements: Announcement[];
 }
 
+/** A joint of an arm. */
+export interface ArmJointInfo {
+  /** Its name in the URDF. */
+  name: string;
+  /** `rad`, or `m` for a joint that slides. */
+  unit: string;
+  /** Least position; null for a joint without end. */
+  minimum: number | null;
+  /** Largest position; null for a joint without end. */
+  maximum: number | null;
+  /** Largest speed, 1/s. */
+  speed: number;
+}
+
+/** Readings of the joints of an arm, in its order. Their encoders have no error. */
+export interface ArmReading {
+  /** rad, or m of a joint that slides. */
+  position: number[];
+  /** rad/s or m/s, mean of the last tick. */
+  velocity: number[];
+}
+
 /** Records of the audit, oldest first. */
 export interface Audit {
   records: AuditEntry[];
@@ -116,10 +138,11 @@ export interface AuditEntry {
   reason: string | null;
 }
 
-/** A pose to reach, or a velocity to keep, of the hand's base in the world frame. */
+/** A pose or velocity of the hand's base in the world frame, or the joints of its arm. */
 export type BaseTarget =
   | { position: [number, number, number]; quat_xyzw: [number, number, number, number] }
-  | { linear: [number, number, number]; angular: [number, number, number] };
+  | { linear: [number, number, number]; angular: [number, number, number] }
+  | { joints: number[] };
 
 /** Kind of a body. */
 export type BodyKind = 'object' | 'furniture' | 'hand';
@@ -1120,6 +1143,8 @@ export interface Obs {
   terminated: boolean;
   /** The run was cut short by a limit. */
   truncated: boolean;
+  /** The arm that carries the hand, where the task has one. */
+  arm?: ArmReading;
   /** Images of the requested cameras. */
   cameras?: CameraImage[];
   /** Id of the request; absent if the observation was streamed. */
@@ -1927,6 +1952,8 @@ export interface TaskInfo {
   hash: string;
   /** Its goals with their points and tolerances, in the order in which they are reached. */
   goals: GoalInfo[];
+  /** Joints of the arm that carries the hand, in the order of `base.joints`; empty where the hand flies freely. */
+  arm?: ArmJointInfo[];
 }
 
 /** The tasks. */

@@ -1,5 +1,6 @@
 //! `palmares.analysis`: hands and grasps in closed form, as arrays.
 
+mod arms;
 pub(crate) mod arrays;
 mod contacts;
 mod design;
@@ -11,6 +12,7 @@ use pyo3::prelude::*;
 /// Adds its classes and functions to the module.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<hands::HandModel>()?;
+    module.add_class::<arms::ArmModel>()?;
     module.add("DEFAULT_ARM", palmares_analysis::contact::DEFAULT_ARM)?;
     module.add_function(wrap_pyfunction!(grasps::grasp_matrix, module)?)?;
     module.add_function(wrap_pyfunction!(grasps::contact_stiffness, module)?)?;

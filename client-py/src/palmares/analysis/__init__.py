@@ -17,6 +17,7 @@ from palmares.analysis.design import Forces, Optimum, Postures, Variable, arm, r
 from palmares.analysis.grasp import Closure, Ellipsoid, Grasp, Quality, ellipsoid, force_ellipsoid
 from palmares.analysis.hand import Closing, Ejection, Hand, Inverse, Rest, held
 from palmares.analysis.linear import LinearGrasp, LinearHand, soft_synergies
+from palmares.analysis.robot_arm import Reached, RobotArm
 
 __all__ = [
     "Closing",
@@ -34,7 +35,9 @@ __all__ = [
     "Optimum",
     "Postures",
     "Quality",
+    "Reached",
     "Rest",
+    "RobotArm",
     "Variable",
     "arm",
     "ellipsoid",

@@ -53,6 +53,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
       and, with a hand that has them, ``encoders`` (encoders,), ``touch`` (taxels, 3), ``acceleration`` (3,);
       docs/senses.md has their columns and units
     - ``time_left`` (1,): s until the time limit
+    - ``arm`` (2, n): positions and velocities of the joints of the task's arm, if it has one
     - ``objects`` (objects, 13), with ``sensing="truth"``: as ``base``, for each
     - ``joints`` (2, joints), with ``sensing="truth"``: position (rad), velocity (rad/s)
     - ``object_kind`` (objects,), ``object_half_extents`` (objects, 3), ``object_mass`` (objects,), with
@@ -190,6 +191,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         objects = self._objects
         shapes = {channel.name: tuple(channel.shape) for channel in self._player.channels}
         shapes["time_left"] = (1,)
+        if self._player.arm:
+            shapes["arm"] = (2, len(self._player.arm))
         found: dict[str, spaces.Space[Any]] = {}
         if self._sensing == "truth":
             shapes["joints"] = (2, len(self._player.hand.joints))
@@ -330,4 +333,6 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         left = array([self._player.time_limit_s - obs.sim_time_s])
         # Copies: the caller may keep and change an observation.
         scene = {name: values.copy() for name, values in self._scene.items()}
+        if obs.arm is not None:
+            scene["arm"] = array([obs.arm.position, obs.arm.velocity])
         return padded(arrays_of(obs, self._player.channels), self._objects) | {"time_left": left} | scene

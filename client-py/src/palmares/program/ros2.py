@@ -23,7 +23,7 @@ def main(arguments: list[str]) -> int:
         return 1
     try:
         with Client(options.url, team=options.team, token=options.token) as client:
-            node = Node(options.domain, client.welcome.hand(options.hand), options.camera)
+            node = Node(options.domain, client.welcome.hand(options.hand), options.camera, options.velocity_timeout)
             opened = client.reset(options.task, options.hand, mode="realtime", seed=options.seed)
             print(
                 f"run {opened.run_id}: {options.task} with {options.hand} on domain {options.domain}",
@@ -77,6 +77,14 @@ def parser() -> argparse.ArgumentParser:
     )
     made.add_argument(
         "--camera-period", type=int, default=10, metavar="TICKS", help="ticks between images (default 10)"
+    )
+    made.add_argument(
+        "--velocity-timeout",
+        type=float,
+        default=0.5,
+        metavar="S",
+        help="simulated time after which a velocity of the base that is not repeated becomes zero "
+        "(default %(default)s)",
     )
     made.add_argument(
         "--domain",

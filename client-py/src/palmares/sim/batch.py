@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,8 @@ from palmares.training import Training, checked
 from palmares.views import Brief
 
 Arrays: TypeAlias = dict[str, Array]
+Base: TypeAlias = Literal["twist", "pose", "joints"]
+"""What actions say of the base"""
 Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
 
 FIELDS = (("linear", slice(0, 3)), ("angular", slice(3, 6)), ("hand", slice(6, None)))
@@ -62,6 +64,7 @@ class Batch:
       ``encoders`` (encoders,), ``touch`` (taxels, 3), ``acceleration`` (3,); docs/senses.md has their columns
       and units
     - ``time_left`` (1,): s until the time limit
+    - ``arm`` (2, n): positions (rad or m) and velocities of the joints of the arm, where the task has one
     - ``joints`` (2, joints): position (rad), velocity (rad/s)
     - ``objects`` (objects, 13): as ``base``, for each
     - ``object_kind`` (objects,): 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull, 5 several parts
@@ -77,7 +80,7 @@ class Batch:
         noise: ``none`` or ``real``.
         threads: Threads that step; one for each core when left out.
         base: What actions say of the base: ``twist`` for its velocities, ``pose`` for the pose that it moves
-            to.
+            to, ``joints`` for those of the arm where the task has one.
         training: For learners: shaped rewards, and runs that differ from the task's. Rows of missing objects
             are zero, their ``object_kind`` is −1.
 
@@ -101,17 +104,17 @@ class Batch:
         noise: Literal["none", "real"] = "none",
         threads: int | None = None,
         training: Training | None = None,
-        base: Literal["twist", "pose"] = "twist",
+        base: Base = "twist",
     ) -> None:
         count = whole("count", count, 1, 100_000)
         threads = 0 if threads is None else whole("threads", threads, 1, 1024)
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        one_of("base", base, ("twist", "pose"))
+        one_of("base", base, get_args(Base))
         hand = one_name("hand", hand, ": the worlds of a batch have one hand; make a Batch for each hand")
         task = one_name("task", task, ": the worlds of a batch have one task; make a Batch for each task")
         checked(training, task)
-        self._made = (task, hand, count, sensing, noise, threads, base == "pose")
+        self._made = (task, hand, count, sensing, noise, threads, base)
         self._training = training or Training()
         self._native = NativeBatch(*self._made, training)
         specs = read(native_welcome("", [], []), Welcome).specs
@@ -122,7 +125,7 @@ class Batch:
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
         self.hand_numbers = tuple(self._native.hand_numbers())
         self.action_len = self._native.action_len
-        self._base_len = 7 if base == "pose" else 6
+        self._base_len = self._native.base_len
         self.tick_s = self._native.tick_s
 
     def reset(
@@ -179,7 +182,8 @@ class Batch:
         Args:
             actions: (N, 6 + motors): linear (m/s) and angular (rad/s) velocity of the base, world frame, and
                 σ of each motor in [0, 1]; values beyond the limits are clipped. With ``base="pose"``
-                (N, 7 + motors): position (m) and quaternion x y z w that the base moves to within its limits.
+                (N, 7 + motors): position (m) and quaternion x y z w that the base moves to within its limits;
+                with ``base="joints"`` (N, n + motors): positions of the arm's joints, rad or m.
             ticks: At least 1, each of `tick_s`.
             mask: (N,).
             effort: (N, motors): part of its largest force that each motor may use, clipped to [0, 1]; left

@@ -34,10 +34,14 @@ class Node:
         domain: The domain, `ROS_DOMAIN_ID` of ROS.
         hand: The hand of the run.
         cameras: The cameras whose depth is published.
+        velocity_timeout_s: Simulated time after which a velocity of the base that is not repeated becomes
+            zero.
 
     """
 
-    def __init__(self, domain: int, hand: HandInfo, cameras: list[str]) -> None:
+    def __init__(
+        self, domain: int, hand: HandInfo, cameras: list[str], velocity_timeout_s: float = 0.5
+    ) -> None:
         self._participant = DomainParticipant(domain)
         self._hand = hand
         self._motors = hand.motors
@@ -53,7 +57,9 @@ class Node:
         self._target_pose = self._reader("base/target_pose", ros.PoseStamped)
         self._target_twist = self._reader("base/target_twist", ros.TwistStamped)
         self._command = self._reader("joint_command", ros.JointState)
+        self._timeout_s = velocity_timeout_s
         self._base_target: Base | None = None
+        self._moving_until_s: float | None = None
         self._hand_target: list[float] | None = None
 
     def publish(self, observation: Observation) -> None:
@@ -75,10 +81,16 @@ class Node:
         """Return the newest targets of base and motors; None before the first command."""
         for wanted in self._target_pose.take(N=100):
             p, q = wanted.pose.position, wanted.pose.orientation
+            self._moving_until_s = None
             self._base_target = pose([p.x, p.y, p.z], [q.x, q.y, q.z, q.w])
         for moving in self._target_twist.take(N=100):
             v, w = moving.twist.linear, moving.twist.angular
+            self._moving_until_s = observation.sim_time_s + self._timeout_s
             self._base_target = twist([v.x, v.y, v.z], [w.x, w.y, w.z])
+        if self._moving_until_s is not None and observation.sim_time_s > self._moving_until_s:
+            # Its node may have died.
+            self._moving_until_s = None
+            self._base_target = twist([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
         for command in self._command.take(N=100):
             last = self._hand_target or [motor.command for motor in observation.hand.actuators]
             try:
