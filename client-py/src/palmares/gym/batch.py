@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, cast
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, table, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.gym.fields import Arrays, Base, base_limits, box
@@ -115,6 +115,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         if single:
             where = "for a single environment only, of gymnasium.make"
             raise TypeError(unexpected(single, BatchEnv, where))
+        one_of("base", base, get_args(Base))
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
         colours = [name for name in names(cameras) if name.endswith(".rgb")]

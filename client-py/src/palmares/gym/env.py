@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 import gymnasium
 from gymnasium import spaces
@@ -155,7 +155,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         elif render_size is not None or not isinstance(render_camera, str | None):
             raise ValueError("render_size and a View as render_camera need a world in this process: no url")
         one_of("sensing", sensing, ("sensors", "truth"))
-        one_of("base", base, ("twist", "pose"))
+        one_of("base", base, get_args(Base))
         if noise is not None:
             one_of("noise", noise, ("none", "real"))
         shaping = shaping_of(shaping)
