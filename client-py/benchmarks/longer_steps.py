@@ -104,8 +104,10 @@ def outside(table: list[str]) -> str:
             means += 1
             if not low <= float(cell.partition(" ")[0]) <= high:
                 moved.append(f"{name} at {step:g} ms")
-    return f"Of {means} means with longer steps, {len(moved) or 'none'} are outside the interval of 1 ms" + (
-        f": {', '.join(moved)}." if moved else "."
+    told = f": {', '.join(moved)}" if moved else ""
+    return (
+        f"Of {means} means with longer steps, {len(moved) or 'none'} are outside the interval of 1 ms{told}; "
+        "so few scenes\ndo not show smaller differences."
     )
 
 
