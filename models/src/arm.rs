@@ -75,7 +75,7 @@ impl Arm {
         let mut behind = self.world_from_root;
         let column = |(joint, q): (&ArmJoint, &f64)| {
             let frame = behind * joint.before;
-            behind = behind * joint.moved(*q);
+            behind *= joint.moved(*q);
             let axis = frame.rotation * joint.axis;
             if joint.turns { (axis.cross(tip - frame.translation), axis) } else { (axis, Vec3::ZERO) }
         };

@@ -39,7 +39,7 @@ pub fn arm(urdf: &str, tip: Option<&str>, files: &Files, element: &str) -> Resul
     }
     let (mut joints, mut behind) = (Vec::new(), Pose::IDENTITY);
     for joint in chain.into_iter().rev().map(|joint| &tree.robot.joints[joint]) {
-        behind = behind * pose(&joint.origin);
+        behind *= pose(&joint.origin);
         if joint.joint_type != JointType::Fixed {
             let before = std::mem::replace(&mut behind, Pose::IDENTITY);
             joints.push(read_joint(joint, before, &report)?);

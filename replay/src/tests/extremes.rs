@@ -27,6 +27,7 @@ fn applied_numbers(action: &Action) -> Vec<f64> {
     let base = match action.base.as_ref().expect("filled in") {
         BaseTarget::Pose { position, quat_xyzw } => [&position[..], &quat_xyzw[..]].concat(),
         BaseTarget::Twist { linear, angular } => [&linear[..], &angular[..]].concat(),
+        BaseTarget::Joints { joints } => joints.clone(),
     };
     let effort = action.effort.iter().flatten().copied();
     base.into_iter().chain(action.hand.clone().expect("filled in")).chain(effort).collect()

@@ -152,8 +152,9 @@ mod tests {
             .prop_map(|(position, quat_xyzw)| BaseTarget::Pose { position, quat_xyzw });
         let twist = (prop::array::uniform3(number), prop::array::uniform3(number))
             .prop_map(|(linear, angular)| BaseTarget::Twist { linear, angular });
+        let joints = prop::collection::vec(number, 0..8).prop_map(|joints| BaseTarget::Joints { joints });
         let motors = || prop::option::of(prop::collection::vec(number, 0..4));
-        (prop::option::of(prop_oneof![pose, twist]), motors(), motors())
+        (prop::option::of(prop_oneof![pose, twist, joints]), motors(), motors())
             .prop_map(|(base, hand, effort)| Action { base, hand, effort })
     }
 

@@ -109,7 +109,7 @@ impl Carrier {
         let files = files.ok_or_else(|| format!("arm names `{urdf}`, but the task has no folder"))?;
         let mut arm = arm(urdf, tip.as_deref(), files, "arm")?;
         arm.world_from_root = pose(*position, *quat_xyzw);
-        arm.last_from_base = arm.last_from_base * pose(mount.position, mount.quat_xyzw);
+        arm.last_from_base *= pose(mount.position, mount.quat_xyzw);
         if let Some(start) = start {
             let names: Vec<&str> = arm.joints.iter().map(|joint| joint.name.as_str()).collect();
             if start.len() != names.len() {

@@ -218,6 +218,7 @@ mod tests {
             hash: String::new(),
             cameras,
             goals: Vec::new(),
+            arm: Vec::new(),
         }
     }
 
