@@ -68,6 +68,7 @@ def controllers() -> dict[str, Path]:
     """Return the examples that play a task, by name."""
     examples = PACKAGE / "examples"
     found = {path.stem: path for task in TASKS for path in sorted(examples.glob(f"{task}_*.py"))}
+    found.pop("grasp_arm")  # It plays a task of its own.
     return found | SCRIPTS
 
 

@@ -1,4 +1,4 @@
-"""Poses of the base as actions, and given numbers of a run, in every environment."""
+"""Poses of the base and joints of an arm as actions, and given numbers of a run, in every environment."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import palmares
+from palmares.analysis import RobotArm
+from palmares.examples.grasp_arm import TASK
 from palmares.gym import BatchEnv, FlatEnv, PalmaresEnv
 from tests.fake_server import FakeServer
 
@@ -50,8 +52,28 @@ def test_a_quaternion_without_length_is_refused() -> None:
     with pytest.raises(ValueError, match=r"actions\[0, 3:7\] has zero length"):
         envs.step(np.zeros((1, 9)))
     for make in (FlatEnv, BatchEnv):
-        with pytest.raises(ValueError, match="base: found 'joints'; wanted 'twist' or 'pose'"):
-            make("grasp", "pinch", base="joints")  # type: ignore[arg-type]
+        with pytest.raises(ValueError, match=r"has no arm; wanted .twist. or .pose."):
+            make("grasp", "pinch", base="joints")
+        with pytest.raises(ValueError, match="base: found 'wrist'; wanted 'twist' or 'pose' or 'joints'"):
+            make("grasp", "pinch", base="wrist")  # type: ignore[arg-type]
+
+
+def test_joints_of_an_arm_are_the_target_of_environments_and_of_a_world() -> None:
+    one, many = FlatEnv(TASK, "softhand", base="joints"), BatchEnv(TASK, "softhand", 2, base="joints")
+    space: Any = one.inner.action_space
+    low, high = space["joints"].low, space["joints"].high
+    wanted = RobotArm(TASK).start + 0.05
+    action = np.append(2.0 * (wanted - low) / (high - low) - 1.0, 0.0)
+    one.reset(seed=5)
+    many.reset(seed=5)
+    seen = one.step(action)[0]
+    found = many.step(np.tile(action, (2, 1)))[0]
+    np.testing.assert_array_equal(found["arm"][0], seen["arm"])
+    world = sim.World(TASK, "softhand", 5)
+    world.step(base=palmares.joints(wanted), hand=0.5, repeat=10)
+    np.testing.assert_allclose(
+        seen["arm"], [world.observe().arm.position, world.observe().arm.velocity], atol=1e-9
+    )
 
 
 def test_a_reset_ignores_the_pose_of_the_run_that_is_over() -> None:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
-from palmares.gym.fields import Arrays, Base, base_limits, box
+from palmares.gym.fields import Arrays, Base, base_space, box
 from palmares.gym.forms import Form, Observations
 from palmares.gym.goals import Goal
 from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
@@ -53,7 +53,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
             Colours need ``noise="none"``.
         ticks: Ticks per step.
-        base: What actions say of the base, as of `FlatEnv`: ``twist`` or ``pose``.
+        base: What actions say of the base, as of `FlatEnv`: ``twist``, ``pose`` or ``joints``.
         threads: Threads that step; one for each core when left out.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
@@ -171,9 +171,9 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         self.single_action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        most = base_limits(known.specs, base)
-        motors = np.full(length - len(most), 0.5)
-        self._scale, self._shift = np.append(most, motors), np.append(0.0 * most, motors)
+        of_base = base_space(base, known.specs, task_info.arm)
+        motors, middle = np.full(length - len(of_base.low), 0.5), 0.5 * (of_base.low + of_base.high)
+        self._scale, self._shift = np.append(of_base.high - middle, motors), np.append(middle, motors)
         self._base: Base = base
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
@@ -280,7 +280,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         """Advance every environment by `ticks`.
 
         Args:
-            actions: (num_envs, 6 + motors), or (num_envs, 7 + motors) with ``base="pose"``.
+            actions: (num_envs, 6 + motors), (num_envs, 7 + motors) with ``base="pose"``, (num_envs, n +
+                motors) with ``base="joints"``.
 
         Returns:
             Observations, rewards (num_envs,), terminated (num_envs,), truncated (num_envs,), infos.

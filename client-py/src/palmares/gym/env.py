@@ -20,7 +20,7 @@ from palmares.gym.fields import (
     action_space,
     arrays_of,
     arrays_of_scene,
-    base_limits,
+    base_space,
     box,
     padded,
 )
@@ -30,7 +30,7 @@ from palmares.gym.player import Player
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.messages import Observation
 from palmares.net.requests import names
-from palmares.targets import pose, twist
+from palmares.targets import joints, pose, twist
 from palmares.wire import BaseTarget
 
 if TYPE_CHECKING:
@@ -44,7 +44,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     - ``twist`` (6,): linear (m/s) and angular (rad/s) velocity of the base, world frame; or with
       ``base="pose"`` ``pose`` (7,): position (m) and quaternion x y z w that the base moves to; a quaternion
-      of any length but zero
+      of any length but zero; or with ``base="joints"`` ``joints`` (n,): positions of the joints of the task's
+      arm, rad or m
     - ``hand`` (motors,): σ of every motor
 
     An observation has:
@@ -92,7 +93,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         noise: ``none`` or ``real``: errors of the sensors; that of the server when left out.
         cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
         ticks: Ticks per step, under the same action; at most `Limits.repeat`, 100.
-        base: What actions say of the base: ``twist`` or ``pose``.
+        base: What actions say of the base: ``twist``, ``pose`` or, in a task with an arm, ``joints``.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
             ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
@@ -184,8 +185,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.observation_space = cast(spaces.Space[Arrays], self._observations())
         motors = len(self._player.hand.motors)
         self._base: Base = base
-        most = base_limits(self._player.specs, base)
-        self.action_space = cast(spaces.Space[Arrays], action_space(base, most, motors))
+        of_base = base_space(base, self._player.specs, self._player.arm)
+        self.action_space = cast(spaces.Space[Arrays], action_space(base, of_base, motors))
 
     def _observations(self) -> spaces.Dict:
         objects = self._objects
@@ -285,9 +286,11 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         if self._base == "twist":
             velocity = table("twist", action["twist"], 6)
             base = twist(velocity[:3], velocity[3:])
-        else:
+        elif self._base == "pose":
             place = table("pose", action["pose"], 7)
             base = pose(place[:3], place[3:])
+        else:
+            base = joints(table("joints", action["joints"], len(self._player.arm)))
         try:
             obs, shaping = self._player.step(base, action["hand"], self._ticks, self._cameras), None
         except WorldFaultError:

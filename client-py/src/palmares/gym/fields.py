@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
@@ -9,16 +10,16 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from palmares.arrays import Array, array
+from palmares.arrays import array
 from palmares.channels import array_of, early_channels
 from palmares.messages import Observation, Specs
 from palmares.scene import Scene, SceneBody
-from palmares.wire import ChannelInfo
+from palmares.wire import ArmJointInfo, ChannelInfo
 
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 
-Base: TypeAlias = Literal["twist", "pose"]
-"""What actions say of the base: its velocities, or the pose that it moves to"""
+Base: TypeAlias = Literal["twist", "pose", "joints"]
+"""What actions say of the base: its velocities, the pose that it moves to, or the joints of its arm"""
 ACTIONS = {
     "twist": ("base.linear", "base.angular"),
     "pose": ("base.position", "base.quat_xyzw"),
@@ -81,16 +82,31 @@ def box(*shape: int) -> spaces.Box:
     return spaces.Box(-LARGEST, LARGEST, shape, dtype=np.float64)
 
 
-def base_limits(specs: Specs, base: Base) -> Array:
-    """Return the largest numbers of an action for the base: (6,) of velocities, (7,) of a pose."""
-    found = [specs.action_field(name) for name in ACTIONS[base]]
-    return np.concatenate([np.full(int(field.shape[0]), field.range[1]) for field in found])
+def base_space(base: Base, specs: Specs, arm: Sequence[ArmJointInfo]) -> spaces.Box:
+    """Return the space of an action for the base: (6,) of velocities, (7,) of a pose, (n,) of an arm.
+
+    Joints without end are those within half a turn.
+
+    Raises:
+        ValueError: Joints of an arm that the task does not have.
+
+    """
+    if base == "joints":
+        if not arm:
+            raise ValueError("base: found 'joints', but the task has no arm; wanted 'twist' or 'pose'")
+        low = array([-math.pi if joint.minimum is None else joint.minimum for joint in arm])
+        high = array([math.pi if joint.maximum is None else joint.maximum for joint in arm])
+    else:
+        found = [specs.action_field(name) for name in ACTIONS[base]]
+        low = np.concatenate([np.full(int(field.shape[0]), field.range[0]) for field in found])
+        high = np.concatenate([np.full(int(field.shape[0]), field.range[1]) for field in found])
+    return spaces.Box(low, high, dtype=np.float64)
 
 
-def action_space(base: Base, most: Array, motors: int) -> spaces.Dict:
-    """Return the space of actions in SI units: ``twist`` (6,) or ``pose`` (7,), and ``hand`` (motors,)."""
+def action_space(base: Base, of_base: spaces.Box, motors: int) -> spaces.Dict:
+    """Return the space of actions in SI units: ``twist``, ``pose`` or ``joints``, and ``hand`` (motors,)."""
     found: dict[str, spaces.Space[Any]] = {
-        base: spaces.Box(-most, most, dtype=np.float64),
+        base: of_base,
         "hand": spaces.Box(0.0, 1.0, (motors,), dtype=np.float64),
     }
     return spaces.Dict(found)

@@ -30,7 +30,9 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
 
     The first six are the base's velocity as parts of its limits, world frame; the others are the motors, −1
     open and 1 closed. With ``base="pose"`` an action is (7 + motors,): the position that the base moves to,
-    as parts of 2 m from the origin of the world, and the quaternion x y z w, of any length but zero.
+    as parts of 2 m from the origin of the world, and the quaternion x y z w, of any length but zero. With
+    ``base="joints"`` it is (n + motors,): the n joints of the task's arm, −1 and 1 at the ends of their
+    ranges.
     Without `url` it plays in this process. `objects` is set for the tasks of the program and for your own by
     their folder.
 
@@ -53,7 +55,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         url: Address of a server; left out, it plays in this process.
         observations: Their form.
         goal: Where an object is wanted, with ``observations="goal"``; 10 cm above its place when left out.
-        base: What actions say of the base: ``twist`` or ``pose``.
+        base: What actions say of the base: ``twist``, ``pose`` or, in a task with an arm, ``joints``.
         options: Further arguments of `PalmaresEnv`.
 
     Attributes:
@@ -94,8 +96,10 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         actions = cast(spaces.Dict, self.inner.action_space)
         of_base, sigma = cast(spaces.Box, actions[base]), cast(spaces.Box, actions["hand"])
         self._clipping = Clipping()
-        self._base, self._limits = base, array(of_base.high)
-        length = len(self._limits) + sigma.shape[0]
+        self._base: Base = base
+        self._middle = array(0.5 * (of_base.low + of_base.high))
+        self._half: Array = array(of_base.high) - self._middle
+        length = len(self._half) + sigma.shape[0]
         self.action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self._form.open(cast(spaces.Dict, self.inner.observation_space), self.inner.hidden)
         self.observation_space = cast(spaces.Space[Arrays], self._form.space)
@@ -135,8 +139,8 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         """Advance the world under one action."""
         action = table("action", action, *cast(tuple[int], self.action_space.shape))
         self._clipping.check_unit(action, stacklevel=2)
-        length = len(self._limits)
-        base, hand = action[:length] * self._limits, 0.5 * (action[length:] + 1.0)
+        length = len(self._half)
+        base, hand = action[:length] * self._half + self._middle, 0.5 * (action[length:] + 1.0)
         fields, reward, terminated, truncated, info = self.inner.step({self._base: base, "hand": hand})
         observation = self._form.made(fields, (), self._desired)
         if self._form.goal is not None:

@@ -33,7 +33,7 @@ class Player:
         cameras: The cameras of task and hand by name.
         hand_numbers: Names of the hand's uncertain numbers that are drawn for each run.
         specs: Ranges of actions.
-        arm: Names of the joints of the task's arm; empty without one.
+        arm: The joints of the task's arm; empty without one.
         time_limit_s: Longest run.
         tick_s: Length of a tick.
 
@@ -60,7 +60,7 @@ class Player:
         ]
         self.cameras = cameras_of(rules, played)
         self.specs = welcome.specs
-        self.arm = [joint.name for joint in rules.arm]
+        self.arm = rules.arm
         self.time_limit_s, self.tick_s = rules.time_limit_s, rules.tick_s
         self._task, self._hand, self._noise = task, hand, noise
         self._sensing: Sensing = sensing

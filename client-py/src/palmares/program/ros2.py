@@ -23,7 +23,9 @@ def main(arguments: list[str]) -> int:
         return 1
     try:
         with Client(options.url, team=options.team, token=options.token) as client:
-            node = Node(options.domain, client.welcome.hand(options.hand), options.camera, options.velocity_timeout)
+            node = Node(
+                options.domain, client.welcome.hand(options.hand), options.camera, options.velocity_timeout
+            )
             opened = client.reset(options.task, options.hand, mode="realtime", seed=options.seed)
             print(
                 f"run {opened.run_id}: {options.task} with {options.hand} on domain {options.domain}",
