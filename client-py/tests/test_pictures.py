@@ -79,6 +79,9 @@ def test_other_libraries_take_the_arrays_without_a_copy(batch: Batch) -> None:
     depth = batch.pictures("table", SIZE)["depth"]
     seen = np.from_dlpack(depth)
     assert np.shares_memory(seen, depth)
+    # jax takes no other addresses without a copy.
+    for name, values in (batch.observe() | {"depth": depth}).items():
+        assert values.ctypes.data % 64 == 0, name
     torch = pytest.importorskip("torch", reason="torch is not installed")
     tensor = torch.from_numpy(depth)
     depth[0, 0, 0] = 7.0

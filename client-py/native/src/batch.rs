@@ -1,6 +1,7 @@
 //! Many worlds on a pool of threads. Every world is stepped by one thread at a time and knows nothing of the others, so that
 //! the number of threads changes no bit.
 
+use crate::aligned::Aligned;
 use crate::base::Base;
 use crate::fields::{Field, fields};
 use crate::interrupt::{LOOK, Told, tell};
@@ -12,7 +13,7 @@ use crate::snapshot::Snapshot;
 use crate::state::{self, Placed};
 use crate::training::{Asked, Training, status};
 use crate::workers::Workers;
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
+use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
@@ -253,13 +254,13 @@ impl Batch {
         let told = PyDict::new(py);
         let mut begin = 0;
         for Field { name, shape, len } in &self.fields {
-            let mut values = Vec::with_capacity(len * self.slots.len());
-            for slot in &self.slots {
-                values.extend_from_slice(&slot.row[begin..begin + len]);
+            let mut values = Aligned::<f64>::zeros(len * self.slots.len());
+            for (part, slot) in values.numbers().chunks_mut(*len).zip(&self.slots) {
+                part.copy_from_slice(&slot.row[begin..begin + len]);
             }
             begin += len;
             let whole: Vec<usize> = std::iter::once(self.slots.len()).chain(shape.iter().copied()).collect();
-            told.set_item(*name, PyArray1::from_vec(py, values).reshape(whole)?)?;
+            told.set_item(*name, values.array(py, &whole)?)?;
         }
         Ok(told)
     }

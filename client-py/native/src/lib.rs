@@ -3,6 +3,7 @@
 //!
 //! The same crates as on a server step it here: same inputs, same bits.
 
+mod aligned;
 mod analysis;
 mod base;
 mod batch;

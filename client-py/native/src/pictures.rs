@@ -1,8 +1,8 @@
 //! Pictures of many worlds, drawn by the pool into arrays that Python gets without a copy.
 
+use crate::aligned::Aligned;
 use crate::analysis::arrays::{Seven, pose, value_error};
 use crate::workers::Workers;
-use numpy::{Element, PyArray1, PyArrayMethods};
 use palmares_senses::camera::{Film, GBuffer};
 use palmares_tasks::image::CameraImage;
 use palmares_tasks::run::View;
@@ -10,6 +10,7 @@ use palmares_tasks::{Run, Sensing};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::RefCell;
+use std::mem::take;
 
 thread_local! {
     static DRAWN: RefCell<(GBuffer, Film)> = RefCell::default();
@@ -103,13 +104,13 @@ pub(crate) fn pictures<'py>(
     let pixels = view.lens().pixels();
     let len = |kind: &str, each: usize| if kinds.iter().any(|it| it == kind) { each * pixels } else { 0 };
     let each = [len("depth", 1), len("depth_mm", 1), len("rgb", 3), len("bodies", 1), len("film", 3)];
-    let (mut depth, mut millimetres) = (vec![0.0_f32; count * each[0]], vec![0_u16; count * each[1]]);
-    let (mut rgb, mut bodies) = (vec![0_u8; count * each[2]], vec![0_u16; count * each[3]]);
-    let mut film = vec![0_u8; count * each[4]];
+    let mut depth = Aligned::<f32>::zeros(count * each[0]);
+    let [mut millimetres, mut bodies] = [each[1], each[3]].map(|each| Aligned::<u16>::zeros(count * each));
+    let [mut rgb, mut film] = [each[2], each[4]].map(|each| Aligned::<u8>::zeros(count * each));
     {
-        let (mut a, mut b) = (parts(&mut depth, each[0]), parts(&mut millimetres, each[1]));
-        let (mut c, mut d) = (parts(&mut rgb, each[2]), parts(&mut bodies, each[3]));
-        let mut e = parts(&mut film, each[4]);
+        let (mut a, mut b) = (parts(depth.numbers(), each[0]), parts(millimetres.numbers(), each[1]));
+        let (mut c, mut d) = (parts(rgb.numbers(), each[2]), parts(bodies.numbers(), each[3]));
+        let mut e = parts(film.numbers(), each[4]);
         let mut frames: Vec<Frame> = runs
             .into_iter()
             .map(|run| Frame { run, depth: a(), millimetres: b(), rgb: c(), bodies: d(), film: e() })
@@ -121,15 +122,17 @@ pub(crate) fn pictures<'py>(
     }
     let told = PyDict::new(py);
     let size = [view.lens().height as usize, view.lens().width as usize];
+    let shape: Vec<usize> = lead.iter().copied().chain(size).collect();
+    let coloured = [&shape[..], &[3]].concat();
     for kind in kinds {
-        let shape: Vec<usize> = lead.iter().copied().chain(size).collect();
-        match kind.as_str() {
-            "depth" => put(py, &told, kind, std::mem::take(&mut depth), &shape)?,
-            "depth_mm" => put(py, &told, kind, std::mem::take(&mut millimetres), &shape)?,
-            "film" => put(py, &told, kind, std::mem::take(&mut film), &[&shape[..], &[3]].concat())?,
-            "rgb" => put(py, &told, kind, std::mem::take(&mut rgb), &[&shape[..], &[3]].concat())?,
-            _ => put(py, &told, kind, std::mem::take(&mut bodies), &shape)?,
-        }
+        let array = match kind.as_str() {
+            "depth" => take(&mut depth).array(py, &shape),
+            "depth_mm" => take(&mut millimetres).array(py, &shape),
+            "rgb" => take(&mut rgb).array(py, &coloured),
+            "film" => take(&mut film).array(py, &coloured),
+            _ => take(&mut bodies).array(py, &shape),
+        };
+        told.set_item(kind, array?)?;
     }
     Ok(told)
 }
@@ -160,7 +163,7 @@ pub(crate) fn depths<'py>(
         let Some((size, _)) = images.first() else { return Err(value_error("there is no image")) };
         let shape = [images.len(), size[0], size[1]];
         let values: Vec<f64> = images.iter().flat_map(|(_, depth)| depth.iter().copied()).collect();
-        put(py, &told, camera, values, &shape)?;
+        told.set_item(camera, Aligned::of(&values).array(py, &shape)?)?;
     }
     Ok(told)
 }
@@ -178,14 +181,4 @@ fn depth_of(image: &CameraImage) -> ([usize; 2], Vec<f64>) {
 fn parts<'a, T>(all: &'a mut [T], len: usize) -> impl FnMut() -> &'a mut [T] {
     let mut chunks = all.chunks_mut(len.max(1));
     move || chunks.next().unwrap_or_default()
-}
-
-fn put<T: Element>(
-    py: Python<'_>,
-    told: &Bound<'_, PyDict>,
-    kind: &str,
-    values: Vec<T>,
-    shape: &[usize],
-) -> PyResult<()> {
-    told.set_item(kind, PyArray1::from_vec(py, values).reshape(shape.to_vec())?)
 }
