@@ -13,8 +13,8 @@ the noise of real sensors. It decides four times in a run:
 3. in the air: force of the hold; then the referee waits 2 s, and shakes
 
 Between decisions the hand moves along smoothsteps. The reward is the change of the referee's score; neither
-policy nor training use anything else of the simulator's truth. PPO (Schulman et al. 2017) is that of
-stable-baselines3.
+policy nor training use anything else of the simulator's truth. Training has long steps of the integration,
+the test the task's own. PPO (Schulman et al. 2017) is that of stable-baselines3.
 """
 
 from __future__ import annotations
@@ -31,9 +31,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palmares import Training
 from palmares.arrays import Array, array
 from palmares.examples._grasp_runs import (
     HAND,
+    STEP_MS,
     TASK,
     Hands,
     rot_zyz,
@@ -53,14 +55,16 @@ ACTIONS = 7
 """Numbers of an action, −1 to 1; each decision uses some of pitch, roll, above, aside, along, open, closed"""
 OBSERVATIONS = 21
 """Numbers of an observation"""
-START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.05, 0.75])
-"""Numbers for an action of 0, a guess: the palm 2 cm over the box, horizontal, three quarters closed"""
+START = array([1.7, 0.1, 0.01, 0.01, 0.2, 0.05, 0.75])
+"""Numbers for an action of 0, the guess of ``train_grasp_cem``, three quarters closed"""
 RANGE = array([0.3, 0.4, 0.03, 0.03, 0.06, 0.05, 0.25])
 """Change of the numbers for an action of ±1, rad, m and σ"""
 SHIFT_M, SQUEEZE = 0.02, 0.3
 """Largest shift of the hand in decision 1, along each of its axes; largest change of σ in 2 and 3"""
 SINK_M, LIFT_M = 0.10, 0.16
 """Height above the grasp at which the hand stops, and height of the lift"""
+CLOSE_S = 1.2
+"""Duration of the closing: without load the hand closes in 1.1 s"""
 CAMERA = "table"
 TABLE_M, BELOW_HAND_M = 0.0, 0.25
 """Heights between which points belong to the object"""
@@ -104,11 +108,17 @@ class Decisions:
         count: N.
         scenes: The seeds to play, one after another.
         threads: As for `palmares.sim.Batch`.
+        step_ms: As for `Training`.
 
     """
 
-    def __init__(self, count: int, scenes: Iterator[int], threads: int | None = None) -> None:
-        self.batch = Batch(TASK, HAND, count, sensing="sensors", noise="real", threads=threads)
+    def __init__(
+        self, count: int, scenes: Iterator[int], threads: int | None = None, step_ms: float | None = None
+    ) -> None:
+        training = Training(step_ms=step_ms)
+        self.batch = Batch(
+            TASK, HAND, count, sensing="sensors", noise="real", threads=threads, training=training
+        )
         self._hands, self._scenes = Hands(self.batch), scenes
         self.finished: list[float] = []
 
@@ -146,7 +156,7 @@ class Decisions:
     def _close(self, actions: Array) -> None:
         hands = self._hands
         shift = rotated(hands.quat_xyzw, SHIFT_M * actions[:, :3])
-        hands.to(0.6, hands.position + shift, sigma=START[6] + RANGE[6] * actions[:, 6])
+        hands.to(CLOSE_S, hands.position + shift, sigma=START[6] + RANGE[6] * actions[:, 6])
         hands.wait(0.2)
 
     def _lift(self, actions: Array) -> None:
@@ -244,7 +254,7 @@ def train(
     updates: int = 10,
     worlds: int = 32,
     tests: int = 100,
-    test_every: int = 5,
+    test_every: int | None = None,
     threads: int | None = None,
     on_point: OnPoint = lambda _: None,
     policy: Path | None = None,
@@ -256,7 +266,7 @@ def train(
         updates: Number of updates of the policy.
         worlds: Runs played together; an update learns from two in each world.
         tests: Test scenes, in which the policy is played after every `test_every` updates.
-        test_every: See `tests`.
+        test_every: See `tests`; without it the policy is tested after the last update alone.
         threads: As for `palmares.sim.Batch`.
         on_point: Called with every point of the curve.
         policy: File for the policy, in the format of stable-baselines3.
@@ -267,7 +277,7 @@ def train(
     except ImportError:
         sys.exit("this needs stable-baselines3: pip install 'palmares[learn]'")
     scenes = itertools.chain.from_iterable(training_scenes(np.random.default_rng(seed)))
-    learning = Decisions(worlds, scenes, threads)
+    learning = Decisions(worlds, scenes, threads, STEP_MS)
     testing = Decisions(tests, itertools.cycle(test_scenes(tests)), threads)
     steps = 2 * DECISIONS
     model = PPO(
