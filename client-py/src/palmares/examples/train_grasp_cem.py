@@ -80,7 +80,7 @@ def play(batch: Batch, seeds: Sequence[int], grasps: Array) -> Array:
 def train(
     seed: int,
     *,
-    updates: int = 8,
+    updates: int = 7,
     population: int = 16,
     tests: int = 100,
     test_every: int | None = None,
@@ -138,4 +138,4 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=8, options=options)
+    main(train, __doc__, updates=7, options=options)

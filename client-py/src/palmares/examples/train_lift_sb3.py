@@ -251,7 +251,7 @@ def play(model: Any, decisions: Decisions) -> float:
 def train(
     seed: int,
     *,
-    updates: int = 10,
+    updates: int = 8,
     worlds: int = 32,
     tests: int = 100,
     test_every: int | None = None,
@@ -311,4 +311,4 @@ def train(
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=10)
+    main(train, __doc__, updates=8)

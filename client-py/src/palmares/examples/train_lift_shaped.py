@@ -71,7 +71,7 @@ SAC_STEPS = 20
 
 Mask = NDArray[np.bool_]
 Learner = Literal["ppo", "sac"]
-UPDATES: dict[Learner, int] = {"ppo": 14, "sac": 10}
+UPDATES: dict[Learner, int] = {"ppo": 12, "sac": 8}
 """Updates of a training"""
 
 
@@ -318,7 +318,7 @@ def train(
     worlds: int = 64,
     scenes: int = 10,
     tests: int = 100,
-    coarse_tests: int = 40,
+    coarse_tests: int = 25,
     threads: int | None = None,
     on_point: OnPoint = lambda _: None,
     policy: Path | None = None,
