@@ -40,9 +40,9 @@ from palmares.skills.motion import UP
 
 NAMES = ("pitch", "roll", "above", "aside", "along", "yaw", "open", "closed")
 """Numbers of a grasp, rad, m and σ, as in `TopGrasp`; `yaw` is relative to the object"""
-START = array([1.7, 0.1, 0.01, 0.01, 0.2, 0.0, 0.05, 0.9])
+START = array([1.7, 0.1, 0.01, 0.01, 0.21, 0.0, 0.05, 0.9])
 """First mean of the search, a guess: the palm 1 cm over the object, about horizontal, the object's middle
-20 cm from the wrist, where the fingers close, and the hand nearly closed"""
+21 cm from the wrist, about where the cookbook grips balls and cans, and the hand nearly closed"""
 SPREAD = array([0.2, 0.2, 0.02, 0.02, 0.02, 0.15, 0.05, 0.1])
 """First standard deviations of the search"""
 SINK_M, LIFT_M = 0.10, 0.16

@@ -55,9 +55,9 @@ ACTIONS = 7
 """Numbers of an action, −1 to 1; each decision uses some of pitch, roll, above, aside, along, open, closed"""
 OBSERVATIONS = 21
 """Numbers of an observation"""
-START = array([1.7, 0.1, 0.01, 0.01, 0.2, 0.05, 0.75])
-"""Numbers for an action of 0, the guess of ``train_grasp_cem``, three quarters closed"""
-RANGE = array([0.3, 0.4, 0.03, 0.03, 0.06, 0.05, 0.25])
+START = array([1.7, 0.1, 0.01, 0.01, 0.21, 0.05, 0.85])
+"""Numbers for an action of 0, the guess of ``train_grasp_cem``, a little less closed"""
+RANGE = array([0.2, 0.3, 0.02, 0.02, 0.03, 0.05, 0.15])
 """Change of the numbers for an action of ±1, rad, m and σ"""
 SHIFT_M, SQUEEZE = 0.02, 0.3
 """Largest shift of the hand in decision 1, along each of its axes; largest change of σ in 2 and 3"""
