@@ -40,15 +40,15 @@ from palmares.skills.motion import UP
 
 NAMES = ("pitch", "roll", "above", "aside", "along", "yaw", "open", "closed")
 """Numbers of a grasp, rad, m and σ, as in `TopGrasp`; `yaw` is relative to the object"""
-START = array([1.7, 0.1, 0.01, 0.01, 0.21, 0.0, 0.05, 0.9])
-"""First mean of the search, a guess: the palm 1 cm over the object, about horizontal, the object's middle
-21 cm from the wrist, about where the cookbook grips balls and cans, and the hand nearly closed"""
+START = array([1.77, 0.09, 0.0, 0.025, 0.22, 0.0, 0.05, 0.9])
+"""First mean of the search, a guess: between the grips of a ball and of a can in docs/cookbook.md"""
 SPREAD = array([0.2, 0.2, 0.02, 0.02, 0.02, 0.15, 0.05, 0.1])
 """First standard deviations of the search"""
 SINK_M, LIFT_M = 0.10, 0.16
 """Height above the grasp at which the hand stops, and height of the lift"""
-CLOSE_S = 1.2
-"""Duration of the closing: without load the hand closes in 1.1 s"""
+CLOSE_S, GRIP_S, LIFT_S = 1.2, 0.6, 1.2
+"""Durations of the closing, of the wait until the fingers hold, and of the lift; without load the hand closes
+in 1.1 s, and a quick lift loses heavy objects"""
 ELITE, RATE = 0.25, 0.8
 """Share of the drawn grasps to which the distribution moves, and step of this motion from 0 to 1"""
 
@@ -68,8 +68,8 @@ def play(batch: Batch, seeds: Sequence[int], grasps: Array) -> Array:
     hands.to(2.0, at + SINK_M * UP, rotation, np.clip(sigma_open, 0.0, 1.0))
     hands.to(0.4, at)
     hands.to(CLOSE_S, sigma=np.clip(sigma_closed, 0.0, 1.0))
-    hands.wait(0.2)
-    lifted = hands.to(0.6, at + LIFT_M * UP)
+    hands.wait(GRIP_S)
+    lifted = hands.to(LIFT_S, at + LIFT_M * UP)
     # An object that stays on the table gets no further points.
     hands.active &= lifted["objects"][:, 0, 2] - middle[:, 2] > 0.5 * LIFT_M
     for _ in range(12):

@@ -46,6 +46,7 @@ from palmares.examples._grasp_runs import (
 )
 from palmares.examples._training import Learned, OnPoint, learn, main
 from palmares.examples.grasp_sensors import find_object
+from palmares.examples.train_grasp_cem import CLOSE_S, GRIP_S, LIFT_S
 from palmares.sim import Batch, World
 from palmares.skills.motion import UP
 
@@ -55,16 +56,14 @@ ACTIONS = 7
 """Numbers of an action, −1 to 1; each decision uses some of pitch, roll, above, aside, along, open, closed"""
 OBSERVATIONS = 21
 """Numbers of an observation"""
-START = array([1.77, 0.09, 0.0, 0.025, 0.22, 0.0, 0.85])
+START = array([1.77, 0.09, 0.0, 0.025, 0.22, 0.05, 0.9])
 """Numbers for an action of 0, a guess: between the grips of a ball and of a can in docs/cookbook.md"""
-RANGE = array([0.2, 0.3, 0.02, 0.02, 0.03, 0.05, 0.15])
+RANGE = array([0.2, 0.3, 0.02, 0.02, 0.03, 0.05, 0.1])
 """Change of the numbers for an action of ±1, rad, m and σ"""
 SHIFT_M, SQUEEZE = 0.02, 0.3
 """Largest shift of the hand in decision 1, along each of its axes; largest change of σ in 2 and 3"""
 SINK_M, LIFT_M = 0.10, 0.16
 """Height above the grasp at which the hand stops, and height of the lift"""
-CLOSE_S = 1.2
-"""Duration of the closing: without load the hand closes in 1.1 s"""
 CAMERA = "table"
 TABLE_M, BELOW_HAND_M = 0.0, 0.25
 """Heights between which points belong to the object"""
@@ -157,11 +156,11 @@ class Decisions:
         hands = self._hands
         shift = rotated(hands.quat_xyzw, SHIFT_M * actions[:, :3])
         hands.to(CLOSE_S, hands.position + shift, sigma=START[6] + RANGE[6] * actions[:, 6])
-        hands.wait(0.2)
+        hands.wait(GRIP_S)
 
     def _lift(self, actions: Array) -> None:
         hands = self._hands
-        hands.to(0.6, hands.position + LIFT_M * UP, sigma=self._squeezed(actions))
+        hands.to(LIFT_S, hands.position + LIFT_M * UP, sigma=self._squeezed(actions))
         # Runs without a point end here.
         hands.active &= self.batch.scores > 0.0
 
