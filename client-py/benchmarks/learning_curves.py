@@ -24,7 +24,7 @@ from statistics import fmean as mean
 from typing import Any
 
 import numpy as np
-from record import fields, line
+from record import ROOT, controllers, fields, line
 
 from palmares import Training
 from palmares.arrays import Array
@@ -85,24 +85,39 @@ TITLES = {
 }
 
 
-def current(file: Path) -> dict[str, Any] | None:
-    """Return a file's record if it is of the present engine and models."""
+def fields_of(module: str) -> dict[str, Any]:
+    """Return the fields of a record; its controllers are this example and what it imports."""
     record = fields(PART)
+    names = ["_grasp_runs", "_training", "train_grasp_cem", module]
+    files = [f"client-py/src/palmares/examples/{name}.py" for name in dict.fromkeys(names)]
+    record["models"]["controllers"] = controllers(ROOT, files)
+    return record
+
+
+def is_current(known: dict[str, Any], module: str) -> bool:
+    """Whether a record is of the present engine and models."""
+    record = fields_of(module)
+    return all(known.get(key) == record[key] for key in ("engine", "models"))
+
+
+def current(file: Path, module: str) -> dict[str, Any] | None:
+    """Return a file's record if it is of the present engine and models."""
     known: dict[str, Any] = json.loads(file.read_text()) if file.exists() else {}
-    return known if all(known.get(key) == record[key] for key in ("engine", "models")) else None
+    return known if is_current(known, module) else None
 
 
 def trained(kind: str, seed: int, updates: int | None, folder: Path) -> dict[str, Any]:
     """Return a training, which is made if the folder has none of the present engine."""
     file = folder / f"{kind}_{seed}.json"
-    if known := current(file):
+    if known := current(file, KINDS[kind].module):
         return known
     module = importlib.import_module(f"palmares.examples.{KINDS[kind].module}")
     options = KINDS[kind].options | ({} if updates is None else {"updates": updates})
     with tempfile.TemporaryDirectory() as scratch:
         policy, begun_s = Path(scratch) / "policy", time.process_time()
         learned = module.train(seed, threads=1, policy=policy, **options)
-        made = asdict(learned) | {"cpu_s": round(time.process_time() - begun_s, 1)} | fields(PART)
+        made = asdict(learned) | {"cpu_s": round(time.process_time() - begun_s, 1)}
+        made |= fields_of(KINDS[kind].module)
         if kind in GROUPS["spread"]:
             made["grasp"] = list(json.loads(policy.read_text()).values())
             made["hands"] = with_hands(np.array(made["grasp"]))
@@ -127,10 +142,10 @@ def planned(folder: Path, count: int = 5) -> list[dict[str, Any]]:
     found = []
     for seed in test_scenes(count):
         file = folder / f"mppi_{seed}.json"
-        known = current(file)
+        known = current(file, "mppi_grasp")
         if known is None:
             score, pace = mppi_grasp.play(seed, PLANS, HORIZON, LIMIT_S, 1)
-            known = {"seed": seed, "score": score, "pace": pace} | fields(PART)
+            known = {"seed": seed, "score": score, "pace": pace} | fields_of("mppi_grasp")
             file.write_text(json.dumps(known) + "\n")
             print(f"{file.name}: {score:.2f}", flush=True)
         found.append(known)
@@ -208,18 +223,14 @@ def hand_rows(folder: Path) -> str:
 
 def page(folder: Path) -> str:
     """Return the page of all trainings in a folder, which must be of one engine to name it."""
-    found = [training for kind in KINDS for training in of_kind(kind, folder)]
+    found = [(KINDS[kind].module, training) for kind in KINDS for training in of_kind(kind, folder)]
     planning = sorted(
         (json.loads(p.read_text()) for p in folder.glob("mppi_*.json")), key=lambda t: int(t["seed"])
     )
     # The oldest engine is that of the page, so that a page of two is not called that of the last.
-    now = fields(PART)
-    old = [
-        training
-        for training in found + planning
-        if training["engine"] != now["engine"] or training["models"] != now["models"]
-    ]
-    record = old[0] if old else found[-1]
+    played = found + [("mppi_grasp", plan) for plan in planning]
+    old = [record for module, record in played if not is_current(record, module)]
+    record = old[0] if old else fields(PART)
     text = f"""\
 # Learning curves
 

@@ -3,9 +3,9 @@
     pip install 'palmares[learn]'
     python train_lift_shaped.py --learner sac --seed 1 --curve curve.json --policy policy.zip
 
-A run begins with the open hand 10 cm above a guess of the grasp, `START` of ``train_grasp_cem``. Every half
-second the policy decides how far the hand moves, up to 8 cm, and how far it closes or opens; with an action
-of zero it stays. The policy sees the truth: poses, motor and contact.
+A run begins with the open hand 10 cm above `GUESS`, a rough guess of the grasp. Every half second the policy
+decides how far the hand moves, up to 8 cm, and how far it closes or opens; with an action of zero it stays.
+It sees the truth: poses, motor and contact.
 
 The reward is the change of the score and of the potential Φ that ``tasks/grasp/task.toml`` declares, with
 ``discount=1.0``: with the learner's own discount a critic that knows Φ cancels the shaped part
@@ -42,10 +42,14 @@ from palmares.examples._grasp_runs import (
     yaw_across,
 )
 from palmares.examples._training import Learned, OnPoint, learn, main
-from palmares.examples.train_grasp_cem import SINK_M, START
 from palmares.sim import Batch, Snapshot
 from palmares.skills.motion import UP
 
+GUESS = array([1.7, 0.1, 0.01, 0.01, 0.2])
+"""Pitch, roll, above, aside and along as in ``train_grasp_cem``: the palm 1 cm over the object, about
+horizontal, the object's middle 20 cm from the wrist"""
+SINK_M = 0.1
+"""Height above the guess of the start"""
 DECISIONS, TEST_DECISIONS = 12, 26
 """Decisions of a run in training, 6 s, and in the test, which ends with the shake"""
 TICKS, APPROACH_TICKS = 50, 120
@@ -71,7 +75,7 @@ SAC_STEPS = 20
 
 Mask = NDArray[np.bool_]
 Learner = Literal["ppo", "sac"]
-UPDATES: dict[Learner, int] = {"ppo": 12, "sac": 8}
+UPDATES: dict[Learner, int] = {"ppo": 12, "sac": 10}
 """Updates of a training"""
 
 
@@ -127,7 +131,7 @@ class Lifts:
             size = 2.0 * seen["object_half_extents"][:, 0]
             # Objects stand upright: their pose is a turn about z.
             yaw = math.pi / 2 + yaw_across(2.0 * np.arctan2(quat[:, 2], quat[:, 3]), size)
-            pitch, roll, above, aside, along = np.tile(START[:5], (count, 1)).T
+            pitch, roll, above, aside, along = np.tile(GUESS, (count, 1)).T
             hand = rot_zyz(yaw, pitch, roll)
             guess = middle - rotated(hand, np.stack([size[:, 2] / 2 + above, aside, along], axis=1))
             kept.append([middle, size, guess, hand, rot_zyz(yaw, 0.0 * yaw, 0.0 * yaw)])
