@@ -66,6 +66,8 @@ STAGES = ((0.0, 0.75), (0.0, 0.4), (0.0, 0.05), (SINK_M / 2, 0.05), (SINK_M, 0.0
 """Height above the guess, m, and σ in which runs begin: the last stage without, all with a curriculum"""
 PASSED, WINDOW = 0.5, 64
 """The curriculum adds a stage at this mean score of that many runs"""
+NEWEST = 0.6
+"""Share of the runs that begin in the stage added last; the others begin in any"""
 LOST_M = 0.15
 """An object this far from its place, or this far below, is lost, and the run over"""
 TENSION = 2.0
@@ -75,7 +77,7 @@ SAC_STEPS = 20
 
 Mask = NDArray[np.bool_]
 Learner = Literal["ppo", "sac"]
-UPDATES: dict[Learner, int] = {"ppo": 12, "sac": 10}
+UPDATES: dict[Learner, int] = {"ppo": 24, "sac": 10}
 """Updates of a training"""
 
 
@@ -194,6 +196,8 @@ class Lifts:
             stage = len(self._stages) - 1
             if self._rng is not None:
                 stage = int(self._rng.integers(self.stages))
+                if self.stages > 1 and self._rng.random() < NEWEST:
+                    stage = self.stages - 1
                 self._scene[world] = self._rng.integers(len(self._seeds))
             self.batch.restore(int(world), self._snapshots[stage][self._scene[world]])
             self._sent[world] = [0.0, 0.0, *self._stages[stage]]
