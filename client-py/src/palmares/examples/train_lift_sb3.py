@@ -250,7 +250,7 @@ def play(model: Any, decisions: Decisions) -> float:
 def train(
     seed: int,
     *,
-    updates: int = 8,
+    updates: int = 16,
     worlds: int = 32,
     tests: int = 100,
     test_every: int | None = None,
@@ -310,4 +310,4 @@ def train(
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=8)
+    main(train, __doc__, updates=16)
