@@ -64,6 +64,11 @@ KINDS = {
         "train_lift_shaped",
         {"learner": "sac", "shaping": False, "curriculum": True},
     ),
+    "ppo_curriculum": Kind(
+        "PPO, score alone, curriculum",
+        "train_lift_shaped",
+        {"learner": "ppo", "shaping": False, "curriculum": True},
+    ),
     "cem_spread": Kind("one grasp by cross-entropy, drawn hands", "train_grasp_cem", {"randomise": True}),
 }
 """By the names of their files"""
@@ -71,7 +76,7 @@ GROUPS = {
     "cem": ["cem"],
     "lift": ["lift"],
     "shaped": ["sac", "sac_score", "ppo", "ppo_score"],
-    "curriculum": ["sac_score", "sac_curriculum"],
+    "curriculum": ["sac_score", "sac_curriculum", "ppo_score", "ppo_curriculum"],
     "spread": ["cem", "cem_spread"],
     "mppi": [],
 }

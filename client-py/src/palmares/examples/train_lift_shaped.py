@@ -77,7 +77,7 @@ SAC_STEPS = 20
 
 Mask = NDArray[np.bool_]
 Learner = Literal["ppo", "sac"]
-UPDATES: dict[Learner, int] = {"ppo": 24, "sac": 10}
+UPDATES: dict[Learner, int] = {"ppo": 32, "sac": 10}
 """Updates of a training"""
 
 
