@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palmares.arrays import array
+from palmares.arrays import Array, array
 
 pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
 from palmares.examples import _grasp_runs as grasp_runs
-from palmares.examples import train_grasp_cem, train_lift_sb3
+from palmares.examples import train_grasp_cem, train_lift_sb3, train_lift_shaped
 from palmares.rotation import angle_between, matrix_of, quat_of
 from palmares.rotation import rot_zyz as matrix_zyz
 from palmares.sim import Batch
@@ -78,7 +78,13 @@ def test_cross_entropy_gives_the_same_curve_for_any_number_of_threads(
         monkeypatch.setattr(module, "LEARNED_WITH", grasp_runs.LEARNED_WITH[:3])
     learned = [
         train_grasp_cem.train(
-            4, updates=2, population=2, tests=2, threads=threads, policy=tmp_path / f"{threads}.json"
+            4,
+            updates=2,
+            population=2,
+            tests=2,
+            test_every=2,
+            threads=threads,
+            policy=tmp_path / f"{threads}.json",
         )
         for threads in (1, 2)
     ]
@@ -90,6 +96,17 @@ def test_cross_entropy_gives_the_same_curve_for_any_number_of_threads(
     assert policies[0] == policies[1]
     moved = array([json.loads(policies[0])[name] for name in train_grasp_cem.NAMES])
     assert not np.allclose(moved, train_grasp_cem.START)
+
+
+def test_cross_entropy_with_drawn_hands(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (grasp_runs, train_grasp_cem):
+        monkeypatch.setattr(module, "LEARNED_WITH", grasp_runs.LEARNED_WITH[:1])
+    nominal, drawn = (
+        train_grasp_cem.train(4, updates=1, population=2, tests=1, threads=1, randomise=randomise)
+        for randomise in (False, True)
+    )
+    assert [point.test is None for point in drawn.curve] == [True, False]
+    assert [point.episodes for point in drawn.curve] == [point.episodes for point in nominal.curve]
 
 
 def test_decisions_use_only_the_sensors() -> None:
@@ -115,6 +132,80 @@ def test_ppo_gives_the_same_curve_for_any_number_of_threads() -> None:
     learned = [train_lift_sb3.train(4, updates=2, worlds=6, tests=2, threads=threads) for threads in (1, 2)]
     assert learned[0] == learned[1]
     assert [point.episodes for point in learned[0].curve] == [0, 12, 24]
+
+
+@pytest.mark.parametrize("learner", ["ppo", "sac"])
+def test_learners_of_shaped_rewards_give_the_same_curve_for_any_number_of_threads(
+    learner: train_lift_shaped.Learner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: it is in `learn`")
+    monkeypatch.setattr(train_lift_shaped, "DECISIONS", 4)
+    monkeypatch.setattr(train_lift_shaped, "TEST_DECISIONS", 4)
+    policy = tmp_path / "policy.zip"
+    learned = [
+        train_lift_shaped.train(
+            4,
+            learner=learner,
+            updates=2,
+            worlds=2,
+            scenes=1,
+            tests=1,
+            coarse_tests=1,
+            threads=threads,
+            policy=policy,
+        )
+        for threads in (1, 2)
+    ]
+    assert learned[0] == learned[1]
+    assert [point.test is None for point in learned[0].curve] == [True, True, False]
+    assert learned[0].curve[-1].episodes >= 4
+    assert len(learned[0].scores) == len(learned[0].coarse) == 1
+    assert policy.exists()
+
+
+def grasping(lifts: train_lift_shaped.Lifts) -> list[Array]:
+    """Play a run down, closed and up; return the rewards of the decisions."""
+    down, close, up = np.zeros((3, lifts.batch.count, train_lift_shaped.ACTIONS))
+    down[:, 2], close[:, 3], up[:, 2] = -0.7, 1.0, 1.0
+    return [lifts.step(action)[2] for action in (down, down, close, close, close, up, up)]
+
+
+def test_the_shaped_part_is_the_gained_potential() -> None:
+    seeds = next(grasp_runs.training_scenes(np.random.default_rng(3)))[2:5]
+    gained = []
+    for shaping in (True, False):
+        lifts = train_lift_shaped.Lifts(3, seeds, shaping=shaping, step_ms=5.0, threads=1)
+        # The second run continues from a snapshot with the potential of its start.
+        for _ in range(2):
+            assert lifts.reset().shape == (3, train_lift_shaped.OBSERVATIONS)
+            first = lifts.batch.observe()["objects"][:, 0, :2].copy()
+            before = np.sum(list((lifts.batch.potential or {}).values()), axis=0)
+            gained.append(np.sum(grasping(lifts), axis=0))
+            after = np.sum(list((lifts.batch.potential or {}).values()), axis=0)
+            points = lifts.batch.scores
+            assert points.max() >= 1.0
+            # A run with a lost object takes the potential back.
+            places = lifts.batch.observe()["objects"][:, 0, :2]
+            kept = np.abs(places - first).max(axis=1) <= train_lift_shaped.LOST_M
+            expected = points + (np.where(kept, after, 0.0) - before if shaping else 0.0)
+            assert np.allclose(gained[-1], expected)
+    assert np.array_equal(gained[0], gained[1])
+    assert np.array_equal(gained[2], gained[3])
+
+
+def test_the_curriculum_widens_when_runs_score(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(train_lift_shaped, "WINDOW", 4)
+    seeds = next(grasp_runs.training_scenes(np.random.default_rng(3)))[2:4]
+    rng = np.random.default_rng(1)
+    lifts = train_lift_shaped.Lifts(2, seeds, rng, curriculum=True, step_ms=5.0, threads=1)
+    lifts.reset()
+    assert np.all(lifts.batch.observe()["motors"][:, 0, 0] > 0.5)
+    # Both runs last as long, so that four are over after two rounds.
+    for passed, stages in ((0.0, 1), (0.0, 2), (1.0, 2), (1.0, 2)):
+        monkeypatch.setattr(train_lift_shaped, "PASSED", passed)
+        for _ in range(train_lift_shaped.DECISIONS):
+            lifts.step(np.zeros((2, train_lift_shaped.ACTIONS)))
+        assert lifts.stages == stages
 
 
 def test_ppo_in_one_file_gives_the_same_policy_for_any_number_of_threads(tmp_path: Path) -> None:

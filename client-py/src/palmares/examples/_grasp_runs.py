@@ -1,4 +1,4 @@
-"""Shared by the two learners of the grasp task: objects, scenes, and motions of many hands at once."""
+"""Shared by the learners of the grasp task: objects, scenes, and motions of many hands at once."""
 
 from __future__ import annotations
 
@@ -29,6 +29,9 @@ HELD_OUT = ("005_tomato_soup_can", "013_apple", "054_softball", "056_tennis_ball
 
 FIRST_TEST_SEED = 5001
 """The test plays the first scenes from this seed on with a held-out object; the training those below"""
+
+STEP_MS = 5.0
+"""Longest step of the integration in training; the test has the task's own"""
 
 CONTROL_TICKS = 4
 """Ticks between two velocities of a moving hand"""

@@ -1,4 +1,4 @@
-"""Shared by the two learners of the grasp task: learning curves, and training from the command line."""
+"""Shared by the learners of the grasp task: learning curves, and training from the command line."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import argparse
 import json
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 
 @dataclass(frozen=True)
@@ -32,6 +31,8 @@ class Learned:
     curve: list[Point]
     scores: list[float]
     """Scores in the test scenes after the last update"""
+    coarse: list[float] = field(default_factory=list)
+    """Scores in the first of these scenes with the long steps of the training, if it had such steps"""
 
 
 OnPoint = Callable[[Point], None]
@@ -43,8 +44,8 @@ def learn(
     test: Callable[[], float],
     *,
     updates: int,
-    episodes: int,
-    test_every: int,
+    episodes: int | Callable[[], int],
+    test_every: int | None,
     on_point: OnPoint,
 ) -> list[Point]:
     """Alternate updates and tests; return the curve.
@@ -53,39 +54,49 @@ def learn(
         improve: Makes an update; returns the mean score of its runs.
         test: Plays the test scenes; returns their mean score.
         updates: Number of updates.
-        episodes: Runs of an update.
+        episodes: Runs of an update, or a function that returns the runs so far.
         test_every: Updates between two tests; there is also one before the first update and after the last.
+            Without it there is only the last.
         on_point: Called with every point.
 
     """
     curve: list[Point] = []
     for update in range(updates + 1):
         explored = improve() if update > 0 else None
-        tested = test() if update % test_every == 0 or update == updates else None
-        curve.append(Point(update, update * episodes, explored, tested))
+        due = update == updates or (test_every is not None and update % test_every == 0)
+        runs = episodes() if callable(episodes) else update * episodes
+        curve.append(Point(update, runs, explored, test() if due else None))
         on_point(curve[-1])
     return curve
 
 
-class Train(Protocol):
-    """Trains, and writes the policy to a file if one is given."""
+def main(
+    train: Callable[..., Learned],
+    doc: str | None,
+    updates: int | None,
+    options: Callable[[argparse.ArgumentParser], None] = lambda _: None,
+) -> None:
+    """Read the command line and train.
 
-    def __call__(
-        self, seed: int, *, updates: int, threads: int | None, on_point: OnPoint, policy: Path | None
-    ) -> Learned: ...
+    Args:
+        train: Trains, with `seed` and keyword arguments as `train_grasp_cem.train`.
+        doc: The module's docstring.
+        updates: Default number of updates; ``None`` for that of `train`.
+        options: Adds options to the command line: further arguments of `train`.
 
-
-def main(train: Train, doc: str | None, updates: int) -> None:
-    """Read the command line and train; `updates` is the default number of updates."""
+    """
     parser = argparse.ArgumentParser(description=(doc or "").partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1, help="seed of the training (default 1)")
+    known = "that of the learner" if updates is None else updates
     parser.add_argument(
-        "--updates", type=int, default=updates, help=f"updates of the training (default {updates})"
+        "--updates", type=int, default=updates, help=f"updates of the training (default {known})"
     )
     parser.add_argument("--threads", type=int, help="threads that simulate (default: one for each core)")
     parser.add_argument("--curve", type=Path, help="file for the learning curve, JSON")
     parser.add_argument("--policy", type=Path, help="file for the policy")
-    args = parser.parse_args()
+    options(parser)
+    args = vars(parser.parse_args())
+    curve: Path | None = args.pop("curve")
     began = time.monotonic()
 
     def show(point: Point) -> None:
@@ -93,6 +104,6 @@ def main(train: Train, doc: str | None, updates: int) -> None:
         test = "" if point.test is None else f", unseen objects {point.test:.2f}"
         print(f"{time.monotonic() - began:5.0f} s, update {point.update}{train}{test}", flush=True)
 
-    learned = train(args.seed, updates=args.updates, threads=args.threads, on_point=show, policy=args.policy)
-    if args.curve:
-        args.curve.write_text(json.dumps(asdict(learned)) + "\n")
+    learned = train(**args, on_point=show)
+    if curve:
+        curve.write_text(json.dumps(asdict(learned)) + "\n")

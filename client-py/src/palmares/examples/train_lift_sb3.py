@@ -13,8 +13,8 @@ the noise of real sensors. It decides four times in a run:
 3. in the air: force of the hold; then the referee waits 2 s, and shakes
 
 Between decisions the hand moves along smoothsteps. The reward is the change of the referee's score; neither
-policy nor training use anything else of the simulator's truth. PPO (Schulman et al. 2017) is that of
-stable-baselines3.
+policy nor training use anything else of the simulator's truth. Training has long steps of the integration,
+the test the task's own. PPO (Schulman et al. 2017) is that of stable-baselines3.
 """
 
 from __future__ import annotations
@@ -31,9 +31,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palmares import Training
 from palmares.arrays import Array, array
 from palmares.examples._grasp_runs import (
     HAND,
+    STEP_MS,
     TASK,
     Hands,
     rot_zyz,
@@ -44,6 +46,7 @@ from palmares.examples._grasp_runs import (
 )
 from palmares.examples._training import Learned, OnPoint, learn, main
 from palmares.examples.grasp_sensors import find_object
+from palmares.examples.train_grasp_cem import CLOSE_S, GRIP_S, LIFT_S
 from palmares.sim import Batch, World
 from palmares.skills.motion import UP
 
@@ -53,9 +56,9 @@ ACTIONS = 7
 """Numbers of an action, −1 to 1; each decision uses some of pitch, roll, above, aside, along, open, closed"""
 OBSERVATIONS = 21
 """Numbers of an observation"""
-START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.05, 0.75])
-"""Numbers for an action of 0, a guess: the palm 2 cm over the box, horizontal, three quarters closed"""
-RANGE = array([0.3, 0.4, 0.03, 0.03, 0.06, 0.05, 0.25])
+START = array([1.77, 0.09, 0.0, 0.025, 0.22, 0.05, 0.9])
+"""Numbers for an action of 0, a guess: between the grips of a ball and of a can in docs/cookbook.md"""
+RANGE = array([0.2, 0.3, 0.02, 0.02, 0.03, 0.05, 0.1])
 """Change of the numbers for an action of ±1, rad, m and σ"""
 SHIFT_M, SQUEEZE = 0.02, 0.3
 """Largest shift of the hand in decision 1, along each of its axes; largest change of σ in 2 and 3"""
@@ -104,11 +107,17 @@ class Decisions:
         count: N.
         scenes: The seeds to play, one after another.
         threads: As for `palmares.sim.Batch`.
+        step_ms: As for `Training`.
 
     """
 
-    def __init__(self, count: int, scenes: Iterator[int], threads: int | None = None) -> None:
-        self.batch = Batch(TASK, HAND, count, sensing="sensors", noise="real", threads=threads)
+    def __init__(
+        self, count: int, scenes: Iterator[int], threads: int | None = None, step_ms: float | None = None
+    ) -> None:
+        training = Training(step_ms=step_ms)
+        self.batch = Batch(
+            TASK, HAND, count, sensing="sensors", noise="real", threads=threads, training=training
+        )
         self._hands, self._scenes = Hands(self.batch), scenes
         self.finished: list[float] = []
 
@@ -146,12 +155,12 @@ class Decisions:
     def _close(self, actions: Array) -> None:
         hands = self._hands
         shift = rotated(hands.quat_xyzw, SHIFT_M * actions[:, :3])
-        hands.to(0.6, hands.position + shift, sigma=START[6] + RANGE[6] * actions[:, 6])
-        hands.wait(0.2)
+        hands.to(CLOSE_S, hands.position + shift, sigma=START[6] + RANGE[6] * actions[:, 6])
+        hands.wait(GRIP_S)
 
     def _lift(self, actions: Array) -> None:
         hands = self._hands
-        hands.to(0.6, hands.position + LIFT_M * UP, sigma=self._squeezed(actions))
+        hands.to(LIFT_S, hands.position + LIFT_M * UP, sigma=self._squeezed(actions))
         # Runs without a point end here.
         hands.active &= self.batch.scores > 0.0
 
@@ -241,10 +250,10 @@ def play(model: Any, decisions: Decisions) -> float:
 def train(
     seed: int,
     *,
-    updates: int = 10,
+    updates: int = 16,
     worlds: int = 32,
     tests: int = 100,
-    test_every: int = 5,
+    test_every: int | None = None,
     threads: int | None = None,
     on_point: OnPoint = lambda _: None,
     policy: Path | None = None,
@@ -256,7 +265,7 @@ def train(
         updates: Number of updates of the policy.
         worlds: Runs played together; an update learns from two in each world.
         tests: Test scenes, in which the policy is played after every `test_every` updates.
-        test_every: See `tests`.
+        test_every: See `tests`; without it the policy is tested after the last update alone.
         threads: As for `palmares.sim.Batch`.
         on_point: Called with every point of the curve.
         policy: File for the policy, in the format of stable-baselines3.
@@ -267,7 +276,7 @@ def train(
     except ImportError:
         sys.exit("this needs stable-baselines3: pip install 'palmares[learn]'")
     scenes = itertools.chain.from_iterable(training_scenes(np.random.default_rng(seed)))
-    learning = Decisions(worlds, scenes, threads)
+    learning = Decisions(worlds, scenes, threads, STEP_MS)
     testing = Decisions(tests, itertools.cycle(test_scenes(tests)), threads)
     steps = 2 * DECISIONS
     model = PPO(
@@ -301,4 +310,4 @@ def train(
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=10)
+    main(train, __doc__, updates=16)
