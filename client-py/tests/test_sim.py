@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import palmares
+from palmares import Training
 from palmares.arrays import Array
 from tests.real_server import PROGRAM, RealServer, needs_server
 from tests.short_task import short_grasp
@@ -203,6 +204,20 @@ def test_a_batch_resets_and_steps_the_masked_worlds() -> None:
     batch.restore(1, kept)
     assert (batch.ticks[1], batch.seeds[1]) == (5, 5)
     assert batch.state_hashes()[1] == batch.state_hashes()[3]
+
+
+def test_a_world_that_does_not_move_has_no_reward() -> None:
+    batch = sim.Batch("grasp", "softhand", 2, training=Training(shaping=True), threads=1)
+    batch.reset([1, 2])
+    down = np.zeros((2, 7))
+    down[:, 2] = -0.3
+    first = batch.step(down, 10)
+    assert first.shaping is not None
+    assert np.all(first.shaping != 0.0)
+    stepped = batch.step(down, 10, mask=[True, False])
+    assert stepped.shaping is not None
+    assert (stepped.shaping != 0.0).tolist() == [True, False]
+    assert stepped.rewards[1] == 0.0
 
 
 def test_a_run_in_a_batch_ends_with_its_count(tmp_path: Path) -> None:

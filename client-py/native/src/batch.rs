@@ -190,6 +190,7 @@ impl Batch {
             return Err(PyValueError::new_err(message));
         }
         let (slots, workers) = (&mut self.slots, self.workers.started()?);
+        slots.iter_mut().for_each(|slot| (slot.reward, slot.shaping) = (0.0, 0.0));
         let mut moving: Vec<(&mut Slot, Action)> = slots
             .iter_mut()
             .zip(actions.chunks(width))

@@ -197,17 +197,14 @@ fn hands(part: &Part, tools: &Tools) -> Result<()> {
 fn training(part: &Part, tools: &Tools) -> Result<()> {
     let pictures = tools.place("docs/pictures/README.md")?;
     let pictures = pictures.parent().context("a folder")?;
-    for learner in ["cem", "lift"] {
-        // stable-baselines3 is not installed unasked: PyTorch, which it needs, has gigabytes.
-        let mut python = tools.benchmark("learning_curves.py", &[MATPLOTLIB])?;
-        python.args(["--train", learner, "--folder"]).arg(folder(part, tools)?);
-        python.arg("--output").arg(pictures.join(format!("learning_{learner}.svg")));
-        if tools.quick {
-            python.args(["--seeds", "1-1", "--updates", "1"]);
-        }
-        played(&mut python)?;
+    // stable-baselines3 is not installed unasked: PyTorch, which it needs, has gigabytes.
+    let mut python = tools.benchmark("learning_curves.py", &[MATPLOTLIB])?;
+    python.args(["--train", "all", "--folder"]).arg(folder(part, tools)?);
+    python.arg("--output").arg(pictures);
+    if tools.quick {
+        python.args(["--seeds", "1-1", "--updates", "1"]);
     }
-    Ok(())
+    played(&mut python)
 }
 
 fn pictures(part: &Part, tools: &Tools) -> Result<()> {
