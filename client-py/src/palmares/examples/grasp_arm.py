@@ -26,9 +26,8 @@ from palmares.analysis import RobotArm
 from palmares.arrays import Array, array
 from palmares.examples.grasp_softhand import attempt, grasps_for
 from palmares.messages import Observation
-from palmares.rotation import angle_between, slerp
 from palmares.skills.holding import GraspSummary, grasp_summary
-from palmares.skills.motion import Mover, RunOverError, duration, smoothstep
+from palmares.skills.motion import Line, Mover, RunOverError
 from palmares.skills.objects import upright_box
 from palmares.skills.runs import play
 
@@ -38,6 +37,8 @@ TASK = str(Path(examples.__file__).parent / "arm")
 """The folder of the task"""
 SHARE_OF_SPEED = 0.9
 """Share of the largest speed of a joint that a motion uses"""
+ANOTHER_BRANCH_RAD = 0.5
+"""Change of a joint in a tick that no motion has: the solution is one with another elbow"""
 TRIES = 8
 """Grasps to try"""
 
@@ -49,7 +50,7 @@ class OutOfReachError(palmares.PalmaresError):
 
 
 class ArmMover(Mover):
-    """Moves the hand along straight lines by the joints of its arm.
+    """As `Mover`, by the joints of the arm, and slower where one of them needs it.
 
     Attributes:
         q: The last target of the joints, (n,), rad.
@@ -61,54 +62,38 @@ class ArmMover(Mover):
         if first.arm is None:
             raise ValueError(f"task {client.run.task!r} has no arm")
         self.arm, self.q = arm, array(first.arm.position)
+        self._ahead: list[Array] = []
 
-    def to(
-        self,
-        at_least_s: float,
-        position: Array | None = None,
-        quat_xyzw: Array | None = None,
-        sigma: float | None = None,
-    ) -> None:
-        """Move hand and fingers as `Mover.to` does, slower where a joint needs more time.
+    def _shares(self, at: Line, total_s: float) -> list[float]:
+        """Solve for the joints at every tick, and take longer where a joint is too fast.
 
         Raises:
-            RunOverError: The run ended during the motion.
             OutOfReachError: The arm does not reach a point of the line; nothing has moved.
 
         """
-        p0, q0, s0 = self.position, self.quat_xyzw, self.sigma
-        p1 = p0 if position is None else position
-        q1 = q0 if quat_xyzw is None else quat_xyzw
-        s1 = s0 if sigma is None else sigma
-        distance_m = float(np.linalg.norm(p1 - p0))
-        total_s = duration(distance_m, angle_between(q0, q1), self._limits, at_least_s)
         while True:
-            shares = [smoothstep((k + 1) * self._tick_s / total_s) for k in range(self._ticks(total_s))]
-            joints = self._line(p0, p1, q0, q1, shares)
+            shares = super()._shares(at, total_s)
+            joints = self._joints([at(x) for x in shares])
             steps = np.abs(np.diff([self.q, *joints], axis=0)) / self._tick_s
             slower = float((steps / self.arm.speed).max()) / SHARE_OF_SPEED
             if slower <= 1.0:
-                break
+                self._ahead = joints
+                return shares
             total_s *= 1.05 * slower
-        for x, self.q in zip(shares, joints, strict=True):
-            self.position, self.quat_xyzw = p0 + x * (p1 - p0), slerp(q0, q1, x)
-            self.sigma = s0 + x * (s1 - s0)
-            self._step()
 
-    def _ticks(self, total_s: float) -> int:
-        return max(1, math.ceil(total_s / self._tick_s))
-
-    def _line(self, p0: Array, p1: Array, q0: Array, q1: Array, shares: list[float]) -> list[Array]:
-        """Return the joints at each share of a line."""
+    def _joints(self, poses: list[tuple[Array, Array]]) -> list[Array]:
+        """Return the joints for poses along a line."""
         line, last = [], self.q
-        for x in shares:
-            found = self.arm.inverse([*(p0 + x * (p1 - p0)), *slerp(q0, q1, x)], start=last)
-            if not found.is_there or np.abs(found.q - last).max() > 0.5:  # Another branch.
-                raise OutOfReachError(f"{np.round(p1, 3)} m: out of reach, or only with another elbow")
+        for position, quat_xyzw in poses:
+            found = self.arm.inverse([*position, *quat_xyzw], start=last)
+            if not found.is_there or np.abs(found.q - last).max() > ANOTHER_BRANCH_RAD:
+                raise OutOfReachError(f"{np.round(position, 3)} m: out of reach, or only with another elbow")
             line.append(last := found.q)
         return line
 
     def _step(self) -> None:
+        if self._ahead:
+            self.q = self._ahead.pop(0)
         self.obs = self.client.step(base=palmares.joints(self.q), hand=self.command())
         if self.obs.done:
             raise RunOverError(self.obs.reason)

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
 
@@ -36,6 +37,8 @@ __all__ = [
 UP = array([0.0, 0.0, 1.0])
 """Unit vector upwards, (3,), world frame"""
 
+Line: TypeAlias = Callable[[float], tuple[Array, Array]]
+"""Position (3,) and orientation (4,) of the base at a share of a motion, 0 to 1"""
 SHARE_OF_LIMITS = 0.95
 """`duration` uses this share of the limits; the servo needs the rest to correct errors"""
 
@@ -137,11 +140,13 @@ class Mover:
         q1 = q0 if quat_xyzw is None else quat_xyzw
         s1 = s0 if sigma is None else sigma
         distance_m = float(np.linalg.norm(p1 - p0))
+
+        def at(x: float) -> tuple[Array, Array]:
+            return p0 + x * (p1 - p0), slerp(q0, q1, x)
+
         total_s = duration(distance_m, angle_between(q0, q1), self._limits, at_least_s)
-        ticks = max(1, math.ceil(total_s / self._tick_s))
-        for tick in range(ticks):
-            x = smoothstep((tick + 1) / ticks)
-            self.position, self.quat_xyzw = p0 + x * (p1 - p0), slerp(q0, q1, x)
+        for x in self._shares(at, total_s):
+            self.position, self.quat_xyzw = at(x)
             self.sigma = s0 + x * (s1 - s0)
             self._step()
 
@@ -174,6 +179,11 @@ class Mover:
             rtf=result.sim_time_s / wall_s,
         )
         return result, summary
+
+    def _shares(self, at: Line, total_s: float) -> list[float]:  # noqa: ARG002 - for movers that plan
+        """Return the share of a motion that is done after each tick; a subclass may take longer."""
+        ticks = max(1, math.ceil(total_s / self._tick_s))
+        return [smoothstep((tick + 1) / ticks) for tick in range(ticks)]
 
     def _step(self) -> None:
         self.obs = self.client.step(base=pose(self.position, self.quat_xyzw), hand=self.command())
