@@ -22,7 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -138,17 +138,20 @@ def write(document: Path, lines: dict[str, str], played: str) -> None:
     document.write_text(head + "\n".join([*MARKDOWN_HEADER, *table]) + "\n")
 
 
+def options_of(doc: str | None, known: Iterable[str], wanted: str, document: Path) -> argparse.Namespace:
+    """Return the options of a benchmark that plays `known` controllers with `wanted` seeds for a document."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", choices=known, action="append", metavar="NAME", help=", ".join(known))
+    parser.add_argument("--seeds", default=wanted, help=f"a range (default {wanted})")
+    parser.add_argument("--output", type=Path, default=document, help="the document")
+    parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after this time, s")
+    return parser.parse_args()
+
+
 def main() -> None:
     """Play the missing runs and write the table."""
     known = controllers()
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--only", choices=known, action="append", metavar="NAME", help=", ".join(known))
-    parser.add_argument("--seeds", default="5001-5100", help="a range (default 5001-5100)")
-    parser.add_argument("--output", type=Path, default=DOCUMENT, help="the document")
-    parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after this time, s")
-    options = parser.parse_args()
+    options = options_of(__doc__, known, "5001-5100", DOCUMENT)
     KEPT.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
     lines = {}

@@ -163,12 +163,17 @@ def of_kind(kind: str, folder: Path) -> list[dict[str, Any]]:
     return sorted(found, key=lambda training: int(training["seed"]))
 
 
+def half_interval(values: Sequence[float] | Array) -> float | None:
+    """Return half of the 95 % interval of a mean; ``None`` for numbers of values without a t."""
+    if len(values) not in T_95:
+        return None
+    return T_95[len(values)] * float(np.std(values, ddof=1)) / math.sqrt(len(values))
+
+
 def interval(values: Sequence[float], digits: int = 2) -> str:
     """Return the mean and half of its 95 % interval."""
-    if len(values) not in T_95:
-        return f"{np.mean(values):.{digits}f}"
-    half = T_95[len(values)] * float(np.std(values, ddof=1)) / math.sqrt(len(values))
-    return f"{np.mean(values):.{digits}f} ± {half:.{digits}f}"
+    half = half_interval(values)
+    return f"{np.mean(values):.{digits}f}" + ("" if half is None else f" ± {half:.{digits}f}")
 
 
 def shares(training: dict[str, Any]) -> tuple[float, float]:
@@ -314,10 +319,7 @@ def draw(group: str, folder: Path, out: Path) -> None:
         left.plot(runs, values, color=colour, linewidth=2.0, label=KINDS[kind].title)
         means = np.array([np.mean(t["scores"]) for t in trainings])
         right.plot(np.full(len(means), place), means, ".", color=colour, alpha=0.6)
-        half = (
-            T_95.get(len(means), 0.0) * means.std(ddof=1) / math.sqrt(len(means)) if len(means) > 1 else 0.0
-        )
-        right.errorbar(place + 0.15, means.mean(), half, fmt="o", color=colour, capsize=3)
+        right.errorbar(place + 0.15, means.mean(), half_interval(means), fmt="o", color=colour, capsize=3)
     left.set_title("training, with exploration", fontsize="medium")
     left.set_xlabel("runs played in training")
     left.set_ylabel("mean score, of 10")

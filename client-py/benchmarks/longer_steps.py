@@ -10,16 +10,15 @@ The controllers decide as with the task's own step; only the physics is coarser.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
-import math
 import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from controllers import options_of
 from record import ROOT, fields, line, models
 
 from palmares.evaluate import Job, Played
@@ -128,14 +127,7 @@ def write(document: Path, lines: dict[str, str], record_line: str) -> None:
 def main() -> None:
     """Play the missing runs and write the table."""
     known = controllers()
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--only", choices=known, action="append", metavar="NAME", help=", ".join(known))
-    parser.add_argument("--seeds", default="5001-5020", help="a range (default 5001-5020)")
-    parser.add_argument("--output", type=Path, default=DOCUMENT, help="the document")
-    parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after this time, s")
-    options = parser.parse_args()
+    options = options_of(__doc__, known, "5001-5020", DOCUMENT)
     KEPT.mkdir(parents=True, exist_ok=True)
     until = time.monotonic() + options.for_s
     about = record()
