@@ -128,7 +128,6 @@ impl Slot {
 
     pub(crate) fn begin(&mut self) {
         self.events.clear();
-        (self.reward, self.shaping) = (0.0, 0.0);
     }
 
     pub(crate) fn advance(&mut self, action: &Action, ticks: u32, sensing: Sensing) {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -17,6 +17,8 @@ Numbers: TypeAlias = Iterable[float] | Array
 """A list, a tuple, an array or another iterable of numbers"""
 Base: TypeAlias = BaseTarget | Numbers | tuple[Numbers, Numbers]
 """A target, or a pose as ``(position, quat_xyzw)`` or as seven numbers"""
+BaseKind: TypeAlias = Literal["twist", "pose", "joints"]
+"""What arrays of actions say of the base: velocities, the pose that it moves to, or joints of its arm"""
 Hand: TypeAlias = float | Numbers
 """A number of every motor, such as σ; for a single motor also a number"""
 

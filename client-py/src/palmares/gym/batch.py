@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
-from palmares.gym.fields import Arrays, Base, base_space, box
+from palmares.gym.fields import Arrays, base_space, box
 from palmares.gym.forms import Form, Observations
 from palmares.gym.goals import Goal
 from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
@@ -22,6 +22,7 @@ from palmares.gym.infos import events_of, refuse_options, row_of, unexpected
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.net.requests import names
 from palmares.sim import HANDS, TASKS, Batch, View, welcome
+from palmares.targets import BaseKind
 
 Mask = NDArray[np.bool_]
 
@@ -96,7 +97,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         goal: Goal | None = None,
         cameras: Sequence[str] = (),
         ticks: int = 10,
-        base: Base = "twist",
+        base: BaseKind = "twist",
         threads: int | None = None,
         shaping: Shaping | Literal["apart"] = False,
         discount: float | None = None,
@@ -115,7 +116,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         if single:
             where = "for a single environment only, of gymnasium.make"
             raise TypeError(unexpected(single, BatchEnv, where))
-        one_of("base", base, get_args(Base))
+        one_of("base", base, get_args(BaseKind))
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
         colours = [name for name in names(cameras) if name.endswith(".rgb")]
@@ -174,7 +175,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         of_base = base_space(base, known.specs, task_info.arm)
         motors, middle = np.full(length - len(of_base.low), 0.5), 0.5 * (of_base.low + of_base.high)
         self._scale, self._shift = np.append(of_base.high - middle, motors), np.append(middle, motors)
-        self._base: Base = base
+        self._base: BaseKind = base
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
         self._over = np.zeros(num_envs, dtype=bool)

@@ -16,7 +16,6 @@ from palmares.client import LOCAL, Client
 from palmares.errors import WorldFaultError
 from palmares.gym.fields import (
     Arrays,
-    Base,
     action_space,
     arrays_of,
     arrays_of_scene,
@@ -30,7 +29,7 @@ from palmares.gym.player import Player
 from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.messages import Observation
 from palmares.net.requests import names
-from palmares.targets import joints, pose, twist
+from palmares.targets import BaseKind, joints, pose, twist
 from palmares.wire import BaseTarget
 
 if TYPE_CHECKING:
@@ -129,7 +128,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         noise: Literal["none", "real"] | None = None,
         cameras: Sequence[str] = (),
         ticks: int = 10,
-        base: Base = "twist",
+        base: BaseKind = "twist",
         objects: int | None = None,
         shaping: Shaping | Literal["apart"] = False,
         discount: float | None = None,
@@ -156,7 +155,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         elif render_size is not None or not isinstance(render_camera, str | None):
             raise ValueError("render_size and a View as render_camera need a world in this process: no url")
         one_of("sensing", sensing, ("sensors", "truth"))
-        one_of("base", base, get_args(Base))
+        one_of("base", base, get_args(BaseKind))
         if noise is not None:
             one_of("noise", noise, ("none", "real"))
         shaping = shaping_of(shaping)
@@ -184,7 +183,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.observation: Observation | None = None
         self.observation_space = cast(spaces.Space[Arrays], self._observations())
         motors = len(self._player.hand.motors)
-        self._base: Base = base
+        self._base: BaseKind = base
         of_base = base_space(base, self._player.specs, self._player.arm)
         self.action_space = cast(spaces.Space[Arrays], action_space(base, of_base, motors))
 

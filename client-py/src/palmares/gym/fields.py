@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -14,12 +14,11 @@ from palmares.arrays import array
 from palmares.channels import array_of, early_channels
 from palmares.messages import Observation, Specs
 from palmares.scene import Scene, SceneBody
+from palmares.targets import BaseKind
 from palmares.wire import ArmJointInfo, ChannelInfo
 
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 
-Base: TypeAlias = Literal["twist", "pose", "joints"]
-"""What actions say of the base: its velocities, the pose that it moves to, or the joints of its arm"""
 ACTIONS = {
     "twist": ("base.linear", "base.angular"),
     "pose": ("base.position", "base.quat_xyzw"),
@@ -82,7 +81,7 @@ def box(*shape: int) -> spaces.Box:
     return spaces.Box(-LARGEST, LARGEST, shape, dtype=np.float64)
 
 
-def base_space(base: Base, specs: Specs, arm: Sequence[ArmJointInfo]) -> spaces.Box:
+def base_space(base: BaseKind, specs: Specs, arm: Sequence[ArmJointInfo]) -> spaces.Box:
     """Return the space of an action for the base: (6,) of velocities, (7,) of a pose, (n,) of an arm.
 
     Joints without end are those within half a turn.
@@ -103,7 +102,7 @@ def base_space(base: Base, specs: Specs, arm: Sequence[ArmJointInfo]) -> spaces.
     return spaces.Box(low, high, dtype=np.float64)
 
 
-def action_space(base: Base, of_base: spaces.Box, motors: int) -> spaces.Dict:
+def action_space(base: BaseKind, of_base: spaces.Box, motors: int) -> spaces.Dict:
     """Return the space of actions in SI units: ``twist``, ``pose`` or ``joints``, and ``hand`` (motors,)."""
     found: dict[str, spaces.Space[Any]] = {
         base: of_base,

@@ -14,9 +14,10 @@ from palmares.arguments import table
 from palmares.arrays import Array, array
 from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
-from palmares.gym.fields import Arrays, Base
+from palmares.gym.fields import Arrays
 from palmares.gym.forms import Form, Observations, Sensing
 from palmares.gym.goals import Goal
+from palmares.targets import BaseKind
 
 if TYPE_CHECKING:
     from palmares.sim import World
@@ -83,7 +84,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         sensing: Sensing = "truth",
         observations: Observations = "fields",
         goal: Goal | None = None,
-        base: Base = "twist",
+        base: BaseKind = "twist",
         **options: Any,
     ) -> None:
         options.setdefault("objects", _objects(task))
@@ -96,7 +97,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         actions = cast(spaces.Dict, self.inner.action_space)
         of_base, sigma = cast(spaces.Box, actions[base]), cast(spaces.Box, actions["hand"])
         self._clipping = Clipping()
-        self._base: Base = base
+        self._base: BaseKind = base
         self._middle = array(0.5 * (of_base.low + of_base.high))
         self._half: Array = array(of_base.high) - self._middle
         length = len(self._half) + sigma.shape[0]

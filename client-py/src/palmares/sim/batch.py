@@ -23,12 +23,11 @@ from palmares.sim.pictures import Kind, View, asked, kinds_of
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, State, named, placed, rows_of_contacts, state_of
 from palmares.sim.world import read
+from palmares.targets import BaseKind
 from palmares.training import Training, checked
 from palmares.views import Brief
 
 Arrays: TypeAlias = dict[str, Array]
-Base: TypeAlias = Literal["twist", "pose", "joints"]
-"""What actions say of the base"""
 Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
 
 FIELDS = (("linear", slice(0, 3)), ("angular", slice(3, 6)), ("hand", slice(6, None)))
@@ -104,13 +103,13 @@ class Batch:
         noise: Literal["none", "real"] = "none",
         threads: int | None = None,
         training: Training | None = None,
-        base: Base = "twist",
+        base: BaseKind = "twist",
     ) -> None:
         count = whole("count", count, 1, 100_000)
         threads = 0 if threads is None else whole("threads", threads, 1, 1024)
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        one_of("base", base, get_args(Base))
+        one_of("base", base, get_args(BaseKind))
         hand = one_name("hand", hand, ": the worlds of a batch have one hand; make a Batch for each hand")
         task = one_name("task", task, ": the worlds of a batch have one task; make a Batch for each task")
         checked(training, task)
@@ -406,9 +405,9 @@ class Batch:
     ) -> dict[str, NDArray[Any]]:
         """Draw all worlds on the pool: an array (N, height, width) of each kind.
 
-        Those of ``rgb`` and ``film`` are (N, height, width, 3). The arrays are contiguous; torch takes them
-        without a copy, and jax with one, because it needs addresses that are multiples of 64. The arguments
-        are those of `World.pictures`; ``film`` is that of the first world.
+        Those of ``rgb`` and ``film`` are (N, height, width, 3). The arrays are contiguous; torch and jax
+        take them without a copy. The arguments are those of `World.pictures`; ``film`` is that of the first
+        world.
         """
         return self._native.pictures(asked(camera, size), kinds_of(kinds))
 
