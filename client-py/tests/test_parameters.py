@@ -88,6 +88,24 @@ def test_a_longer_step_is_for_learning_and_near_the_exact_one() -> None:
         World("grasp", "softhand", 3, training=Training(step_ms=0.5))
 
 
+def test_longer_steps_try_out_what_the_exact_run_does_next() -> None:
+    exact = Batch("grasp", "softhand", 1, threads=1)
+    plans = Batch("grasp", "softhand", 2, threads=1, training=Training(step_ms=5, shaping=True))
+    exact.reset([3])
+    plans.reset([3, 4])
+    down = np.array([[0.0, 0.0, -0.2, 0.0, 0.0, 0.0, 0.5]])
+    exact.step(down, 30)
+    for row in (0, 1):
+        plans.restore(row, exact.snapshot(0))
+    exact.step(down, 30)
+    plans.step(np.repeat(down, 2, axis=0), 30)
+    for name in ("base", "objects", "motors"):
+        seen = exact.observe()[name]
+        assert np.abs(plans.observe()[name] - seen).max() < 5e-3
+    with pytest.raises(ValueError, match="another task"):
+        exact.restore(0, plans.snapshot(0))
+
+
 def test_actions_arrive_late_and_with_errors() -> None:
     late = Batch("grasp", "softhand", 2, training=Training(action_delay=(0, 5), action_noise=0.05))
     late.reset([1, 2])

@@ -251,6 +251,33 @@ fn a_varied_run_passes_for_none_of_the_task() {
     }
 }
 
+/// A planner tries out with long steps what the run does next; the run itself never takes a state of long steps.
+#[test]
+fn longer_steps_continue_from_the_task_s_own_and_not_the_other_way() {
+    let task = task("grasp");
+    let longer = |options: Options| options.longest_step(0.005).expect("allowed");
+    let mass = || Options::none(&task).randomise(&task, &hand("softhand"), &["mass"]).expect("declared");
+    let (mut run, mut coarse) = (own(&task, 5), varied(&task, 5, &longer(Options::none(&task))));
+    for tick in 0..20 {
+        run.step(&action(tick)).expect("runs");
+    }
+    coarse.restore(&run.snapshot()).expect("the same task with shorter steps");
+    assert_eq!(coarse.score(), run.score());
+    for tick in 20..40 {
+        run.step(&action(tick)).expect("runs");
+        coarse.step(&action(tick)).expect("runs");
+    }
+    let place = |run: &Run| run.observe(Sensing::Truth).base.position;
+    let apart = (0..3).map(|k| (place(&run)[k] - place(&coarse)[k]).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-3, "{apart}");
+    let other = Err(SnapshotError::Other { what: "task" });
+    assert_eq!(run.restore(&coarse.snapshot()), other);
+    let mut light = varied(&task, 5, &mass());
+    assert_eq!(coarse.restore(&light.snapshot()), other);
+    assert_eq!(light.restore(&coarse.snapshot()), other);
+    varied(&task, 5, &longer(mass())).restore(&light.snapshot()).expect("the same draws");
+}
+
 /// The hand of a run has the numbers that its seed draws, and only its own task has its replays and snapshots.
 #[test]
 fn a_hand_is_drawn_for_each_run() {

@@ -15,6 +15,8 @@ pub(super) struct RunKey {
     hand_hash: String,
     seed: [u8; 32],
     real_noise: bool,
+    /// Hash of the task with its own steps, if these are longer: snapshots of its runs fit, too.
+    finer_task_hash: Option<String>,
 }
 
 impl RunKey {
@@ -26,6 +28,7 @@ impl RunKey {
             hand_hash: hand.content_hash(),
             seed: seed.0,
             real_noise: noise == Noise::Real,
+            finer_task_hash: task.finer().map(str::to_owned),
         }
     }
 
@@ -33,11 +36,12 @@ impl RunKey {
         self.seed == seed.0
     }
 
-    /// The first difference to another key.
+    /// The first difference for which a run of this key cannot continue from a snapshot of another.
     pub(super) fn differs(&self, other: &RunKey) -> Option<&'static str> {
-        let RunKey { task, task_hash, hand, hand_hash, seed, real_noise } = self;
+        let RunKey { task, task_hash, hand, hand_hash, seed, real_noise, finer_task_hash } = self;
+        let of_task = *task_hash == other.task_hash || finer_task_hash.as_ref() == Some(&other.task_hash);
         let differences = [
-            ("task", (task, task_hash) != (&other.task, &other.task_hash)),
+            ("task", *task != other.task || !of_task),
             ("hand", (hand, hand_hash) != (&other.hand, &other.hand_hash)),
             ("seed", *seed != other.seed),
             ("noise", *real_noise != other.real_noise),

@@ -82,6 +82,9 @@ pub struct Task {
     /// See [`Task::content_hash`].
     #[serde(skip)]
     content_hash: String,
+    /// See [`Task::finer`].
+    #[serde(skip)]
+    finer: Option<String>,
     /// In what a learner's run differs; none in every other.
     #[serde(skip)]
     variation: Option<Arc<Variation>>,
@@ -328,8 +331,14 @@ impl Task {
         self.variation.as_deref()
     }
 
-    pub(crate) fn vary(&mut self, variation: Variation, content_hash: String) {
-        (self.variation, self.content_hash) = (Some(Arc::new(variation)), content_hash);
+    /// Content hash of the task that differs from this one only by shorter steps, its own.
+    pub(crate) fn finer(&self) -> Option<&str> {
+        self.finer.as_deref()
+    }
+
+    pub(crate) fn vary(&mut self, variation: Variation, content_hash: String, finer: Option<String>) {
+        self.variation = Some(Arc::new(variation));
+        (self.content_hash, self.finer) = (content_hash, finer);
     }
 
     /// The box of a name.

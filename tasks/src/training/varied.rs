@@ -20,8 +20,16 @@ impl Task {
             task.hand.position = pose.translation.to_array();
             task.hand.quat_xyzw = pose.rotation.to_array();
         }
-        task.vary(variation, content_hash(self, options));
+        let finer = (*step_s != self.step_s).then(|| self.with_own_steps(options));
+        task.vary(variation, content_hash(self, options), finer);
         task
+    }
+
+    /// Content hash of the task of these options with its own steps.
+    fn with_own_steps(&self, options: &Options) -> String {
+        let mut options = options.clone();
+        options.step_s = self.step_s;
+        if options.vary_nothing() { self.content_hash().to_owned() } else { content_hash(self, &options) }
     }
 }
 

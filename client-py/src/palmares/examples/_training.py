@@ -8,6 +8,12 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palmares.arrays import Array, array
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,65 @@ class Learned:
 
 OnPoint = Callable[[Point], None]
 """Called with every point of a curve"""
+
+
+Mask = NDArray[np.bool_]
+Step = Callable[[Array], tuple[Array, Array, Array, Mask, Mask]]
+"""Plays actions (N, actions) in N worlds and begins other runs where some are over; returns observations,
+those before the other runs began, rewards (N,), and whether runs ended and were cut short (N,)"""
+
+
+def vec_env(count: int, observations: int, actions: int, reset: Callable[[], Array], step: Step) -> Any:
+    """Return worlds as an environment of stable-baselines3.
+
+    Args:
+        count: Number of worlds N.
+        observations: Numbers of an observation.
+        actions: Numbers of an action, each −1 to 1.
+        reset: Begins a run in each world; returns observations (N, observations).
+        step: See `Step`.
+
+    """
+    from gymnasium import spaces
+    from stable_baselines3.common.vec_env import VecEnv
+
+    class Worlds(VecEnv):
+        def __init__(self) -> None:
+            observed = spaces.Box(-np.inf, np.inf, (observations,))
+            super().__init__(count, observed, spaces.Box(-1.0, 1.0, (actions,)))
+
+        def reset(self) -> Array:
+            return reset()
+
+        def step_async(self, actions: Array) -> None:
+            self._actions = array(actions)
+
+        def step_wait(self) -> tuple[Array, Array, Mask, list[dict[str, Any]]]:
+            seen, last, rewards, ended, short = step(self._actions)
+            infos: list[dict[str, Any]] = [{} for _ in rewards]
+            for world in np.flatnonzero(ended | short):
+                infos[world] = {
+                    "terminal_observation": last[world],
+                    "TimeLimit.truncated": bool(short[world]),
+                }
+            return seen, rewards, ended | short, infos
+
+        def close(self) -> None:
+            pass
+
+        def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+            return [getattr(self, attr_name, None) for _ in self._get_indices(indices)]
+
+        def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+            raise NotImplementedError
+
+        def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+            raise NotImplementedError
+
+        def env_is_wrapped(self, _: Any, indices: Any = None) -> list[bool]:
+            return [False for _ in self._get_indices(indices)]
+
+    return Worlds()
 
 
 def learn(

@@ -29,7 +29,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palmares import Training
 from palmares.arrays import Array, array
@@ -44,7 +43,7 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, OnPoint, learn, main
+from palmares.examples._training import Learned, Mask, OnPoint, learn, main, vec_env
 from palmares.examples.grasp_sensors import find_object
 from palmares.examples.train_grasp_cem import CLOSE_S, GRIP_S, LIFT_S
 from palmares.sim import Batch, World
@@ -198,44 +197,14 @@ class Decisions:
 
 def as_vec_env(decisions: Decisions) -> Any:
     """Return decisions as an environment of stable-baselines3; when the runs are over, others begin."""
-    from gymnasium import spaces
-    from stable_baselines3.common.vec_env import VecEnv
 
-    class DecisionsVecEnv(VecEnv):
-        def __init__(self) -> None:
-            observed = spaces.Box(-np.inf, np.inf, (OBSERVATIONS,), dtype=np.float64)
-            super().__init__(decisions.batch.count, observed, spaces.Box(-1.0, 1.0, (ACTIONS,)))
+    def step(actions: Array) -> tuple[Array, Array, Array, Mask, Mask]:
+        last, rewards, over = decisions.step(actions)
+        seen = decisions.reset() if over else last
+        ended = np.full(len(rewards), over)
+        return seen, last, REWARD * rewards, ended, np.zeros_like(ended)
 
-        def reset(self) -> Array:
-            return decisions.reset()
-
-        def step_async(self, actions: Array) -> None:
-            self._actions = array(actions)
-
-        def step_wait(self) -> tuple[Array, Array, NDArray[np.bool_], list[dict[str, Any]]]:
-            obs, rewards, over = decisions.step(self._actions)
-            infos: list[dict[str, Any]] = [{} for _ in rewards]
-            if over:
-                infos = [{"terminal_observation": last, "TimeLimit.truncated": False} for last in obs]
-                obs = decisions.reset()
-            return obs, REWARD * rewards, np.full(len(rewards), over), infos
-
-        def close(self) -> None:
-            pass
-
-        def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-            return [getattr(decisions, attr_name, None) for _ in self._get_indices(indices)]
-
-        def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-            raise NotImplementedError
-
-        def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
-            raise NotImplementedError
-
-        def env_is_wrapped(self, _: Any, indices: Any = None) -> list[bool]:
-            return [False for _ in self._get_indices(indices)]
-
-    return DecisionsVecEnv()
+    return vec_env(decisions.batch.count, OBSERVATIONS, ACTIONS, decisions.reset, step)
 
 
 def play(model: Any, decisions: Decisions) -> float:

@@ -27,7 +27,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palmares import Training
 from palmares.arrays import Array, array
@@ -41,7 +40,7 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, OnPoint, learn, main
+from palmares.examples._training import Learned, Mask, OnPoint, learn, main, vec_env
 from palmares.sim import Batch, Snapshot
 from palmares.skills.motion import UP
 
@@ -75,7 +74,6 @@ TENSION = 2.0
 SAC_STEPS = 20
 """Steps of SAC's optimisers for each decision of all worlds"""
 
-Mask = NDArray[np.bool_]
 Learner = Literal["ppo", "sac"]
 UPDATES: dict[Learner, int] = {"ppo": 32, "sac": 10}
 """Updates of a training"""
@@ -233,50 +231,6 @@ class Lifts:
         )
 
 
-def as_vec_env(lifts: Lifts) -> Any:
-    """Return the runs as an environment of stable-baselines3."""
-    from gymnasium import spaces
-    from stable_baselines3.common.vec_env import VecEnv
-
-    class LiftsVecEnv(VecEnv):
-        def __init__(self) -> None:
-            observed = spaces.Box(-np.inf, np.inf, (OBSERVATIONS,))
-            super().__init__(lifts.batch.count, observed, spaces.Box(-1.0, 1.0, (ACTIONS,)))
-
-        def reset(self) -> Array:
-            return lifts.reset()
-
-        def step_async(self, actions: Array) -> None:
-            self._actions = array(actions)
-
-        def step_wait(self) -> tuple[Array, Array, Mask, list[dict[str, Any]]]:
-            seen, last, rewards, ended, short = lifts.step(self._actions)
-            infos: list[dict[str, Any]] = [{} for _ in rewards]
-            for world in np.flatnonzero(ended | short):
-                infos[world] = {
-                    "terminal_observation": last[world],
-                    "TimeLimit.truncated": bool(short[world]),
-                }
-            return seen, rewards, ended | short, infos
-
-        def close(self) -> None:
-            pass
-
-        def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-            return [getattr(lifts, attr_name, None) for _ in self._get_indices(indices)]
-
-        def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-            raise NotImplementedError
-
-        def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
-            raise NotImplementedError
-
-        def env_is_wrapped(self, _: Any, indices: Any = None) -> list[bool]:
-            return [False for _ in self._get_indices(indices)]
-
-    return LiftsVecEnv()
-
-
 def play(model: Any, lifts: Lifts) -> list[float]:
     """Play a run in each world without exploration; return the scores."""
     seen = lifts.reset()
@@ -361,7 +315,8 @@ def train(
     lifts = Lifts(
         worlds, seeds, rng, shaping=shaping, curriculum=curriculum, step_ms=STEP_MS, threads=threads
     )
-    model = learner_of(learner, as_vec_env(lifts), seed)
+    env = vec_env(worlds, OBSERVATIONS, ACTIONS, lifts.reset, lifts.step)
+    model = learner_of(learner, env, seed)
     scores: list[float] = []
 
     def improve() -> float:
