@@ -75,7 +75,7 @@ SAC_STEPS = 20
 """Steps of SAC's optimisers for each decision of all worlds"""
 
 Learner = Literal["ppo", "sac"]
-UPDATES: dict[Learner, int] = {"ppo": 32, "sac": 10}
+UPDATES: dict[Learner, int] = {"ppo": 32, "sac": 20}
 """Updates of a training"""
 
 
@@ -250,9 +250,15 @@ def learner_of(name: Learner, env: Any, seed: int) -> Any:
             learning_rate=1e-3,
             gamma=0.95,
             learning_starts=env.num_envs * DECISIONS,
-            gradient_steps=SAC_STEPS,
-            ent_coef="auto_0.1",
-            policy_kwargs={"net_arch": [64, 64]},
+            train_freq=DECISIONS,
+            gradient_steps=SAC_STEPS * DECISIONS,
+            # A run has about one point: at larger temperatures the policy stays random.
+            ent_coef="auto_0.02",
+            # Exploration that lasts as long as a run (gSDE, Raffin et al. 2022) finds the way up, which takes
+            # several decisions with the fingers closed.
+            use_sde=True,
+            use_sde_at_warmup=True,
+            policy_kwargs={"net_arch": [64, 64], "log_std_init": -1.0},
             seed=seed,
             device="cpu",
         )
