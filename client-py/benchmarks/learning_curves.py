@@ -37,7 +37,7 @@ PART = "training"
 STRONG = "softhand_strong"
 HAND_TESTS = 40
 """Test scenes with each other hand"""
-PLANS, HORIZON, LIMIT_S = 16, 8, 15.0
+PLANS, HORIZON, LIMIT_S = 16, 5, 20.0
 """Plans of `mppi_grasp`, their actions, and time of a run"""
 T_95 = {2: 12.71, 3: 4.30, 4: 3.18, 5: 2.78, 6: 2.57, 7: 2.45, 8: 2.36, 9: 2.31, 10: 2.26}
 """Student's t of a two-sided 95 % interval, by the number of values"""
@@ -149,7 +149,7 @@ def planned(folder: Path, count: int = 5) -> list[dict[str, Any]]:
         file = folder / f"mppi_{seed}.json"
         known = current(file, "mppi_grasp")
         if known is None:
-            score, pace = mppi_grasp.play(seed, PLANS, HORIZON, LIMIT_S, 1)
+            score, pace = mppi_grasp.play(seed, PLANS, HORIZON, LIMIT_S, 2)
             known = {"seed": seed, "score": score, "pace": pace} | fields_of("mppi_grasp")
             file.write_text(json.dumps(known) + "\n")
             print(f"{file.name}: {score:.2f}", flush=True)
@@ -276,8 +276,8 @@ motor (`{STRONG}`, {HAND_TESTS} scenes), and with hands drawn from the ranges of
         text += f"""
 ## Planning
 
-`mppi_grasp.py` with {PLANS} plans of {HORIZON / 10:.1f} s and one thread, for {LIMIT_S:.0f} s of a run.
-*Pace*: time of the scene over time of the planning.
+`mppi_grasp.py` with {PLANS} plans of {HORIZON * mppi_grasp.TICKS / 100:.1f} s and two threads, for at most
+{LIMIT_S:.0f} s of a run. *Pace*: time of the scene over time of the planning; 1 is real time.
 
 | scene | score | pace |
 |---|---|---|

@@ -145,8 +145,15 @@ test('the latency from an input to its frame is measured', async ({ page, server
 
 test('typed targets move base and motors, and a reload keeps the run', async ({ page, server }) => {
   await start(page, server.url);
-  const targets = [0.1, 0.05, 0.5];
-  for (const [k, name] of ['x', 'y', 'z'].entries()) await page.getByLabel(`Target ${name}, m`).fill(String(targets[k]));
+  const targets = [0.1234, 0.05, 0.5];
+  // Only a number out of range is marked as wrong, not one between the steps of the arrows.
+  const x = page.getByLabel('Target x, m');
+  for (const [value, width] of [['1000', '2px'], ['0.1234', '1px']] as const) {
+    await x.fill(value);
+    await page.keyboard.press('Tab');
+    await expect(x).toHaveCSS('border-top-width', width);
+  }
+  for (const [k, name] of ['y', 'z'].entries()) await page.getByLabel(`Target ${name}, m`).fill(String(targets[k + 1]));
   await page.getByRole('button', { name: 'Go to the target' }).click();
   const away = async (): Promise<number> => Math.hypot(...(await base(page)).map((x, k) => x - (targets[k] ?? 0)));
   await expect.poll(away, { timeout: 30_000 }).toBeLessThan(1e-3);

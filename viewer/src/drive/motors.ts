@@ -19,7 +19,7 @@ export class Motors {
     const [least, most] = [spec?.minimum ?? 0, spec?.maximum ?? 1];
     this.rows = motors.map((motor, k): Row => {
       const slider = el('input', { type: 'range', id: `motor-${k}`, min: least, max: most, step: 'any', value: motor.command });
-      const target = el('input', { type: 'number', min: least, max: most, step: 0.01, 'aria-label': `${motor.name}, target` });
+      const target = el('input', { type: 'number', class: 'any-step', min: least, max: most, step: 0.01, 'aria-label': `${motor.name}, target` });
       const row = { slider, target, state: el('p', { class: 'hint num' }) };
       target.addEventListener('change', (event) => {
         // An empty field keeps the target; the slider keeps to its limits.

@@ -2,11 +2,11 @@
 
     python -m palmares.examples.mppi_grasp --seed 5
 
-Every tenth of a second a batch of worlds continues from a snapshot of the run, each with its own disturbed
-plan. The plans are averaged, those of small cost with large weight (Williams et al. 2017, *Information
-theoretic MPC for model-based reinforcement learning*), and the run takes the first action of the average. The
-plans are tried with long steps of the integration, the run has the task's own. The result is the same for any
-number of threads.
+Every 0.2 s a batch of worlds continues from a snapshot of the run, each with its own disturbed plan. The
+plans are averaged, those of small cost with large weight (Williams et al. 2017, *Information theoretic MPC
+for model-based reinforcement learning*), and the run takes the first action of the average. The plans are
+tried with long steps of the integration, the run has the task's own. The result is the same for any number
+of threads.
 """
 
 from __future__ import annotations
@@ -22,22 +22,29 @@ from palmares.arrays import Array
 from palmares.rotation import matrix_of
 from palmares.sim import Batch
 from palmares.sim.batch import Stepped
+from palmares.skills.motion import UP
 
 TASK, HAND = "grasp", "softhand"
-TICKS = 10
-"""Ticks of an action: 0.1 s"""
+TICKS = 20
+"""Ticks of an action: 0.2 s"""
 STEP_MS = 5.0
 """Longest step with which plans are tried"""
 LIMITS = np.array([0.4, 0.4, 0.4, 1.0, 1.0, 1.0, 1.0])
 """Largest velocities of the base, m/s and rad/s, and σ"""
 SPREAD = np.array([0.24, 0.24, 0.24, 0.6, 0.6, 0.6, 0.3])
-"""Standard deviation of the disturbances"""
+"""Standard deviation of the largest disturbances"""
+LEAST = 0.15
+"""That of the smallest, as a part of it: large ones find a way, small ones make it exact"""
 GRASP_CENTRE = np.array([0.049, 0.010, 0.192])
 """Where the fingers close, in the base's frame, m: docs/teams.md has it for each hand"""
 PALM = np.array([1.0, 0.0, 0.0])
 """Normal of the palm in the base's frame"""
 COLDNESS = 0.15
 """Costs count relative to this part of their standard deviation"""
+TURNED_M = 0.2
+"""Height over the object at which the hand turns its palm down"""
+NEAR_M = 0.05
+"""The hand closes within this distance"""
 
 
 @dataclass
@@ -46,7 +53,7 @@ class Planner:
 
     Attributes:
         worlds: K worlds of the run's task and hand.
-        plan: (H, 7), the actions of the next H tenths of a second.
+        plan: (H, 7), the next H actions.
         rng: Draws disturbances.
         height: Height of the object at the start, m.
 
@@ -64,11 +71,10 @@ class Planner:
             self.worlds.restore(world, snapshot)
         steps = len(self.plan)
         # Each disturbance lasts two actions, which explores farther than one that changes at each.
-        noise = np.repeat(self.rng.normal(size=(self.worlds.count, (steps + 1) // 2, 7)), 2, axis=1)[
-            :, :steps
-        ]
+        noise = np.repeat(self.rng.normal(size=(self.worlds.count, (steps + 1) // 2, 7)), 2, axis=1)
+        noise *= np.geomspace(LEAST, 1.0, self.worlds.count)[:, np.newaxis, np.newaxis]
         noise[0] = 0.0
-        plans = np.clip(self.plan + noise * SPREAD, -LIMITS, LIMITS)
+        plans = np.clip(self.plan + noise[:, :steps] * SPREAD, -LIMITS, LIMITS)
         plans[..., 6] = plans[..., 6].clip(0.0, 1.0)
         costs = np.zeros(self.worlds.count)
         for step in range(steps):
@@ -84,11 +90,13 @@ class Planner:
         observed, touch = stepped.observations, (self.worlds.potential or {})["contact"]
         turns = np.array([matrix_of(quat) for quat in observed["base"][:, 3:7]])
         target = observed["objects"][:, 0]
-        distance = np.linalg.norm(observed["base"][:, :3] + turns @ GRASP_CENTRE - target[:, :3], axis=1)
-        down = -(turns @ PALM)[:, 2]
+        tilt = (1.0 + (turns @ PALM)[:, 2]).clip(0.0, 1.0)
         lifted = (target[:, 2] - self.height).clip(0.0, 0.15) * (touch > 0.2)
+        aim = target[:, :3] + np.outer(TURNED_M * tilt * (lifted < 0.01), UP)
+        distance = np.linalg.norm(observed["base"][:, :3] + turns @ GRASP_CENTRE - aim, axis=1)
+        early = observed["motors"][:, 0, 0] * (distance - NEAR_M).clip(0.0, 0.1)
         speed = np.linalg.norm(target[:, 7:10], axis=1)
-        cost: Array = 4.0 * distance - 0.3 * down - 3.0 * touch - 60.0 * lifted + 0.05 * speed
+        cost: Array = 4.0 * distance + tilt + 10.0 * early - 3.0 * touch - 60.0 * lifted + 0.05 * speed
         return cost - 3.0 * stepped.rewards
 
 
@@ -116,9 +124,9 @@ def main() -> None:
     """Play a scene and print the outcome."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=5)
-    parser.add_argument("--worlds", type=int, default=32, help="plans that are tried out each time")
-    parser.add_argument("--horizon", type=int, default=10, help="actions of a plan, 0.1 s each")
-    parser.add_argument("--limit", type=float, default=25.0, help="time of the run, s")
+    parser.add_argument("--worlds", type=int, default=16, help="plans that are tried out each time")
+    parser.add_argument("--horizon", type=int, default=5, help="actions of a plan, 0.2 s each")
+    parser.add_argument("--limit", type=float, default=20.0, help="time of the run, s")
     parser.add_argument("--threads", type=int, help="one for each core when left out")
     options = parser.parse_args()
     score, factor = play(options.seed, options.worlds, options.horizon, options.limit, options.threads)

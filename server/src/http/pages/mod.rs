@@ -112,6 +112,10 @@ pub(super) async fn nothing_here(
             li { a href="/live" { "Live" } ": the runs that are being played" }
             li { a href="/replay" { "Replay" } ": finished runs, or a file" }
             li { a href="/hands" { "Hands" } ": the hands, with their figures" }
+            @if !competition.rules.official() {
+                li { a href="/drive" { "Drive" } ": a hand, moved by yourself" }
+            }
+            li { a href="/wall" { "Wall" } ": the event on a projector" }
             li { a href="/docs" { "Documents" } ": the guides, with a search" }
         }
     };
