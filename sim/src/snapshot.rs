@@ -53,4 +53,16 @@ impl World {
         (work.outcome, work.fault) = (from.outcome, from.fault);
         work.loads.clear();
     }
+
+    /// Continues with its own steps from a snapshot of a world whose steps are so long, s, but which is the
+    /// same otherwise. What is counted in steps is converted; the first step does not use the one before.
+    pub fn resume_from_steps(&mut self, from: &Snapshot, step_s: f64) {
+        self.resume(from);
+        let share = step_s / self.model().config().step_s;
+        self.state.earlier.smooth = false;
+        self.state.substeps = 0;
+        for sleep in &mut self.state.sleep {
+            sleep.still_steps = (f64::from(sleep.still_steps) * share) as u32;
+        }
+    }
 }

@@ -146,9 +146,9 @@ test('the latency from an input to its frame is measured', async ({ page, server
 test('typed targets move base and motors, and a reload keeps the run', async ({ page, server }) => {
   await start(page, server.url);
   const targets = [0.1234, 0.05, 0.5];
-  // Only a number out of range is marked as wrong, not one between the steps of the arrows.
+  // A number out of range and none at all are marked as wrong, not one between the steps of the arrows.
   const x = page.getByLabel('Target x, m');
-  for (const [value, width] of [['1000', '2px'], ['0.1234', '1px']] as const) {
+  for (const [value, width] of [['1000', '2px'], ['', '2px'], ['0.1234', '1px']] as const) {
     await x.fill(value);
     await page.keyboard.press('Tab');
     await expect(x).toHaveCSS('border-top-width', width);

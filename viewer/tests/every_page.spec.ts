@@ -31,6 +31,15 @@ async function look(page: Page, name: string): Promise<void> {
   }
 }
 
+/** Most bytes of a page's first load. */
+const FIRST_LOAD = 250_000;
+
+/** Bytes of a page with its scripts and styles, as they were sent; without pictures, and without the data that it asks for. */
+const sent = (page: Page): Promise<number> => page.evaluate(() => {
+  const entries = [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')] as PerformanceResourceTiming[];
+  return entries.filter(({ initiatorType }) => !['fetch', 'xmlhttprequest', 'img'].includes(initiatorType)).reduce((sum, { encodedBodySize }) => sum + encodedBodySize, 0);
+});
+
 /** Pages of a practice server, and how to wait for each. */
 const pages = (run: string): [name: string, address: string, ready: (page: Page) => Promise<unknown>][] => [
   ['leaderboard', '/', (page) => page.getByText('Live.').waitFor()],
@@ -64,6 +73,10 @@ test('pages of a practice server', async ({ page, server }) => {
       continue;
     }
     await ready(page);
+    const bytes = await sent(page);
+    // The library that draws is larger.
+    expect.soft(bytes, `${name}: first load`).toBeGreaterThan(await page.locator('main.stage-page').count() > 0 ? 100_000 : 1000);
+    expect.soft(bytes, `${name}: first load`).toBeLessThanOrEqual(FIRST_LOAD);
     await look(page, name);
   }
   // The wall's live pane.

@@ -37,23 +37,28 @@ impl Run {
         }
     }
 
-    /// Continues from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
+    /// Continues from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit. A run with longer
+    /// steps than the task's own also continues from a snapshot of the same run with these, near to how that one goes on.
     ///
     /// # Errors
     /// The snapshot is of another run, or its bytes have been changed. The run stays as it was.
     pub fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
         let own = self.key();
+        let same_steps = own.is_of_task(&from.key);
         if !Arc::ptr_eq(own, &from.key)
             && let Some(what) = own.differs(&from.key)
         {
             return Err(SnapshotError::Other { what });
         }
-        if !from.taken_here
+        if !(from.taken_here && same_steps)
             && let Some(what) = self.unfit(from)
         {
             return Err(SnapshotError::Unfit { what });
         }
-        self.world.resume(&from.world);
+        match self.task.finer().filter(|_| !same_steps) {
+            Some(finer) => self.world.resume_from_steps(&from.world, finer.step_s),
+            None => self.world.resume(&from.world),
+        }
         self.sensors.restore(&from.sensors);
         self.referee.restore(&from.referee);
         self.pose_history.clone_from(&from.pose_history);
@@ -134,6 +139,7 @@ impl Run {
     }
 
     fn key(&self) -> &Arc<RunKey> {
-        self.key.get_or_init(|| Arc::new(RunKey::new(&self.task, &self.hand, self.seed, self.noise)))
+        self.key
+            .get_or_init(|| Arc::new(RunKey::new(&self.task, &self.hand, self.seed, self.noise, &self.scene)))
     }
 }

@@ -1,13 +1,16 @@
 //! Identifies the run of a snapshot.
 
+use crate::scene::Scene;
 use crate::seed::Seed;
 use crate::sensing::Noise;
-use crate::task::Task;
+use crate::task::{Task, Variation};
+use palmares_models::content::ContentHash;
 use palmares_models::hand::Hand;
 use serde::{Deserialize, Serialize};
 
-/// Key of a run: a run with the same key (scene, hand and sensors) can continue from a snapshot.
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Key of a run: a run of the same task, hand, seed and sensors can continue from a snapshot, one with longer steps also from
+/// that of the same scene with the task's own.
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct RunKey {
     task: String,
     task_hash: String,
@@ -15,12 +18,14 @@ pub(super) struct RunKey {
     hand_hash: String,
     seed: [u8; 32],
     real_noise: bool,
-    /// Hash of the task with its own steps, if these are longer: snapshots of its runs fit, too.
+    /// Hash of the task with its own steps, if these are longer.
     finer_task_hash: Option<String>,
+    /// Of the scene: objects settle with the task's steps, and what does not settle is drawn again.
+    scene_hash: String,
 }
 
 impl RunKey {
-    pub(super) fn new(task: &Task, hand: &Hand, seed: Seed, noise: Noise) -> Self {
+    pub(super) fn new(task: &Task, hand: &Hand, seed: Seed, noise: Noise, scene: &Scene) -> Self {
         RunKey {
             task: task.name.clone(),
             task_hash: task.content_hash().to_owned(),
@@ -28,8 +33,14 @@ impl RunKey {
             hand_hash: hand.content_hash(),
             seed: seed.0,
             real_noise: noise == Noise::Real,
-            finer_task_hash: task.finer().map(str::to_owned),
+            finer_task_hash: task.finer().map(|finer| finer.content_hash.clone()),
+            scene_hash: hash_of(task, scene),
         }
+    }
+
+    /// Whether it is of the same task, with the same steps.
+    pub(super) fn is_of_task(&self, other: &RunKey) -> bool {
+        self.task_hash == other.task_hash
     }
 
     pub(super) fn is_of(&self, seed: Seed) -> bool {
@@ -38,14 +49,29 @@ impl RunKey {
 
     /// The first difference for which a run of this key cannot continue from a snapshot of another.
     pub(super) fn differs(&self, other: &RunKey) -> Option<&'static str> {
-        let RunKey { task, task_hash, hand, hand_hash, seed, real_noise, finer_task_hash } = self;
-        let of_task = *task_hash == other.task_hash || finer_task_hash.as_ref() == Some(&other.task_hash);
+        let finer = self.finer_task_hash.as_ref() == Some(&other.task_hash);
         let differences = [
-            ("task", *task != other.task || !of_task),
-            ("hand", (hand, hand_hash) != (&other.hand, &other.hand_hash)),
-            ("seed", *seed != other.seed),
-            ("noise", *real_noise != other.real_noise),
+            ("task", self.task != other.task || !(self.is_of_task(other) || finer)),
+            ("hand", (&self.hand, &self.hand_hash) != (&other.hand, &other.hand_hash)),
+            ("seed", self.seed != other.seed),
+            ("noise", self.real_noise != other.real_noise),
+            ("scene", finer && self.scene_hash != other.scene_hash),
         ];
         differences.into_iter().find(|(_, differs)| *differs).map(|(what, _)| what)
     }
+}
+
+/// Hash of what is drawn for a scene, but for the places.
+fn hash_of(task: &Task, scene: &Scene) -> String {
+    let mut hash = ContentHash::of("palmares scene 1");
+    for body in scene.bodies.iter().filter(|body| body.free) {
+        hash.text(&body.name);
+        hash.float(body.mass);
+        hash.floats(&body.com);
+        hash.float(body.friction);
+    }
+    hash.float(task.variation().map_or(1.0, Variation::sensor_noise));
+    hash.floats(&task.hand.position);
+    hash.floats(&task.hand.quat_xyzw);
+    hash.to_hex()
 }

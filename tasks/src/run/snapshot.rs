@@ -60,7 +60,7 @@ pub enum SnapshotError {
     /// The snapshot is of another run.
     #[error("the snapshot has another {what} than this run")]
     Other {
-        /// `task`, `hand`, `seed` or `noise`.
+        /// `task`, `hand`, `seed`, `noise` or `scene`.
         what: &'static str,
     },
     /// The snapshot names this run, but its bytes and their digest were changed.

@@ -84,10 +84,17 @@ pub struct Task {
     content_hash: String,
     /// See [`Task::finer`].
     #[serde(skip)]
-    finer: Option<String>,
+    finer: Option<Finer>,
     /// In what a learner's run differs; none in every other.
     #[serde(skip)]
     variation: Option<Arc<Variation>>,
+}
+
+/// What a task with longer steps was with its own.
+#[derive(Clone, Debug)]
+pub(crate) struct Finer {
+    pub(crate) content_hash: String,
+    pub(crate) step_s: f64,
 }
 
 /// A task that cannot be used.
@@ -331,12 +338,12 @@ impl Task {
         self.variation.as_deref()
     }
 
-    /// Content hash of the task that differs from this one only by shorter steps, its own.
-    pub(crate) fn finer(&self) -> Option<&str> {
-        self.finer.as_deref()
+    /// The task that differs from this one only by shorter steps, its own.
+    pub(crate) fn finer(&self) -> Option<&Finer> {
+        self.finer.as_ref()
     }
 
-    pub(crate) fn vary(&mut self, variation: Variation, content_hash: String, finer: Option<String>) {
+    pub(crate) fn vary(&mut self, variation: Variation, content_hash: String, finer: Option<Finer>) {
         self.variation = Some(Arc::new(variation));
         (self.content_hash, self.finer) = (content_hash, finer);
     }

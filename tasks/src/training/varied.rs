@@ -4,7 +4,7 @@ use super::options::Options;
 use crate::hand_draw::HandDraw;
 use crate::seed::Seed;
 use crate::start::start_pose;
-use crate::task::{ActionErrors, Given, HandPoses, ObjectPoses, Ranges, Task, Variation};
+use crate::task::{ActionErrors, Finer, Given, HandPoses, ObjectPoses, Ranges, Task, Variation};
 use palmares_models::content::ContentHash;
 
 impl Task {
@@ -25,11 +25,13 @@ impl Task {
         task
     }
 
-    /// Content hash of the task of these options with its own steps.
-    fn with_own_steps(&self, options: &Options) -> String {
+    /// The task of these options with its own steps.
+    fn with_own_steps(&self, options: &Options) -> Finer {
         let mut options = options.clone();
         options.step_s = self.step_s;
-        if options.vary_nothing() { self.content_hash().to_owned() } else { content_hash(self, &options) }
+        let own = options.vary_nothing();
+        let content_hash = if own { self.content_hash().to_owned() } else { content_hash(self, &options) };
+        Finer { content_hash, step_s: self.step_s }
     }
 }
 

@@ -23,7 +23,7 @@ export function quatOf(degrees: Vec3): Quat {
 
 export class PoseForm {
   readonly element: HTMLElement;
-  private readonly inputs = NAMES.map((label, k) => el('input', { id: `pose-${k}`, type: 'number', class: 'any-step', step: k < 3 ? 0.01 : 1, required: true, 'aria-label': `Target ${label}` }));
+  private readonly inputs = NAMES.map((label, k) => el('input', { id: `pose-${k}`, type: 'number', class: 'any-step', step: k < 3 ? 0.01 : 1, placeholder: ' ', required: true, 'aria-label': `Target ${label}` }));
   private readonly shown = NAMES.map(() => el('td', { class: 'n num' }, '–'));
   private now: number[] | null = null;
 

@@ -42,7 +42,7 @@ PALM = np.array([1.0, 0.0, 0.0])
 COLDNESS = 0.15
 """Costs count relative to this part of their standard deviation"""
 TURNED_M = 0.2
-"""Height over the object at which the hand turns its palm down"""
+"""The hand aims this high above the object while its palm is horizontal, and lower the more it looks down"""
 NEAR_M = 0.05
 """The hand closes within this distance"""
 
@@ -72,8 +72,8 @@ class Planner:
         steps = len(self.plan)
         # Each disturbance lasts two actions, which explores farther than one that changes at each.
         noise = np.repeat(self.rng.normal(size=(self.worlds.count, (steps + 1) // 2, 7)), 2, axis=1)
-        noise *= np.geomspace(LEAST, 1.0, self.worlds.count)[:, np.newaxis, np.newaxis]
         noise[0] = 0.0
+        noise[1:] *= np.geomspace(LEAST, 1.0, self.worlds.count - 1)[:, np.newaxis, np.newaxis]
         plans = np.clip(self.plan + noise[:, :steps] * SPREAD, -LIMITS, LIMITS)
         plans[..., 6] = plans[..., 6].clip(0.0, 1.0)
         costs = np.zeros(self.worlds.count)
@@ -86,7 +86,11 @@ class Planner:
         return first
 
     def cost(self, stepped: Stepped) -> Array:
-        """Return the cost of each world's state: far away, palm not down, little contact, not lifted."""
+        """Return the cost of each world's state.
+
+        The hand is far away, its palm not down, it closes too early, touches little; the object is not lifted
+        or fast.
+        """
         observed, touch = stepped.observations, (self.worlds.potential or {})["contact"]
         turns = np.array([matrix_of(quat) for quat in observed["base"][:, 3:7]])
         target = observed["objects"][:, 0]

@@ -430,7 +430,8 @@ class Batch:
         """Set a world to a snapshot of the same task, hand and noise.
 
         With a snapshot of another seed the world becomes a run of that seed. A batch with `Training.step_ms`
-        also takes snapshots of the same runs with the task's own steps, and continues with its longer ones.
+        also takes snapshots of runs with the task's own steps, if all other options are equal, and continues
+        with its longer ones.
         """
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))

@@ -203,7 +203,8 @@ class World:
         """Go back to a snapshot of this world, or of another of the same task, hand and noise.
 
         The world then continues bit for bit as the original did; with a snapshot of another seed, in that
-        seed's scene. Return the observation of that tick.
+        seed's scene. A world with `Training.step_ms` also takes a snapshot of the same run with the task's
+        own steps, and continues with its longer ones. Return the observation of that tick.
 
         Raises:
             ValueError: The snapshot is of another task or hand, or of another version of the package.
