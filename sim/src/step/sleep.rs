@@ -96,4 +96,30 @@ mod tests {
             height(1)
         );
     }
+
+    /// A box on the ground.
+    fn resting(step_s: f64) -> World {
+        let mut model = Model::new(Config::with_step(step_s), None).expect("no hand");
+        model.add_ground(0.0, 0.5);
+        let cube = Shape::Box { half_extents: [0.05; 3], rounding: 0.0 };
+        let object = Object::new("cube", vec![(Pose::IDENTITY, cube)], 1.0, 0.5, 0.0).expect("sound");
+        model.add_object(Arc::new(object)).expect("it fits");
+        let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.0, 0.0, 0.05)]);
+        World::new(Arc::new(model), state)
+    }
+
+    #[test]
+    fn longer_steps_take_over_the_time_of_stillness() {
+        let (mut exact, mut coarse) = (resting(0.001), resting(0.005));
+        let command = Command::stay(exact.model(), Pose::IDENTITY);
+        for _ in 0..150 {
+            exact.step(&command);
+        }
+        let still = exact.state().sleep[0].still_steps;
+        assert!(still > 50 && !exact.state().sleep[0].asleep, "{still}");
+        coarse.resume_from_steps(&exact.snapshot(), 0.001);
+        assert_eq!(coarse.state().sleep[0].still_steps, still / 5);
+        coarse.step(&command);
+        assert!(!coarse.state().sleep[0].asleep);
+    }
 }
