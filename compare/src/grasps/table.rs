@@ -199,18 +199,6 @@ impl Table {
 
     /// All drawn families together with a hand, for every engine with its settings, at every step.
     pub(crate) fn drawn(&self, hand: &str) -> Vec<Sum<'_>> {
-        self.drawn_at(hand, &self.steps_ms)
-    }
-
-    /// The steps at which every engine has played every drawn grasp of a hand with each of its settings.
-    pub(crate) fn common_steps(&self, hand: &str) -> Vec<f64> {
-        let sums = self.drawn(hand);
-        let played = |k: usize| sums.iter().all(|sum| sum.counts[k].of + sum.counts[k].not_finished > 0);
-        (0..self.steps_ms.len()).filter(|k| played(*k)).map(|k| self.steps_ms[k]).collect()
-    }
-
-    /// All drawn families together with a hand, for every engine with its settings, at these steps.
-    pub(crate) fn drawn_at(&self, hand: &str, steps_ms: &[f64]) -> Vec<Sum<'_>> {
         let drawn = |row: &&Row| Family::DRAWN.iter().any(|family| row.family == family.name());
         let mut sums = Vec::new();
         for [engine, settings, _] in &self.engines {
@@ -219,9 +207,9 @@ impl Table {
             if !rows.is_empty() {
                 let cells = |row: &Row| -> Vec<Cell> {
                     let of = |step_ms: &f64| row.cells.iter().find(|cell| cell.step_ms == *step_ms).cloned();
-                    steps_ms.iter().filter_map(of).collect()
+                    self.steps_ms.iter().filter_map(of).collect()
                 };
-                let mut counts = vec![Count::default(); steps_ms.len()];
+                let mut counts = vec![Count::default(); self.steps_ms.len()];
                 let mut flips = Flips::default();
                 for cells in rows.into_iter().map(cells) {
                     for (count, cell) in counts.iter_mut().zip(&cells) {

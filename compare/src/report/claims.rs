@@ -1,14 +1,10 @@
 //! Statements of README.md and docs/physics.md about the peers: written from the committed reports between
 //! two marks, and compared with them by a test. ARCHITECTURE.md has none.
 
-use super::comparison::Comparison;
+use super::comparison::{Comparison, distinct};
 use super::dominance::{PeerResult, Verdict};
-use super::passes::BY_STARTS;
 use super::runner::read;
 use crate::engine::EngineKind;
-use crate::grasps::table::{Sum, Table, best};
-use crate::search::table as search;
-use crate::trials::family::HandKind;
 use anyhow::{Context, Result, bail};
 use std::fmt::Write;
 use std::fs;
@@ -19,11 +15,9 @@ pub const BEGIN: &str = "<!-- claims: written by `palmares-compare claims --writ
 /// The mark after them.
 pub const END: &str = "<!-- end of claims -->";
 
-/// The reports, the counted grasps and the search, in the repository. Where two reports have a case, the last one counts.
+/// The reports, in the repository. Where two reports have a case, the last one counts.
 const REPORTS: [&str; 3] =
     ["docs/report/report.json", "docs/report/further/report.json", "docs/report/hands/report.json"];
-const GRASPS: &str = "docs/report/grasps/grasps.json";
-const SEARCH: &str = "docs/report/search/search.json";
 
 /// The documents whose claims differ from the committed reports.
 ///
@@ -55,6 +49,8 @@ pub fn write(root: &Path) -> Result<()> {
 fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
     let made = REPORTS.iter().map(|file| root.join(file)).filter(|file| file.exists());
     let mut reports = made.map(|file| read(&file)).collect::<Result<Vec<_>>>()?;
+    // What is said of another engine is said of the one that is built.
+    reports.retain(|report| report.record.engine == palmares_tasks::identity::fingerprint());
     for k in 0..reports.len() {
         let later: Vec<String> = reports[k + 1..]
             .iter()
@@ -63,14 +59,11 @@ fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
             .collect();
         reports[k].results.retain(|result| !later.contains(&result.case));
     }
-    let grasps = Table::read(&root.join(GRASPS))?;
-    let search = Some(root.join(SEARCH)).filter(|file| file.exists());
-    let search = search.map(|file| search::Table::read(&file)).transpose()?;
     let text =
         |file: &str| fs::read_to_string(root.join(file)).with_context(|| format!("cannot read {file}"));
     Ok([
-        ("README.md", text("README.md")?, readme(&reports, &grasps, search.as_ref())),
-        ("docs/physics.md", text("docs/physics.md")?, physics(&reports, &grasps)),
+        ("README.md", text("README.md")?, readme(&reports)),
+        ("docs/physics.md", text("docs/physics.md")?, physics(&reports)),
     ])
 }
 
@@ -89,19 +82,17 @@ fn outside(text: &str) -> Result<String> {
     Ok(replaced(text, "")?.replace(BEGIN, "").replace(END, ""))
 }
 
-fn readme(reports: &[Comparison], grasps: &Table, search: Option<&search::Table>) -> String {
-    let mut out = said_of_all(reports) + &said_of_grasps(grasps);
-    out += &search.map_or_else(String::new, said_of_search);
-    let all = || reports.iter().flat_map(|report| &report.results);
-    let scenes = BY_STARTS.iter().flat_map(|case| all().filter(|result| result.case == *case));
-    out += "Results in the scenes with hands:\n\n";
-    scenes.for_each(|result| bullet(&mut out, result));
-    out
+fn readme(reports: &[Comparison]) -> String {
+    let mut out = String::new();
+    for report in reports {
+        out += &table(report);
+    }
+    if out.is_empty() { NOTHING.to_owned() } else { out }
 }
 
-fn physics(reports: &[Comparison], grasps: &Table) -> String {
-    let mut out = said_of_all(reports);
+fn physics(reports: &[Comparison]) -> String {
     let all = || reports.iter().flat_map(|report| &report.results);
+    let mut out = String::new();
     for (verdict, title) in [(Verdict::Lost, "A peer is ahead in:"), (Verdict::Neither, "Neither solves:")] {
         let of: Vec<&PeerResult> = all().filter(|result| result.verdict() == verdict).collect();
         if !of.is_empty() {
@@ -110,162 +101,85 @@ fn physics(reports: &[Comparison], grasps: &Table) -> String {
             out += "\n";
         }
     }
-    out + &said_of_flips(grasps)
+    match (reports.is_empty(), out.is_empty()) {
+        (true, _) => NOTHING.to_owned(),
+        (false, true) => wrapped(&format!(
+            "In the {} comparisons that the engine of this version has played ([page](report/hands/README.md)), no peer is \
+             ahead with its named settings.",
+            all().count()
+        )),
+        (false, false) => out,
+    }
 }
 
-fn said_of_all(reports: &[Comparison]) -> String {
-    let all = || reports.iter().flat_map(|report| &report.results);
-    let count = |verdict: Verdict| all().filter(|result| result.verdict() == verdict).count();
-    let mut commits: Vec<&str> = reports.iter().map(|report| &*report.record.commit).collect();
-    commits.dedup();
-    let commits = match &commits[..] {
-        [one] => format!("commit {one}"),
-        several => format!("commits {}", several.join(", ")),
+/// The claims, where no report is of this engine.
+const NOTHING: &str = "No comparison has been measured with the engine of this version.\n";
+
+/// A row for each scene of a report, a column for each engine: the steps at which it does the scene.
+fn table(report: &Comparison) -> String {
+    let peers: Vec<_> =
+        report.engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name()).collect();
+    let cases = distinct(report.results.iter().map(|result| &result.case));
+    let of = |case: &str, peer: &str| {
+        report.results.iter().find(|result| result.case == case && result.peer == peer)
     };
-    let alone = all().filter(|result| result.verdict() == Verdict::Won && result.best().is_none()).count();
-    let mut said = format!(
-        "{} comparisons of a scene with another engine ({commits}), each at the same steps for both: in {} ours solves the scene \
-         and no run of the other engine is both faster and at least as accurate with any of its settings (in {alone} of these \
-         it solves the scene at no step); in {} it is ahead; in {} neither solves the scene.",
-        all().count(),
-        count(Verdict::Won),
-        count(Verdict::Lost),
-        count(Verdict::Neither),
-    );
-    match count(Verdict::Unknown) {
-        0 => {}
-        n => said += &format!(" In {n} no run of the other engine ended in its time."),
+    let steps = report.results.iter().map(|result| &*result.steps_ms).max_by_key(|steps| steps.len());
+    let starts = report.runs.iter().filter_map(|run| Some(run.starts.as_ref()?.tried));
+    let from = match (starts.clone().min(), starts.max()) {
+        (Some(least), Some(most)) if least == most => format!(", each judged by {most} starts"),
+        (Some(least), Some(most)) => format!(", each judged by {least} to {most} starts"),
+        _ => String::new(),
+    };
+    let mut out = wrapped(&format!(
+        "The number of step lengths, of {} ms, at which an engine does a scene{from}. Of another engine: the best of its \
+         named settings, and at least how many times our CPU time it takes for an equal or smaller error. Settings without \
+         a name may do better. [Scenes, settings, all runs](docs/report/hands/README.md) (commit {}).",
+        numbers(steps.unwrap_or_default()),
+        report.record.commit,
+    ));
+    let heads = peers
+        .iter()
+        .map(|note| format!(" {} {}, {} settings |", note.name, note.version, note.settings.len()));
+    let _ = writeln!(out, "\n| scene | ours |{}", heads.collect::<String>());
+    let _ = writeln!(out, "|---|---|{}", "---|".repeat(peers.len()));
+    for case in cases {
+        let results: Vec<_> = peers.iter().map(|note| of(case, &note.name)).collect();
+        let own = results
+            .iter()
+            .flatten()
+            .next()
+            .map_or(String::new(), |result| format!("{} of {}", result.own_done, result.steps_ms.len()));
+        let cells =
+            results.into_iter().map(|result| format!(" {} |", result.map_or("not played".into(), cell)));
+        let _ = writeln!(out, "| `{case}` | {own} |{}", cells.collect::<String>());
     }
-    let mut settings: Vec<String> = Vec::new();
-    for report in reports {
-        let steps: Vec<&[f64]> = report.results.iter().map(|result| &*result.steps_ms).collect();
-        let at = steps.first().filter(|first| steps.iter().all(|it| it == *first));
-        let at = at
-            .map_or("the steps that both played".to_owned(), |steps_ms| format!("{} ms", numbers(steps_ms)));
-        let peers = report.engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
-        for note in peers {
-            let names: Vec<String> =
-                note.settings.iter().map(|choice| format!("`{}`", choice.name)).collect();
-            let (name, version) = (&note.name, &note.version);
-            let line = format!("{name} {version} with {} at {at}", names.join(", "));
-            if !settings.contains(&line) {
-                settings.push(line);
-            }
-        }
-    }
-    said += &format!(" Settings and steps: {}.", settings.join("; "));
-    wrapped(&said) + "\n"
+    out
+}
+
+/// What a peer does of a scene.
+fn cell(result: &PeerResult) -> String {
+    let tried = result.steps_ms.len();
+    let unfinished = result.settings.iter().map(|outcome| outcome.unfinished).min().unwrap_or(0);
+    let ended = match unfinished {
+        0 => String::new(),
+        n => format!(", {n} unfinished"),
+    };
+    let Some(surest) = result.surest() else { return format!("0 of {tried}{ended}") };
+    let times = result.settings.iter().filter_map(|outcome| outcome.least_advantage).reduce(f64::min);
+    let times = match result.verdict() {
+        Verdict::Lost => format!("; ahead at {}", result.ahead()),
+        _ => times.map_or(String::new(), |times| format!("; {times:.1} times")),
+    };
+    format!("{} of {tried} with `{}`{ended}{times}", surest.done, surest.settings)
 }
 
 fn numbers(of: &[f64]) -> String {
     of.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Number of the random grasps that each engine holds; each peer at every step with the settings that hold most there.
-fn said_of_grasps(grasps: &Table) -> String {
-    let hand = HandKind::SoftHand.name();
-    let steps_ms = grasps.common_steps(hand);
-    let sums = grasps.drawn_at(hand, &steps_ms);
-    let mut engines: Vec<&str> = sums.iter().map(|sum| sum.engine).collect();
-    engines.dedup();
-    let said = engines.into_iter().map(|engine| {
-        let of: Vec<&Sum> = sums.iter().filter(|sum| sum.engine == engine).collect();
-        let most = |k: usize| of.iter().rev().max_by_key(|sum| sum.counts[k].kept);
-        let kept: Vec<String> =
-            (0..steps_ms.len()).filter_map(|k| Some(most(k)?.counts[k].kept.to_string())).collect();
-        let mut names: Vec<String> =
-            (0..steps_ms.len()).filter_map(|k| Some(format!("`{}`", most(k)?.settings))).collect();
-        names.sort();
-        names.dedup();
-        let (name, with) = match engine == EngineKind::Own.name() {
-            true => ("ours", String::new()),
-            false => {
-                (engine, format!(", with the best of its settings at each step ({}),", names.join(", ")))
-            }
-        };
-        format!("{name}{with} holds {}", kept.join(", "))
-    });
-    let said = said.collect::<Vec<_>>().join("; ");
-    let of = sums.iter().flat_map(|sum| &sum.counts).map(|count| count.of + count.not_finished).max();
-    wrapped(&format!(
-        "Random grasps of the SoftHand, chosen before any engine played them (commit {}, \
-         [all counts](docs/report/grasps/README.md)), of {} at {} ms: {said}.",
-        grasps.record.commit,
-        of.unwrap_or(0),
-        numbers(&steps_ms),
-    )) + "\n"
-}
-
-/// How often the outcome of a grasp changes with the step.
-fn said_of_flips(grasps: &Table) -> String {
-    let hand = HandKind::SoftHand.name();
-    let steps_ms = grasps.common_steps(hand);
-    let sums = grasps.drawn_at(hand, &steps_ms);
-    let own = sums.iter().filter(|sum| sum.engine == EngineKind::Own.name());
-    let said = own.chain(best(&sums)).map(|Sum { engine, settings, flips, .. }| {
-        let (name, with) = match *engine == EngineKind::Own.name() {
-            true => ("ours", String::new()),
-            false => (*engine, format!(" with `{settings}`")),
-        };
-        let (percent, grasps, of) = (flips.percent(), flips.grasps, flips.of);
-        format!("{name}{with} {percent:.1} %, in {grasps} of {of} grasps")
-    });
-    wrapped(&format!(
-        "Outcomes of these [grasps](report/grasps/README.md) that differ from one of the steps {} ms to the next longer one, \
-         each peer with the settings with which it holds most: {}.",
-        numbers(&steps_ms),
-        said.collect::<Vec<_>>().join("; "),
-    )) + "\n"
-}
-
-/// What a search over the options of the peers found.
-fn said_of_search(search: &search::Table) -> String {
-    let mut engines: Vec<(&str, &str)> = search.found.iter().map(|it| (&*it.engine, &*it.version)).collect();
-    engines.sort_unstable();
-    engines.dedup();
-    let said = engines.into_iter().map(|(engine, version)| {
-        let of = search.found.iter().filter(|found| found.engine == engine);
-        let scenes = of.map(|found| {
-            let (most, plays, sets) = (found.most(), found.plays, found.sets.len());
-            match found.solving().next() {
-                Some(best) => {
-                    format!("`{}` {most} of {plays} with `{}` ({sets} sets)", found.scene, best.settings)
-                }
-                None => format!("`{}` none of {plays} ({sets} sets)", found.scene),
-            }
-        });
-        format!("{engine} {version}: {}", scenes.collect::<Vec<_>>().join(", "))
-    });
-    wrapped(&format!(
-        "[A search](docs/report/search/README.md) over the documented options of the other engines at {} ms, and the most plays \
-         of a scene that any set of options solves: {}.",
-        numbers(&search.steps_ms),
-        said.collect::<Vec<_>>().join("; "),
-    )) + "\n"
-}
-
 fn bullet(out: &mut String, result: &PeerResult) {
-    let PeerResult { case, peer, own_done, steps_ms, .. } = result;
-    let tried = steps_ms.len();
-    let unfinished = result.settings.iter().map(|outcome| outcome.unfinished).min().unwrap_or(0);
-    let ended = match unfinished {
-        0 => String::new(),
-        n => format!(" ({n} did not end in time)"),
-    };
-    let theirs = match result.surest() {
-        None => format!("{peer} succeeds with 0 of {tried} step lengths{ended}"),
-        Some(it) => {
-            format!("{peer} with `{}` succeeds with {} of {tried} step lengths{ended}", it.settings, it.done)
-        }
-    };
-    let beside = match (result.verdict(), result.best()) {
-        (Verdict::Lost, _) => format!("; it is ahead at {}", result.ahead()),
-        (_, Some(best)) => best
-            .times_as_fast()
-            .map_or(String::new(), |times| format!("; ours is {times}, beside `{}`", best.settings)),
-        _ => String::new(),
-    };
-    let _ = writeln!(out, "- `{case}`: {theirs}, ours with {own_done}{beside}.");
+    let PeerResult { case, peer, own_done, .. } = result;
+    let _ = writeln!(out, "- `{case}`, {peer}: {}, ours {own_done}.", cell(result));
 }
 
 /// Lines of at most 110 characters.
@@ -328,12 +242,8 @@ mod tests {
     /// The best that a search finds has to be played at every step: then no expert finds a better set among those.
     #[test]
     fn no_set_of_a_search_serves_a_peer_better_than_its_named_settings() {
-        let file = root().join(SEARCH);
-        if !file.exists() {
-            println!("skipped: there is no {SEARCH}");
-            return;
-        }
-        let search = search::Table::read(&file).expect("it can be read");
+        let file = root().join("docs/report/search/search.json");
+        let search = crate::search::table::Table::read(&file).expect("it can be read");
         for found in &search.found {
             let (scene, engine, most) = (&found.scene, &found.engine, found.most());
             assert_eq!(
@@ -354,6 +264,22 @@ mod tests {
                 assert_eq!(line, None, "{file}: only the claims tell counts of grasps");
             }
         }
+    }
+
+    #[test]
+    fn nothing_is_said_of_an_engine_that_is_not_built() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let hands = "docs/report/hands/report.json";
+        fs::create_dir_all(folder.path().join("docs/report/hands")).expect("made");
+        for file in ["README.md", "docs/physics.md", hands] {
+            fs::copy(root().join(file), folder.path().join(file)).expect("copied");
+        }
+        let claims = || documents(folder.path()).expect("readable").map(|(_, _, claims)| claims);
+        assert!(claims().iter().all(|claims| claims != NOTHING), "the committed report is of this engine");
+        let report = fs::read_to_string(root().join(hands)).expect("readable");
+        let engine = palmares_tasks::identity::fingerprint();
+        fs::write(folder.path().join(hands), report.replace(&engine, "0123456789abcdef")).expect("written");
+        assert_eq!(claims(), [NOTHING, NOTHING]);
     }
 
     #[test]
