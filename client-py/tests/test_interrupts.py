@@ -24,6 +24,8 @@ from tests.interrupting import alarms, at_line
 from tests.real_server import RealServer, needs_server
 
 COUNT = int(os.environ.get("PALMARES_INTERRUPTS", "40"))
+# Every line with many interrupts, else each seventh.
+STRIDE = 1 if COUNT >= 1000 else 7
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +62,7 @@ def test_a_step_interrupted_at_any_line_is_made_once(where: str) -> None:
     moves: list[tuple[float, int]] = []
     with palmares.Client(where) as client:
         client.reset("balls", "softhand", seed=1)
-        for line in range(1, 10_000):
+        for line in range(1, 10_000, STRIDE):
             before = client.tick
             assert before is not None
             sigma = line % 100 / 100
@@ -73,14 +75,14 @@ def test_a_step_interrupted_at_any_line_is_made_once(where: str) -> None:
             if not interrupted:
                 break
         assert 30 < line < 5_000, "the number of lines of a step"
-        assert len(moves) > line // 2
+        assert len(moves) > line // STRIDE // 2
         same(client.stop(), undisturbed(moves))
 
 
 def test_reset_and_stop_interrupted_at_any_line_are_made_once(where: str) -> None:
     with palmares.Client(where) as client:
         runs = set()
-        for line in range(1, 10_000, 3):
+        for line in range(1, 10_000, 2 * STRIDE):
             at_line(line, lambda: client.reset("balls", "softhand", seed=1))
             obs = client.latest() if client.tick is not None else client.reset("balls", "softhand", seed=1)
             assert obs.tick == 0
@@ -95,12 +97,12 @@ def test_reset_and_stop_interrupted_at_any_line_are_made_once(where: str) -> Non
             assert (result.run_id, result.ticks) == (obs.run_id, 1)
             if line > 40 and not interrupted:
                 break
-        assert len(runs) == (line + 2) // 3
+        assert len(runs) == 1 + line // (2 * STRIDE)
 
 
-@pytest.mark.parametrize("lines", range(8))
-def test_a_second_interrupt_while_the_first_is_mended(where: str, lines: int) -> None:
-    draw, moves = random.Random(lines), []
+@pytest.mark.parametrize("draws", range(2))
+def test_a_second_interrupt_while_the_first_is_mended(where: str, draws: int) -> None:
+    draw, moves = random.Random(draws), []
     with palmares.Client(where) as client:
         client.reset("balls", "softhand", seed=1)
         for k in range(6):
@@ -257,8 +259,22 @@ def test_an_interrupted_run_can_be_stopped_and_another_opened(where: str) -> Non
             assert client.stop().ticks in (0, 5)
 
 
-def test_a_forked_child_gets_an_error_and_leaves_the_parents_run_alone(where: str) -> None:
-    with palmares.Client(where) as client:
+def test_a_forked_child_has_worlds_of_its_own() -> None:
+    with palmares.Client("local") as client:
+        client.reset("balls", "softhand", seed=1)
+        client.step(hand=[0.5])
+        child = os.fork()
+        if child == 0:
+            client.step(hand=[0.1], repeat=7)
+            os._exit(client.latest().tick)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 8
+        client.step(hand=[0.5])
+        same(client.stop(), undisturbed([(0.5, 1)] * 2))
+
+
+@needs_server
+def test_a_forked_child_gets_an_error_and_leaves_the_parents_run_alone(url: str) -> None:
+    with palmares.Client(url) as client:
         client.reset("balls", "softhand", seed=1)
         client.step(hand=[0.5])
         child = os.fork()

@@ -73,8 +73,11 @@ class Link:
         resumed: The greeting after a reconnection, until the client reads it with `take_resumed`.
         training: Always ``None``: servers do not offer it.
         parameters: Likewise.
+        copied_by_fork: Whether a forked process has a copy of its own; a connection cannot be copied.
 
     """
+
+    copied_by_fork = False
 
     training: Training | None = None
     parameters: Mapping[str, ArrayLike] | None = None

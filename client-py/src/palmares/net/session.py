@@ -113,8 +113,8 @@ class Session:
 
     @property
     def forked(self) -> bool:
-        """Whether this process is a child of the one that has the session."""
-        return os.getpid() != self._process
+        """Whether this process is a child of the one that has the session with the server."""
+        return os.getpid() != self._process and not self.link.copied_by_fork
 
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Carry out a request, after an interrupted one; return its reply.
@@ -150,6 +150,9 @@ class Session:
                 f"this client belongs to process {self._process}, and this is its forked child "
                 f"{os.getpid()}: make a client in each process"
             )
+        if os.getpid() != self._process:
+            # A copy of the worlds, with which a thread of the parent may have been busy.
+            self._process, self._busy = os.getpid(), threading.Lock()
         if self._busy.locked():
             raise InUseError(
                 "another call of this client is in progress, in another thread or before a signal handler: "

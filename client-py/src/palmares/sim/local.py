@@ -60,6 +60,8 @@ class LocalLink(Link):
 
     """
 
+    copied_by_fork = True
+
     # No connection is made, so `Link.__init__` is not called.
     def __init__(self, team: str, training: sim.Training | None = None) -> None:
         self._team = team
