@@ -42,10 +42,16 @@ class FakeServer:
     """Greet a reconnected client without a run, as after a restart."""
     unavailable: int = 0
     """Number of handshakes that a proxy answers with 503, since it reaches no server."""
+    repeats: bool = True
+    """Send the reply to the last request that changed the run again, as servers do since 0.3."""
+    last: tuple[dict[str, Any], dict[str, Any]] | None = None
+    """That request and its reply."""
     closed_meanwhile: bool = False
     """Greet a reconnected client with an ended run, which waits for `stop`."""
     rewind_to: int | None = None
     """Greet the next reconnected client with the run at this tick, as after a host's death."""
+    taken_over: bool = False
+    """Whether this has happened, and no step was made since."""
     drop_at: set[int] = field(default_factory=set)
     """Numbers of requests, from 1, at which the connection breaks before they are processed."""
     rewinds: dict[int, int] = field(default_factory=dict)
@@ -140,7 +146,7 @@ class FakeServer:
                     self.drop_before.discard(op)
                     socket.socket.shutdown(SHUT_RDWR)
                     return
-                reply = {**(self.replies.pop(0) if self.replies else self._reply(request))}
+                reply = {**(self.replies.pop(0) if self.replies else self._again(request))}
                 if reason := reply.pop("close", None):
                     socket.close(4409 if reason == "session_taken" else 4408, reason)
                     return
@@ -155,11 +161,21 @@ class FakeServer:
         except (ConnectionClosed, OSError):
             return
 
+    def _again(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the reply to a request, the same one to the same request."""
+        if self.repeats and self.last is not None and self.last[0] == request:
+            return self.last[1]
+        reply = self._reply(request)
+        if request["op"] in ("reset", "step", "perturb", "stop") and reply["op"] != "error":
+            self.last = request, reply
+        return reply
+
     def _reply(self, request: dict[str, Any]) -> dict[str, Any]:
         match request["op"]:
             case "hello":
                 if self.rewind_to is not None and self.running:
                     self.tick, self.rewind_to = self.rewind_to, None
+                    self.taken_over, self.last = True, None
                 run = {
                     "run_id": "run-1",
                     "task": "balls",
@@ -186,7 +202,7 @@ class FakeServer:
                 opened: dict[str, Any] = {
                     "task": "balls",
                     "hand": "softhand",
-                    "mode": "lockstep",
+                    "mode": request["mode"],
                     "sensing": "truth",
                     "noise": "none",
                 }
@@ -195,9 +211,11 @@ class FakeServer:
             case "step":
                 if self.closed_meanwhile and "hello" in [old["op"] for old in self.requests[1:]]:
                     return {"op": "error", "code": "wrong_state", "message": "the run has ended"}
-                if request["tick"] != self.tick:
+                end = request["tick"] + request.get("repeat", 1)
+                made = self.taken_over and request["tick"] <= self.tick <= end
+                if request["tick"] != self.tick and not made:
                     return {"op": "error", "code": "stale_tick", "message": "", "fatal": False}
-                self.tick += request.get("repeat", 1)
+                self.tick, self.taken_over = end, False
                 action = request["action"]
                 if "position" in action.get("base", {}):
                     self.base = action["base"]

@@ -115,7 +115,7 @@ def test_every_error_code_has_its_exception(server: FakeServer) -> None:
     }
     with palmares.Client(server.url) as client:
         for code, kind in kinds.items():
-            after = None if kind is palmares.WrongStateError else 2.5
+            after = None if kind in (palmares.WrongStateError, palmares.InternalError) else 2.5
             refusal = {"op": "error", "code": code, "message": "why", "fatal": False, "retry_after_s": after}
             server.replies.append(refusal)
             with pytest.raises(kind, match=f"{code}: why") as caught:
@@ -135,10 +135,14 @@ def test_late_replies_are_skipped(server: FakeServer) -> None:
         assert client.time().session_left_s is None
 
 
-@pytest.mark.parametrize(("when", "tick"), [("before", 5), ("after", 6)])
+@pytest.mark.parametrize(
+    ("when", "repeats", "tick"),
+    [("before", True, 5), ("before", False, 5), ("after", True, 5), ("after", False, 6)],
+)
 def test_a_step_survives_a_broken_connection(
-    server: FakeServer, monkeypatch: pytest.MonkeyPatch, when: str, tick: int
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch, when: str, repeats: bool, tick: int
 ) -> None:
+    server.repeats = repeats
     monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05, 0.1))
     with palmares.Client(server.url, team="crabs") as client:
         assert client.welcome.team == "crabs"
@@ -158,14 +162,18 @@ def test_a_last_step_whose_observation_is_lost(server: FakeServer) -> None:
         client.reset("balls", "softhand")
         client.step(repeat=4)
         server.drop_after.add("step")
-        server.closed_meanwhile = True
+        server.closed_meanwhile, server.repeats = True, False
         obs = client.step(repeat=3)
         assert obs.done
         assert obs.tick == 7
         assert client.stop().ticks == 7
 
 
-def test_a_reset_survives_a_broken_connection(server: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("repeats", [True, False])
+def test_a_reset_survives_a_broken_connection(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch, repeats: bool
+) -> None:
+    server.repeats = repeats
     monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05))
     with palmares.Client(server.url) as client:
         server.drop_after.add("reset")
@@ -174,7 +182,8 @@ def test_a_reset_survives_a_broken_connection(server: FakeServer, monkeypatch: p
         assert obs.run is not None
         assert obs.run.seed == 77
     ops = [request["op"] for request in requests_until_bye(server)]
-    assert ops == ["hello", "reset", "hello", "stop", "reset", "bye"]
+    again = ["reset"] if repeats else ["reset", "stop", "reset"]
+    assert ops == ["hello", "reset", "hello", *again, "bye"]
 
 
 def test_the_rate_limit_is_waited_for(server: FakeServer) -> None:

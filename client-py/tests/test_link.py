@@ -283,3 +283,33 @@ def test_tls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             client.reset("balls", "softhand", mode="realtime")
             assert [obs.tick for obs in client.observations()][-1] == 20
             client.stop()
+
+
+def test_a_fault_that_lost_nothing_is_tried_again(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    waited: list[float] = []
+    monkeypatch.setattr(time, "sleep", waited.append)
+    failed = {
+        "op": "error",
+        "code": "internal",
+        "message": "nothing was lost, try again",
+        "retry_after_s": 1.0,
+    }
+    server.replies += [failed] * 2  # The greeting, too.
+    with palmares.Client(server.url) as client:
+        server.replies += [failed] * 3
+        assert client.reset("balls", "softhand").tick == 0
+        server.replies += [failed] * 2
+        assert client.step(hand=[0.5]).tick == 1
+        assert waited == [1.0, 1.0, 1.0, 1.0, 2.0, 1.0, 1.0]
+        server.replies += [failed] * 20
+        with pytest.raises(palmares.InternalError, match="nothing was lost, try again; tried 7 times"):
+            client.stop()
+        assert len(server.replies) == 13
+        server.replies.clear()
+        assert client.stop().ticks == 1
+        server.replies.append(failed | {"retry_after_s": None})
+        with pytest.raises(palmares.InternalError):
+            client.time()
+    assert "try 1 failed, trying again in 1 s: internal: nothing was lost" in caplog.text

@@ -91,7 +91,7 @@ def test_where_objects_are_is_unknown_with_sensors_only() -> None:
     with FakeServer() as server, palmares.Client(server.url) as client:
         obs = client.reset("balls", "softhand")
         assert truth_of(obs).positions.tolist() == BALLS
-        obs.truth = None
+        obs._truth = None
         with pytest.raises(ValueError, match="sensing"):
             truth_of(obs)
 

@@ -133,3 +133,33 @@ def test_an_observation_of_another_run_is_ignored() -> None:
     with FakeServer() as server, palmares.Client(server.url) as client:
         stream.put(client.reset("balls", "softhand"))
     assert stream.take() is None
+
+
+@pytest.mark.parametrize("where", ["local", "server"])
+def test_observations_of_a_lockstep_run_are_an_error_at_once(server: FakeServer, where: str) -> None:
+    with palmares.Client(where if where == "local" else server.url) as client:
+        with pytest.raises(palmares.WrongStateError, match="no run is open"):
+            client.observations()
+        client.reset("balls", "softhand", seed=1)
+        with pytest.raises(palmares.WrongStateError, match=r"waits for `step`.*mode='realtime'"):
+            client.observations()
+        assert client.step(hand=[0.5]).tick == 1
+
+
+def test_a_hand_that_was_held_was_not_clipped(server: FakeServer) -> None:
+    server.ticks = 60
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand", mode="realtime")
+        hold_ticks = client.welcome.limits.hold_ticks
+        tick = client.act(hand=[0.75])
+        server.sigma = 0.25  # The server stops the hand.
+        deadline = time.monotonic() + 10.0
+        while not client._session.stream.over and time.monotonic() < deadline:
+            time.sleep(0.02)
+        with pytest.warns(
+            palmares.HeldHandWarning, match=f"no action came for more than {hold_ticks} ticks"
+        ) as caught:
+            for _ in client.observations():
+                pass
+        assert f"after that of tick {tick}" in str(caught[0].message)
+        assert not [warning for warning in caught if warning.category is palmares.ClippedActionWarning]

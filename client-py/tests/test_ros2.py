@@ -24,7 +24,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from palmares.bridges.ros2 import convert
+from palmares.bridges.ros2 import commands
 from palmares.bridges.ros2 import messages as ros
 from palmares.bridges.ros2.node import QOS
 
@@ -82,11 +82,11 @@ def test_messages_have_the_bytes_of_ros(name: str, message: Any) -> None:
 
 def test_a_command_names_motors() -> None:
     command = ros.JointState(name=["b"], position=[0.5])
-    assert convert.motor_targets(command, ["a", "b"], [0.1, 0.2]) == [0.1, 0.5]
+    assert commands.motor_targets(command, ["a", "b"], [0.1, 0.2]) == [0.1, 0.5]
     with pytest.raises(ValueError, match="no motor 'b'; the hand has a"):
-        convert.motor_targets(command, ["a"], [0.1])
+        commands.motor_targets(command, ["a"], [0.1])
     with pytest.raises(ValueError, match="1 names, 0 positions"):
-        convert.motor_targets(ros.JointState(name=["b"]), ["b"], [0.1])
+        commands.motor_targets(ros.JointState(name=["b"]), ["b"], [0.1])
 
 
 def until(found: Callable[[], Found | None]) -> Found:

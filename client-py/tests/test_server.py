@@ -105,7 +105,11 @@ def test_same_seed_and_actions_same_bits(url: str) -> None:
 
 def test_sensors_show_no_truth(url: str) -> None:
     with palmares.Client(url) as client:
-        assert client.reset("balls", "softhand", sensing="sensors").truth is None
+        obs = client.reset("balls", "softhand", sensing="sensors")
+        assert not obs.has_truth
+        with pytest.raises(palmares.NoTruthError, match="sensing='sensors'"):
+            print(obs.truth.positions)
+        assert getattr(obs, "truth", None) is None
         client.stop()
 
 
@@ -120,7 +124,7 @@ def test_refusals_leave_the_run_unharmed(url: str) -> None:
         client.reset("balls", "softhand", seed=1)
         with pytest.raises(palmares.WrongStateError):
             client.reset("balls", "softhand", seed=2)
-        client._tick = 0
+        client._session.tick = 0
         with pytest.raises(palmares.BadActionError):
             client.step(hand=[0.1, 0.2])
         with pytest.raises(palmares.BadActionError):

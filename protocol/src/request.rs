@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// A request without its envelope (`op`, `id`).
-#[derive(Debug, strum::IntoStaticStr)]
+#[derive(Clone, Debug, PartialEq, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum Request {
     /// Opens or resumes a session.
@@ -35,7 +35,7 @@ impl Request {
 }
 
 /// `hello`: the first request on every connection.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hello {
     /// The client program. In practice its name is the team's name on the leaderboard.
@@ -49,7 +49,7 @@ pub struct Hello {
 }
 
 /// The client program: `"name/version"`, or an object.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a string \"name\" or an object {\"name\": …, \"version\"?: …}")]
 pub enum ClientInfo {
     /// `"name"` or `"name/version"`.
@@ -82,7 +82,7 @@ impl ClientInfo {
 }
 
 /// `reset`: opens a run at tick 0.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reset {
     /// Name of a task, see `welcome.tasks`.
@@ -131,7 +131,7 @@ impl Mode {
 }
 
 /// `step`: advances the world by `repeat` ticks under one action.
-#[derive(Clone, Debug, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
 pub struct Step {
     /// The current tick: that of the last observation.
     pub tick: u64,
@@ -146,7 +146,7 @@ pub struct Step {
 }
 
 /// `act`: sets the action of a realtime run, from the next tick on.
-#[derive(Clone, Debug, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
 pub struct Act {
     /// Targets; an omitted field keeps its last target.
     pub action: Action,
@@ -156,7 +156,7 @@ pub struct Act {
 }
 
 /// `perturb`: applies a wrench to a link of the hand, from the next tick on. Practice only.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Perturb {
     /// Name of a link of the hand.
@@ -168,7 +168,7 @@ pub struct Perturb {
 }
 
 /// Force and torque.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PushWrench {
     /// N
@@ -183,16 +183,16 @@ pub(crate) fn one() -> u32 {
 }
 
 /// `stop`: lets the objects settle, counts them and closes the run.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stop {}
 
 /// `time`: requests the session's clock.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {}
 
 /// `bye`: ends the session; an open run is stopped and scored first.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bye {}

@@ -255,7 +255,7 @@ async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
     assert!(elapsed(&after) < elapsed(&before) + 0.5, "the outage costs nothing: {before} {after}");
     // The same steps give the same observations.
     assert_eq!(play(&mut client, tick, 230).await, seen[tick as usize..]);
-    play(&mut client, 230, 260).await;
+    let seen = play(&mut client, 230, 260).await;
     // Another one: a host that stops in good order loses no tick.
     let third = {
         let folder = TempDir::new().expect("temporary directory");
@@ -272,6 +272,10 @@ async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
     assert_eq!(client.closed().await, (1012, "server_restart".into()));
     let (mut client, again) = resumed(&third, &team, &welcome["resume_token"]).await;
     assert_eq!(went_back_to(&again, &obs["run_id"], 260), 260);
+    // A client that missed the last observation gets it from this host, too; the world makes no tick for it.
+    let missed = client.ask(moving(259)).await;
+    assert_eq!((&missed["tick"], &missed["hand"]), (&json!(260), &seen[29]), "{missed}");
+    client.refused(moving(259), "stale_tick").await;
     play(&mut client, 260, 300).await;
     let result = client.ask(json!({"op": "stop"})).await;
     assert_eq!((&result["status"], &result["ticks"]), (&json!("provisional"), &json!(300)), "{result}");

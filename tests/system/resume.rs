@@ -66,6 +66,101 @@ async fn a_lost_connection_leaves_the_run_waiting() {
     assert_eq!((&result["ticks"], &result["reason"]), (&json!(3), &json!("stopped")), "{result}");
 }
 
+/// Sends a request whose reply is lost, then resumes the session and sends it again. Returns the reply, and the tick of the welcome.
+async fn missed(
+    server: &Server,
+    mut client: Client,
+    token: &Value,
+    request: &Value,
+) -> (Client, Value, Value) {
+    client.send(&request.to_string()).await;
+    // The reply may be on its way or not: the connection is cut in both cases.
+    drop(client);
+    let (mut again, back) = Client::resume(server, token).await;
+    again.send(&request.to_string()).await;
+    let reply = again.next().await;
+    (again, reply, back)
+}
+
+#[tokio::test]
+async fn a_request_whose_reply_was_lost_is_carried_out_once() {
+    let server = Server::start();
+    let (mut undisturbed, _) = Client::greet(&server, "b").await;
+    let (client, welcome) = Client::greet(&server, "a").await;
+    let token = &welcome["resume_token"];
+    let reset = json!({"op": "reset", "id": 70, "task": "balls", "hand": "softhand", "seed": 3});
+    undisturbed.ask(reset.clone()).await;
+    let (mut client, opened, _) = missed(&server, client, token, &reset).await;
+    assert_eq!(
+        (&opened["op"], &opened["tick"], &opened["id"]),
+        (&json!("obs"), &json!(0), &json!(70)),
+        "{opened}"
+    );
+    assert!(opened["scene"]["bodies"].is_array(), "{opened}");
+    for k in 0..12_u64 {
+        let action = json!({"hand": [0.05 * k as f64]});
+        let step = json!({"op": "step", "id": 100 + k, "tick": 4 * k, "repeat": 4, "action": action});
+        let wanted = undisturbed.ask(step.clone()).await;
+        let (again, found, back) = missed(&server, client, token, &step).await;
+        client = again;
+        assert_eq!(back["run"]["run_id"], opened["run_id"], "{back}");
+        for field in ["tick", "hand", "truth", "events", "score", "applied_action"] {
+            assert_eq!(found[field], wanted[field], "{field} of step {k}: {found}");
+        }
+    }
+    let stop = json!({"op": "stop", "id": 200});
+    let wanted = undisturbed.ask(stop.clone()).await;
+    let (mut client, result, _) = missed(&server, client, token, &stop).await;
+    for field in ["op", "ticks", "score", "state_hash"] {
+        assert_eq!(result[field], wanted[field], "{result}");
+    }
+    assert_eq!((&result["ticks"], &result["run_id"]), (&json!(48), &opened["run_id"]), "{result}");
+    client.refused(json!({"op": "stop"}), "wrong_state").await;
+}
+
+#[tokio::test]
+async fn a_request_with_another_id_or_content_is_another_request_also_after_a_resume() {
+    let server = Server::start();
+    let (mut client, welcome) = Client::playing(&server, "a").await;
+    let step = json!({"op": "step", "id": 50, "tick": 0, "action": {"hand": [0.5]}});
+    client.send(&step.to_string()).await;
+    assert_eq!(client.next().await["tick"], 1);
+    // On the same connection it is stale, as it always was.
+    client.send(&step.to_string()).await;
+    assert_error(&client.next().await, "stale_tick", false);
+    let (mut client, _) = resumed(&server, &welcome).await;
+    for (id, sigma) in [(51, 0.5), (50, 0.6)] {
+        let other = json!({"op": "step", "id": id, "tick": 0, "action": {"hand": [sigma]}});
+        client.send(&other.to_string()).await;
+        assert_error(&client.next().await, "stale_tick", false);
+    }
+    for _ in 0..2 {
+        client.send(&step.to_string()).await;
+        assert_eq!(client.next().await["tick"], 1);
+    }
+    client.goes_on(1).await;
+    client.send(&step.to_string()).await;
+    assert_error(&client.next().await, "stale_tick", false);
+}
+
+#[tokio::test]
+async fn a_push_whose_reply_was_lost_pushes_once() {
+    let server = Server::start();
+    let (mut client, welcome) = Client::playing(&server, "a").await;
+    let (mut undisturbed, _) = Client::playing(&server, "b").await;
+    let push = json!({"op": "perturb", "id": 60, "link": "base", "wrench": {"force": [0, 0, 20]}, "duration_s": 0.1});
+    undisturbed.ask(push.clone()).await;
+    for tick in 0..2 {
+        let (again, ack, _) = missed(&server, client, &welcome["resume_token"], &push).await;
+        client = again;
+        assert_eq!((&ack["op"], &ack["tick"]), (&json!("ack"), &json!(1)), "{tick}: {ack}");
+    }
+    for tick in 0..20 {
+        let (found, wanted) = (client.ask(step(tick)).await, undisturbed.ask(step(tick)).await);
+        assert_eq!(found["hand"], wanted["hand"], "tick {tick}");
+    }
+}
+
 #[tokio::test]
 async fn the_run_of_a_client_that_stays_away_is_scored_as_disconnected() {
     let server = Server::start_with(&["--resume-grace-s", "0"]);

@@ -20,7 +20,7 @@ use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::SnapshotError;
 use palmares_tasks::training::{Given, Shaper, Terms};
 use palmares_tasks::{Action, Fault, Noise, Reason, Run, Seed, Sensing, Task};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::RefCell;
@@ -44,6 +44,20 @@ pub(crate) struct Batch {
     fields: Vec<Field>,
     slots: Vec<Slot>,
     workers: Workers,
+    /// Steps begun.
+    begun: u64,
+    /// A step that an exception of a signal handler interrupted.
+    unfinished: Option<Unfinished>,
+}
+
+/// A step of which ticks are missing.
+struct Unfinished {
+    /// The actions of all worlds, one after the other, each of this length.
+    actions: Vec<f64>,
+    width: usize,
+    ticks: u32,
+    left: u32,
+    mask: Vec<bool>,
 }
 
 #[pymethods]
@@ -75,7 +89,8 @@ impl Batch {
         let fields = fields(&task, &hand, sensing, drawn);
         let length = fields.iter().map(|field| field.len).sum();
         let slots = (0..count).map(|_| Slot::empty(length, drawn)).collect();
-        Ok(Batch { task, hand, sensing, noise, training, base, fields, slots, workers })
+        let (begun, unfinished) = (0, None);
+        Ok(Batch { task, hand, sensing, noise, training, base, fields, slots, workers, begun, unfinished })
     }
 
     /// Threads that step.
@@ -131,6 +146,7 @@ impl Batch {
         }
         let given =
             parameters::given(parameters.as_ref(), &self.hand, self.slots.len(), self.task.objects.count)?;
+        self.drop_worlds(&mask);
         let Batch { task, hand, noise, sensing, training, slots, workers, .. } = self;
         let workers = workers.started()?;
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
@@ -183,25 +199,58 @@ impl Batch {
         if let Some(world) = (0..count).find(|k| mask[*k] && self.slots[*k].run.is_none()) {
             return Err(PyValueError::new_err(format!("world {world} has no run yet: call reset first")));
         }
-        let (sensing, objects, base) = (self.sensing, self.task.objects.count, self.base);
+        let base = self.base;
         let short = |row: &[f64]| base == Base::Pose && row[3..7].iter().map(|x| x * x).sum::<f64>() < 1e-12;
         if let Some(world) = actions.chunks(width).position(short) {
             let message = format!("actions[{world}, 3:7] has zero length; wanted a unit quaternion x y z w");
             return Err(PyValueError::new_err(message));
         }
+        if self.unfinished.is_some() {
+            return Err(PyRuntimeError::new_err("a step was interrupted: finish it first"));
+        }
+        self.workers.started()?;
+        self.slots.iter_mut().for_each(|slot| (slot.reward, slot.shaping) = (0.0, 0.0));
+        self.slots.iter_mut().zip(&mask).filter(|(_, chosen)| **chosen).for_each(|(slot, _)| slot.begin());
+        self.begun += 1;
+        self.unfinished = Some(Unfinished { actions, width, ticks, left: ticks, mask });
+        self.finish(py, told)
+    }
+
+    /// Number of steps begun.
+    #[getter]
+    fn begun(&self) -> u64 {
+        self.begun
+    }
+
+    /// Ticks that an interrupted step still has to make.
+    #[getter]
+    fn unfinished(&self) -> Option<u32> {
+        self.unfinished.as_ref().map(|unfinished| unfinished.left)
+    }
+
+    /// Drops the rest of an interrupted step.
+    fn drop_step(&mut self) {
+        self.unfinished = None;
+    }
+
+    /// Makes the rest of an interrupted step. Calls `told` with the number of ticks done.
+    #[pyo3(signature = (told=None))]
+    fn finish(&mut self, py: Python<'_>, told: Told<'_>) -> PyResult<()> {
+        let Some(Unfinished { actions, width, ticks, mut left, mask }) = self.unfinished.take() else {
+            return Ok(());
+        };
+        let (sensing, objects, base) = (self.sensing, self.task.objects.count, self.base);
+        let (count, motors) = (self.slots.len(), self.hand.motors.len());
         let (slots, workers) = (&mut self.slots, self.workers.started()?);
-        slots.iter_mut().for_each(|slot| (slot.reward, slot.shaping) = (0.0, 0.0));
         let mut moving: Vec<(&mut Slot, Action)> = slots
             .iter_mut()
             .zip(actions.chunks(width))
-            .zip(mask)
-            .filter(|(_, chosen)| *chosen)
+            .zip(&mask)
+            .filter(|(_, chosen)| **chosen)
             .map(|((slot, numbers), _)| (slot, action(numbers, motors, base)))
             .collect();
-        moving.iter_mut().for_each(|(slot, _)| slot.begin());
         // Small portions, so that Ctrl-C does not wait long.
         let portion = (500 * workers.count() / count).clamp(1, 10) as u32;
-        let mut left = ticks;
         let mut interrupted = Ok(());
         while left > 0 && interrupted.is_ok() {
             py.detach(|| {
@@ -218,10 +267,14 @@ impl Batch {
                 }
             });
             interrupted = py.check_signals().and_then(|()| tell(&told, u64::from(ticks - left)));
-            if left > 0 && (interrupted.is_err() || moving.iter().all(|(slot, _)| slot.is_over())) {
+            if left > 0 && moving.iter().all(|(slot, _)| slot.is_over()) {
                 left = 0;
                 py.detach(|| workers.each(&mut moving, |(slot, _)| slot.end(sensing, objects)));
             }
+        }
+        if left > 0 {
+            py.detach(|| workers.each(&mut moving, |(slot, _)| slot.look(sensing, objects)));
+            self.unfinished = Some(Unfinished { actions, width, ticks, left, mask });
         }
         interrupted
     }
@@ -402,6 +455,7 @@ impl Batch {
     /// Continues a world from a snapshot of the same task, hand and noise. A world of another seed becomes a run of the snapshot's.
     fn restore(&mut self, world: usize, from: &Bound<'_, Snapshot>) -> PyResult<()> {
         self.slot(world)?;
+        self.drop_world(world);
         let snapshot = from.get();
         let refused = |error: SnapshotError| PyValueError::new_err(error.to_string());
         let slot = &self.slots[world];
@@ -507,6 +561,7 @@ impl Batch {
             .map(|slot| slot.run.as_ref().map_or(0, |run| run.object_states().count()))
             .collect();
         let placements = given.placements(&self.hand, objects, &[self.slots.len()], &present)?;
+        self.drop_worlds(&mask);
         let mut before = Vec::new();
         for (world, placement) in placements.iter().enumerate().filter(|(world, _)| mask[*world]) {
             let run = self.slots[world].run.as_mut().ok_or_else(|| no_run(world))?;
@@ -528,6 +583,17 @@ impl Batch {
     fn slot(&self, world: usize) -> PyResult<&Slot> {
         let missing = || PyValueError::new_err(format!("no world {world}; there are {}", self.slots.len()));
         self.slots.get(world).ok_or_else(missing)
+    }
+
+    /// An interrupted step does not go on in a world whose state is set.
+    fn drop_world(&mut self, world: usize) {
+        if let Some(moving) = self.unfinished.as_mut().and_then(|step| step.mask.get_mut(world)) {
+            *moving = false;
+        }
+    }
+
+    fn drop_worlds(&mut self, mask: &[bool]) {
+        mask.iter().enumerate().filter(|(_, set)| **set).for_each(|(world, _)| self.drop_world(world));
     }
 
     fn all_open(&self) -> PyResult<()> {

@@ -148,6 +148,12 @@ impl Slot {
         *physics += begun.elapsed();
     }
 
+    /// Observes in the middle of a step.
+    pub(crate) fn look(&mut self, sensing: Sensing, objects: usize) {
+        let Slot { run: Some(run), outcome: None, row, constant, .. } = self else { return };
+        write(run, sensing, objects, constant, row);
+    }
+
     /// Observes, and sets the outcome if the run is over.
     pub(crate) fn end(&mut self, sensing: Sensing, objects: usize) {
         let Slot { run: Some(run), outcome, score, reward, row, constant, shaper, shaping, .. } = self else {

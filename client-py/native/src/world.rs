@@ -19,7 +19,7 @@ use palmares_replay::{Header, Recorder, Signer, pack};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::{Shot, ShotError};
 use palmares_tasks::training::{Given, Shaper, open};
-use palmares_tasks::{Action, Observation, Outcome, Reason, Run, Seed, Sensing};
+use palmares_tasks::{Observation, Outcome, Reason, Run, Seed, Sensing};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -52,6 +52,22 @@ pub(crate) struct World {
     hand: Arc<Hand>,
     /// Set when the run was stopped.
     outcome: Option<Outcome>,
+    /// A step that an exception of a signal handler interrupted.
+    unfinished: Option<Unfinished>,
+    /// The last request as it came, and its reply: an exception may have come before Python had it.
+    answered: Option<(Vec<u8>, Py<PyBytes>)>,
+}
+
+/// A step of which ticks are missing.
+#[derive(Clone)]
+struct Unfinished {
+    /// The request as it came.
+    request: Vec<u8>,
+    id: u64,
+    step: Step,
+    left: u32,
+    /// Events of its ticks until now.
+    events: Vec<palmares_tasks::Event>,
 }
 
 #[pymethods]
@@ -103,6 +119,8 @@ impl World {
             objects,
             hand: own,
             outcome,
+            unfinished: None,
+            answered: None,
         })
     }
 
@@ -126,7 +144,8 @@ impl World {
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
 
-    /// Answers a request; calls `told` with the number of ticks of a step that are done.
+    /// Answers a request; calls `told` with the number of ticks of a step that are done. The last request, asked again, gets the same
+    /// reply; an interrupted step, asked again, is made to its end.
     #[pyo3(signature = (request, told=None))]
     fn answer<'py>(
         &mut self,
@@ -134,10 +153,23 @@ impl World {
         request: &[u8],
         told: Told<'py>,
     ) -> PyResult<Bound<'py, PyBytes>> {
+        if let Some((last, reply)) = &self.answered
+            && last == request
+        {
+            return Ok(reply.bind(py).clone());
+        }
+        if let Some(unfinished) = self.unfinished.take_if(|unfinished| unfinished.request == request) {
+            let id = unfinished.id;
+            let reply = self.go_on(py, unfinished, &told)?;
+            return self.answered(py, id, request, reply);
+        }
         let parsed = Encoding::MsgPack.read_binary(request);
         let id = parsed.id.unwrap_or(0);
         let reply = match parsed.request {
-            Ok(Request::Step(step)) => self.step(py, id, step, &told)?,
+            Ok(_) if self.unfinished.is_some() => {
+                Err(Refusal::new(Code::WrongState, "a step was interrupted: finish it first"))
+            }
+            Ok(Request::Step(step)) => self.begin_step(py, id, step, request, &told)?,
             Ok(Request::Perturb(push)) => self.perturb(id, push),
             Ok(Request::Stop(request::Stop {})) => Ok(self.stop(py, id)?),
             Ok(other) => Err(Refusal::new(
@@ -146,7 +178,18 @@ impl World {
             )),
             Err(refusal) => Err(refusal),
         };
-        message::of(py, id, reply)
+        self.answered(py, id, request, reply)
+    }
+
+    /// Ticks that an interrupted step still has to make.
+    #[getter]
+    fn unfinished(&self) -> Option<u32> {
+        self.unfinished.as_ref().map(|unfinished| unfinished.left)
+    }
+
+    /// Drops the rest of an interrupted step.
+    fn drop_step(&mut self) {
+        self.unfinished = None;
     }
 
     /// The observation now, as the message `obs`.
@@ -173,6 +216,7 @@ impl World {
         let from = from.get();
         self.run.restore(&from.run).map_err(|error| PyValueError::new_err(error.to_string()))?;
         self.history.clone_from(&from.history);
+        (self.unfinished, self.answered) = (None, None);
         self.pushes.clear();
         self.outcome = None;
         self.shaping = 0.0;
@@ -181,7 +225,7 @@ impl World {
     }
 
     /// Another world that continues from here on its own.
-    fn fork(&self) -> World {
+    fn fork(&self, py: Python<'_>) -> World {
         World {
             run: self.run.fork(),
             number: self.number,
@@ -197,6 +241,8 @@ impl World {
             objects: self.objects,
             hand: Arc::clone(&self.hand),
             outcome: self.outcome.clone(),
+            unfinished: self.unfinished.clone(),
+            answered: self.answered.as_ref().map(|(request, reply)| (request.clone(), reply.clone_ref(py))),
         }
     }
 
@@ -236,7 +282,7 @@ impl World {
         for placement in &placements {
             self.run.place(placement).map_err(|error| PyValueError::new_err(error.to_string()))?;
         }
-        self.outcome = None;
+        (self.outcome, self.unfinished, self.answered) = (None, None, None);
         self.shaping = 0.0;
         self.shaper.iter_mut().for_each(|shaper| shaper.restart(&self.run));
         Ok(())
@@ -405,33 +451,59 @@ impl World {
         observation
     }
 
-    /// Steps without the interpreter's lock, and checks for Ctrl-C.
-    fn step(
+    /// Encodes a reply, and keeps it with its request.
+    fn answered<'py>(
+        &mut self,
+        py: Python<'py>,
+        id: u64,
+        request: &[u8],
+        reply: Result<Reply, Refusal>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let reply = message::of(py, id, reply)?;
+        self.answered = Some((request.to_vec(), reply.clone().unbind()));
+        Ok(reply)
+    }
+
+    fn begin_step(
         &mut self,
         py: Python<'_>,
         id: u64,
         step: Step,
+        request: &[u8],
         told: &Told<'_>,
     ) -> PyResult<Result<Reply, Refusal>> {
         if let Err(refusal) = self.may_step(&step) {
             return Ok(Err(refusal));
         }
-        let shots = match self.shots(&step.cameras) {
+        let (left, request, events) = (step.repeat, request.to_vec(), Vec::new());
+        self.go_on(py, Unfinished { request, id, step, left, events }, told)
+    }
+
+    /// Steps without the interpreter's lock. An exception of a signal handler or of `told` leaves the rest in `unfinished`.
+    fn go_on(
+        &mut self,
+        py: Python<'_>,
+        mut unfinished: Unfinished,
+        told: &Told<'_>,
+    ) -> PyResult<Result<Reply, Refusal>> {
+        let shots = match self.shots(&unfinished.step.cameras) {
             Ok(shots) => shots,
             Err(refusal) => return Ok(Err(refusal)),
         };
-        let mut events = Vec::new();
-        let mut left = step.repeat;
-        while left > 0 && self.run.over().is_none() {
-            py.detach(|| self.ticks(&step.action, &mut left, &mut events));
+        while unfinished.left > 0 && self.run.over().is_none() {
+            py.detach(|| self.ticks(&mut unfinished));
             if let Some(failure) = self.run.failure() {
                 self.outcome = Some(self.run.finish(Reason::WorldFault));
                 let message = format!("{failure}. The run is void; reset opens another");
                 return Ok(Err(Refusal::new(Code::Internal, message).by(failure.fault)));
             }
-            py.check_signals()?;
-            tell(told, u64::from(step.repeat - left))?;
+            let done = u64::from(unfinished.step.repeat - unfinished.left);
+            if let Err(interrupted) = py.check_signals().and_then(|()| tell(told, done)) {
+                self.unfinished = Some(unfinished);
+                return Err(interrupted);
+            }
         }
+        let Unfinished { id, events, .. } = unfinished;
         self.shaping = self.shaper.as_mut().map_or(0.0, |shaper| shaper.step(&self.run));
         let mut observation = py.detach(|| self.looked(&shots));
         observation.events = events;
@@ -453,11 +525,11 @@ impl World {
     }
 
     /// Steps until it is time to look for signals.
-    fn ticks(&mut self, action: &Action, left: &mut u32, events: &mut Vec<palmares_tasks::Event>) {
+    fn ticks(&mut self, Unfinished { step, left, events, .. }: &mut Unfinished) {
         let begun = Instant::now();
         while *left > 0 && self.run.over().is_none() && self.run.fault().is_none() && begun.elapsed() < LOOK {
             // It has been checked.
-            if self.run.step(action).is_err() {
+            if self.run.step(&step.action).is_err() {
                 return;
             }
             *left -= 1;

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage, Intrinsics
 from palmares.client import Client
-from palmares.clipping import ClippedActionWarning
+from palmares.clipping import ClippedActionWarning, HeldHandWarning
 from palmares.errors import (
     BadActionError,
     BadJsonError,
@@ -33,6 +33,7 @@ from palmares.errors import (
     ForbiddenError,
     HandInTheWayError,
     InternalError,
+    InUseError,
     NoServerError,
     NotAuthorizedError,
     NotFoundError,
@@ -54,6 +55,7 @@ from palmares.errors import (
 )
 from palmares.messages import FieldSpec, HandState, Observation, Result, Specs, Welcome
 from palmares.net.codec import Encoding
+from palmares.no_truth import NoTruthError
 from palmares.scene import Region, Scene, SceneBody, ScenePart
 from palmares.targets import joints, pose, twist
 from palmares.training import Training
@@ -105,12 +107,15 @@ __all__ = [
     "HandInTheWayError",
     "HandInfo",
     "HandState",
+    "HeldHandWarning",
+    "InUseError",
     "InternalError",
     "Intrinsics",
     "Joints",
     "LeaderboardRow",
     "Limits",
     "NoServerError",
+    "NoTruthError",
     "NotAuthorizedError",
     "NotFoundError",
     "NotScheduledError",

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import logging
 import os
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from msgspec import structs
 from numpy.typing import ArrayLike
@@ -15,29 +14,19 @@ from numpy.typing import ArrayLike
 from palmares import own_task
 from palmares.arguments import MAX_SEED
 from palmares.clipping import Clipping
-from palmares.errors import (
-    CapacityError,
-    ConnectionLostError,
-    RateLimitedError,
-    RunLostError,
-    SessionOverError,
-    WrongStateError,
-)
+from palmares.errors import WrongStateError
 from palmares.messages import Observation, Result, Welcome
 from palmares.net.address import addresses
-from palmares.net.codec import Encoding, Message
-from palmares.net.link import CLOSED, Link, Resumed, raise_if_fatal
-from palmares.net.replayed import StepHistory
+from palmares.net.codec import Encoding
+from palmares.net.link import CLOSED, Link
 from palmares.net.requests import names, whole_of
-from palmares.net.stream import Stream
-from palmares.net.transport import Closed
+from palmares.net.session import Session
 from palmares.scene import Scene
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
 from palmares.version import VERSION
 from palmares.wire import (
     Ack,
-    Action,
     ActRequest,
     Competition,
     HelloRequest,
@@ -45,8 +34,6 @@ from palmares.wire import (
     Opened,
     PerturbRequest,
     PushWrench,
-    Reply,
-    Request,
     ResetRequest,
     StepRequest,
     StopRequest,
@@ -61,13 +48,11 @@ LOG = logging.getLogger("palmares")
 NO_RUN = "wrong_state: no run is open; call reset(…) first"
 # The address of runs in this process.
 LOCAL = "local"
+LOCKSTEP = (
+    "wrong_state: this run waits for `step`, which returns the observation; `observations` is for runs in "
+    "mode `realtime`: reset(…, mode='realtime')"
+)
 NO_TRAINING = "training: servers do not offer it; use url='local'"
-# Most repetitions of one request after the rate limit or a broken connection.
-MAX_RETRIES = 20
-# Longest wait for an observation before a check that the server is alive.
-LISTEN_S = 1.0
-
-Answer = TypeVar("Answer", bound=Reply)
 
 
 class Client:
@@ -111,30 +96,18 @@ class Client:
     ) -> None:
         if not isinstance(team, str):
             raise ValueError(f"team: found {team!r}; wanted a text of 1 to 64 characters")
-        self._timeout_s = timeout_s
-        self._tick: int | None = None
-        self._run_id: str | None = None
-        self._result: Result | None = None
-        self._run: Opened | None = None
-        self._scene: Scene | None = None
-        self._names: list[str] = []
-        self._motors = 0
-        self._newest: Observation | None = None
-        self._stream = Stream()
-        self._steps = StepHistory()
         self.clipping = Clipping()
-        self._unrequested: Result | None = None
-        self._link: Link
+        self._session = Session(timeout_s)
         if url == LOCAL:
             from palmares.sim.local import LocalLink
 
             checked(training)
-            self._link = LocalLink(team, training)
+            self._session.link = LocalLink(team, training)
             return
         if training is not None:
             raise ValueError(NO_TRAINING)
         server = addresses(url)
-        self._link = Link(
+        self._session.link = Link(
             server.http,
             server.control,
             HelloRequest(client={"name": team, "version": VERSION}, session_s=session_s),
@@ -142,7 +115,7 @@ class Client:
             encoding=encoding,
             timeout_s=timeout_s,
             reconnect_s=reconnect_s,
-            on_message=self._receive,
+            on_message=self._session.receive,
         )
         if self.welcome.note is not None:
             LOG.warning("%s", self.welcome.note)
@@ -182,6 +155,7 @@ class Client:
 
         """
         seed = None if seed is None else whole_of("seed", seed, 0, MAX_SEED)
+        interrupted = self._session.finish()
         self._stop_earlier_run()
         if not self.is_local:
             task = own_task.name_of(task, [known.name for known in self.welcome.tasks])
@@ -194,16 +168,14 @@ class Client:
             seed=seed,
             cameras=names(cameras),
         )
-        obs = self._ask(request, Observation)
-        self._tick, self._run_id = obs.tick, obs.run_id
+        if interrupted is not None and isinstance(interrupted[0], ResetRequest):
+            opened, first = interrupted
+            if isinstance(first, Observation) and opened == structs.replace(request, id=opened.id):
+                self.clipping.begin()
+                return first
+            self._session.ask(StopRequest(), Result)  # Nobody has seen this run.
+        obs = self._session.ask(request, Observation)
         self.clipping.begin()
-        self._run, self._scene = obs.run, obs.scene
-        self._names = [body.name for body in obs.scene.free] if obs.scene is not None else []
-        self._motors = len(obs.hand.actuators)
-        self._newest = self._named(obs)
-        self._stream.open(obs.run_id)
-        self._steps.clear()
-        self._link.set_realtime(mode == "realtime")
         return obs
 
     def step(
@@ -234,21 +206,15 @@ class Client:
             WorldFaultError: The world failed; `fault` is the cause. `stop` returns the void result.
 
         """
-        if self._tick is None:
+        interrupted = self._session.finish()
+        if self._session.tick is None:
             raise self._no_run()
-        action = action_of(base, hand, self._motors, effort)
+        action = action_of(base, hand, self._session.motors, effort)
         repeat = whole_of("repeat", repeat, 1, self.welcome.limits.repeat)
-        request = StepRequest(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
-        try:
-            obs = self._ask(request, Observation)
-        except (WrongStateError, SessionOverError):
-            # The run ended with the step before this one, whose observation was lost with the connection.
-            last = self._take()
-            if last is None:
-                raise
-            return last
-        self._steps.made(request.tick, obs.tick, action)
-        self._tick, self._newest = obs.tick, self._named(obs)
+        if interrupted is not None and isinstance(interrupted[1], Observation) and interrupted[1].done:
+            return interrupted[1]  # The run ended with the step that was interrupted.
+        request = StepRequest(tick=self._session.tick, action=action, repeat=repeat, cameras=names(cameras))
+        obs = self._session.ask(request, Observation)
         self.clipping.request(action)
         self.clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
         return obs
@@ -269,17 +235,17 @@ class Client:
             effort: As in `step`; left out, the last one holds.
 
         """
-        if self._tick is None:
+        if self._session.tick is None:
             raise self._no_run()
         try:
-            action = action_of(base, hand, self._motors, effort)
-            tick = self._ask(ActRequest(action=action, cameras=names(cameras)), Ack).tick
-            self.clipping.request(action, tick)
+            action = action_of(base, hand, self._session.motors, effort)
+            tick = self._session.ask(ActRequest(action=action, cameras=names(cameras)), Ack).tick
+            self.clipping.request(action, tick, self.welcome.limits.hold_ticks)
             return tick
         except WrongStateError:
             # The run ended meanwhile; its last observation is not read yet.
-            if self._stream.over:
-                return self._tick
+            if self._session.stream.over:
+                return self._session.tick
             raise
 
     def observations(self) -> Iterator[Observation]:
@@ -290,25 +256,35 @@ class Client:
         last observation is truncated with the reason ``world_fault``; `Result.fault` of `stop` is the cause.
 
         """
-        while self._run_id is not None:
-            obs = self._next()
+        if self._session.tick is None:
+            raise self._no_run()
+        if not self._session.realtime:
+            raise WrongStateError(LOCKSTEP)
+        return self._streamed()
+
+    def _streamed(self) -> Iterator[Observation]:
+        while self._session.run_id is not None:
+            self._session.finish()
+            self._session.check_caller()
+            obs = self._session.next_streamed()
             self.clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
             yield obs
             if obs.done:
                 return
 
     def latest(self) -> Observation:
-        """Return the newest observation of a real-time run at once; the last one again if none came."""
-        if self._newest is None:
+        """Return the newest observation at once; the last one again if none came since.
+
+        In lockstep this is the observation of the last step. If Ctrl-C interrupted that step, it is made to
+        its end first.
+        """
+        self._session.finish()
+        self._session.check_caller()
+        if self._session.newest is None:
             raise self._no_run()
-        try:
-            self._check_resumed(StopRequest())
-            self._link.listen(0.0)
-        except Closed as lost:
-            raise_if_fatal(lost)
-            self._link.resume(lost)
-            self._check_resumed(StopRequest())
-        return self._take() or self._newest
+        if not self._session.realtime:
+            return self._session.newest
+        return self._session.listen(0.0) or self._session.newest
 
     def perturb(
         self,
@@ -327,33 +303,28 @@ class Client:
 
         """
         wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
-        return self._ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+        return self._session.ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def stop(self) -> Result:
         """Close the run; the objects settle and are counted. Return the result."""
-        run_id = self._run_id
-        try:
-            result = self._ask(StopRequest(), Result)
-        except RunLostError as lost:
-            if lost.result is None or lost.result.run_id != run_id:
-                raise
-            result = lost.result
-        self._forget_run()
-        self._result = result
-        self.welcome.run = None
-        return result
+        interrupted = self._session.finish()
+        if interrupted is not None and isinstance(interrupted[1], Result):
+            return interrupted[1]
+        return self._session.ask(StopRequest(), Result)
 
     def abandon(self) -> None:
         """Close the run without a result; in this process nothing settles and nothing is counted."""
         if self.is_local:
+            self._session.check_caller()
+            self._session.drop_unread()
             self._link.abandon()
-            self._forget_run()
+            self._session.forget_run()
         else:
             self.stop()
 
     def time(self) -> Time:
         """Return the session's clock."""
-        return self._ask(TimeRequest(), Time)
+        return self._session.ask(TimeRequest(), Time)
 
     def leaderboard(self) -> list[LeaderboardRow]:
         """Return the rows of the leaderboard, best first."""
@@ -371,14 +342,14 @@ class Client:
             NotFoundError: The server does not record.
 
         """
-        if self._result is None:
+        if self.result is None:
             raise WrongStateError("wrong_state: no run was stopped yet; call stop() first")
-        self._link.save_replay(self._result.run_id, path)
+        self._link.save_replay(self.result.run_id, path)
 
     @property
     def result(self) -> Result | None:
         """Result of the last `stop`."""
-        return self._result
+        return self._session.result
 
     @property
     def is_local(self) -> bool:
@@ -438,34 +409,41 @@ class Client:
     @property
     def run(self) -> Opened:
         """Parameters of the current or last run: its seed, length of a tick, time limit, mode."""
-        if self._run is None:
+        if self._session.run is None:
             raise WrongStateError("wrong_state: no run was opened yet; call reset(…) first")
-        return self._run
+        return self._session.run
 
     @property
     def scene(self) -> Scene:
         """The scene of the current or last run."""
-        if self._scene is None:
+        if self._session.scene is None:
             raise WrongStateError("wrong_state: no run was opened yet; call reset(…) first")
-        return self._scene
+        return self._session.scene
 
     @property
     def tick(self) -> int | None:
         """Ticks since reset, as of the last observation; ``None`` when no run is open."""
-        return self._tick
+        return self._session.tick
 
     @property
     def skipped(self) -> int:
         """Observations of the last real-time run that newer ones replaced before they were read."""
-        return self._stream.skipped
+        return self._session.stream.skipped
 
     def close(self) -> None:
-        """End the session. The server stops and scores an open run. A closed client stays closed."""
+        """End the session. The server stops and scores an open run. A closed client stays closed.
+
+        In a forked process this does nothing: the session is its parent's.
+        """
+        if self._session.forked:
+            return
+        self._session.drop_unread()
         self._link.close()
-        self._forget_run()
+        self._session.forget_run()
 
     def __repr__(self) -> str:
-        run = "no run" if self._run is None else f"{self._run.task} with {self._run.hand}, tick {self._tick}"
+        opened = self._session.run
+        run = "no run" if opened is None else f"{opened.task} with {opened.hand}, tick {self.tick}"
         return f"<Client of {self.welcome.team} at {self._link.where}, {run}>"
 
     def __enter__(self) -> Self:
@@ -479,157 +457,20 @@ class Client:
     ) -> None:
         self.close()
 
-    # --- requests and replies ---
-
-    def _ask(self, request: Request, kind: type[Answer]) -> Answer:
-        """Repeat a request until a reply comes; wait as the server demands, resume a broken session."""
-        last: Exception | None = None
-        retries = 0
-        wanted = request
-        while retries < MAX_RETRIES:
-            try:
-                if self._link.resumed is not None:
-                    request = self._check_resumed(wanted)
-                if self._steps.behind is not None:
-                    self._catch_up()
-                return self._link.exchange(request, kind)
-            except Resumed:
-                continue  # The heartbeat resumed after the check above: check again.
-            except RateLimitedError as slower:
-                # A refused request has changed nothing: send it again.
-                time.sleep(0.1 if slower.retry_after_s is None else slower.retry_after_s)
-                last = slower
-            except WrongStateError as paused:
-                # Only the refusals of a paused session have a time to retry.
-                if paused.retry_after_s is None:
-                    raise
-                LOG.log(logging.DEBUG if last else logging.WARNING, "waiting: %s", paused)
-                time.sleep(paused.retry_after_s)
-                last = paused
-                continue  # The session's clock is stopped, too: wait until the pause ends.
-            except CapacityError as full:
-                # In a competition the session keeps its place in the queue, and its clock is stopped.
-                official = self.competition.mode == "official"
-                if full.retry_after_s is None or not (official and isinstance(request, ResetRequest)):
-                    raise
-                LOG.log(logging.DEBUG if last else logging.WARNING, "waiting: %s", full)
-                time.sleep(full.retry_after_s)
-                last = full
-                continue
-            except Closed as lost:
-                raise_if_fatal(lost)
-                self._link.resume(lost)
-                last = lost
-            retries += 1
-        if isinstance(last, RateLimitedError):
-            raise last
-        raise ConnectionLostError(f"the connection broke {MAX_RETRIES} times during one request") from last
-
-    def _check_resumed(self, request: Request) -> Request:
-        """Return the request to send after a reconnection; the server may have processed `request`."""
-        welcome = self._link.take_resumed()
-        if welcome is None:
-            return request
-        run = welcome.run
-        if self._run_id is None:
-            if run is not None and isinstance(request, ResetRequest):
-                # The run was opened, but the reply with its scene was lost: close it and open another.
-                self._link.exchange(StopRequest(), Result)
-        elif run is None or run.run_id != self._run_id:
-            raise self._run_lost()
-        elif not run.open and self._newest is not None:
-            # The run's last observation was lost: make one.
-            closed = structs.replace(self._newest, tick=run.tick, truncated=True, reason="closed", events=[])
-            self._stream.put(closed)
-        elif run.mode == "lockstep" and self._tick is not None and run.tick != self._tick:
-            return self._continued(request, run.tick)
-        return request
-
-    def _continued(self, request: Request, tick: int) -> Request:
-        """Return the request to send when the run goes on at another tick than the last observation's."""
-        if self._tick is not None and tick < self._tick and self._steps.rewind(tick):
-            # Another host has continued the run from an earlier tick: the steps since then are sent again.
-            return request
-        if not isinstance(request, StepRequest):
-            return request
-        end = request.tick + request.repeat
-        if request.tick < tick < end:
-            # Another host has continued the run within this step.
-            return structs.replace(request, tick=tick, repeat=end - tick)
-        # The step was made, but its observation was lost: make one more tick with the same targets.
-        return StepRequest(tick=tick, action=Action())
-
-    def _catch_up(self) -> None:
-        """Send steps again; drop the observations, which the controller has."""
-        while (step := self._steps.next(self.welcome.limits.repeat)) is not None:
-            obs = self._link.exchange(step, Observation)
-            self._steps.behind = obs.tick
-            if obs.done:
-                # Only a limit of the session ends the run earlier than before.
-                self._steps.behind = None
-                self._stream.put(self._named(obs))
-
-    def _run_lost(self) -> RunLostError:
-        """Forget a run that the server has closed; return the error with its outcome."""
-        run_id = self._run_id or ""
-        result = self._unrequested
-        if result is None or result.run_id != run_id:
-            result = self._link.result_of(run_id)
-        self._forget_run()
-        return RunLostError.of(run_id, result)
+    @property
+    def _link(self) -> Link:
+        return self._session.link
 
     def _stop_earlier_run(self) -> None:
         """Stop a run that an earlier program of this team left open in the resumed session."""
         left = self.welcome.run
-        if left is None or self._run_id is not None:
+        if left is None or self._session.run_id is not None:
             return
         LOG.warning(
             "an earlier program left run %s open at tick %d; it is stopped now", left.run_id, left.tick
         )
-        self._ask(StopRequest(), Result)
+        self._session.ask(StopRequest(), Result)
         self.welcome.run = None
-
-    def _named(self, obs: Observation) -> Observation:
-        """Set the names of an observation's objects; return it."""
-        if obs.truth is not None:
-            obs.truth.name_objects(self._names)
-        return obs
 
     def _no_run(self) -> WrongStateError:
         return WrongStateError(CLOSED if self._link.closed else NO_RUN)
-
-    def _forget_run(self) -> None:
-        self._tick = self._run_id = self._newest = None
-        self._steps.clear()
-        self._stream.close()
-        self._link.set_realtime(False)
-
-    # --- messages that answer no request ---
-
-    def _receive(self, message: Message) -> None:
-        if isinstance(message, Observation):
-            self._stream.put(self._named(message))
-        elif isinstance(message, Result):
-            self._unrequested = message
-
-    def _take(self) -> Observation | None:
-        obs = self._stream.take()
-        if obs is not None:
-            self._newest, self._tick = obs, obs.tick
-        return obs
-
-    def _next(self) -> Observation:
-        """Wait for an observation newer than the last one."""
-        while True:
-            try:
-                if self._link.resumed is not None:
-                    self._check_resumed(StopRequest())
-                self._link.listen(LISTEN_S)
-            except Closed as lost:
-                raise_if_fatal(lost)
-                self._link.resume(lost)
-            obs = self._take()
-            if obs is not None:
-                return obs
-            if self._link.silence_s() > self._timeout_s:
-                raise ConnectionLostError(f"{self._link.where} has been silent for {self._timeout_s:g} s")

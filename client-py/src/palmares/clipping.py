@@ -15,12 +15,17 @@ class ClippedActionWarning(UserWarning):
     """A number of an action was beyond its limit, and was clipped."""
 
 
+class HeldHandWarning(UserWarning):
+    """No action came for `Limits.hold_ticks`: the server stopped the hand of a real-time run."""
+
+
 class Clipping:
     """Compares requested with applied actions; warns the first time that they differ in a field."""
 
     def __init__(self) -> None:
         self._requested: Action | None = None
         self._from_tick = 0
+        self._hold_ticks: int | None = None
         self._muted = False
         self._warned: set[str] = set()
 
@@ -42,19 +47,34 @@ class Clipping:
         """Whether a clipped field gives no further warning in this run."""
         return self._muted or field in self._warned
 
-    def request(self, action: Action, from_tick: int = 0) -> None:
-        """Keep a requested action; observations show it from `from_tick` on."""
+    def request(self, action: Action, from_tick: int = 0, hold_ticks: int | None = None) -> None:
+        """Keep a requested action; observations show it from `from_tick` on, for `hold_ticks` more."""
         if not self._muted:
-            self._requested, self._from_tick = action, from_tick
+            self._requested, self._from_tick, self._hold_ticks = action, from_tick, hold_ticks
 
     def compare(self, applied: Action, tick: int, stacklevel: int) -> None:
         """Warn if the action applied in a tick differs from the requested one."""
         if self._requested is None or tick < self._from_tick:
             return
         requested, self._requested = self._requested, None
+        if self._hold_ticks is not None and tick > self._from_tick + self._hold_ticks:
+            self._warn_of_hold(tick, stacklevel + 1)
+            return
         for field, wanted, was in _numbers(requested, applied):
             if any(abs(a - b) > 1e-12 for a, b in zip(wanted, was, strict=True)):
                 self.warn(field, wanted, was, stacklevel + 1)
+
+    def _warn_of_hold(self, tick: int, stacklevel: int) -> None:
+        if self.has_warned("held"):
+            return
+        self._warned.add("held")
+        warnings.warn(
+            f"the hand was stopped in tick {tick} or before: no action came for more than {self._hold_ticks} "
+            f"ticks after that of tick {self._from_tick} (`welcome.limits.hold_ticks`). Send one more often; "
+            "`missed_ticks` of the result counts ticks without a new action. This warning comes once a run",
+            HeldHandWarning,
+            stacklevel=stacklevel + 1,
+        )
 
     def check_unit(self, actions: Array, stacklevel: int) -> None:
         """Warn if an entry of actions (…, n) is outside [−1, 1]."""

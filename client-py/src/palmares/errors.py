@@ -212,6 +212,10 @@ class WorldFaultError(InternalError):
         self.fault = fault
 
 
+class InUseError(RuntimeError):
+    """Another thread, or the parent of a forked process, uses this client, world or batch."""
+
+
 class NotFoundError(PalmaresError):
     """No such page, run or hand."""
 

@@ -8,6 +8,7 @@ import msgspec
 
 from palmares import wire
 from palmares.cameras import CameraImage
+from palmares.no_truth import NoTruthError
 from palmares.scene import Scene, named
 from palmares.truth import BodyState, Truth
 from palmares.views import Rows, Viewed, first, vector
@@ -46,7 +47,7 @@ class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
 
     hand: HandState
     _cameras: list[CameraImage] = msgspec.field(name="cameras", default_factory=list)
-    truth: Truth | None = None
+    _truth: Truth | None = msgspec.field(name="truth", default=None)
     scene: Scene | None = None
     """Only in the reply to `reset`; `Client.scene` keeps it."""
 
@@ -54,6 +55,18 @@ class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
     def cameras(self) -> dict[str, CameraImage]:
         """Requested images, by the names of their cameras."""
         return {image.camera: image for image in self._cameras}
+
+    @property
+    def truth(self) -> Truth:
+        """The full state; `NoTruthError` in a run with ``sensing="sensors"``, see `has_truth`."""
+        if self._truth is None:
+            raise NoTruthError
+        return self._truth
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether it has `truth`: with ``sensing="truth"``."""
+        return self._truth is not None
 
     @property
     def done(self) -> bool:
@@ -67,7 +80,7 @@ class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
         _, rows = self.hand._lines()
         for name, image in self.cameras.items():
             rows.append((f"camera {name}", f"{image.width} × {image.height}"))
-        if self.truth is not None:
+        if self.has_truth:
             places = zip(self.truth.names, self.truth.positions.tolist(), strict=True)
             rows += first([(name, f"{vector(at)} m") for name, at in places], "objects")
             rows.append(("contacts", str(self.truth.contact_count)))

@@ -563,8 +563,7 @@ class Observation(Reply, kw_only=True, gc=False, tag="obs"):
     """Inputs of the run; only in the reply to ``reset``."""
     scene: Scene | None = None
     """Contents of the world; only in the reply to ``reset``."""
-    truth: Truth | None = None
-    """The full state, when the run's sensing is ``truth``."""
+    _truth: Truth | None = msgspec.field(name="truth", default=None)
 
 
 class Replay(Brief, msgspec.Struct, kw_only=True, gc=False):

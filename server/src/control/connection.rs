@@ -462,8 +462,14 @@ impl Connection {
         match self.carry_out(id, request).await {
             Ok(reply) => {
                 // The warning for a mark that the simulated time has passed comes before the reply.
-                self.warn().await?;
-                self.send(&reply).await?;
+                let mut sent = self.warn().await;
+                if sent.is_continue() {
+                    sent = self.send(&reply).await;
+                }
+                if let Some(session) = &mut self.session {
+                    session.keep(reply);
+                }
+                sent?;
                 self.busy_poll.replied();
                 if greeted {
                     return ControlFlow::Break(ConnectionEnd::Greeted);

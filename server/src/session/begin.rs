@@ -89,6 +89,7 @@ impl Sessions {
         session.resume_token = token.to_owned();
         session.go_on().await;
         session.keep_last_observation();
+        session.answered.client_is_back();
         tracing::info!(session = session.session_id, "session resumed");
         Ok(session)
     }

@@ -140,6 +140,7 @@ impl Sessions {
         session.gate = Some(gate.clone());
         session.standing = Some(row.paused);
         session.went_back = mode == Mode::Realtime;
+        session.taken_over = true;
         session.open_run = match mode {
             Mode::Lockstep => OpenRun::Lockstep(Box::new(opened.world)),
             Mode::Realtime => {

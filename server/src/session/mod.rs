@@ -6,6 +6,7 @@
 
 mod adopt;
 mod after_run;
+mod answered;
 mod begin;
 mod clock_rows;
 mod command;

@@ -17,7 +17,7 @@ use crate::watch::messages::WatchRun;
 use crate::world::RunObserver;
 use crate::world::images::{self, StepImages};
 use crate::world::realtime::{RealtimeWorld, StreamedObservation};
-use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup};
+use crate::world::run::{Missing, OpenError, OpenedWorld, StepError, World, WorldSetup};
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::Ack;
@@ -58,7 +58,21 @@ impl Session {
     /// # Errors
     /// Reason why the request is refused.
     pub(crate) async fn answer(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
+        if let Some(answer) = self.answered.again(id, &request) {
+            return answer;
+        }
         self.close_if_over().await;
+        let answer = self.carry_out(id, request.clone()).await;
+        self.answered.carried_out(id, request, &answer);
+        answer
+    }
+
+    /// Keeps a reply that was sent, for a client that has not received it.
+    pub(crate) fn keep(&mut self, reply: Reply) {
+        self.answered.keep(reply);
+    }
+
+    async fn carry_out(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
         match request {
             Request::Reset(reset) => self.reset(id, reset).await,
             Request::Step(step) => self.step(id, step).await,
@@ -362,14 +376,18 @@ impl Session {
 
     /// Advances a lockstep world.
     pub(super) async fn step(&mut self, id: u64, step: Step) -> Result<Reply, Refusal> {
-        let ticks = self.machine.may_step(self.now(), step.tick, step.repeat, MAX_REPEAT)?;
+        let made = self.made_elsewhere(&step);
+        let ticks =
+            self.machine.may_step(self.now(), step.tick + u64::from(made), step.repeat, MAX_REPEAT)?;
         let (OpenRun::Lockstep(world), Some(run)) = (&mut self.open_run, self.machine.playing()) else {
             return Err(ended());
         };
         let run_id = run.run_id.clone();
         let shots = world.shots(&step.cameras).map_err(bad_camera)?;
         let scheduler = &self.shared.compute.scheduler;
-        let stepped = match world.step(scheduler, self.official, &step.action, ticks).await {
+        let rest = step.repeat.saturating_sub(made);
+        let missing = Missing { ticks: ticks.max(1).min(rest), since: step.tick };
+        let stepped = match world.step(scheduler, self.official, &step.action, missing).await {
             Ok(stepped) => stepped,
             Err(StepError::Action(error)) => return Err(Refusal::new(Code::BadAction, error.to_string())),
             Err(StepError::Failed(failure)) => {
@@ -378,6 +396,7 @@ impl Session {
                 return Err(Refusal::new(Code::Internal, message).by(failure.fault));
             }
         };
+        self.taken_over = false;
         let mut observation = stepped.observation;
         let StepImages { requested, upcoming } = world.expose(&shots);
         self.upcoming = upcoming;
@@ -394,6 +413,14 @@ impl Session {
         observation.cameras = images::render(&self.shared.compute, requested).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
+    }
+
+    /// Ticks of a step that another host has made before this one took the run over. Its client has missed their observation and sends
+    /// the step again.
+    fn made_elsewhere(&self, step: &Step) -> u32 {
+        let now = self.machine.playing().map_or(0, |run| run.tick);
+        let made = now.checked_sub(step.tick).and_then(|made| u32::try_from(made).ok());
+        made.filter(|made| self.taken_over && *made <= step.repeat).unwrap_or(0)
     }
 
     /// Waits until so few ticks are unstored that the client may see this one. The time is given back.

@@ -1,6 +1,7 @@
 //! A team's session: its parts, its reports, its end.
 
 use super::after_run::AfterRun;
+use super::answered::Answered;
 use super::clock_rows::saved_row;
 use super::command::PendingCommand;
 use super::finished::FinishedRun;
@@ -108,6 +109,10 @@ pub(crate) struct Session {
     pub(super) standing: Option<bool>,
     /// Whether the run has gone back to its last stored tick since the last observation of a realtime run.
     pub(super) went_back: bool,
+    /// Whether the open run was continued from another host and no step was made here yet.
+    pub(super) taken_over: bool,
+    /// For a client that has missed a reply.
+    pub(super) answered: Answered,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
     inbox: Inbox<Session>,
@@ -195,6 +200,8 @@ impl Session {
             gate: None,
             standing: None,
             went_back: false,
+            taken_over: false,
+            answered: Answered::default(),
             unstored: None,
             inbox,
             refunded_runs: Vec::new(),

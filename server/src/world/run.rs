@@ -65,6 +65,15 @@ impl Playable for Run {
     }
 }
 
+/// The ticks that a step still needs. Some can be in the world already, when another host has made them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Missing {
+    /// Their number; 0 leaves only the observation.
+    pub(crate) ticks: u32,
+    /// The tick before the whole step. Its events are those after this tick.
+    pub(crate) since: u64,
+}
+
 /// The result of a step.
 #[derive(Debug)]
 pub(crate) struct StepResult {
@@ -219,17 +228,21 @@ impl World {
         let _ = self.end_on_failure(done);
     }
 
-    /// Advances the world by `repeat` ticks, or fewer when the run is over before.
+    /// Advances the world by the missing ticks of a step, or fewer when the run is over before.
     pub(crate) async fn step(
         &mut self,
         scheduler: &Scheduler,
         official: bool,
         action: &Action,
-        repeat: u32,
+        Missing { ticks, since }: Missing,
     ) -> Result<StepResult, StepError> {
         self.admitted.used();
-        let mut earlier = Vec::new();
-        let mut left = repeat.max(1);
+        let mut earlier = self.events_since(since);
+        let mut left = ticks;
+        if left == 0 {
+            let over = self.run.as_ref().ok().and_then(|playable| playable.over());
+            return Ok(StepResult { observation: Observation { events: earlier, ..self.observe()? }, over });
+        }
         loop {
             let permit = scheduler.permit(Urgency::lockstep(official, Instant::now())).await;
             let over = self.tick(action, &permit)?;
@@ -251,6 +264,13 @@ impl World {
                 earlier.extend(playable.events().iter().map(|event| event.redacted_for(self.sensing)));
             }
         }
+    }
+
+    /// The events after a tick, up to now.
+    fn events_since(&mut self, tick: u64) -> Vec<Event> {
+        let sensing = self.sensing;
+        let Some(run) = self.run.as_mut().ok().and_then(|playable| playable.run()) else { return Vec::new() };
+        run.events_since(tick).map(|event| event.redacted_for(sensing)).collect()
     }
 
     /// Advances the world by one tick; returns why the run is over, if it is. A refused action changes nothing; a failure ends the

@@ -234,6 +234,12 @@ impl Run {
         &self.news
     }
 
+    /// The referee's events after a tick, up to now.
+    pub fn events_since(&self, tick: u64) -> impl Iterator<Item = &Event> {
+        let later = self.history.partition_point(|event| event.tick <= tick);
+        self.history[later..].iter()
+    }
+
     /// Score if the run ended now, without the settling.
     pub fn score(&self) -> f64 {
         self.referee.score()

@@ -69,7 +69,8 @@ const SUBCLASSED: [&str; 12] = [
     "Truth",
 ];
 /// Fields that a method of the same name replaces.
-const HIDDEN: [(&str, &str); 3] = [("Observation", "cameras"), ("Truth", "objects"), ("Truth", "contacts")];
+const HIDDEN: [(&str, &str); 4] =
+    [("Observation", "cameras"), ("Observation", "truth"), ("Truth", "objects"), ("Truth", "contacts")];
 /// Types whose arrays are made when they are first read, and kept.
 const CACHED: [&str; 3] = ["CameraImage", "Joints", "Truth"];
 /// Types of HTTP bodies that the package reads.

@@ -48,7 +48,7 @@ def arrays_of(obs: Observation, channels: Sequence[ChannelInfo] | None = None) -
             found[f"depth_{name}"] = np.nan_to_num(image.depth, nan=0.0).astype(np.float32)
         if image._rgb is not None:
             found[f"rgb_{name}"] = image.rgb.copy()
-    if obs.truth is not None:
+    if obs.has_truth:
         truth = obs.truth
         found["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])
         found["joints"] = array([truth.joints.position, truth.joints.velocity])

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from palmares.errors import (
     CapacityError,
     ConnectionLostError,
+    InternalError,
     NoServerError,
     PalmaresError,
     ProtocolError,
@@ -32,7 +33,8 @@ from palmares.messages import Result, Welcome
 from palmares.net import http
 from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message, with_channels
 from palmares.net.dial import NoWebSocket, Refused
-from palmares.net.transport import Closed, Transport
+from palmares.net.patience import Patience
+from palmares.net.transport import INTERRUPTED, Closed, Transport
 from palmares.training import Training
 from palmares.views import Described
 from palmares.wire import (
@@ -71,8 +73,11 @@ class Link:
         resumed: The greeting after a reconnection, until the client reads it with `take_resumed`.
         training: Always ``None``: servers do not offer it.
         parameters: Likewise.
+        copied_by_fork: Whether a forked process has a copy of its own; a connection cannot be copied.
 
     """
+
+    copied_by_fork = False
 
     training: Training | None = None
     parameters: Mapping[str, ArrayLike] | None = None
@@ -96,6 +101,8 @@ class Link:
         self._timeout_s, self._reconnect_s = timeout_s, reconnect_s
         self._on_message = on_message
         self._last_id = 0
+        self._greeted = False
+        """Whether the present connection has the session"""
         self._lock = threading.Lock()
         self._timer = _Timer()
         self.resumed: Welcome | None = None
@@ -103,7 +110,8 @@ class Link:
         self._codec: Codec
         self._transport = self._connect()
         try:
-            self.welcome = self._open_session(hello)
+            self.welcome = self._begin_session(hello)
+            self._greeted = True
         except BaseException:
             self._transport.close()
             raise
@@ -139,11 +147,13 @@ class Link:
             self._raise_if_ended()
             if self.resumed is not None:
                 raise Resumed
+            self._raise_if_ungreeted()
             return self._exchange(request, kind)
 
     def listen(self, wait_s: float) -> None:
         """Read all received messages; if there is none, wait up to `wait_s` for one."""
         with self._lock:
+            self._raise_if_ungreeted()
             if self._drain() == 0 and wait_s > 0.0:
                 raw = self._transport.recv_within(wait_s)
                 if raw is not None:
@@ -160,7 +170,7 @@ class Link:
         """
         last: Exception = lost
         begun = time.monotonic()
-        give_up, told = begun + self._reconnect_s, False
+        give_up, told, patience = begun + self._reconnect_s, False, Patience()
         for delay_s in _resume_delays():
             if time.monotonic() + delay_s > give_up:
                 break
@@ -179,6 +189,9 @@ class Link:
                 if not told:
                     LOG.warning("connection lost, trying again for %g s: %s", self._reconnect_s, not_yet)
                 told = True
+            except InternalError as failed:
+                patience.wait(failed)
+                last = failed
         raise ConnectionLostError(
             f"the connection broke and did not come back within {self._reconnect_s:g} s: {last}"
         ) from last
@@ -214,11 +227,17 @@ class Link:
         """Time since the last bytes from the server, pings included."""
         return time.monotonic() - self._transport.received_s
 
-    def take_resumed(self) -> Welcome | None:
-        """Return `resumed` and clear it."""
+    def take_resumed(self, welcome: Welcome) -> None:
+        """Clear `resumed`, if it is still this greeting."""
         with self._lock:
-            welcome, self.resumed = self.resumed, None
-        return welcome
+            if self.resumed is welcome:
+                self.resumed = None
+
+    def interrupted(self) -> None:
+        """Give up a connection that was in use when a call was interrupted; a new one has nothing to lose."""
+        with self._lock:
+            if self.resumed is None:
+                self._transport.drop()
 
     def set_realtime(self, realtime: bool) -> None:
         """Shorten the heartbeat's period during a real-time run."""
@@ -245,6 +264,7 @@ class Link:
         if not self._lock.acquire(blocking=False):
             return  # The thread that waits for a reply answers pings, too.
         try:
+            self._raise_if_ungreeted()
             self._drain()
         except ProtocolError as unreadable:
             LOG.warning("%s", unreadable)
@@ -268,6 +288,11 @@ class Link:
         """Raise the error with which the server ended the session while the heartbeat resumed it."""
         if self._ended is not None:
             raise self._ended
+
+    def _raise_if_ungreeted(self) -> None:
+        """Raise `Closed` when an interrupt has left the connection without the session."""
+        if not self._greeted:
+            raise Closed(None, INTERRUPTED)
 
     def _exchange(self, request: Request, kind: type[Answer]) -> Answer:
         self._send(request)
@@ -306,8 +331,9 @@ class Link:
         # Anything else is the reply to a request that timed out.
 
     def _send(self, request: Request) -> None:
-        self._last_id += 1
-        request.id = self._last_id
+        if request.id == 0:  # A request that is sent again keeps its id.
+            self._last_id += 1
+            request.id = self._last_id
         try:
             self._transport.send(self._codec.encode(request), binary=self._codec.binary)
         except Closed:
@@ -342,10 +368,12 @@ class Link:
             self._on_message(message)
 
     def _reopen(self) -> None:
+        self._greeted = False
         self._transport.close()
         self._transport = self._connect()
         try:
             self.welcome = self.resumed = self._resume_session()
+            self._greeted = True
         except BaseException:
             self._transport.close()
             raise
@@ -388,6 +416,15 @@ class Link:
             raise NoServerError(
                 f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
             ) from None
+
+    def _begin_session(self, hello: HelloRequest) -> Welcome:
+        """Open the session; try again while the server says that this may help."""
+        patience = Patience()
+        while True:
+            try:
+                return self._open_session(hello)
+            except InternalError as failed:
+                patience.wait(failed)
 
     def _open_session(self, hello: HelloRequest) -> Welcome:
         try:

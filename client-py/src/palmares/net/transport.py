@@ -35,6 +35,7 @@ MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 CAN_BUSY_POLL = hasattr(os, "sched_yield") and hasattr(select, "poll") and (os.cpu_count() or 1) > 1
 # Longest busy poll for one reply.
 BUSY_POLL_S = 1e-3
+INTERRUPTED = "a call on this connection was interrupted"
 
 
 class Closed(Exception):  # noqa: N818
@@ -61,6 +62,8 @@ class Transport:
         self._socket = sock
         self._protocol = protocol
         self._closed: Closed | None = None
+        self._writing = self._reading = False
+        """Whether a call is at it, or was interrupted at it: bytes are lost then"""
         self._received = received
         """Bytes that came after the handshake, until the first read"""
         self._fragments: list[bytes] = []
@@ -111,6 +114,9 @@ class Transport:
         try:
             if self._closed is not None:
                 raise self._closed
+            if self._writing:
+                raise self._lost(INTERRUPTED)
+            self._writing = True
             if binary:
                 self._protocol.send_binary(message)
             else:
@@ -152,6 +158,10 @@ class Transport:
             self._read()
         return self._messages.pop(0)
 
+    def drop(self) -> None:
+        """Close the connection without a close frame, since bytes of it may be lost."""
+        self._lost(INTERRUPTED)
+
     def abort(self) -> None:
         """Break the connection without a close frame, as a pulled cable does."""
         with contextlib.suppress(OSError):
@@ -159,7 +169,7 @@ class Transport:
 
     def close(self) -> None:
         """Send a close frame, if the connection is open, and close the socket."""
-        if self._closed is None:
+        if self._closed is None and not self._writing:
             self._closed = Closed(None, "closed by this client")
             with contextlib.suppress(OSError, WebSocketException):
                 self._protocol.send_close(1000)
@@ -177,6 +187,9 @@ class Transport:
         """
         if self._closed is not None:
             raise self._closed
+        if self._reading:
+            raise self._lost(INTERRUPTED)
+        self._reading = True
         if self._received:
             received, self._received = self._received, b""
             self._take(received)
@@ -202,6 +215,8 @@ class Transport:
     def _readable(self, wait_s: float) -> bool:
         if self._closed is not None:
             raise self._closed
+        if self._reading:
+            raise self._lost(INTERRUPTED)
         if self._received or (isinstance(self._socket, ssl.SSLSocket) and self._socket.pending()):
             return True
         try:
@@ -224,8 +239,10 @@ class Transport:
         """Find messages in received bytes, answer pings, detect the end of the connection."""
         protocol = self._protocol
         protocol.receive_data(data)
-        with contextlib.suppress(OSError):  # The next read raises it.
+        try:
             self._flush()
+        except OSError:
+            self._writing = False  # The next read raises it.
         for event in protocol.events_received():
             if isinstance(event, Frame) and event.opcode in DATA_OPCODES:
                 self._fragments.append(bytes(event.data))
@@ -237,12 +254,15 @@ class Transport:
             self._socket.close()
         elif protocol.parser_exc is not None:
             self._lost(str(protocol.parser_exc))
+        self._reading = False
 
     def _flush(self) -> None:
         """Send the bytes that the library has written."""
+        self._writing = True
         data = b"".join(self._protocol.data_to_send())
         if data:
             self._socket.sendall(data)
+        self._writing = False
 
     def _lost(self, why: str) -> Closed:
         if self._closed is None:

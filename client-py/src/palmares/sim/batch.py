@@ -120,6 +120,7 @@ class Batch:
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
         self._limits = (limits[0] * (1.0 + 1e-9), limits[1] * (1.0 + 1e-9))
         self.clipping = Clipping()
+        self._unread: tuple[int, Array, int, list[bool]] | None = None
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
         self.hand_numbers = tuple(self._native.hand_numbers())
@@ -155,6 +156,7 @@ class Batch:
         ]
         try:
             given = given_rows(parameters, self.count, self._native.objects)
+            self._drop_worlds(chosen)
             with progress(sum(chosen), "world", "reset") as report:
                 self._native.reset(numbers, chosen, report, given)
             return self.observe()
@@ -176,7 +178,7 @@ class Batch:
         """Advance the worlds of `mask`, or all, by `ticks` under their actions.
 
         A world whose run is over does not move and has reward 0 until it is reset. Ctrl-C ends the call
-        between two ticks.
+        between two ticks; the next one first makes the rest of the step, as `finish` does.
 
         Args:
             actions: (N, 6 + motors): linear (m/s) and angular (rad/s) velocity of the base, world frame, and
@@ -193,6 +195,7 @@ class Batch:
             RuntimeError: Another thread is in a call of this batch.
 
         """
+        self.finish()
         ticks = whole("ticks", ticks, 1, MAX_COUNT)
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
         motors = self.action_len - self._base_len
@@ -200,12 +203,52 @@ class Batch:
             self._warn_if_clipped(numbers)
             if effort is not None:
                 numbers = np.hstack([numbers, table("effort", effort, self.count, motors)])
-            with progress(ticks, "tick", "step") as report:
-                self._native.step(numbers, ticks, chosen, report)
-            rewards, _, terminated, truncated = self._native.progress()
-            return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+            self._unread = self._native.begun, numbers, ticks, chosen
+            return self._complete(*self._unread)
         except RuntimeError as error:
             raise in_use(error, "batch") from None
+
+    def finish(self) -> Stepped | None:
+        """Make the rest of a step that Ctrl-C interrupted; return its outcome, ``None`` if there is none."""
+        if self._unread is None:
+            return None
+        try:
+            return self._complete(*self._unread)
+        except RuntimeError as error:
+            raise in_use(error, "batch") from None
+
+    @property
+    def unfinished(self) -> int | None:
+        """Ticks that an interrupted step still has to make; ``None`` when no step was interrupted."""
+        return self._native.unfinished
+
+    def drop_step(self) -> None:
+        """Drop the rest of an interrupted step."""
+        self._unread = None
+        self._native.drop_step()
+
+    def _drop_worlds(self, chosen: list[bool]) -> None:
+        """Let an interrupted step not go on in worlds whose state is set."""
+        if self._unread is not None:
+            before, actions, ticks, mask = self._unread
+            mask = [moving and not dropped for moving, dropped in zip(mask, chosen, strict=True)]
+            self._unread = before, actions, ticks, mask
+
+    def _complete(self, before: int, actions: Array, ticks: int, mask: list[bool]) -> Stepped:
+        """Make a step, or what is missing of it; `before` is the number of steps begun before it."""
+        try:
+            with progress(ticks, "tick", "step") as report:
+                if self._native.begun == before:
+                    self._native.step(actions, ticks, mask, report)
+                else:
+                    self._native.finish(report)
+        except (ValueError, RuntimeError):
+            self._unread = None  # Refused.
+            raise
+        rewards, _, terminated, truncated = self._native.progress()
+        stepped = Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+        self._unread = None
+        return stepped
 
     def _warn_if_clipped(self, actions: Array) -> None:
         """Warn if this is the first action beyond the limits."""
@@ -386,6 +429,7 @@ class Batch:
             "motors": motors,
             "objects": objects,
         }
+        self._drop_worlds(self._mask(mask))
         self._native.place(placed(state, parts, self._shapes()), self._mask(mask))
         return self.observe()
 
@@ -435,10 +479,12 @@ class Batch:
         """
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = Snapshot(bytes(snapshot))
+        self._drop_worlds([k == world for k in range(self.count)])
         self._native.restore(self._world(world), snapshot)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the batch for pickle: its worlds continue in another process, without their `result`."""
+        self.finish()
         opened = [tick > 0 or self.opened for tick in self.ticks]
         kept = [bytes(self.snapshot(k)) if there else None for k, there in enumerate(opened)]
         return self.__dict__ | {"_native": kept}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from palmares.errors import InUseError
+
 
 def in_use(error: RuntimeError, what: str) -> RuntimeError:
     """Return the error of a call during a call of another thread; any other error stays.
@@ -13,7 +15,7 @@ def in_use(error: RuntimeError, what: str) -> RuntimeError:
     """
     if "borrowed" not in str(error):
         return error
-    return RuntimeError(
+    return InUseError(
         f"another thread is in a call of this {what}: use it from one thread at a time, or make one for each "
         "thread"
     )

@@ -6,6 +6,7 @@ import os
 import secrets
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NoReturn, TypeVar
 
 from numpy.typing import ArrayLike
@@ -34,17 +35,32 @@ Answer = TypeVar("Answer", bound=Reply)
 REPEAT = 100
 
 
+@dataclass(frozen=True)
+class _Now:
+    """The state of the link. It changes in one moment, so that Ctrl-C finds the one before or the one after.
+
+    `request` and `reply` are those of the last `reset` or `stop`.
+    """
+
+    world: sim.World | None = None
+    open: bool = False
+    simulated_s: float = 0.0
+    request: Request | None = None
+    reply: Reply | None = None
+
+
 class LocalLink(Link):
     """Handles the requests of a client in this process, as `palmares.net.link.Link` does over a connection.
 
     Attributes:
         welcome: The greeting of a practice server.
         resumed: Always ``None``: no connection can break.
-        world: The world of the current or last run.
         training: Options for learners in later runs.
         parameters: Numbers given for later runs, as of `palmares.sim.World.reset`.
 
     """
+
+    copied_by_fork = True
 
     # No connection is made, so `Link.__init__` is not called.
     def __init__(self, team: str, training: sim.Training | None = None) -> None:
@@ -53,11 +69,15 @@ class LocalLink(Link):
         self.parameters: Mapping[str, ArrayLike] | None = None
         self._own_hands: list[str] = []
         self._own_tasks: list[str] = []
-        self._open = self._closed = False
-        self._simulated_s = 0.0
+        self._closed = False
+        self._now = _Now()
         self._greet()
         self.resumed = None
-        self.world: sim.World | None = None
+
+    @property
+    def world(self) -> sim.World | None:
+        """The world of the current or last run."""
+        return self._now.world
 
     def __getstate__(self) -> dict[str, Any]:
         """Return everything, for pickle: there is no connection."""
@@ -73,12 +93,14 @@ class LocalLink(Link):
         if self._closed:
             raise WrongStateError(CLOSED)
         reply: Reply
-        if isinstance(request, ResetRequest):
+        if self._now.reply is not None and self._now.request is request:
+            reply = self._now.reply  # Ctrl-C came before the client had it.
+        elif isinstance(request, ResetRequest):
             reply = self._reset(request)
         elif isinstance(request, StepRequest | PerturbRequest):
             reply = self._in_the_run(request, kind)
         elif isinstance(request, StopRequest):
-            reply = self._stop()
+            reply = self._stop(request)
         elif isinstance(request, TimeRequest):
             reply = self._time()
         else:
@@ -90,12 +112,12 @@ class LocalLink(Link):
         try:
             return self._opened().ask(request, kind)
         except WrongStateError as refused:
-            if self._open:
+            if self._now.open:
                 raise WrongStateError(f"{refused}; stop() returns its result") from None
             raise
 
     def _reset(self, request: ResetRequest) -> Reply:
-        if self._open:
+        if self._now.open:
             raise WrongStateError("wrong_state: a run is open; stop it first")
         if request.mode != "lockstep":
             raise BadRequestError(
@@ -118,7 +140,7 @@ class LocalLink(Link):
             raise BadRequestError(f"bad_request: {refused}") from None
         obs = world.observe(cameras=request.cameras)
         obs.run, obs.scene = world.run, world.scene
-        self.world, self._open = world, True
+        self._now = _Now(world, True, self._now.simulated_s, request, obs)
         return obs
 
     def _meet_task(self, task: str) -> None:
@@ -147,20 +169,19 @@ class LocalLink(Link):
         self._own_hands, self._own_tasks = hands, tasks
 
     def _opened(self) -> sim.World:
-        if self.world is None or not self._open:
+        if self._now.world is None or not self._now.open:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
-        return self.world
+        return self._now.world
 
-    def _stop(self) -> Result:
+    def _stop(self, request: StopRequest) -> Result:
         world = self._opened()
         result = world.result()
-        self._open = False
-        self._simulated_s += result.sim_time_s
+        self._now = _Now(world, False, self._now.simulated_s + result.sim_time_s, request, result)
         return result
 
     def _time(self) -> Time:
-        run, simulated_s = None, self._simulated_s
-        if self.world is not None and self._open:
+        run, simulated_s = None, self._now.simulated_s
+        if self.world is not None and self._now.open:
             played = self.world.run
             simulated_s += self.world.tick * played.tick_s
             run = RunInfo(
@@ -230,9 +251,11 @@ class LocalLink(Link):
     def resume(self, lost: Exception) -> None:
         """Do nothing."""
 
-    def take_resumed(self) -> Welcome | None:
-        """Return ``None``."""
-        return None
+    def take_resumed(self, welcome: Welcome) -> None:
+        """Do nothing."""
+
+    def interrupted(self) -> None:
+        """Do nothing: a world keeps what it was asked."""
 
     def silence_s(self) -> float:
         """Return zero."""
@@ -249,7 +272,7 @@ class LocalLink(Link):
 
     def abandon(self) -> None:
         """Drop the world."""
-        self.world, self._open = None, False
+        self._now = _Now(simulated_s=self._now.simulated_s)
 
     def close(self) -> None:
         """Drop the world; further requests are refused."""

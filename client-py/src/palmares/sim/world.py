@@ -13,7 +13,7 @@ from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
 from palmares.arguments import MAX_COUNT, MAX_SEED, one_name, one_of, short, whole
 from palmares.clipping import Clipping
-from palmares.errors import ProtocolError, WrongStateError, error_of
+from palmares.errors import InUseError, PalmaresError, ProtocolError, WrongStateError, error_of
 from palmares.messages import Observation, Result, Welcome
 from palmares.net.codec import CODECS, with_channels
 from palmares.net.requests import names, whole_of
@@ -50,7 +50,9 @@ class World:
     """One run of a task, stepped in this process with the interpreter's lock released.
 
     Observations, actions and scores are those of a lockstep run of `palmares.Client`, with the same types.
-    Use it from one thread at a time. Ctrl-C ends a long `step` between two ticks.
+    Use it from one thread at a time. Ctrl-C ends a long call of `step` between two ticks; the next call of
+    `step` or `result` first makes the rest of that step, so that no tick is lost. `unfinished` counts these
+    ticks, `drop_step` drops them.
 
     Args:
         task: Name of the task, one of `palmares.sim.TASKS`, or the path of your own: a folder with a
@@ -70,6 +72,8 @@ class World:
     """
 
     _native: NativeWorld
+    _unread: tuple[Request, type[Reply]] | None
+    """The request whose reply was not read"""
 
     def __init__(
         self,
@@ -93,6 +97,7 @@ class World:
         if training is not None and training.changes_actions:
             self._clipping.mute()  # What arrives differs from what was sent.
         self._seed = whole("seed", seed, 0, MAX_SEED)
+        self._asked = 0
         self.reset(cameras=cameras)
 
     def reset(
@@ -123,7 +128,7 @@ class World:
         obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation has no scene")
-        self._native, self._seed, self._given = native, seed, given
+        self._native, self._seed, self._given, self._unread = native, seed, given, None
         self._clipping.begin()
         self._run, self._scene, self._run_id = obs.run, obs.scene, obs.run_id
         self._names = [body.name for body in obs.scene.free]
@@ -149,6 +154,9 @@ class World:
             WorldFaultError: The world failed; `fault` is the cause.
 
         """
+        interrupted = self.finish()
+        if interrupted is not None and interrupted.done:
+            return interrupted
         request = StepRequest(
             tick=self.tick,
             action=action_of(base, hand, self._motors, effort),
@@ -170,6 +178,26 @@ class World:
         raw = self._native.observe(sensing or self._sensing, names(cameras))
         return self._named(read(raw, Observation))
 
+    def finish(self) -> Observation | None:
+        """Make the rest of a step that Ctrl-C interrupted; return its observation.
+
+        ``None`` if no step was interrupted.
+        """
+        if self._unread is None:
+            return None
+        reply = self.ask(*self._unread)
+        return self._named(reply) if isinstance(reply, Observation) else None
+
+    @property
+    def unfinished(self) -> int | None:
+        """Ticks that an interrupted step still has to make; ``None`` when no step was interrupted."""
+        return self._native.unfinished
+
+    def drop_step(self) -> None:
+        """Drop the rest of an interrupted step."""
+        self._unread = None
+        self._native.drop_step()
+
     @property
     def parameters(self) -> Arrays:
         """The numbers in effect, as `Batch.parameters`, without their first axis."""
@@ -184,10 +212,12 @@ class World:
     ) -> int:
         """Push a link of the hand; return the tick of its begin. See `palmares.Client.perturb`."""
         wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
+        self.finish()
         return self.ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def result(self) -> Result:
         """End the run: the objects settle and are counted. Later calls return the same result."""
+        self.finish()
         return self.ask(StopRequest(), Result)
 
     def snapshot(self) -> Snapshot:
@@ -218,6 +248,7 @@ class World:
         if snapshot.seed != self._seed or not same_rows(snapshot.parameters, self._given):
             rows = snapshot.parameters or {}
             self.reset(snapshot.seed, parameters={name: row[0] for name, row in rows.items()})
+        self._unread = None
         self._native.restore(snapshot)
         return self.observe()
 
@@ -264,6 +295,7 @@ class World:
             "motors": motors,
             "objects": objects,
         }
+        self.drop_step()
         self._native.place(placed(state, parts, self._shapes()))
         return self.observe()
 
@@ -347,6 +379,7 @@ class World:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the world for pickle: it continues in another process, without the ticks of its replay."""
+        self.finish()
         return self.__dict__ | {"_native": bytes(self.snapshot())}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -452,17 +485,27 @@ class World:
 
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Handle a request of the protocol (``step``, ``perturb`` or ``stop``); return the reply."""
-        request.id = 1
+        if request.id == 0:  # One that is asked again keeps its id, and gets the same reply.
+            self._asked += 1
+            request.id = self._asked
         ticks = request.repeat if isinstance(request, StepRequest) else 0
+        raw, self._unread = CODEC.encode(request), (request, kind)
         try:
             with progress(ticks, "tick", "step") as report:
-                answer = self._native.answer(CODEC.encode(request), report)
+                answer = read(self._native.answer(raw, report), kind)
+        except PalmaresError:
+            self._unread = None
+            raise
         except RuntimeError as error:
-            raise in_use(error, "world") from None
-        return read(answer, kind)
+            refused = in_use(error, "world")
+            if isinstance(refused, InUseError):
+                self._unread = None
+            raise refused from None
+        self._unread = None
+        return answer
 
     def _named(self, obs: Observation) -> Observation:
-        if obs.truth is not None:
+        if obs.has_truth:
             obs.truth.name_objects(self._names)
         return obs
 

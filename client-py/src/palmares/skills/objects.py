@@ -32,7 +32,7 @@ Rolling = frozenset[int]
 
 def truth_of(obs: Observation) -> Truth:
     """Return the full state; `ValueError` in a run with ``sensing="sensors"``."""
-    if obs.truth is None:
+    if not obs.has_truth:
         raise ValueError('poses of objects need a run with sensing="truth"')
     return obs.truth
 

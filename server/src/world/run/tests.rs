@@ -18,7 +18,8 @@ impl Fixture {
     }
 
     async fn step(&mut self, action: Action, repeat: u32) -> Result<Observation, StepError> {
-        let stepped = self.world.step(&self.scheduler, false, &action, repeat).await;
+        let missing = Missing { ticks: repeat, since: self.world.next_tick() - 1 };
+        let stepped = self.world.step(&self.scheduler, false, &action, missing).await;
         stepped.map(|stepped| stepped.observation)
     }
 
@@ -111,7 +112,8 @@ fn endless_ticks_do_not_stop_other_worlds() {
             (stub_world(stub).0, scheduler.clone(), runtime.handle().clone());
         let (done, result) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
-            let stepped = runtime.block_on(world.step(&scheduler, false, &Action::default(), 1));
+            let one = Missing { ticks: 1, since: 0 };
+            let stepped = runtime.block_on(world.step(&scheduler, false, &Action::default(), one));
             // The receivers of the endless ones are dropped.
             let _ = done.send(stepped.map(|stepped| stepped.observation.tick).ok());
         });

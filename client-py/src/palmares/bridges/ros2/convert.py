@@ -27,12 +27,13 @@ def joint_state(observation: Observation, info: HandInfo, now: ros.Time) -> ros.
 
     With sensing `truth` these are all joint coordinates, else the joints with an encoder, without velocity.
     """
-    motors, truth = observation.hand.actuators, observation.truth
-    if truth is None:
+    motors = observation.hand.actuators
+    if not observation.has_truth:
         names, angles = info.encoders, observation.hand.joints
         speeds = np.full(len(angles), np.nan)
     else:
-        names, angles, speeds = info.joints, truth.joints.position, truth.joints.velocity
+        joints = observation.truth.joints
+        names, angles, speeds = info.joints, joints.position, joints.velocity
     return ros.JointState(
         header=ros.Header(stamp=now, frame_id=BASE),
         name=[*(motor.name for motor in motors), *names],
@@ -79,7 +80,7 @@ def frames(observation: Observation, now: ros.Time) -> ros.TFMessage:
     places = [(BASE, base.position, base.quat_xyzw)]
     for image in observation.cameras.values():
         places.append((optical_frame(image), image.position, image.quat_xyzw))
-    if observation.truth is not None:
+    if observation.has_truth:
         for body in observation.truth.objects:
             places.append((body.name, body.position, body.quat_xyzw))
     return ros.TFMessage(
@@ -125,23 +126,6 @@ def camera_info(image: CameraImage, now: ros.Time) -> ros.CameraInfo:
         r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p=[fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
     )
-
-
-def motor_targets(command: ros.JointState, motors: list[str], last: list[float]) -> list[float]:
-    """Return σ of all motors: those that the command names, and the last ones of the others.
-
-    Raises:
-        ValueError: A name is no motor, or the lists have different lengths.
-
-    """
-    if len(command.name) != len(command.position):
-        raise ValueError(f"{len(command.name)} names, {len(command.position)} positions; expected as many")
-    targets = dict(zip(motors, last, strict=True))
-    for name, position in zip(command.name, command.position, strict=True):
-        if name not in targets:
-            raise ValueError(f"no motor {name!r}; the hand has {', '.join(motors)}")
-        targets[name] = position
-    return list(targets.values())
 
 
 def vector(xyz: Any) -> ros.Vector3:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 from cyclonedds.domain import DomainParticipant
@@ -12,10 +11,10 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from palmares.bridges.ros2 import convert
+from palmares.bridges.ros2 import commands, convert
 from palmares.bridges.ros2 import messages as ros
 from palmares.messages import Observation
-from palmares.targets import Base, pose, twist
+from palmares.targets import Base, twist
 from palmares.wire import HandInfo
 
 # As ROS 2 has them by default: reliable, the last 10, nothing for late subscribers, and its encoding.
@@ -58,6 +57,7 @@ class Node:
         self._target_twist = self._reader("base/target_twist", ros.TwistStamped)
         self._command = self._reader("joint_command", ros.JointState)
         self._timeout_s = velocity_timeout_s
+        self._remarks = commands.Remarks()
         self._base_target: Base | None = None
         self._moving_until_s: float | None = None
         self._hand_target: list[float] | None = None
@@ -80,13 +80,17 @@ class Node:
     def targets(self, observation: Observation) -> tuple[Base | None, list[float] | None]:
         """Return the newest targets of base and motors; None before the first command."""
         for wanted in self._target_pose.take(N=100):
-            p, q = wanted.pose.position, wanted.pose.orientation
-            self._moving_until_s = None
-            self._base_target = pose([p.x, p.y, p.z], [q.x, q.y, q.z, q.w])
+            try:
+                self._base_target = commands.base_pose(wanted)
+                self._moving_until_s = None
+            except ValueError as wrong:
+                self._remarks.make("base/target_pose", wrong)
         for moving in self._target_twist.take(N=100):
-            v, w = moving.twist.linear, moving.twist.angular
-            self._moving_until_s = observation.sim_time_s + self._timeout_s
-            self._base_target = twist([v.x, v.y, v.z], [w.x, w.y, w.z])
+            try:
+                self._base_target = commands.base_twist(moving)
+                self._moving_until_s = observation.sim_time_s + self._timeout_s
+            except ValueError as wrong:
+                self._remarks.make("base/target_twist", wrong)
         if self._moving_until_s is not None and observation.sim_time_s > self._moving_until_s:
             # Its node may have died.
             self._moving_until_s = None
@@ -94,9 +98,9 @@ class Node:
         for command in self._command.take(N=100):
             last = self._hand_target or [motor.command for motor in observation.hand.actuators]
             try:
-                self._hand_target = convert.motor_targets(command, self._motors, last)
+                self._hand_target = commands.motor_targets(command, self._motors, last)
             except ValueError as wrong:
-                print(f"palmares ros2: /joint_command: {wrong}", file=sys.stderr)
+                self._remarks.make("joint_command", wrong)
         return self._base_target, self._hand_target
 
     def _writer(self, name: str, kind: Any) -> Any:
