@@ -10,6 +10,7 @@ mod competition;
 mod compute;
 mod config;
 mod control;
+mod disk_space;
 mod documents;
 mod fingerprint;
 mod fleet;
@@ -25,6 +26,7 @@ mod problem;
 mod process_metrics;
 #[cfg(test)]
 mod random_schedules;
+mod readiness;
 mod restore;
 mod rules;
 mod schedule;

@@ -13,6 +13,7 @@ mod everybody;
 mod faults;
 mod fleet;
 mod fleet_watch;
+mod full_disk;
 mod hand;
 mod hand_spread;
 mod hands_upload;

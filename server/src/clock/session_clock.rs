@@ -156,7 +156,7 @@ impl SessionClock {
         }
     }
 
-    /// Makes the session longer; marks that are ahead again are announced again.
+    /// Makes the session longer, or shorter with negative seconds; marks that are ahead again are announced again.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
         // Until now the old limit holds.
         self.settle(now);
@@ -219,6 +219,25 @@ impl SessionClock {
         self.refunded_s += before_s - self.elapsed_s(now);
         // Marks that are ahead again are announced again.
         self.announced = self.announced.min(self.passed(now));
+    }
+
+    /// Takes the time of a run again that was given back.
+    ///
+    /// # Errors
+    /// So much time is not left: the missing time, s. Nothing changes.
+    pub(crate) fn take_again(&mut self, run: Spent, now: Duration) -> Result<(), f64> {
+        self.settle(now);
+        let wall_s = self.spent.wall_s + run.wall_s;
+        let spent = Spent { wall_s, simulated_s: self.spent.simulated_s + run.simulated_s };
+        let missing_s = spent.counts_s() - self.limit_s.unwrap_or(f64::INFINITY);
+        if missing_s > ROUNDING_S {
+            return Err(missing_s);
+        }
+        let before_s = self.elapsed_s(now);
+        self.spent = spent;
+        self.settle(now);
+        self.refunded_s = (self.refunded_s - (self.elapsed_s(now) - before_s)).max(0.0);
+        Ok(())
     }
 
     /// Both times, without refunds.
