@@ -44,4 +44,5 @@ mod world;
 pub use app::serve;
 pub use config::{ServeOptions, hand_limits};
 pub use restore::restore;
+pub use store::runs_in;
 pub use version::own as version;

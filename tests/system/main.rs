@@ -52,6 +52,7 @@ mod settings;
 mod store_trouble;
 mod task;
 mod team_import;
+mod undo;
 mod verification;
 mod watch;
 mod watch_binary;

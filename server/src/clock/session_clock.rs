@@ -535,4 +535,38 @@ mod tests {
         clock.simulate(0.04, at(0.0));
         assert_eq!(clock.ticks_left(at(0.0), 0.01), 0);
     }
+
+    #[test]
+    fn time_that_was_given_back_is_taken_again_if_it_is_left() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.simulate(30.0, at(20.0));
+        let (before, run) = (clock.state(at(20.0)), Spent { wall_s: 15.0, simulated_s: 25.0 });
+        clock.refund(run, at(20.0));
+        assert_eq!((clock.left_s(at(20.0)), clock.refunded_s()), (Some(95.0), 25.0));
+        assert_eq!(clock.take_again(run, at(20.0)), Ok(()));
+        assert_eq!(clock.state(at(20.0)), before);
+        // Used meanwhile: nothing changes, and the missing time is said.
+        clock.refund(run, at(20.0));
+        clock.simulate(80.0, at(20.0));
+        let used = clock.state(at(20.0));
+        assert_eq!(clock.take_again(run, at(20.0)), Err(10.0));
+        assert_eq!(clock.state(at(20.0)), used);
+        clock.grant(10.0, at(20.0));
+        assert_eq!(clock.take_again(run, at(20.0)), Ok(()));
+        assert!(clock.is_over(at(20.0)));
+    }
+
+    #[test]
+    fn granted_time_is_taken_back() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.grant(50.0, at(10.0));
+        clock.grant(-50.0, at(20.0));
+        assert_eq!(clock.left_s(at(20.0)), Some(80.0));
+        // Below what is spent: the session is over.
+        clock.grant(50.0, at(20.0));
+        clock.grant(-50.0, at(120.0));
+        assert!(clock.is_over(at(120.0)));
+    }
 }

@@ -7,7 +7,7 @@ use super::number::unix_ms;
 
 /// Sorts 128 kB with 64 kB of memory, so that Postgres writes a temporary file beside its tables. A small row alone may find space in
 /// a page, and its record in a preallocated segment of the log, on a disk that is full.
-const SPILL: &str = "SELECT COUNT(*) FROM (SELECT REPEAT('x', 500) || g AS row FROM generate_series(1, 256) AS g ORDER BY 1 OFFSET 0) AS rows";
+const SPILL: &str = "SELECT COUNT(*) FROM (SELECT REPEAT('x', 500) || g AS line FROM generate_series(1, 256) AS g ORDER BY 1 OFFSET 0) AS lines";
 
 impl Store {
     /// Writes and commits a row, as a run that is stored.
