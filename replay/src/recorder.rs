@@ -238,7 +238,11 @@ impl Recorder {
         let failed = |error: &dyn ToString| RecordError::new(&self.path, error.to_string());
         let Some(thread) = self.thread.take() else { return Err(failed(&"ended twice")) };
         let written = thread.join().map_err(|_| failed(&"its thread panicked"))?;
-        let Written { sha256, bytes } = written.map_err(|error| failed(&error))?;
+        let Written { sha256, bytes } = written.map_err(|error| {
+            // It would take the space that a full disk lacks.
+            let _ = std::fs::remove_file(&self.path);
+            failed(&error)
+        })?;
         Ok(ReplayFile { path: self.path.clone(), sha256, bytes, ended_unix_ms })
     }
 }

@@ -89,8 +89,12 @@ impl Signer {
         #[cfg(unix)]
         options.mode(0o600);
         let mut file = options.open(path).map_err(failed)?;
-        writeln!(file, "{}", hex::encode(signer.0.as_bytes())).map_err(failed)?;
-        file.sync_all().map_err(failed)?;
+        let written = writeln!(file, "{}", hex::encode(signer.0.as_bytes())).and_then(|()| file.sync_all());
+        if let Err(source) = written {
+            // A part of a key would keep the next start from making a whole one.
+            let _ = std::fs::remove_file(path);
+            return Err(failed(source));
+        }
         Ok(signer)
     }
 

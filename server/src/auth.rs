@@ -3,7 +3,7 @@
 //! A token is `plm_<id>_<secret>`: the id finds the row, the SHA-256 of the secret is compared in constant time. Only the hash is stored,
 //! so that a copy of the database gives no access.
 
-use crate::store::{NewAuditEntry, NewToken, Store};
+use crate::store::{NewAuditEntry, NewToken, Store, StoreError};
 use anyhow::Context;
 use axum::http::HeaderMap;
 use axum::http::header::{AUTHORIZATION, SEC_WEBSOCKET_PROTOCOL};
@@ -241,10 +241,26 @@ pub(crate) async fn issue(
     entry: &NewAuditEntry<'_>,
 ) -> anyhow::Result<(Token, Vec<String>)> {
     let token = Token::random().context("no randomness for a token")?;
+    let revoked = add(store, &token, role, team, label, only, entry).await?;
+    Ok((token, revoked))
+}
+
+/// Stores a new token. Returns the ids of the tokens that it replaces.
+///
+/// # Errors
+/// The database failed.
+pub(crate) async fn add(
+    store: &Store,
+    token: &Token,
+    role: Role,
+    team: Option<&str>,
+    label: &str,
+    only: bool,
+    entry: &NewAuditEntry<'_>,
+) -> Result<Vec<String>, StoreError> {
     let secret_hash = token.secret_hash();
     let row = NewToken { token_id: &token.id, role: role.word(), team, label, secret_hash: &secret_hash };
-    let revoked = store.add_token(&row, only, entry).await?;
-    Ok((token, revoked))
+    store.add_token(&row, only, entry).await
 }
 
 #[cfg(test)]

@@ -163,6 +163,8 @@ pub(crate) struct Fleet {
 /// The configuration of a server.
 #[derive(Clone, Debug)]
 pub(crate) struct Config {
+    /// The file of --config.
+    pub(crate) file: Option<PathBuf>,
     /// The competition's name, for people.
     pub(crate) name: String,
     /// Practice or official.
@@ -219,6 +221,13 @@ pub(crate) struct Config {
     pub(crate) settings: Settings,
 }
 
+impl Config {
+    /// The file of the settings, for messages.
+    pub(crate) fn place(&self) -> String {
+        self.file.as_ref().map_or_else(|| "the options".into(), |path| path.display().to_string())
+    }
+}
+
 impl ServeOptions {
     /// Combines options, environment and file.
     ///
@@ -273,6 +282,7 @@ impl ServeOptions {
         let fleet = self.fleet(&file, database_url.as_deref())?;
         let default_name = if mode == CompetitionMode::Official { "competition" } else { "practice" };
         Ok(Config {
+            file: self.config.clone(),
             name: file.name.clone().unwrap_or_else(|| default_name.into()),
             mode,
             session_s,

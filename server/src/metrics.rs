@@ -1,5 +1,6 @@
 //! The metrics of `GET /metrics`. They are global, so that every part can count without a reference.
 
+use crate::disk_space::Space;
 use crate::process_metrics::ProcessMetrics;
 use palmares_protocol::Code;
 use prometheus_client::encoding::EncodeLabelSet;
@@ -53,6 +54,8 @@ pub(crate) struct Metrics {
     inconclusive: Family<ReasonLabel, Counter>,
     uploads_waiting: Gauge,
     upload_failures: Counter,
+    data_free: Gauge,
+    data_size: Gauge,
 }
 
 /// An open connection of another host.
@@ -115,6 +118,8 @@ impl Metrics {
             inconclusive: Family::default(),
             uploads_waiting: Gauge::default(),
             upload_failures: Counter::default(),
+            data_free: Gauge::default(),
+            data_size: Gauge::default(),
         };
         let mut registry = Registry::with_prefix("palmares");
         registry.register("ticks", "Ticks that were stepped", metrics.ticks.clone());
@@ -153,12 +158,16 @@ impl Metrics {
             Unit::Seconds,
             metrics.verification_oldest.clone(),
         );
-        let stuck = "Runs without a verdict after all tries";
+        let stuck = "Runs without a verdict after three tries or more, or of another engine";
         registry.register("verification_stuck", stuck, metrics.verification_stuck.clone());
         let uploads = "Replays that wait for the shared storage";
         registry.register("uploads_waiting", uploads, metrics.uploads_waiting.clone());
         let failures = "Uploads that failed and are tried again";
         registry.register("upload_failures", failures, metrics.upload_failures.clone());
+        let free = "Bytes that the server can still write in the file system of its data directory";
+        registry.register_with_unit("data_free", free, Unit::Bytes, metrics.data_free.clone());
+        let size = "Size of the file system of the data directory";
+        registry.register_with_unit("data_size", size, Unit::Bytes, metrics.data_size.clone());
         let inconclusive = "Tries of a verification without a verdict, by reason";
         registry.register("verification_inconclusive", inconclusive, metrics.inconclusive.clone());
         metrics.registry = registry;
@@ -234,6 +243,13 @@ impl Metrics {
         self.verification_stuck.set(gauge(stuck));
     }
 
+    /// Sets free bytes and size of the file system of the data directory.
+    pub(crate) fn data_space(&self, space: Space) {
+        let bytes = |bytes: u64| i64::try_from(bytes).unwrap_or(i64::MAX);
+        self.data_free.set(bytes(space.free_bytes));
+        self.data_size.set(bytes(space.size_bytes));
+    }
+
     /// All metrics in the text format of OpenMetrics.
     pub(crate) fn text(&self, gauges: Gauges) -> String {
         self.worlds.set(gauge(gauges.worlds));
@@ -269,6 +285,7 @@ mod tests {
         metrics.uploads_waiting(6);
         metrics.upload_failed();
         metrics.verification(Duration::from_millis(2500), 5);
+        metrics.data_space(Space { free_bytes: 7, size_bytes: 9 });
         metrics.refused_stale_write();
         let _relay = metrics.relay();
         drop(metrics.relay());
@@ -307,6 +324,8 @@ mod tests {
             "palmares_verification_oldest_seconds 2.5",
             "palmares_verification_stuck 5",
             "palmares_uploads_waiting 6",
+            "palmares_data_free_bytes 7",
+            "palmares_data_size_bytes 9",
             "palmares_upload_failures_total 1",
             "palmares_verification_inconclusive_total{reason=\"missing_file\"} 1",
             "# EOF",

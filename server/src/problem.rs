@@ -85,6 +85,11 @@ pub(crate) fn wrong_websocket_version() -> Response {
     response
 }
 
+/// The answer of a server that cannot do its work now.
+pub(crate) fn not_ready(code: Code, why: &str) -> Response {
+    respond(StatusCode::SERVICE_UNAVAILABLE, &Refusal::new(code, why))
+}
+
 /// The answer for an unknown address.
 pub(crate) async fn nothing_here(uri: Uri) -> Problem {
     let message = format!("nothing at {}", shortened(uri.path()));

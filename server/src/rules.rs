@@ -85,8 +85,12 @@ impl SeedSecret {
 /// Writes a new file that only its owner can read.
 pub(crate) fn write_secret(path: &Path, text: &str) -> std::io::Result<()> {
     let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?;
-    writeln!(file, "{text}")?;
-    file.sync_all()
+    let written = writeln!(file, "{text}").and_then(|()| file.sync_all());
+    if written.is_err() {
+        // A part of a secret would keep the next start from making a whole one.
+        let _ = std::fs::remove_file(path);
+    }
+    written
 }
 
 /// The rules and the state.

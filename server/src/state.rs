@@ -9,6 +9,7 @@ use crate::compute::Compute;
 use crate::fleet::hosts::OtherHostRows;
 use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
+use crate::readiness::Readiness;
 use crate::session::Sessions;
 use crate::store::Store;
 use crate::transport::InboundLimits;
@@ -47,6 +48,8 @@ pub(crate) struct AppState {
     pub(crate) lifecycle: Arc<Lifecycle>,
     /// This server's right to its sessions.
     pub(crate) lease: Arc<Lease>,
+    /// Proves that the server can write.
+    pub(crate) readiness: Arc<Readiness>,
     /// The files of a backup.
     pub(crate) backup: Arc<backup::Files>,
 }
@@ -75,6 +78,7 @@ parts! {
     inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
     lease: Arc<Lease>,
+    readiness: Arc<Readiness>,
     backup: Arc<backup::Files>,
 }
 

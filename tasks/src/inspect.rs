@@ -1,7 +1,9 @@
 //! Inspection of a hand for organizers: its figures, those of the built-in hands, the competition's limits, and overlaps at the
 //! start.
 
-use crate::start::may_overlap;
+use crate::overlap::Overlap;
+use crate::run::reaches;
+use crate::start::{may_overlap, overlaps};
 use crate::task::Task;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -105,22 +107,33 @@ pub fn beyond_limits(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Vec
     limits.excesses(&hand.figures(), sources).iter().map(ToString::to_string).collect()
 }
 
-/// Overlaps of the hand at its start in each task, and errors of a hand that cannot be simulated.
+/// Overlaps of the hand at its start in each task, and errors of a hand that cannot be simulated or that the task's arm cannot bring there.
 pub fn in_the_way(hand: &Arc<Hand>, tasks: &[Arc<Task>]) -> Vec<String> {
     let mut out = Vec::new();
     for task in tasks {
-        match may_overlap(task, hand.clone()) {
-            Ok(overlaps) => {
-                out.extend(
-                    overlaps
-                        .iter()
-                        .map(|overlap| format!("task `{}`: where the hand starts, {overlap}", task.name)),
-                );
-            }
+        match may_overlap(task, hand.clone()).and_then(|overlaps| reaches(task, hand).map(|()| overlaps)) {
+            Ok(overlaps) => out.extend(overlaps.iter().map(|overlap| at_start(task, overlap))),
             Err(error) => out.push(error.to_string()),
         }
     }
     out
+}
+
+/// Why a hand can never be played in one of these tasks, whatever the seed: overlaps at its start, or an arm that does not reach
+/// there.
+pub fn never_fits(hand: &Arc<Hand>, tasks: &[Arc<Task>]) -> Vec<String> {
+    let mut out = Vec::new();
+    for task in tasks {
+        match overlaps(task, hand.clone()).and_then(|overlaps| reaches(task, hand).map(|()| overlaps)) {
+            Ok(overlaps) => out.extend(overlaps.iter().map(|overlap| at_start(task, overlap))),
+            Err(error) => out.push(error.to_string()),
+        }
+    }
+    out
+}
+
+fn at_start(task: &Task, overlap: &Overlap) -> String {
+    format!("task `{}`: where the hand starts, {overlap}", task.name)
 }
 
 /// The first reasons as one text, and the number of further ones.

@@ -1,6 +1,6 @@
 //! Many replays verified at once: folders, buckets, an interrupted verification.
 
-use crate::harness::{Client, Server, get, get_bytes, program, reset};
+use crate::harness::{Client, Official, Server, get, get_bytes, official_reset, program, reset};
 use crate::objects::{moto, python};
 use serde_json::{Value, json};
 use std::net::TcpListener;
@@ -160,4 +160,82 @@ async fn a_missing_ray_is_said() {
     assert!(code == 1 && said.contains("/nowhere/python does not start: --ray needs a Python"), "{said}");
     let (code, _, said) = verify(&["--ray=host:1", text(&file)], &[("PALMARES_PYTHON", "false")]);
     assert!(code == 1 && said.contains("ended: --ray needs a Python with palmares[ray]"), "{said}");
+}
+
+/// Findings of the comparison with a table of runs.
+fn differences(lines: &[Value]) -> Vec<(&str, &str)> {
+    lines.iter().filter_map(|line| Some((line["run_id"].as_str()?, line["difference"].as_str()?))).collect()
+}
+
+#[tokio::test]
+async fn a_folder_is_compared_with_the_table_of_runs() {
+    let cup = Official::start();
+    let token = cup.team("crabs");
+    cup.open();
+    let (mut client, _) = cup.greet(&token).await;
+    let mut runs = Vec::new();
+    for ticks in [20, 30, 40] {
+        assert_eq!(client.settled(official_reset()).await["op"], "obs");
+        client.ask(json!({"op": "step", "tick": 0, "action": {}, "repeat": ticks})).await;
+        let result = client.ask(json!({"op": "stop"})).await;
+        runs.push(result["run_id"].as_str().expect("an id").to_owned());
+    }
+    let data = cup.folder();
+    let season = TempDir::new().expect("temporary directory");
+    let (csv, json_file) = (season.path().join("runs.csv"), season.path().join("runs.json"));
+    for (file, format) in [(&csv, "csv"), (&json_file, "json")] {
+        let said = cup.admin(&["export", "runs", "--format", format, "-o", text(file)]);
+        assert!(said.status.success(), "{said:?}");
+    }
+    let replays = season.path().join("replays");
+    std::fs::create_dir(&replays).expect("folder");
+    for run in &runs {
+        let name = format!("{run}.mcap");
+        std::fs::copy(data.join("replays").join(&name), replays.join(&name)).expect("copied");
+    }
+    let table = |file: &Path| {
+        ["--json".to_owned(), text(&replays).to_owned(), "--runs".into(), text(file).to_owned()]
+    };
+    let compare = |file: &Path| {
+        let arguments = table(file);
+        verify(&arguments.iter().map(String::as_str).collect::<Vec<_>>(), &[])
+    };
+    // The data directory has its own table, and its server may run.
+    for (code, lines, said) in [
+        compare(&csv),
+        compare(&json_file),
+        verify(&["--json", text(&data)], &[]),
+        verify(&["--json", text(&data.join("replays"))], &[]),
+    ] {
+        assert_eq!((code, differences(&lines)), (0, vec![]), "{lines:?}\n{said}");
+        assert!(said.contains("compared with the runs in") && said.contains("0 differences"), "{said}");
+    }
+
+    // A replay is missing; one is a run of another table; a score and a file are not those of the table.
+    std::fs::remove_file(replays.join(format!("{}.mcap", runs[0]))).expect("removed");
+    let rows: Vec<Value> = serde_json::from_slice(&std::fs::read(&json_file).expect("reads")).expect("JSON");
+    let mut other = rows.clone();
+    other.retain(|row| row["run_id"] != runs[1].as_str());
+    for row in other.iter_mut().filter(|row| row["run_id"] == runs[2].as_str()) {
+        row["score"] = json!(77.0);
+    }
+    let forged = season.path().join("other.json");
+    std::fs::write(&forged, json!(other).to_string()).expect("written");
+    let (code, lines, said) = compare(&forged);
+    let mut found = differences(&lines);
+    found.sort_unstable();
+    let mut expected =
+        vec![(runs[0].as_str(), "missing"), (runs[1].as_str(), "unnamed"), (runs[2].as_str(), "differs")];
+    expected.sort_unstable();
+    assert_eq!((code, found), (1, expected), "{lines:?}\n{said}");
+    assert!(said.contains("3 differences"), "{said}");
+
+    // The same of the data directory itself.
+    std::fs::remove_file(data.join("replays").join(format!("{}.mcap", runs[0]))).expect("removed");
+    let (code, lines, _) = verify(&["--json", text(&data)], &[]);
+    assert_eq!((code, differences(&lines)), (1, vec![(runs[0].as_str(), "missing")]), "{lines:?}");
+    // Another file is refused.
+    let (code, _, said) =
+        verify(&["--json", text(&replays), "--runs", text(&replays.join(format!("{}.mcap", runs[1])))], &[]);
+    assert!(code == 1 && said.contains("--runs"), "{said}");
 }

@@ -40,3 +40,53 @@ fn a_file_without_a_mode_opens_no_practice_server() {
         assert!(said.contains("mode is missing: expected \"official\" or \"practice\""), "{said}");
     }
 }
+
+#[test]
+fn a_hand_without_ranges_is_refused_where_hands_are_drawn() {
+    let spread = format!("{RULES}hand_spread = true\n");
+    for hands in ["[\"pinch\"]", "[\"softhand\", \"pinch\"]"] {
+        let said = refused(&format!("{spread}hands = {hands}\n"));
+        for part in [
+            "competition.toml: hand_spread = true",
+            "`pinch` of hands",
+            "[uncertain]",
+            "`softhand`",
+            "`reflex`",
+        ] {
+            assert!(said.contains(part), "'{part}' is not in: {said}");
+        }
+        assert!(!said.contains("Hands with ranges: `pinch`"), "{said}");
+    }
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/hands/pinch/hand.urdf");
+    let folder = TempDir::new().expect("temporary directory");
+    for file in std::fs::read_dir(std::path::Path::new(own).parent().expect("a folder")).expect("files") {
+        let from = file.expect("a file").path();
+        let to = folder.path().join(from.file_name().expect("a name"));
+        let text = std::fs::read(&from).expect("reads");
+        let text = String::from_utf8_lossy(&text).replacen("name = \"pinch\"", "name = \"claw\"", 1);
+        std::fs::write(to, text).expect("copied");
+    }
+    let own = folder.path().join("hand.urdf");
+    let said = refused(&format!("{spread}hands = [\"softhand\"]\nhand_files = [{:?}]\n", own));
+    assert!(said.contains("`claw` of hand_files"), "{said}");
+}
+
+#[test]
+fn a_task_that_nobody_could_play_is_refused() {
+    let said = refused(&format!("{RULES}sensors_only = [\"shelves\"]\n"));
+    assert!(said.contains("competition.toml: sensors_only: no task `shelves`; there are: balls"), "{said}");
+
+    let own = TempDir::new().expect("temporary directory");
+    let text =
+        include_str!("../../tasks/grasp/task.toml").replacen("name = \"grasp\"", "name = \"buried\"", 1);
+    let write = |text: &str| std::fs::write(own.path().join("task.toml"), text).expect("writes");
+    let rules =
+        format!("{RULES}hands = [\"softhand\"]\ntasks = [\"balls\"]\ntask_files = [{:?}]\n", own.path());
+    // The hand begins inside the table.
+    let buried = text.replacen("position = [0.0, 0.0, 0.55]", "position = [0.0, 0.0, 0.02]", 1);
+    assert_ne!(buried, text);
+    write(&buried);
+    let said = refused(&rules);
+    assert!(said.contains("competition.toml: hands: `softhand` cannot be played in every task"), "{said}");
+    assert!(said.contains("task `buried`: where the hand starts"), "{said}");
+}

@@ -206,12 +206,12 @@ enum Session {
     End(Id),
     /// Void a session and its runs; the team may have another. Requires --reason
     Void(Id),
-    /// Make a session longer; an ended session opens again. Requires --reason
+    /// Make a session longer; an ended session opens again. Negative seconds take granted time back. Requires --reason
     Grant {
         #[command(flatten)]
         id: Id,
-        /// Additional time, at most a day
-        #[arg(long)]
+        /// Additional time, at most a day; -60 takes a minute of the granted time back
+        #[arg(long, allow_negative_numbers = true)]
         seconds: f64,
     },
 }
@@ -245,6 +245,8 @@ enum Run {
     },
     /// Void a run: it counts for nothing, and its time is given back. Requires --reason
     Void(Id),
+    /// Undo the void of a run: it counts again, and the time that was given back is taken again. Requires --reason
+    Unvoid(Id),
     /// Verify a run again: its status becomes verified or rejected
     Reverify(Id),
     /// Download a run's replay
@@ -408,6 +410,7 @@ impl AdminCommand {
             )),
             AdminCommand::Run(Run::Show { id }) => Get(format!("/v1/runs/{}", client::escaped(id))),
             AdminCommand::Run(Run::Void(id)) => post("run/void", by_id("run_id", id)),
+            AdminCommand::Run(Run::Unvoid(id)) => post("run/unvoid", by_id("run_id", id)),
             AdminCommand::Run(Run::Reverify(id)) => post("run/reverify", by_id("run_id", id)),
             AdminCommand::Run(Run::Replay { id, output }) => {
                 Fetch(format!("/v1/runs/{}/replay", client::escaped(id)), Some(output.clone()))

@@ -3,6 +3,7 @@
 mod file;
 mod pool;
 mod ray;
+mod runs;
 mod sources;
 mod verdict;
 
@@ -13,9 +14,10 @@ pub(crate) use file::load;
 use palmares_replay::PublicKey;
 use palmares_tasks::Task;
 use pool::{Event, Judge};
+use runs::RunTable;
 use serde_json::{Value, json};
 use sources::Source;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -52,6 +54,11 @@ pub(crate) struct VerifyOptions {
     /// Skip the replays that are verified in this file: the output of an earlier --json
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
+    /// Compare the replays with this table of runs: the output of `palmares admin export runs`, CSV or JSON. A run without its replay,
+    /// a replay with another score or digest, and a replay that no run names are differences. A data directory with SQLite is compared
+    /// with its own table
+    #[arg(long, value_name = "FILE")]
+    runs: Option<PathBuf>,
     /// Verify on the machines of a Ray cluster: that of this machine, a new one on this machine alone, or that at ADDRESS. Needs
     /// Python with palmares[ray]; PALMARES_PYTHON names it if it is not `python3`
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "")]
@@ -61,10 +68,17 @@ pub(crate) struct VerifyOptions {
 /// Verifies every replay and prints the results.
 pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
     let mut sources = sources::find(&options.sources)?;
-    let before = options.resume.as_deref().map(verified_in).transpose()?.unwrap_or_default();
-    let found = sources.len();
-    sources.retain(|source| !before.contains(&source.name()));
-    let skipped = found - sources.len();
+    let table = match (&options.runs, options.sources.as_slice()) {
+        (Some(path), _) => Some(RunTable::read(path)?),
+        (None, [source]) => RunTable::of(source)?,
+        (None, _) => None,
+    };
+    let mut verified = options.resume.as_deref().map(verified_in).transpose()?.unwrap_or_default();
+    let found: Vec<String> = sources.iter().map(Source::name).collect();
+    sources.retain(|source| !verified.contains_key(&source.name()));
+    // Of an earlier output, only what is a source now.
+    verified.retain(|name, _| found.contains(name));
+    let skipped = found.len() - sources.len();
     let season = options.ray.is_some()
         || options.resume.is_some()
         || options.sources.iter().any(|source| sources::has_many(source));
@@ -100,6 +114,9 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
         match inbox.recv_timeout(LOOK) {
             Ok(Event::Judged(index, verdict)) => {
                 tally.add(&verdict);
+                if table.is_some() && matches!(verdict, Verdict::Verified { .. }) {
+                    verified.insert(sources[index].name(), verdict.clone());
+                }
                 waiting.insert(index, verdict);
                 while let Some(verdict) = waiting.remove(&printed) {
                     print(&mut progress, printed, &verdict)?;
@@ -129,7 +146,15 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
         Some(cluster) if !tally.interrupted => cluster.leave(),
         _ => {}
     }
-    if season || tally.interrupted {
+    if let Some(table) = table.filter(|_| !tally.interrupted) {
+        let differences = table.compare(&found, &verified);
+        for difference in &differences {
+            let line = if options.json { difference.json().to_string() } else { difference.text() };
+            writeln!(std::io::stdout().lock(), "{line}")?;
+        }
+        tally.compared = Some((table.place().to_owned(), differences.len()));
+    }
+    if season || tally.interrupted || tally.compared.is_some() {
         if options.json {
             writeln!(std::io::stdout().lock(), "{}", tally.json(began.elapsed()))?;
         }
@@ -138,7 +163,7 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
     }
     Ok(match tally.interrupted {
         true => ExitCode::from(INTERRUPTED),
-        false if tally.verified == tally.total => ExitCode::SUCCESS,
+        false if tally.verified == tally.total && tally.differences() == 0 => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
     })
 }
@@ -153,9 +178,15 @@ struct Tally {
     /// By reason.
     refused: BTreeMap<String, usize>,
     interrupted: bool,
+    /// The table of runs, and the number of differences from it.
+    compared: Option<(String, usize)>,
 }
 
 impl Tally {
+    fn differences(&self) -> usize {
+        self.compared.as_ref().map_or(0, |(_, differences)| *differences)
+    }
+
     fn add(&mut self, verdict: &Verdict) {
         match verdict {
             Verdict::Verified { .. } => self.verified += 1,
@@ -177,6 +208,7 @@ impl Tally {
             "replays": self.total, "done": self.done(), "verified": self.verified, "refused": self.refused(),
             "reasons": self.refused, "unreadable": self.unreadable, "skipped": self.skipped,
             "interrupted": self.interrupted, "elapsed_s": elapsed.as_secs_f64(),
+            "runs": self.compared.as_ref().map(|(place, _)| place), "differences": self.differences(),
         }})
     }
 
@@ -198,16 +230,23 @@ impl Tally {
         if self.skipped > 0 {
             text += &format!("; {} skipped: verified earlier", self.skipped);
         }
+        if let Some((place, differences)) = &self.compared {
+            text += &format!("; compared with the runs in {place}: {differences} differences");
+        }
         text
     }
 }
 
-/// The names of the replays that are verified in the output of an earlier `--json`. Its last line may be cut off.
-fn verified_in(file: &Path) -> anyhow::Result<BTreeSet<String>> {
+/// The replays that are verified in the output of an earlier `--json`, by name. Its last line may be cut off.
+fn verified_in(file: &Path) -> anyhow::Result<BTreeMap<String, Verdict>> {
     let text = std::fs::read_to_string(file).with_context(|| format!("--resume {}", file.display()))?;
     let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let verified = lines.filter(|line| line["verdict"] == "verified");
-    Ok(verified.filter_map(|line| line["file"].as_str().map(str::to_owned)).collect())
+    let verified = lines.filter_map(|line| {
+        let name = line["file"].as_str()?.to_owned();
+        let verdict: Verdict = serde_json::from_value(line).ok()?;
+        matches!(verdict, Verdict::Verified { .. }).then_some((name, verdict))
+    });
+    Ok(verified.collect())
 }
 
 /// Without the server's libraries Ctrl-C ends the process at once.

@@ -16,6 +16,9 @@ pub(super) enum Verdict {
         ticks: u64,
         states: usize,
         key: String,
+        /// SHA-256 of the file; empty if another version has verified it.
+        #[serde(default)]
+        sha256: String,
     },
     Refused {
         reason: String,
@@ -40,6 +43,7 @@ impl From<Result<(Replay, Verified), VerifyError>> for Verdict {
                 ticks,
                 states,
                 key: replay.key.to_string(),
+                sha256: replay.sha256,
             },
             Err(refused) => Verdict::Refused {
                 reason: refused.name().to_owned(),
@@ -54,7 +58,7 @@ impl Verdict {
     /// A line for people, or two. `known`: the key was checked.
     pub(super) fn text(&self, file: &str, known: bool) -> String {
         match self {
-            Verdict::Verified { run_id, team, task, hand, score, ticks, states, key } => {
+            Verdict::Verified { run_id, team, task, hand, score, ticks, states, key, .. } => {
                 let known = if known { "" } else { " (not checked; give the expected key with --key)" };
                 format!(
                     "{file}: verified: {run_id} of {team:?}, {task} with {hand}: score {score}, {ticks} ticks, {states} states equal\n  \

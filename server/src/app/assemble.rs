@@ -1,7 +1,7 @@
 //! Builds the parts of the server from its configuration.
 
 use crate::archive::{Archive, Keys};
-use crate::auth::{self, Role};
+use crate::auth::{self, Role, Token};
 use crate::backup;
 use crate::clock::SessionClocks;
 use crate::competition::Competition;
@@ -13,6 +13,7 @@ use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
 use crate::objects::Objects;
+use crate::readiness::Readiness;
 use crate::rules::{Rules, write_secret};
 use crate::session::Sessions;
 use crate::state::AppState;
@@ -67,11 +68,6 @@ pub(super) async fn app(
     let own_hands =
         Arc::new(OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone(), objects));
     let sensing = config.sensing.clone();
-    if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
-    {
-        let known: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
-        bail!("sensors_only: no task `{unknown}`; there are: {}", known.join(", "));
-    }
     let hand_spread = config.hand_spread;
     let competition =
         Arc::new(Competition { rules, tasks, hands, own_hands, sensing, hand_spread, settings });
@@ -94,11 +90,13 @@ pub(super) async fn app(
         lease: lease.clone(),
         shipper: fleet_shipper(config, &store)?,
         adopting: Default::default(),
+        saving: Default::default(),
     });
     let other_hosts = other_hosts(config, &store, &competition, &hub);
     let secrets =
         vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];
     let backup = Arc::new(backup::Files { data_dir: config.data_dir.clone(), secrets });
+    let readiness = Arc::new(Readiness::new(store.clone(), &config.data_dir));
     let auth = Arc::default();
     Ok(AppState {
         store,
@@ -115,6 +113,7 @@ pub(super) async fn app(
         inbound,
         lifecycle,
         lease,
+        readiness,
         backup,
     })
 }
@@ -199,12 +198,15 @@ async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
         subject: "organizer",
         reason: Some("first start"),
     };
-    let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &entry).await?;
+    let token = Token::random().context("no randomness for a token")?;
     let path = config.data_dir.join("organizer.token");
     // A file for an earlier database is useless.
     let _ = std::fs::remove_file(&path);
+    // Before the database: a token that nobody has would lock all organizers out.
     write_secret(&path, &token.reveal())
-        .with_context(|| format!("cannot write the organizer's token to {}", path.display()))
+        .with_context(|| format!("cannot write the organizer's token to {}", path.display()))?;
+    auth::add(store, &token, Role::Organizer, None, "first", false, &entry).await?;
+    Ok(())
 }
 
 /// The items with the configured names; all without a configuration.

@@ -3,6 +3,7 @@
 mod assemble;
 mod beat;
 mod memory;
+mod playable;
 mod serve;
 
 pub use serve::serve;

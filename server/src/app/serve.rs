@@ -3,6 +3,7 @@
 use super::assemble;
 use super::beat::beat;
 use super::memory;
+use super::playable::playable;
 use crate::archive::{Upload, Verification, WriteAgain};
 use crate::compute::{STACK_BYTES, overrun};
 use crate::config::{Config, ServeOptions};
@@ -56,7 +57,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
     let guard = assemble::guard(config)?;
     let tasks = assemble::tasks(config)?;
-    let hands = assemble::hands(config, &tasks)?;
+    let hands = playable(config, &tasks, assemble::hands(config, &tasks)?)?;
     // Before the database: a second server by mistake must not change the runs of the first.
     let listener = listen(config.listen).with_context(|| {
         format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", config.listen)

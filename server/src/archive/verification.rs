@@ -69,12 +69,22 @@ impl Verification {
     /// Verifies until `stopping`. An interrupted verification is repeated, by another server or after the next start.
     pub(crate) async fn run(self, stopping: impl Future<Output = ()>) {
         tokio::pin!(stopping);
-        let mut rounds = 0;
+        let (mut rounds, mut failed) = (0, false);
         loop {
             let round = async {
                 let cleans = rounds == 0;
                 rounds = (rounds + 1) % RETENTION_ROUNDS;
-                if let Err(error) = self.round(cleans).await {
+                // The try that could not be stored does not count, and its run does not wait for the end of the claim.
+                let released = match failed {
+                    true => self.store.release_claims(&self.owner).await,
+                    false => Ok(()),
+                };
+                let done = match released {
+                    Ok(()) => self.round(cleans).await,
+                    error => error,
+                };
+                failed = done.is_err();
+                if let Err(error) = done {
                     tracing::error!(%error, "the database failed; verification continues later");
                 }
                 if tokio::time::timeout(ROUND_PERIOD, self.archive.wakeup.notified()).await.is_ok() {
@@ -138,7 +148,7 @@ impl Verification {
                 if tries < MAX_TRIES {
                     tracing::warn!(run = run_id, tries, %reason, "no verdict; tried again after {pause:?}");
                 } else {
-                    tracing::error!(run = run_id, tries, %reason, "no verdict; stuck until an organizer decides");
+                    tracing::error!(run = run_id, tries, %reason, "no verdict; not tried again until an organizer orders it");
                 }
                 let reason = reason.to_string();
                 self.answered(self.store.set_inconclusive(&self.owner, run_id, &reason, pause)).await?

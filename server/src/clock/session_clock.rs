@@ -156,7 +156,7 @@ impl SessionClock {
         }
     }
 
-    /// Makes the session longer; marks that are ahead again are announced again.
+    /// Makes the session longer, or shorter with negative seconds; marks that are ahead again are announced again.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
         // Until now the old limit holds.
         self.settle(now);
@@ -219,6 +219,25 @@ impl SessionClock {
         self.refunded_s += before_s - self.elapsed_s(now);
         // Marks that are ahead again are announced again.
         self.announced = self.announced.min(self.passed(now));
+    }
+
+    /// Takes the time of a run again that was given back.
+    ///
+    /// # Errors
+    /// So much time is not left: the missing time, s. Nothing changes.
+    pub(crate) fn take_again(&mut self, run: Spent, now: Duration) -> Result<(), f64> {
+        self.settle(now);
+        let wall_s = self.spent.wall_s + run.wall_s;
+        let spent = Spent { wall_s, simulated_s: self.spent.simulated_s + run.simulated_s };
+        let missing_s = spent.counts_s() - self.limit_s.unwrap_or(f64::INFINITY);
+        if missing_s > ROUNDING_S {
+            return Err(missing_s);
+        }
+        let before_s = self.elapsed_s(now);
+        self.spent = spent;
+        self.settle(now);
+        self.refunded_s = (self.refunded_s - (self.elapsed_s(now) - before_s)).max(0.0);
+        Ok(())
     }
 
     /// Both times, without refunds.
@@ -515,5 +534,39 @@ mod tests {
         assert_eq!(clock.ticks_left(at(0.0), 0.01), 4);
         clock.simulate(0.04, at(0.0));
         assert_eq!(clock.ticks_left(at(0.0), 0.01), 0);
+    }
+
+    #[test]
+    fn time_that_was_given_back_is_taken_again_if_it_is_left() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.simulate(30.0, at(20.0));
+        let (before, run) = (clock.state(at(20.0)), Spent { wall_s: 15.0, simulated_s: 25.0 });
+        clock.refund(run, at(20.0));
+        assert_eq!((clock.left_s(at(20.0)), clock.refunded_s()), (Some(95.0), 25.0));
+        assert_eq!(clock.take_again(run, at(20.0)), Ok(()));
+        assert_eq!(clock.state(at(20.0)), before);
+        // Used meanwhile: nothing changes, and the missing time is said.
+        clock.refund(run, at(20.0));
+        clock.simulate(80.0, at(20.0));
+        let used = clock.state(at(20.0));
+        assert_eq!(clock.take_again(run, at(20.0)), Err(10.0));
+        assert_eq!(clock.state(at(20.0)), used);
+        clock.grant(10.0, at(20.0));
+        assert_eq!(clock.take_again(run, at(20.0)), Ok(()));
+        assert!(clock.is_over(at(20.0)));
+    }
+
+    #[test]
+    fn granted_time_is_taken_back() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.grant(50.0, at(10.0));
+        clock.grant(-50.0, at(20.0));
+        assert_eq!(clock.left_s(at(20.0)), Some(80.0));
+        // Below what is spent: the session is over.
+        clock.grant(50.0, at(20.0));
+        clock.grant(-50.0, at(120.0));
+        assert!(clock.is_over(at(120.0)));
     }
 }

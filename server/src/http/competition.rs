@@ -74,7 +74,7 @@ pub(super) struct CompetitionResponse {
 pub(super) struct VerificationNow {
     /// Number of runs that wait, or are being verified.
     waiting: i64,
-    /// Number of runs without a verdict after all tries.
+    /// Number of runs that are stuck: without a verdict after three tries or more, or of another engine.
     stuck: i64,
     /// Since when the oldest one waits, ms since 1970 UTC.
     #[serde(skip_serializing_if = "Option::is_none")]

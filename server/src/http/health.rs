@@ -1,14 +1,16 @@
 //! Health checks, and metrics for Prometheus.
 
+use crate::disk_space;
 use crate::fleet::lease::Lease;
 use crate::lifecycle::Lifecycle;
 use crate::metrics::METRICS;
-use crate::problem::Problem;
+use crate::problem::{Problem, not_ready};
+use crate::readiness::Readiness;
 use crate::session::Sessions;
 use crate::store::Store;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
-use axum::response::IntoResponse;
+use axum::response::{IntoResponse, Response};
 use palmares_protocol::Code;
 use std::sync::Arc;
 
@@ -17,19 +19,19 @@ pub(super) async fn healthz() -> &'static str {
     "ok\n"
 }
 
-/// The server is ready: its database answers and it is not shutting down.
+/// The server is ready: it can write in its database and its data directory, and it is not shutting down. Otherwise 503 with the reason.
 pub(super) async fn readyz(
     State(lifecycle): State<Arc<Lifecycle>>,
     State(lease): State<Arc<Lease>>,
-    State(store): State<Store>,
-) -> Result<&'static str, Problem> {
+    State(readiness): State<Arc<Readiness>>,
+) -> Result<&'static str, Response> {
     if !lease.is_valid() {
-        return Err(Problem::new(Code::Internal, "the database does not answer"));
+        return Err(not_ready(Code::Internal, "the database does not answer"));
     }
     if lifecycle.is_stopping() {
-        return Err(Problem::new(Code::Capacity, "the server is shutting down"));
+        return Err(not_ready(Code::Capacity, "the server is shutting down"));
     }
-    store.ping().await?;
+    readiness.prove().await.map_err(|why| not_ready(Code::Internal, &why))?;
     Ok("ready\n")
 }
 
@@ -37,7 +39,12 @@ pub(super) async fn readyz(
 pub(super) async fn metrics(
     State(sessions): State<Arc<Sessions>>,
     State(store): State<Store>,
+    State(readiness): State<Arc<Readiness>>,
 ) -> Result<impl IntoResponse, Problem> {
+    match disk_space::space(readiness.data_dir()) {
+        Ok(space) => METRICS.data_space(space),
+        Err(error) => tracing::warn!(%error, "the space of the data directory is not known"),
+    }
     let queue = store.verification_queue().await?;
     METRICS.verification(queue.oldest(), usize::try_from(queue.stuck).unwrap_or_default());
     let unverified = usize::try_from(queue.waiting).unwrap_or_default();

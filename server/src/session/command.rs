@@ -12,9 +12,9 @@ pub(crate) enum Command {
     Resume,
     /// Stops clock and world while the competition is paused, or continues them.
     PauseCompetition(bool),
-    /// Makes the session longer.
+    /// Makes the session longer, or shorter again.
     Grant {
-        /// Additional time, s.
+        /// Additional time, s; negative if granted time is taken back.
         seconds: f64,
     },
     /// Voids a run of the session: it ends if it is open, and its time is given back.
@@ -23,6 +23,15 @@ pub(crate) enum Command {
         run_id: String,
         /// The reason, for people.
         note: String,
+    },
+    /// Makes a void run of the session count again, and takes its time again.
+    UnvoidRun {
+        /// The run.
+        run_id: String,
+        /// Id of the organizer's token.
+        actor: String,
+        /// The reason, for the audit.
+        reason: String,
     },
     /// Gives the session to another host, where its client is.
     Release {

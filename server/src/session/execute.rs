@@ -40,6 +40,7 @@ impl Session {
             Command::Release { firmly } => self.release(firmly).await,
             Command::Follow => self.follow_row().await.map(|end| (over, reply) = end),
             Command::VoidRun { run_id, note } => self.void_run(&run_id, &note).await,
+            Command::UnvoidRun { run_id, actor, reason } => self.unvoid_run(&run_id, &actor, &reason).await,
             Command::End { void, note } => {
                 let reason = if void { Reason::Voided } else { Reason::Stopped };
                 self.end_run(reason, &note).await.map(|result| reply = result)

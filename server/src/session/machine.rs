@@ -134,7 +134,7 @@ impl Machine {
         self.clock.hold(until, now);
     }
 
-    /// An organizer gives the session more time.
+    /// An organizer gives the session more time, or takes some of it back.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
         self.clock.grant(seconds, now);
     }
@@ -345,6 +345,21 @@ impl Machine {
         // The open run now began that much earlier.
         self.clock_before_run.spent = self.clock_before_run.spent.since(cost);
         self.clock_before_run.refunded_s += self.clock.refunded_s() - before_s;
+    }
+
+    /// Takes the cost of a run again that was refunded and counts now.
+    ///
+    /// # Errors
+    /// So much time is not left: the missing time, s. Nothing changes.
+    pub(crate) fn take_again(&mut self, cost: Spent, now: Duration) -> Result<(), f64> {
+        let before_s = self.clock.refunded_s();
+        self.clock.take_again(cost, now)?;
+        // The open run now began that much later.
+        let began = &mut self.clock_before_run;
+        began.spent.wall_s += cost.wall_s;
+        began.spent.simulated_s += cost.simulated_s;
+        began.refunded_s += self.clock.refunded_s() - before_s;
+        Ok(())
     }
 
     /// The server has closed the run; its result waits for `stop`.

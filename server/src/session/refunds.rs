@@ -3,12 +3,13 @@
 //! The cost of a run is stored with its result. While the cost is stored and the run is void, a refund is pending. One transaction
 //! gives the time back and deletes the cost: through the session if it is open, otherwise in the database alone.
 
+use super::clock_rows::saved_row;
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
 use crate::clock::{ClockState, SessionClock, Spent};
 use crate::rules::CompetitionPhase;
-use crate::store::{ClockRow, RefundedClock, RunCost, StoreError};
-use palmares_protocol::Refusal;
+use crate::store::{ClockRow, NewAuditEntry, RefundedClock, RunCost, StoreError};
+use palmares_protocol::{Code, Refusal};
 use std::time::{Duration, Instant};
 
 /// Longest time that the database may take for a request. A wait that is longer costs the session nothing; a healthy database takes
@@ -50,6 +51,62 @@ impl Session {
     }
 }
 
+impl Session {
+    /// Makes a void run of this session count again.
+    pub(super) async fn unvoid_run(
+        &mut self,
+        run_id: &str,
+        actor: &str,
+        reason: &str,
+    ) -> Result<(), Refusal> {
+        // Refunds that are not stored yet.
+        self.save(true).await;
+        if !self.refunded_runs.is_empty() {
+            return Err(
+                Refusal::new(Code::Internal, "a refund is not stored yet; try again").retry_after(1.0)
+            );
+        }
+        let entry = NewAuditEntry { actor, action: UNVOID, subject: run_id, reason: Some(reason) };
+        let (shared, held, now) = (self.shared.clone(), self.held.clone(), self.now());
+        let _saving = shared.saving.lock().await;
+        let (machine, mut taken) = (&mut self.machine, None);
+        let take = |_, _, cost: &RunCost| {
+            machine.take_again(spent(cost), now).map_err(too_little_left)?;
+            taken = Some(spent(cost));
+            Ok(saved_row(machine.saved(now), machine.playing().is_some()))
+        };
+        let done = shared.store.unvoid_run(Some(&held), run_id, &entry, take).await;
+        if let (Err(_), Some(cost)) = (&done, taken) {
+            self.machine.refund_run(cost, now);
+        }
+        self.show_clock();
+        done.map_err(store_failed("the run"))?.map_err(cannot_be_undone)
+    }
+}
+
+/// The action in the audit.
+const UNVOID: &str = "run.unvoid";
+
+fn too_little_left(missing_s: f64) -> String {
+    format!(
+        "the time that was given back for it has been used: {missing_s:.1} s are missing. Grant them first: \
+         session grant ID --seconds {:.0}",
+        missing_s.ceil()
+    )
+}
+
+fn cannot_be_undone(why: String) -> Refusal {
+    Refusal::new(Code::WrongState, format!("the run stays as it is: {why}"))
+}
+
+/// A stopped clock after the time of a run was taken again.
+fn taken_again(limit_s: Option<f64>, row: &ClockRow, cost: &RunCost) -> Result<ClockRow, String> {
+    let now = Duration::ZERO;
+    let mut clock = SessionClock::restored(limit_s, &ClockState::of(row), false, now);
+    clock.take_again(spent(cost), now).map_err(too_little_left)?;
+    Ok(clock.state(now).row())
+}
+
 /// A stopped clock after its pending refunds.
 fn refunded(limit_s: Option<f64>, row: &ClockRow, pending: &[RunCost]) -> RefundedClock {
     let now = Duration::ZERO;
@@ -72,6 +129,17 @@ impl Sessions {
         self.store
             .refund(session_id, reopen, |limit_s, clock, pending| refunded(limit_s, &clock, pending))
             .await
+    }
+
+    /// Makes a void run count again whose session is not open here.
+    ///
+    /// # Errors
+    /// Reason why it cannot.
+    pub(crate) async fn unvoid(&self, run_id: &str, actor: &str, reason: &str) -> Result<(), Refusal> {
+        let entry = NewAuditEntry { actor, action: UNVOID, subject: run_id, reason: Some(reason) };
+        let take = |limit_s, clock, cost: &RunCost| taken_again(limit_s, &clock, cost);
+        let done = self.store.unvoid_run(None, run_id, &entry, take).await;
+        done.map_err(store_failed("the run"))?.map_err(cannot_be_undone)
     }
 
     /// Gives all pending refunds, at the server's start: a crash may have prevented them.

@@ -17,6 +17,7 @@ impl Sessions {
     /// # Errors
     /// The database failed.
     pub(crate) async fn save_clocks(&self) -> Result<(), StoreError> {
+        let _saving = self.saving.lock().await;
         let unsaved = self.clocks.unsaved(self.lifecycle.now(), self.shipper.is_some());
         let rows = unsaved.iter().map(|unsaved| SavedClock {
             session_id: unsaved.session_id.clone(),

@@ -64,6 +64,8 @@ pub(crate) struct Sessions {
     pub(crate) shipper: Option<Shipper>,
     /// Held while sessions are taken over.
     pub(crate) adopting: Adopting,
+    /// Held while the clocks are saved, and while a clock loses time that was given back: a late save must not give it back again.
+    pub(crate) saving: Mutex<()>,
 }
 
 impl Sessions {
@@ -352,9 +354,8 @@ impl Session {
 
     /// Time until [`Session::expire`] is due, if no request comes until then.
     pub(crate) fn next_change(&self) -> Option<Duration> {
-        let change = self.machine.next_change(self.now())?;
         // A result that could not be stored is tried again after a while.
-        Some(if self.unstored.is_some() { change.max(RETRY) } else { change })
+        if self.unstored.is_some() { Some(RETRY) } else { self.machine.next_change(self.now()) }
     }
 
     /// The warning that is due.
@@ -364,10 +365,13 @@ impl Session {
         Some(Reply::Warning(Warning { mark_s, session_left_s }))
     }
 
-    /// Closes the run if the session's time is spent, or returns the warning that is due.
+    /// Closes the run if the session's time is spent or its result could not be stored, or returns the warning that is due.
     pub(crate) async fn expire(&mut self) -> Option<Reply> {
         let warning = self.warning();
-        if warning.is_none() {
+        if warning.is_none() && self.unstored.is_some() {
+            // It keeps the reason for which it has ended.
+            self.close_run(Reason::Stopped, None).await;
+        } else if warning.is_none() {
             self.close_if_over().await;
         }
         warning

@@ -8,13 +8,15 @@ use tokio::time::{Instant, sleep_until};
 impl Session {
     /// After `bye`: a practice session ends, an official one waits as long as it has time.
     pub(crate) async fn leave(mut self: Box<Self>) {
-        if self.official && !self.machine.clock().is_over(self.now()) {
-            if self.machine.playing().is_some() {
-                self.close_run(Reason::Stopped, Some("the client said bye")).await;
-            }
+        let note = Some("the client said bye");
+        if self.machine.playing().is_some() {
+            self.close_run(Reason::Stopped, note).await;
+        }
+        // A result that could not be stored is tried again.
+        if (self.official && !self.machine.clock().is_over(self.now())) || self.unstored.is_some() {
             self.park();
         } else {
-            self.end(Reason::Stopped, Some("the client said bye")).await;
+            self.end(Reason::Stopped, note).await;
         }
     }
 
@@ -60,17 +62,22 @@ async fn keep(mut session: Box<Session>) {
             () = until(change) => {
                 // The warning is for a connected client.
                 session.expire().await;
-                if grace.is_none() && !session.outlasts_absence() {
+                if grace.is_none() && !session.outlasts_absence() && session.unstored.is_none() {
                     break Reason::SessionOver;
                 }
             }
             () = until(grace) => {
-                if !session.outlasts_absence() {
+                let outlasts = session.outlasts_absence();
+                if outlasts {
+                    session.go_on().await;
+                }
+                // The run ends; the session waits as long as it has time, or a result that is not stored.
+                if session.machine.playing().is_some() {
+                    session.close_run(Reason::Disconnected, None).await;
+                }
+                if !outlasts && session.unstored.is_none() {
                     break Reason::Disconnected;
                 }
-                session.go_on().await;
-                // The run ends; the session waits as long as it has time.
-                session.close_run(Reason::Disconnected, None).await;
                 grace = None;
             }
             () = held.lost() => {

@@ -4,11 +4,12 @@ use super::database::Store;
 use super::error::StoreError;
 use super::location::Dialect;
 use super::number::{signed, unix_ms};
+use super::transaction::Transaction;
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::Any;
 use sqlx::any::AnyArguments;
 use sqlx::query::Query;
-use sqlx::{Any, Transaction};
 
 /// A new record.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +93,7 @@ impl Store {
 
 /// See [`Store::recorded`].
 pub(super) struct Recorded<'a> {
-    pub(super) transaction: Transaction<'static, Any>,
+    pub(super) transaction: Transaction,
     /// One record at a time, so that numbers are unique.
     _numbering: tokio::sync::MutexGuard<'a, ()>,
 }

@@ -3,7 +3,8 @@
 use super::database::Store;
 use super::error::StoreError;
 use super::host::Held;
-use sqlx::{Any, AnyConnection, Transaction};
+use super::transaction::Transaction;
+use sqlx::{Any, AnyConnection};
 
 /// A session's clock, as stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,9 +76,12 @@ pub(super) async fn write_clock(
 const PENDING_REFUNDS: &str = "SELECT run_id, taken_wall_s, taken_simulated_s FROM runs \
      WHERE session_id = $1 AND status = 'voided' AND taken_wall_s IS NOT NULL ORDER BY run_id";
 
-/// Deletes the cost of a run that was refunded.
-async fn delete_cost(transaction: &mut Transaction<'static, Any>, run_id: &str) -> Result<(), StoreError> {
-    sqlx::query("UPDATE runs SET taken_wall_s = NULL, taken_simulated_s = NULL WHERE run_id = $1")
+/// Notes that the cost of a run was given back.
+async fn give_cost_back(transaction: &mut Transaction, run_id: &str) -> Result<(), StoreError> {
+    sqlx::query(
+        "UPDATE runs SET refunded_wall_s = taken_wall_s, refunded_simulated_s = taken_simulated_s, taken_wall_s = NULL, \
+         taken_simulated_s = NULL WHERE run_id = $1 AND taken_wall_s IS NOT NULL",
+    )
         .bind(run_id)
         .execute(&mut **transaction)
         .await?;
@@ -101,7 +105,7 @@ pub(crate) struct SavedClock {
 const CLOCKS_A_STATEMENT: usize = 200;
 
 /// Two clocks are equal up to rounding, s.
-const ROUNDING_S: f64 = 1e-6;
+pub(super) const ROUNDING_S: f64 = 1e-6;
 
 impl Store {
     /// Saves the clocks of open sessions, in one statement for all. It skips sessions that have another owner. A session that has saved a later clock itself, with a result or a
@@ -153,7 +157,7 @@ impl Store {
         let mut transaction = self.fenced(held).await?;
         write_clock(&mut transaction, &held.session_id, clock).await?;
         for run_id in refunded_runs {
-            delete_cost(&mut transaction, run_id).await?;
+            give_cost_back(&mut transaction, run_id).await?;
         }
         Ok(transaction.commit().await?)
     }
@@ -204,7 +208,7 @@ impl Store {
         let RefundedClock { clock, revived } = refund(limit_s, clock, &pending);
         write_clock(&mut transaction, session_id, &clock).await?;
         for cost in &pending {
-            delete_cost(&mut transaction, &cost.run_id).await?;
+            give_cost_back(&mut transaction, &cost.run_id).await?;
         }
         if revived && reopen {
             sqlx::query(

@@ -7,10 +7,11 @@ use super::host::ENGINE;
 use super::number::unix_ms;
 use super::schedule;
 use super::settings::WRITE;
+use super::transaction::Transaction;
 use palmares_tasks::identity;
 use schemars::JsonSchema;
 use serde::Serialize;
-use sqlx::{Any, AnyConnection, Transaction};
+use sqlx::AnyConnection;
 
 /// Setting: the phase.
 const PHASE: &str = "phase";
@@ -158,7 +159,7 @@ impl Store {
 
 /// Whether an organizer has closed the competition. It stays as it is until the end of the transaction, so that no session begins beside
 /// a command that ends all.
-pub(super) async fn is_closed(transaction: &mut Transaction<'static, Any>) -> Result<bool, StoreError> {
+pub(super) async fn is_closed(transaction: &mut Transaction) -> Result<bool, StoreError> {
     // Locks the row in Postgres; SQLite locks at the transaction's begin.
     sqlx::query("UPDATE settings SET value = value WHERE key = 'phase'").execute(&mut **transaction).await?;
     let phase: Option<String> = sqlx::query_scalar("SELECT value FROM settings WHERE key = 'phase'")
@@ -169,11 +170,7 @@ pub(super) async fn is_closed(transaction: &mut Transaction<'static, Any>) -> Re
 
 const OPEN_SESSIONS: &str = "SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'";
 
-async fn write(
-    transaction: &mut Transaction<'static, Any>,
-    key: &str,
-    value: Option<String>,
-) -> Result<(), StoreError> {
+async fn write(transaction: &mut Transaction, key: &str, value: Option<String>) -> Result<(), StoreError> {
     let query = match value {
         Some(value) => sqlx::query(WRITE).bind(key.to_owned()).bind(value),
         None => sqlx::query("DELETE FROM settings WHERE key = $1").bind(key.to_owned()),

@@ -3,10 +3,11 @@
 use super::error::StoreError;
 use super::host::{Host, HostKey};
 use super::location::{Dialect, Location, Lock, Target};
+use super::transaction::Transaction;
 use Statements::{Each, Same};
 use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
-use sqlx::{Any, AnyConnection, AnyPool, Executor, SqlSafeStr, Transaction};
+use sqlx::{AnyConnection, AnyPool, Executor, SqlSafeStr};
 use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::num::NonZero;
@@ -15,7 +16,7 @@ use std::time::Duration;
 use tokio::sync::{Mutex, watch};
 
 /// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
-const MIGRATIONS: [(i64, &str, Statements); 12] = [
+const MIGRATIONS: [(i64, &str, Statements); 15] = [
     (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
     (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
     (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
@@ -46,6 +47,16 @@ const MIGRATIONS: [(i64, &str, Statements); 12] = [
     (10, "schedule", Same(include_str!("../../migrations/0010_schedule.sql"))),
     (11, "objects", Same(include_str!("../../migrations/0011_objects.sql"))),
     (12, "queues of hosts", Same(include_str!("../../migrations/0012_queues.sql"))),
+    (13, "proofs of writing", Same(include_str!("../../migrations/0013_proofs.sql"))),
+    (
+        14,
+        "order of ends",
+        Each {
+            sqlite: include_str!("../../migrations/0014_order_of_ends.sqlite.sql"),
+            postgres: include_str!("../../migrations/0014_order_of_ends.postgres.sql"),
+        },
+    ),
+    (15, "undo", Same(include_str!("../../migrations/0015_undo.sql"))),
 ];
 
 /// The statements of a migration.
@@ -164,12 +175,6 @@ impl Store {
         self.dialect == Dialect::Postgres
     }
 
-    /// Whether the database answers.
-    pub(crate) async fn ping(&self) -> Result<(), StoreError> {
-        sqlx::query("SELECT COUNT(*) FROM sessions WHERE session_id = ''").fetch_one(&self.pool()).await?;
-        Ok(())
-    }
-
     /// Leaves: releases the lock, or gives up the lease. Closes all connections; SQLite merges its write-ahead log into the file.
     pub(crate) async fn close(&self) {
         if let Err(error) = self.leave().await {
@@ -181,9 +186,14 @@ impl Store {
         }
     }
 
+    /// A transaction that reads from one snapshot.
+    pub(super) async fn snapshot(&self) -> Result<Transaction, StoreError> {
+        Ok(Transaction::begin(&self.pool(), self.dialect.begin_snapshot()).await?)
+    }
+
     /// A transaction that will write.
-    pub(super) async fn write(&self) -> Result<Transaction<'static, Any>, StoreError> {
-        Ok(self.pool().begin_with(self.dialect.begin()).await?)
+    pub(super) async fn write(&self) -> Result<Transaction, StoreError> {
+        Ok(Transaction::begin(&self.pool(), self.dialect.begin()).await?)
     }
 }
 

@@ -46,10 +46,27 @@ fn json_row(row: &AnyRow) -> Result<Map<String, Value>, StoreError> {
     Ok(fields)
 }
 
+/// The runs, with the order of their ends, which backups of 0.2.0 do not have.
+fn with_order(rows: &[Map<String, Value>]) -> Vec<Map<String, Value>> {
+    let mut rows = rows.to_vec();
+    if rows.iter().any(|row| row.contains_key("ended_seq")) {
+        return rows;
+    }
+    let mut ended: Vec<&mut Map<String, Value>> =
+        rows.iter_mut().filter(|row| row.get("score").is_some_and(|score| !score.is_null())).collect();
+    let text =
+        |row: &Map<String, Value>| row.get("run_id").and_then(Value::as_str).unwrap_or_default().to_owned();
+    ended.sort_by_cached_key(|row| (row.get("ended_at").and_then(Value::as_i64), text(row)));
+    for (row, number) in ended.into_iter().zip(1_i64..) {
+        row.insert("ended_seq".into(), number.into());
+    }
+    rows
+}
+
 impl Store {
     /// All tables, from one snapshot.
     pub(crate) async fn dump(&self) -> Result<Vec<Table>, StoreError> {
-        let mut transaction = self.pool().begin_with(self.dialect.begin_snapshot()).await?;
+        let mut transaction = self.snapshot().await?;
         let mut tables = Vec::new();
         for name in TABLES {
             let query = sqlx::query(AssertSqlSafe(format!("SELECT * FROM {name}")));
@@ -70,7 +87,15 @@ impl Store {
         let mut transaction = self.write().await?;
         for name in TABLES {
             let rows = tables.iter().find(|(table, _)| table == name).map(|(_, rows)| rows.as_slice());
-            for row in rows.unwrap_or_default() {
+            let numbered;
+            let rows = match rows {
+                Some(rows) if name == "runs" => {
+                    numbered = with_order(rows);
+                    numbered.as_slice()
+                }
+                rows => rows.unwrap_or_default(),
+            };
+            for row in rows {
                 let mut values = Vec::new();
                 let mut bound = 0;
                 for (column, value) in row {

@@ -7,9 +7,10 @@
 use super::database::Store;
 use super::error::StoreError;
 use super::host::{ALONE, ENGINE, Held, Host, HostRow, LEASE, OwnedSession, PROCESS_DIGITS, Renewal, alive};
+use super::transaction::Transaction;
 use crate::metrics::METRICS;
 use palmares_tasks::identity;
-use sqlx::{Any, AnyConnection, AssertSqlSafe, Transaction};
+use sqlx::{AnyConnection, AssertSqlSafe};
 use std::time::{Duration, Instant};
 
 /// Longest wait for the lease of an earlier process of the same host.
@@ -104,11 +105,7 @@ impl Store {
         Ok(())
     }
 
-    async fn write_host(
-        &self,
-        transaction: &mut Transaction<'static, Any>,
-        host: &Host,
-    ) -> Result<(), StoreError> {
+    async fn write_host(&self, transaction: &mut Transaction, host: &Host) -> Result<(), StoreError> {
         let lease_until = format!("{} + {}", self.dialect.now_ms(), LEASE.as_millis());
         let sql = format!(
             "INSERT INTO hosts (host_id, incarnation, engine, config_sha256, build_hash, internal_url, state, places, \
@@ -242,7 +239,7 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::Stale`] if the session has another owner.
-    pub(super) async fn fenced(&self, held: &Held) -> Result<Transaction<'static, Any>, StoreError> {
+    pub(super) async fn fenced(&self, held: &Held) -> Result<Transaction, StoreError> {
         let mut transaction = self.write().await?;
         let locked = sqlx::query("UPDATE sessions SET epoch = epoch WHERE session_id = $1 AND epoch = $2")
             .bind(held.session_id.clone())

@@ -1,4 +1,5 @@
-//! The ranking: by the sum of the best scores of each task; of equal sums the earlier is first.
+//! The ranking: by the sum of the best scores of each task; of equal sums the one that was stored earlier is first. The order of storing
+//! decides, not the clock, which can be set back.
 
 use super::database::Store;
 use super::error::StoreError;
@@ -20,6 +21,9 @@ pub(crate) struct LeaderboardRow {
     pub(crate) runs: i64,
     /// When the total was reached: the end of the last run in it, ms since 1970 UTC.
     pub(crate) reached_unix_ms: i64,
+    /// Number of that run among all ended runs.
+    #[serde(skip)]
+    pub(crate) reached_seq: i64,
     /// Whether no run of the team had the true state.
     pub(crate) sensors_only: bool,
     /// Its rank among the teams with `sensors_only`.
@@ -39,11 +43,26 @@ pub(crate) struct TaskBest {
     pub(crate) status: String,
     /// End of the run, ms since 1970 UTC.
     pub(crate) ended_unix_ms: i64,
+    /// Its number among all ended runs, in the order in which they were stored.
+    #[serde(skip)]
+    pub(crate) ended_seq: i64,
 }
 
 /// A row of the table `best`: team, task, runs that count, whether a run had the true state, the best run if any counts, number and
-/// time of changes.
-type Best = (String, String, i64, i64, Option<f64>, Option<String>, Option<String>, Option<i64>, i64, i64);
+/// time of changes, number of the best run among all ended ones.
+type Best = (
+    String,
+    String,
+    i64,
+    i64,
+    Option<f64>,
+    Option<String>,
+    Option<String>,
+    Option<i64>,
+    i64,
+    i64,
+    Option<i64>,
+);
 
 /// Changes may become visible this much later than the time that they have, ms: at the end of their transaction.
 const LATE_MS: i64 = 3_000;
@@ -74,10 +93,11 @@ impl ReadTeams {
     }
 
     fn insert(&mut self, row: Best) {
-        let (team, task, runs, truth, score, run_id, status, ended_at, revision, changed_at) = row;
+        let (team, task, runs, truth, score, run_id, status, ended_at, revision, changed_at, ended_seq) = row;
+        let ended_seq = ended_seq.unwrap_or_default();
         let best = match (score, run_id, status, ended_at) {
             (Some(score), Some(run_id), Some(status), Some(ended_unix_ms)) => {
-                Some(TaskBest { score, run_id, status, ended_unix_ms })
+                Some(TaskBest { score, run_id, status, ended_unix_ms, ended_seq })
             }
             _ => None,
         };
@@ -97,6 +117,7 @@ impl ReadTeams {
                 total: 0.0,
                 runs: read.values().map(|task| task.runs).sum(),
                 reached_unix_ms: i64::MIN,
+                reached_seq: 0,
                 sensors_only: !read.values().any(|task| task.truth),
                 sensors_rank: None,
                 tasks: read.iter().filter_map(best).collect(),
@@ -140,9 +161,9 @@ impl Store {
             "SELECT '' AS team, '' AS task, CAST(0 AS BIGINT) AS runs, CAST(0 AS BIGINT) AS truth, \
                  CAST(NULL AS DOUBLE PRECISION) AS score, CAST(NULL AS TEXT) AS run_id, CAST(NULL AS TEXT) AS status, \
                  CAST(NULL AS BIGINT) AS ended_at, CAST(COALESCE(SUM(revision), 0) AS BIGINT) AS revision, \
-                 CAST(0 AS BIGINT) AS changed_at FROM best WHERE official = $1 \
+                 CAST(0 AS BIGINT) AS changed_at, CAST(NULL AS BIGINT) AS ended_seq FROM best WHERE official = $1 \
              UNION ALL \
-             SELECT team, task, runs, truth, score, run_id, status, ended_at, revision, changed_at FROM best \
+             SELECT team, task, runs, truth, score, run_id, status, ended_at, revision, changed_at, ended_seq FROM best \
              WHERE official = $1 AND changed_at >= $2",
         )
         .bind(i64::from(official))
@@ -176,10 +197,12 @@ impl Store {
 fn rank(mut rows: Vec<LeaderboardRow>) -> Vec<LeaderboardRow> {
     for row in &mut rows {
         row.total = row.tasks.values().map(|best| best.score).sum();
-        row.reached_unix_ms = row.tasks.values().map(|best| best.ended_unix_ms).max().unwrap_or_default();
+        let last = row.tasks.values().max_by_key(|best| best.ended_seq);
+        (row.reached_unix_ms, row.reached_seq) =
+            last.map(|best| (best.ended_unix_ms, best.ended_seq)).unwrap_or_default();
     }
     rows.sort_by(|a, b| {
-        b.total.total_cmp(&a.total).then(a.reached_unix_ms.cmp(&b.reached_unix_ms)).then(a.team.cmp(&b.team))
+        b.total.total_cmp(&a.total).then(a.reached_seq.cmp(&b.reached_seq)).then(a.team.cmp(&b.team))
     });
     let mut without_truth = 0;
     for (i, row) in rows.iter_mut().enumerate() {

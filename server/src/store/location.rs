@@ -234,7 +234,7 @@ impl Lock {
 }
 
 /// A path for a URL: all bytes but letters, digits and `/-._~` are escaped.
-fn percent_encoded(path: &Path) -> String {
+pub(super) fn percent_encoded(path: &Path) -> String {
     let mut text = String::new();
     for &byte in path.as_os_str().as_encoded_bytes() {
         if byte.is_ascii_alphanumeric() || b"/-._~".contains(&byte) {

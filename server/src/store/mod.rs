@@ -1,6 +1,9 @@
 //! The database: teams, tokens, sessions, runs, hands, audit.
 //!
 //! One set of queries serves SQLite and Postgres: `$1` works in both; flags are 0 or 1, since SQLite has no booleans.
+//!
+//! A statement that writes and returns rows is read to its end, with `fetch_all`, unless a transaction contains it: SQLite commits it at
+//! the end only, and the driver hides a failure there from `fetch_one`.
 
 /// Implements reading a struct from a row: each field from the column of its name, or of the name after the colon. Fields after `row`
 /// are computed.
@@ -29,6 +32,7 @@ mod hands;
 mod host;
 mod hosts;
 mod leaderboard;
+mod listed_runs;
 mod lists;
 mod location;
 mod number;
@@ -41,7 +45,10 @@ mod settings;
 mod similar_runs;
 mod teams;
 mod tokens;
+mod transaction;
+mod unvoid;
 mod verification;
+mod writing;
 
 pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
@@ -54,6 +61,7 @@ pub(crate) use hands::{HandRow, NewHand};
 pub(crate) use host::{ALONE, FIRST_EPOCH, Held, Host, HostRow, LEASE, OwnedSession, Renewal};
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use leaderboard::{LeaderboardRow, ReadTeams};
+pub use listed_runs::runs_in;
 pub(crate) use lists::ListFilter;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;

@@ -4,14 +4,18 @@ use super::clocks::{ClockRow, write_clock};
 use super::database::Store;
 use super::error::StoreError;
 use super::host::Held;
+use super::location::Dialect;
 use super::number::{signed, unix_ms};
 use super::similar_runs::SimilarRun;
-use super::verification::MAX_TRIES;
+use super::verification::STUCK_TRIES;
 use palmares_tasks::{Event, Outcome, Sensing, identity};
 use schemars::JsonSchema;
 use serde::Serialize;
-use sqlx::Row;
 use sqlx::any::AnyRow;
+use sqlx::{AssertSqlSafe, Row};
+
+/// Key of the advisory lock on Postgres under which ended runs get their numbers: "plm_ends" as a number.
+const NUMBERING_KEY: i64 = i64::from_be_bytes(*b"plm_ends");
 
 /// A new run.
 #[derive(Clone, Debug)]
@@ -125,8 +129,8 @@ pub(crate) struct RunRecord {
     verify_note: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     verified_unix_ms: Option<i64>,
-    /// `waiting` for its verification, also for another one after a verdict, or `stuck`: every try was without a verdict. Left out
-    /// otherwise.
+    /// `waiting` for its verification, also for another one after a verdict, or `stuck`: three tries or more were without a verdict, or
+    /// the run is of another engine. Left out otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     verify_state: Option<&'static str>,
     /// Since when it waits, ms since 1970 UTC.
@@ -186,7 +190,10 @@ impl Waiting {
             "verified" | "rejected" => ordered.is_some(),
             _ => false,
         };
-        let state = if tries >= MAX_TRIES && owner.is_none() { "stuck" } else { "waiting" };
+        let engine: Option<String> = row.try_get("engine")?;
+        let stuck = owner.is_none() && tries >= STUCK_TRIES
+            || engine.is_some_and(|engine| engine != identity::engine());
+        let state = if stuck { "stuck" } else { "waiting" };
         // A process of a fleet has its host before a slash.
         let host = owner.and_then(|owner| Some(owner.split_once('/')?.0.to_owned()));
         Ok((waits && sha256.is_some()).then(|| Waiting { state, since: ordered.or(ended), host, tries }))
@@ -209,15 +216,15 @@ fn word<T: Serialize>(value: &T) -> Option<String> {
 impl Store {
     /// The number of the team's next run of a task, from 1. Numbers are unique.
     pub(crate) async fn next_k(&self, team: &str, task: &str) -> Result<u64, StoreError> {
-        let k: i64 = sqlx::query_scalar(
+        let k: Vec<i64> = sqlx::query_scalar(
             "INSERT INTO run_counters (team, task, k) VALUES ($1, $2, 1) \
              ON CONFLICT (team, task) DO UPDATE SET k = run_counters.k + 1 RETURNING k",
         )
         .bind(team)
         .bind(task)
-        .fetch_one(&self.pool())
+        .fetch_all(&self.pool())
         .await?;
-        Ok(k.unsigned_abs())
+        Ok(k.first().ok_or(sqlx::Error::RowNotFound)?.unsigned_abs())
     }
 
     /// Returns the last number, with which no run was opened: the next run gets it.
@@ -271,12 +278,18 @@ impl Store {
             serde_json::to_string(&outcome.events).map_err(|error| sqlx::Error::Encode(error.into()))?;
         let mut transaction = self.fenced(run.held).await?;
         let (replay_path, replay_sha256) = run.replay.unzip();
+        // SQLite has one writer anyway.
+        if self.dialect == Dialect::Postgres {
+            let lock = sqlx::query("SELECT pg_advisory_xact_lock($1)").bind(NUMBERING_KEY);
+            lock.execute(&mut *transaction).await?;
+        }
         sqlx::query(
             "UPDATE runs SET status = CASE WHEN EXISTS (SELECT 1 FROM sessions WHERE sessions.session_id = \
              runs.session_id AND sessions.status = 'voided') THEN 'voided' ELSE $1 END, reason = $2, note = $3, \
              ticks = $4, sim_time_s = $5, score = $6, in_goal = $7, outside = $8, state_hash = $9, events = $10, \
              ended_at = $11, missed_ticks = $12, replay_path = $13, replay_sha256 = $14, \
-             replay_host = $15 WHERE run_id = $16 AND status = 'open'",
+             replay_host = $15, ended_seq = (SELECT COALESCE(MAX(ended_seq), 0) + 1 FROM runs WHERE ended_seq IS NOT NULL) \
+             WHERE run_id = $16 AND status = 'open'",
         )
         .bind(run.status)
         .bind(word(&outcome.reason))
@@ -297,15 +310,17 @@ impl Store {
         .execute(&mut *transaction)
         .await?;
         let (wall_s, simulated_s) = run.cost_s;
-        sqlx::query(
-            "UPDATE runs SET taken_wall_s = $1, taken_simulated_s = $2 \
-             WHERE run_id = $3 AND status NOT IN ('open', 'voided')",
-        )
-        .bind(wall_s)
-        .bind(simulated_s)
-        .bind(run.run_id)
-        .execute(&mut *transaction)
-        .await?;
+        // Of a run that is void already the time is given back now.
+        for (cost, status) in [("taken", "NOT IN ('open', 'voided')"), ("refunded", "= 'voided'")] {
+            sqlx::query(AssertSqlSafe(format!(
+                "UPDATE runs SET {cost}_wall_s = $1, {cost}_simulated_s = $2 WHERE run_id = $3 AND status {status}"
+            )))
+            .bind(wall_s)
+            .bind(simulated_s)
+            .bind(run.run_id.to_owned())
+            .execute(&mut *transaction)
+            .await?;
+        }
         if let Some(clock) = &run.clock {
             // In the transaction of the result: a run that counts always costs its time.
             write_clock(&mut transaction, &run.held.session_id, clock).await?;

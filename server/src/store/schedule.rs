@@ -4,7 +4,7 @@ use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
 use super::host::Held;
-use sqlx::{Any, Transaction};
+use super::transaction::Transaction;
 use std::collections::BTreeSet;
 
 /// A time slot of a team.
@@ -119,7 +119,7 @@ impl Store {
     }
 }
 
-async fn delete(transaction: &mut Transaction<'static, Any>, slot: &Slot) -> Result<(), StoreError> {
+async fn delete(transaction: &mut Transaction, slot: &Slot) -> Result<(), StoreError> {
     sqlx::query("DELETE FROM slots WHERE team = $1 AND begins_at = $2")
         .bind(slot.team.clone())
         .bind(slot.begins_unix_ms)
@@ -128,7 +128,7 @@ async fn delete(transaction: &mut Transaction<'static, Any>, slot: &Slot) -> Res
     Ok(())
 }
 
-async fn insert(transaction: &mut Transaction<'static, Any>, slot: &Slot) -> Result<(), StoreError> {
+async fn insert(transaction: &mut Transaction, slot: &Slot) -> Result<(), StoreError> {
     sqlx::query("INSERT INTO slots (team, begins_at, ends_at) VALUES ($1, $2, $3)")
         .bind(slot.team.clone())
         .bind(slot.begins_unix_ms)
@@ -141,7 +141,7 @@ async fn insert(transaction: &mut Transaction<'static, Any>, slot: &Slot) -> Res
 /// Moves the ends of slots that were running during a pause, so that as much of each slot is left as when the pause, or the slot in
 /// the pause, began. Of one team or of all.
 pub(super) async fn extend(
-    transaction: &mut Transaction<'static, Any>,
+    transaction: &mut Transaction,
     team: Option<&str>,
     from: i64,
     to: i64,

@@ -1,7 +1,7 @@
 //! The table `sessions`.
 
 use super::audit::NewAuditEntry;
-use super::clocks::{ClockRow, bind_double};
+use super::clocks::{ClockRow, ROUNDING_S, bind_double};
 use super::competition;
 use super::database::Store;
 use super::error::StoreError;
@@ -253,6 +253,31 @@ impl Store {
         .bind(seconds)
         .bind(session_id);
         self.recorded(entry).await?.with_seconds(seconds).await?.change_one(change).await
+    }
+
+    /// Takes granted time back. The inner error has the time that was granted in all, s, which is less than that.
+    pub(crate) async fn take_back_time(
+        &self,
+        session_id: &str,
+        seconds: f64,
+        entry: &NewAuditEntry<'_>,
+    ) -> Result<Result<bool, f64>, StoreError> {
+        let mut recorded = self.recorded(entry).await?.with_seconds(-seconds).await?;
+        let granted_s: Option<f64> = sqlx::query_scalar(
+            "SELECT SUM(seconds) FROM audit WHERE action = $1 AND subject = $2 AND seq < (SELECT MAX(seq) FROM audit)",
+        )
+        .bind(entry.action)
+        .bind(session_id)
+        .fetch_one(&mut *recorded.transaction)
+        .await?;
+        let granted_s = granted_s.unwrap_or_default();
+        if seconds > granted_s + ROUNDING_S {
+            return Ok(Err(granted_s));
+        }
+        let change = sqlx::query(
+            "UPDATE sessions SET limit_s = limit_s - $1 WHERE session_id = $2 AND mode = 'official' AND status <> 'voided'",
+        );
+        Ok(Ok(recorded.change_one(change.bind(seconds).bind(session_id)).await?))
     }
 
     /// Ends an open session by an organizer's command; false if it is not open.

@@ -12,8 +12,15 @@ use sqlx::AssertSqlSafe;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-/// Tries without a verdict after which a run is stuck, until an organizer orders another verification.
+/// Tries without a verdict after which a run waits for an organizer's order.
 pub(crate) const MAX_TRIES: i64 = 5;
+
+/// Tries without a verdict from which a run is stuck: the next try is minutes away, and will end in the same way unless somebody mends
+/// the cause.
+pub(super) const STUCK_TRIES: i64 = 3;
+
+/// The condition that a waiting run is stuck: also if its engine is another one, since all hosts have the same.
+const STUCK: &str = "(verify_owner IS NULL AND verify_tries >= $1 OR engine IS NOT NULL AND engine <> $2)";
 
 /// Length of a claim; its owner renews it.
 pub(crate) const CLAIM: Duration = Duration::from_secs(60);
@@ -100,11 +107,11 @@ from_row!(RecordedReplay { status, k, replay_sha256, replay_host });
 /// The runs that wait for their verification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct VerificationQueue {
-    /// Runs that will be tried, or are being tried.
+    /// Runs that will be tried soon, or are being tried.
     pub(crate) waiting: i64,
     /// Since when the oldest of them waits, ms since 1970 UTC.
     pub(crate) oldest_unix_ms: Option<i64>,
-    /// Runs without a verdict after [`MAX_TRIES`] tries.
+    /// Runs without a verdict after [`STUCK_TRIES`] tries, or of another engine.
     pub(crate) stuck: i64,
 }
 
@@ -188,7 +195,7 @@ impl Store {
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(owner).bind(ms(CLAIM)).bind(MAX_TRIES);
         let query = query.bind(identity::engine()).bind(self.host.host_id.clone());
-        Ok(query.fetch_optional(&self.pool()).await?)
+        Ok(query.fetch_all(&self.pool()).await?.pop())
     }
 
     /// Claims a run whose host is gone before anybody else had its replay, but with its ticks stored: also a verified one, whose
@@ -211,7 +218,7 @@ impl Store {
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(owner).bind(ms(CLAIM)).bind(MAX_TRIES);
         let query = query.bind(identity::engine()).bind(self.host.host_id.clone()).bind(ms(GONE));
-        Ok(query.fetch_optional(&self.pool()).await?)
+        Ok(query.fetch_all(&self.pool()).await?.pop())
     }
 
     /// Makes a run wait for its verification again: its replay is not where it should be. It keeps its status until the verdict.
@@ -297,12 +304,16 @@ impl Store {
     pub(crate) async fn verification_queue(&self) -> Result<VerificationQueue, StoreError> {
         // The counts are cast: the sum of integers is a decimal in Postgres, which the driver for both databases cannot read.
         let sql = format!(
-            "SELECT CAST(COALESCE(SUM(CASE WHEN verify_tries < $1 OR verify_owner IS NOT NULL THEN 1 ELSE 0 END), 0) AS BIGINT) AS waiting, \
-             CAST(COALESCE(SUM(CASE WHEN verify_tries >= $1 AND verify_owner IS NULL THEN 1 ELSE 0 END), 0) AS BIGINT) AS stuck, \
-             MIN(CASE WHEN verify_tries < $1 OR verify_owner IS NOT NULL THEN COALESCE(verify_since, ended_at) END) AS oldest \
+            "SELECT CAST(COALESCE(SUM(CASE WHEN {STUCK} THEN 0 ELSE 1 END), 0) AS BIGINT) AS waiting, \
+             CAST(COALESCE(SUM(CASE WHEN {STUCK} THEN 1 ELSE 0 END), 0) AS BIGINT) AS stuck, \
+             MIN(CASE WHEN {STUCK} THEN NULL ELSE COALESCE(verify_since, ended_at) END) AS oldest \
              FROM runs WHERE {WAITING}"
         );
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(MAX_TRIES).fetch_one(&self.pool()).await?)
+        Ok(sqlx::query_as(AssertSqlSafe(sql))
+            .bind(STUCK_TRIES)
+            .bind(identity::engine())
+            .fetch_one(&self.pool())
+            .await?)
     }
 
     /// The runs whose replays must stay in the data directory: open and official ones, except official ones in the shared storage if

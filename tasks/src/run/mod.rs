@@ -107,6 +107,14 @@ pub struct Run {
     computed: u64,
 }
 
+/// Whether a task's arm, if it has one, reaches the start of a hand.
+///
+/// # Errors
+/// It does not.
+pub fn reaches(task: &Task, hand: &Hand) -> Result<(), SceneError> {
+    Carrying::new(task, hand_start(task, hand)).map(drop)
+}
+
 impl Run {
     /// Builds the scene with the hand, at tick 0. This takes up to a second.
     ///

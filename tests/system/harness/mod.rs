@@ -7,12 +7,14 @@ mod official;
 mod postgres;
 pub(crate) mod raw;
 mod server;
+mod small_disk;
 
 pub(crate) use client::{Client, assert_error, handshake, handshake_to};
 pub(crate) use http::{Response, exchange, get, get_bytes, request, send};
 pub(crate) use official::{Official, RULES, bearer, reset as official_reset};
-pub(crate) use postgres::postgres_database;
+pub(crate) use postgres::{Postgres, postgres_database};
 pub(crate) use server::{Server, program};
+pub(crate) use small_disk::SmallDisk;
 
 use serde_json::{Value, json};
 

@@ -1379,7 +1379,7 @@ export interface RevokedTokens {
 /** An action on a run. */
 export interface RunActionRequest {
   run_id: string;
-  /** The reason, for the audit; `void` requires it. */
+  /** The reason, for the audit; `void` and `unvoid` require it. */
   reason?: string;
 }
 
@@ -1459,7 +1459,7 @@ export interface RunRecord {
   verify_problem?: string;
   /** Since when it waits, ms since 1970 UTC. */
   verify_since_unix_ms?: number;
-  /** `waiting` for its verification, also for another one after a verdict, or `stuck`: every try was without a verdict. Left out otherwise. */
+  /** `waiting` for its verification, also for another one after a verdict, or `stuck`: three tries or more were without a verdict, or the run is of another engine. Left out otherwise. */
   verify_state?: string;
   /** Number of tries without a verdict, the present one included; only while it waits. For organizers only. */
   verify_tries?: number;
@@ -1720,7 +1720,7 @@ export interface SessionActionRequest {
   session_id: string;
   /** The reason, for the audit; `void` and `grant` require it. */
   reason?: string;
-  /** For `grant`: additional time, s; more than 0 and at most a day. */
+  /** For `grant`: additional time, s; at most a day. A negative number takes granted time back. */
   seconds?: number;
 }
 
@@ -2189,7 +2189,7 @@ export interface Verdicts {
 export interface VerificationNow {
   /** Number of runs that wait, or are being verified. */
   waiting: number;
-  /** Number of runs without a verdict after all tries. */
+  /** Number of runs that are stuck: without a verdict after three tries or more, or of another engine. */
   stuck: number;
   /** Since when the oldest one waits, ms since 1970 UTC. */
   oldest_unix_ms?: number;

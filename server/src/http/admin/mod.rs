@@ -95,7 +95,7 @@ pub(super) fn routes() -> Routes<AppState> {
         .add(
             post_json::<sessions::SessionActionRequest, sessions::SessionActionResponse>(
                 "/v1/admin/session/{verb}",
-                "Pause, resume, end or void a session, or grant it time",
+                "Pause, resume, end or void a session, or grant it time and take granted time back",
             )
             .words(&["pause", "resume", "end", "void", "grant"]),
             sessions::act,
@@ -103,9 +103,9 @@ pub(super) fn routes() -> Routes<AppState> {
         .add(
             post_json::<runs::RunActionRequest, runs::RunActionResponse>(
                 "/v1/admin/run/{verb}",
-                "Void a run and refund its time, or verify its replay again",
+                "Void a run and refund its time, undo that, or verify its replay again",
             )
-            .words(&["void", "reverify"]),
+            .words(&["void", "unvoid", "reverify"]),
             runs::act,
         )
         .add(

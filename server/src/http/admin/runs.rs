@@ -1,4 +1,4 @@
-//! Lists runs and pairs of similar ones, voids runs and verifies them again.
+//! Lists runs and pairs of similar ones, voids runs, undoes that, and verifies runs again.
 
 use super::request::{AdminRequest, ListQuery, MAX_ROWS, entry, needs_reason, no_verb, not_found};
 use crate::http::extract::{Path, Query};
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub(in crate::http) struct RunActionRequest {
     run_id: String,
-    /// The reason, for the audit; `void` requires it.
+    /// The reason, for the audit; `void` and `unvoid` require it.
     #[serde(default)]
     reason: Option<String>,
 }
@@ -82,7 +82,7 @@ pub(super) async fn similar(
     Ok(Json(SimilarRuns { pairs, more }))
 }
 
-/// `void`, `reverify`.
+/// `void`, `unvoid`, `reverify`.
 pub(super) async fn act(
     State(app): State<AppState>,
     Path(verb): Path,
@@ -131,7 +131,24 @@ pub(super) async fn act(
                 archive.wake();
             }
         }
-        _ => return Err(no_verb(&verb, "void, reverify")),
+        "unvoid" => {
+            needs_reason(reason)?;
+            let (actor, reason) = (request.identity.token_id.clone(), reason.clone().unwrap_or_default());
+            let session_id = run.session_id.clone().unwrap_or_default();
+            let command =
+                Command::UnvoidRun { run_id: run_id.clone(), actor: actor.clone(), reason: reason.clone() };
+            match app.sessions.registry.command(&session_id, command).await {
+                Err(refusal) if refusal.code == Code::NotFound => {
+                    app.sessions.unvoid(run_id, &actor, &reason).await?;
+                }
+                executed => executed?,
+            }
+            app.hub.ranking_changed();
+            if let Some(archive) = &app.archive {
+                archive.wake();
+            }
+        }
+        _ => return Err(no_verb(&verb, "void, unvoid, reverify")),
     }
     let session = app.store.session(run.session_id.as_deref().unwrap_or_default()).await;
     let session = session?.map(|row| SessionNow::of(row, &app));

@@ -1,4 +1,4 @@
-//! Pauses, ends and voids sessions, and grants them time.
+//! Pauses, ends and voids sessions, grants them time and takes it back.
 
 use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
 use crate::http::extract::Path;
@@ -23,7 +23,7 @@ pub(in crate::http) struct SessionActionRequest {
     /// The reason, for the audit; `void` and `grant` require it.
     #[serde(default)]
     reason: Option<String>,
-    /// For `grant`: additional time, s; more than 0 and at most a day.
+    /// For `grant`: additional time, s; at most a day. A negative number takes granted time back.
     #[serde(default)]
     seconds: Option<f64>,
 }
@@ -77,12 +77,23 @@ pub(super) async fn act(
                 let message = "the secret behind the seeds is public: the competition is over";
                 return Err(Problem::new(Code::WrongState, message));
             }
-            let seconds = seconds.filter(|s| *s > 0.0 && *s <= MAX_GRANT_S).ok_or_else(|| {
-                let message = format!("seconds: expected more than 0 and at most {MAX_GRANT_S}");
+            let seconds = seconds.filter(|s| *s != 0.0 && s.abs() <= MAX_GRANT_S).ok_or_else(|| {
+                let message = format!(
+                    "seconds: expected at most {MAX_GRANT_S}, or a negative number, which takes granted time back"
+                );
                 Problem::new(Code::BadRequest, message)
             })?;
-            let done = app.store.grant_time(session_id, seconds, &entry("session.grant")).await;
-            (done?, Command::Grant { seconds })
+            let entry = entry("session.grant");
+            let done = match seconds > 0.0 {
+                true => app.store.grant_time(session_id, seconds, &entry).await?,
+                false => {
+                    app.store.take_back_time(session_id, -seconds, &entry).await?.map_err(|granted_s| {
+                        let message = format!("seconds = {seconds}: {granted_s} s were granted in all");
+                        Problem::new(Code::WrongState, message)
+                    })?
+                }
+            };
+            (done, Command::Grant { seconds })
         }
         _ => return Err(no_verb(&verb, "pause, resume, end, void, grant")),
     };
@@ -93,7 +104,7 @@ pub(super) async fn act(
     // Without an open session the database alone is enough.
     match app.sessions.registry.command(session_id, command).await {
         Ok(()) => {}
-        Err(refusal) if refusal.code == Code::NotFound && verb == "grant" => {
+        Err(refusal) if refusal.code == Code::NotFound && verb == "grant" && *seconds > Some(0.0) => {
             // The session had ended; now it waits for its team again.
             app.sessions.revive(session_id).await?;
         }

@@ -192,14 +192,20 @@ mod tests {
     use super::*;
 
     fn row(team: &str) -> LeaderboardRow {
-        let best =
-            TaskBest { score: 3.5, run_id: "run_1".into(), status: "practice".into(), ended_unix_ms: 0 };
+        let best = TaskBest {
+            score: 3.5,
+            run_id: "run_1".into(),
+            status: "practice".into(),
+            ended_unix_ms: 0,
+            ended_seq: 1,
+        };
         LeaderboardRow {
             rank: 1,
             team: team.into(),
             total: -0.5,
             runs: 2,
             reached_unix_ms: 0,
+            reached_seq: 1,
             sensors_only: false,
             sensors_rank: None,
             tasks: [("balls".to_owned(), best)].into(),

@@ -18,7 +18,7 @@ async fn computed(store: &Store, official: bool) -> Standing {
               AND (seeing.k IS NOT NULL) = ($1 = 1)) AS seeing FROM ( \
            SELECT team, task, score, run_id, status, ended_at, \
                   COUNT(*) OVER (PARTITION BY team) AS runs, \
-                  ROW_NUMBER() OVER (PARTITION BY team, task ORDER BY score DESC, ended_at, run_id) AS place \
+                  ROW_NUMBER() OVER (PARTITION BY team, task ORDER BY score DESC, ended_seq, run_id) AS place \
            FROM runs WHERE score IS NOT NULL AND (status = 'practice' AND $1 = 0 OR \
              status IN ('provisional', 'verified') AND $1 = 1) \
          ) AS ranked WHERE place = 1",
@@ -244,6 +244,69 @@ async fn results_that_are_stored_at_once_are_all_in_the_ranking() {
         }
         assert_kept(&store, "concurrent writes").await;
         assert_eq!(kept(&store, true).await["crabs"].0, 12);
+        store.close().await;
+    }
+}
+
+/// Ends a run at a time of the server's clock.
+async fn finish_at(store: &Store, run_id: &str, score: f64, ended_unix_ms: i64) {
+    let outcome = outcome(score);
+    let run = FinishedRunRow {
+        held: &held(&format!("s-{run_id}")),
+        replay: None,
+        ended_unix_ms: Some(ended_unix_ms),
+        run_id,
+        status: "practice",
+        outcome: &outcome,
+        note: None,
+        missed_ticks: 0,
+        cost_s: (1.0, 1.0),
+        clock: None,
+    };
+    store.finish_run(&run).await.expect("finish");
+}
+
+#[tokio::test]
+async fn a_clock_that_is_set_back_changes_no_tie() {
+    for place in places().await {
+        let store = place.open().await;
+        for (team, run_id) in [("a", "r9"), ("b", "r5"), ("a", "r1"), ("a", "r7")] {
+            begin(&store, team, "balls", run_id).await;
+        }
+        // By the clock the second one ended an hour before the first.
+        let hour = 3_600_000;
+        finish_at(&store, "r9", 4.0, 10 * hour).await;
+        finish_at(&store, "r5", 4.0, 9 * hour).await;
+        finish_at(&store, "r1", 4.0, 8 * hour).await;
+        let ranking = |rows: Vec<LeaderboardRow>| {
+            rows.into_iter()
+                .map(|row| (row.rank, row.team, row.tasks["balls"].run_id.clone()))
+                .collect::<Vec<_>>()
+        };
+        let expected = vec![(1, "a".to_owned(), "r9".to_owned()), (2, "b".to_owned(), "r5".to_owned())];
+        assert_eq!(ranking(store.leaderboard(false).await.expect("query")), expected);
+        // Also after a restore.
+        let tables = store.dump().await.expect("dumps");
+        for copy in places().await {
+            let copy = copy.open().await;
+            copy.fill(&tables).await.expect("fills");
+            assert_eq!(ranking(copy.leaderboard(false).await.expect("query")), expected);
+            // The next one comes after all others, whatever its clock says.
+            finish_at(&copy, "r7", 4.0, hour).await;
+            assert_eq!(ranking(copy.leaderboard(false).await.expect("query")), expected);
+            copy.close().await;
+        }
+        // A backup of an earlier version has no order but that of the clock.
+        let mut old = tables;
+        for row in old.iter_mut().filter(|(table, _)| table == "runs").flat_map(|(_, rows)| rows) {
+            row.remove("ended_seq");
+        }
+        let copy = places().await.remove(0);
+        let copy = copy.open().await;
+        copy.fill(&old).await.expect("fills");
+        let first = ranking(copy.leaderboard(false).await.expect("query"))[0].clone();
+        assert_eq!(first, (1, "a".to_owned(), "r1".to_owned()));
+        copy.close().await;
         store.close().await;
     }
 }

@@ -9,6 +9,7 @@ mod places;
 mod postgres;
 mod run_actions;
 mod similar_runs;
+mod transaction;
 mod verification;
 
 use super::*;

@@ -102,6 +102,9 @@ async fn a_replay_of_another_host_is_claimed_once_it_is_shared() {
         let record = serde_json::to_value(store.run("r").await.expect("query")).expect("JSON");
         let problem = record["verify_problem"].as_str().expect("why");
         assert!(problem.contains("recorded by engine 0.0.1+another"), "{problem}");
+        assert_eq!(record["verify_state"], "stuck", "no host has that engine");
+        let queue = store.verification_queue().await.expect("query");
+        assert_eq!((queue.waiting, queue.stuck), (0, 1));
         store.close().await;
     }
 }
@@ -121,6 +124,11 @@ async fn tries_without_a_verdict_are_bounded() {
             assert_eq!(state(&store, "r").await, ("provisional".into(), Some("waiting".into())));
             let (run_id, problem) = (&claim.run_id, "missing_file: gone");
             assert!(store.set_inconclusive("a", run_id, problem, Duration::ZERO).await.expect("query"));
+            // From the third try on somebody has to look.
+            let queue = store.verification_queue().await.expect("query");
+            let (word, counts) = if tries < 3 { ("waiting", (1, 0)) } else { ("stuck", (0, 1)) };
+            assert_eq!(state(&store, "r").await.1.as_deref(), Some(word), "{tries}");
+            assert_eq!((queue.waiting, queue.stuck), counts, "{tries}");
         }
         tokio::time::sleep(Duration::from_millis(5)).await;
         assert_eq!(claimed(&store, "a").await, None);
