@@ -116,7 +116,7 @@ class Report(Brief):
             named, key=lambda item: (item[2].controller, item[0], item[1])
         ):
             runs = tuple(run for _, _, run in group)
-            failed = sum(run.error is not None for run in runs)
+            failed = [run.error is None for run in runs].count(False)
             spread = Spread.of([run.score for run in runs], [run.seed for run in runs])
             rows.append(Row(place, task, hand, spread, failed, runs, effects(runs)))
         return cls(tuple(rows), tuple(_comparisons(rows)))

@@ -8,6 +8,7 @@ import logging
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, fields
+from statistics import fmean
 
 from palmares.client import Client
 from palmares.errors import PalmaresError
@@ -74,4 +75,4 @@ def play(run: Callable[..., Summary], doc: str | None, hands: Iterable[str] = ()
     except KeyboardInterrupt:
         sys.exit("interrupted")
     if args.runs > 1 and not args.json:
-        print(f"{len(scores)} runs: score {sum(scores) / len(scores):.4g} on average")
+        print(f"{len(scores)} runs: score {fmean(scores):.4g} on average")
