@@ -11,6 +11,7 @@ from pathlib import Path
 from palmares.evaluate.effects import Effect, effects
 from palmares.evaluate.play import Played
 from palmares.evaluate.statistics import Comparison, Spread
+from palmares.outputs import shown
 from palmares.views import Brief
 
 WORST = 5
@@ -145,7 +146,7 @@ class Report(Brief):
             lines += [f"  {_worst(run)}" for run in row.worst()]
         for compared in self.comparisons:
             lines += ["", _in_words(compared)]
-        return "\n".join(line.rstrip() for line in lines)
+        return shown("\n".join(line.rstrip() for line in lines))
 
 
 def short_name(controller: str) -> str:

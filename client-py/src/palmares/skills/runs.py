@@ -12,6 +12,7 @@ from statistics import fmean
 
 from palmares.client import Client
 from palmares.errors import PalmaresError
+from palmares.outputs import show_everything
 
 __all__ = [
     "Summary",
@@ -60,6 +61,7 @@ def play(run: Callable[..., Summary], doc: str | None, hands: Iterable[str] = ()
     if hands:
         names = list(hands)
         parser.add_argument("--hand", choices=names, default=names[0], help="name of the hand")
+    show_everything()
     args = parser.parse_args()
     more = [args.hand] if hands else []
     logging.basicConfig(level=logging.WARNING if args.quiet else logging.INFO, format="%(message)s")
