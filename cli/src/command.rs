@@ -20,10 +20,12 @@ Quick start:
   palmares serve                 a practice server on http://127.0.0.1:8080
   open http://127.0.0.1:8080/    the leaderboard
 
-The Python package (pip install palmares-*.whl) adds three commands:
+The Python package (pip install palmares-*.whl) adds five commands:
   palmares demo                  a server, one run of an example, its score
   palmares evaluate FILE         play a controller over many scenes
   palmares new FOLDER            a controller that plays, its test, a README
+  palmares foxglove              a server's live runs in Foxglove
+  palmares ros2                  a run as a node of ROS 2
 
 Guides: docs/teams.md (writing a controller), docs/hands.md (your own hand),
 docs/tasks.md (your own task), docs/organizers.md (a competition).

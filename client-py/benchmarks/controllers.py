@@ -31,6 +31,7 @@ from record import of_page
 from palmares.evaluate import Job, Played, Report
 from palmares.evaluate.play import play
 from palmares.evaluate.report import MARKDOWN_HEADER, short_name
+from palmares.outputs import output_file
 from palmares.program.evaluate import seeds
 from palmares.server import Server
 
@@ -56,6 +57,10 @@ palmares evaluate my_controller.py --seeds {seeds} --markdown FILE
 At most there are 10 points in balls and in grasp, 50 in the shelf. *95 %* is an interval of the mean, by
 bootstrap over the scenes. If a controller fails, the referee scores the objects where they are.
 `client-py/benchmarks/controllers.py` plays and writes the table.
+
+The scores do not depend on the processor ([why](python.md#the-same-bits-on-every-machine)). Before the table
+is written, `client-py/benchmarks/processors.py` plays a run of each example as on several processors, and the
+runs must end in the same states. The scores of balls.mjs are those of one version of Node.
 
 The authors did not use the seeds {seeds}, with two exceptions. They saw the rows of earlier versions of
 shelf_softhand and shelf_sensors, the first with a mean of 40.60, and then tuned both on other seeds. They
@@ -143,7 +148,7 @@ def options_of(doc: str | None, known: Iterable[str], wanted: str, document: Pat
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=known, action="append", metavar="NAME", help=", ".join(known))
     parser.add_argument("--seeds", default=wanted, help=f"a range (default {wanted})")
-    parser.add_argument("--output", type=Path, default=document, help="the document")
+    parser.add_argument("--output", type=output_file, default=str(document), help="the document")
     parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after this time, s")
     return parser.parse_args()
 

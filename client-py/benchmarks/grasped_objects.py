@@ -29,6 +29,7 @@ from record import fields, of_page
 
 import palmares
 from palmares.examples import grasp_softhand
+from palmares.outputs import output_file
 
 PART = "grasped"
 FIRST_SEED = 5001
@@ -128,7 +129,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--only", choices=known, action="append", metavar="NAME", help="an object's name")
-    parser.add_argument("--output", type=Path, default=DOCUMENT, help="the document")
+    parser.add_argument("--output", type=output_file, default=str(DOCUMENT), help="the document")
     parser.add_argument("--for-s", type=float, default=math.inf, help="begin no object after this time, s")
     options = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)

@@ -15,7 +15,6 @@ import itertools
 import tomllib
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from controllers import ROOT
@@ -23,6 +22,7 @@ from record import of_page
 
 import palmares
 from palmares.examples import grasp, grasp_softhand
+from palmares.outputs import output_file
 from palmares.sim import World
 from palmares.skills.recipes import RECIPES
 
@@ -88,7 +88,7 @@ def main() -> None:
     parser.add_argument("--hand", choices=hands, action="append", help="only this hand; can be repeated")
     parser.add_argument("--scenes", type=int, default=1, metavar="N", help="scenes of each object")
     parser.add_argument("--url", default="local", help="a server that has the hands, or local")
-    parser.add_argument("--output", type=Path, default=FILE, help="the file that is written")
+    parser.add_argument("--output", type=output_file, default=str(FILE), help="the file that is written")
     options = parser.parse_args()
     chosen, seeds = options.hand or hands, scenes(options.scenes)
     jobs = [Job(hand, name, seed, options.url) for hand in chosen for name in seeds for seed in seeds[name]]

@@ -30,6 +30,7 @@ from palmares import Training
 from palmares.arrays import Array
 from palmares.examples import mppi_grasp, train_grasp_cem
 from palmares.examples._grasp_runs import HAND, TASK, test_scenes
+from palmares.outputs import output_file, output_folder
 from palmares.program.evaluate import seeds
 from palmares.sim import Batch
 
@@ -343,11 +344,12 @@ def main() -> None:
     parser.add_argument("--train", choices=[*GROUPS, "all"], required=True, help="what to train")
     parser.add_argument("--seeds", default="1-5", help="a range (default 1-5)")
     parser.add_argument("--updates", type=int, help="updates of a training (default: that of the example)")
-    parser.add_argument("--folder", type=Path, required=True, help="folder of the trainings")
+    parser.add_argument("--folder", type=output_folder, required=True, help="folder of the trainings")
     parser.add_argument(
         "--output", type=Path, required=True, help="file for the drawing, SVG; a folder with `--train all`"
     )
     args = parser.parse_args()
+    (output_folder if args.train == "all" else output_file)(args.output)
     for group in GROUPS if args.train == "all" else [args.train]:
         for kind in GROUPS[group]:
             for seed in seeds(args.seeds):

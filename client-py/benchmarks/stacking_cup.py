@@ -18,6 +18,7 @@ import numpy as np
 
 import palmares
 from palmares.arrays import Array
+from palmares.outputs import output_file
 from palmares.rotation import quat_of
 from palmares.skills.grasps import TopGrasp
 from palmares.skills.motion import UP, Mover
@@ -90,7 +91,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--output", type=Path, default=Path("stacking_cup.svg"))
+    parser.add_argument("--output", type=output_file, default="stacking_cup.svg")
     args = parser.parse_args()
     with palmares.Client("local", team="stacking-cup") as client:
         seed = seed_with_cup(client)

@@ -32,6 +32,7 @@ from record import fields, line, with_section
 import palmares
 import palmares.gym
 from palmares import Training
+from palmares.outputs import output_file
 from palmares.server import Server
 from palmares.sim import Batch
 
@@ -244,7 +245,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--server", action="store_true", help="measure a server, too")
     parser.add_argument(
-        "--output", type=Path, metavar="PAGE", help="write the tables into their section of a page"
+        "--output", type=output_file, metavar="PAGE", help="write the tables into their section of a page"
     )
     parser.add_argument(
         "--mjcf",

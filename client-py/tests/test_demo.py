@@ -1,5 +1,7 @@
 """``palmares demo``."""
 
+import dataclasses
+import importlib
 import json
 import subprocess
 import sys
@@ -44,3 +46,19 @@ def test_one_object_is_in_the_singular(in_b: int, words: str) -> None:
     outcome = {"score": 1.0, "balls_in_b": in_b, "run_id": "run_1", "sim_time_s": 1.0, "rtf": 1.0}
     said = demo.in_words("balls", outcome, [], Path("run_1.mcap"))
     assert f": {words} box B, run run_1" in said
+
+
+def test_every_task_has_a_demo() -> None:
+    sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
+    assert set(demo.CONTROLLERS) == set(sim.TASKS)
+    for task, (module, field, *_) in demo.CONTROLLERS.items():
+        found = importlib.import_module(f"palmares.examples.{module}")
+        (summary,) = (it for it in vars(found).values() if isinstance(it, type) and field in _fields(it))
+        assert summary is not None, task
+    outcome = {"score": 8.0, "goals": ["lid_lifted at 3.1 s", "lid_aside at 9 s"], "run_id": "run_1"}
+    said = demo.in_words("pan", {**outcome, "sim_time_s": 1.0, "rtf": 1.0}, [], Path("run_1.mcap"))
+    assert "score 8: 2 goals reached, run run_1" in said
+
+
+def _fields(kind: type) -> set[str]:
+    return {it.name for it in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else set()

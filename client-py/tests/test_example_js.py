@@ -71,3 +71,18 @@ def test_a_missing_server_is_one_line() -> None:
     done = run("--url", "http://127.0.0.1:9")
     assert done.returncode == 1
     assert done.stderr == "no server at http://127.0.0.1:9\n"
+
+
+@pytest.mark.skipif(NODE is None, reason="no Node is there")
+def test_its_options_are_listed_and_wrong_ones_are_refused() -> None:
+    for word in ("--help", "-h"):
+        done = run(word)
+        assert done.returncode == 0, done.stderr
+        assert all(f"--{name}" in done.stdout for name in ("url", "team", "seed", "runs", "picks"))
+    for words, said in (
+        (["--seeds", "3"], "Unknown option '--seeds'; --help lists the options"),
+        (["--seed", "three"], "--seed three: wanted a whole number; --help lists the options"),
+    ):
+        refused = run(*words)
+        assert refused.returncode == 1
+        assert refused.stderr.strip().splitlines()[-1] == said

@@ -9,6 +9,7 @@ import os
 import re
 import subprocess
 import sys
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -18,15 +19,18 @@ sim = pytest.importorskip("palmares.sim", reason="the compiled part of the packa
 from palmares.program import new  # noqa: E402
 
 
-def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+def run(folder: Path, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, *arguments]
     return subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ}
+        command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **variables}
     )
 
 
+STARTS = [pair for pair in itertools.product(sim.TASKS, sim.HANDS) if new.can_start(*pair)]
+
+
 def test_a_controller_of_every_task_and_hand_can_be_imported() -> None:
-    for task, hand in itertools.product(sim.TASKS, sim.HANDS):
+    for task, hand in STARTS:
         files = new.project("crabs", task, hand)
         assert set(files) == {"controller.py", "test_controller.py", "README.md"}
         tree = ast.parse(files["controller.py"])
@@ -38,9 +42,37 @@ def test_a_controller_of_every_task_and_hand_can_be_imported() -> None:
             assert re.search(r"\{\w+\}", text) is None, (task, hand)
 
 
+def test_what_a_start_scores_is_said(tmp_path: Path) -> None:
+    made = run(tmp_path, "-m", "palmares", "new", "crabs", "--task", "peg", "--hand", "leap")
+    assert made.returncode == 0, made.stderr
+    assert "As it is, it scores 1 of 10 points in scene 1. Much of the task is left to you" in made.stdout
+    (tmp_path / "eels").mkdir()
+    (tmp_path / "eels/controller.py").write_text("raise ArithmeticError('no')")
+    with pytest.raises(new.StartError, match="ArithmeticError: no"):
+        new.tried(tmp_path / "eels", "peg")
+
+
+def test_a_hand_without_a_grip_for_the_task_is_refused(tmp_path: Path) -> None:
+    refused = run(tmp_path, "-m", "palmares", "new", "crabs", "--task", "pan", "--hand", "pinch")
+    assert refused.returncode == 1
+    assert "no grip of pinch for a knob or handle is known" in refused.stderr
+    assert "--hand with one: softhand, " in refused.stderr
+    assert not (tmp_path / "crabs").exists()
+
+
+@pytest.mark.parametrize("name", ["équipe", "e\u0301quipe", "हिन्दी", "蟹"])
+def test_a_folder_can_have_letters_of_any_language(name: str, tmp_path: Path) -> None:
+    for folder, variables in ((f"{name}1", {}), (f"{name}2", {"PYTHONIOENCODING": "ascii"})):
+        made = run(tmp_path, "-m", "palmares", "new", folder, "--untried", **variables)
+        assert made.returncode == 0, made.stderr
+        team = unicodedata.normalize("NFC", folder)
+        assert f"--team {team}" in (tmp_path / folder / "README.md").read_text(encoding="utf-8")
+    assert "letters, digits" in run(tmp_path, "-m", "palmares", "new", "🦀").stderr
+
+
 @pytest.mark.parametrize("task", sim.TASKS)
 def test_what_is_made_plays_as_it_is(task: str, tmp_path: Path) -> None:
-    made = run(tmp_path, "-m", "palmares", "new", "crabs", "--task", task)
+    made = run(tmp_path, "-m", "palmares", "new", "crabs", "--task", task, "--untried")
     assert made.returncode == 0, made.stderr
     assert "cd crabs" in made.stdout
     played = run(tmp_path / "crabs", "controller.py", "--url", "local", "--seed", "2", "--json", "--quiet")

@@ -1,5 +1,6 @@
 """Tasks of a user, by their paths."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -16,6 +17,7 @@ from palmares.examples import pan_softhand, peg_softhand
 from palmares.sim import Batch, World
 from tests.real_server import PROGRAM, RealServer, needs_server
 
+DOCUMENT = Path(__file__).parents[2] / "docs/tasks.md"
 CUBE = Path(__file__).parents[2] / "tasks/tests/cube.toml"
 
 
@@ -129,3 +131,7 @@ def test_the_examples_reach_their_goals(example: object, score: float, goals: in
         summary = example.run(client, 1)  # type: ignore[attr-defined]
     assert summary.score == score
     assert len(summary.goals) == goals
+    # The page has the score over 20 scenes; it is the same in each.
+    name = example.__name__.rpartition(".")[2]  # type: ignore[attr-defined]
+    (row, *_) = re.findall(rf"^\| `{name}\.py` \|.*$", (DOCUMENT).read_text(), re.MULTILINE)
+    assert f"each {score:g} of 10 points" in row

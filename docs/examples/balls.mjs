@@ -317,25 +317,52 @@ async function play(connection, seed, picks) {
 
 // --- the command line ---
 
+const HELP = `node --experimental-websocket balls.mjs [options]
+
+Moves balls from box A to box B with the SoftHand, and prints the result of each run as JSON.
+
+  --url URL     address of the server (default http://127.0.0.1:8080)
+  --team NAME   name on a practice server's leaderboard (default example-js)
+  --seed N      scene of the first run; later runs count up from it (default: the server draws it)
+  --runs N      number of runs (default 1)
+  --picks N     most attempts in a run (default ${PICKS})
+  --help, -h    this text`;
+
+function whole(name, text) {
+  if (!/^[0-9]{1,15}$/.test(text)) throw new Refused(`--${name} ${text}: wanted a whole number; --help lists the options`);
+  return Number(text);
+}
+
 async function main() {
-  if (typeof WebSocket === "undefined") {
-    throw new Refused("this Node has WebSocket behind a flag: node --experimental-websocket balls.mjs");
-  }
   const { parseArgs } = await import("node:util");
   const options = {
+    help: { type: "boolean", short: "h" },
     url: { type: "string", default: "http://127.0.0.1:8080" },
     team: { type: "string", default: "example-js" },
     seed: { type: "string" },
     runs: { type: "string", default: "1" },
     picks: { type: "string", default: String(PICKS) },
   };
-  const { values } = parseArgs({ options });
+  let values;
+  try {
+    ({ values } = parseArgs({ options }));
+  } catch (error) {
+    throw new Refused(`${error.message.split(". ")[0]}; --help lists the options`);
+  }
+  if (values.help) {
+    console.log(HELP);
+    return;
+  }
+  const runs = whole("runs", values.runs), picks = whole("picks", values.picks);
+  const first = values.seed === undefined ? null : whole("seed", values.seed);
+  if (typeof WebSocket === "undefined") {
+    throw new Refused("this Node has WebSocket behind a flag: node --experimental-websocket balls.mjs");
+  }
   const connection = await Connection.open(values.url);
   try {
     await connection.ask("hello", { client: { name: values.team, version: "1.0" } });
-    for (let k = 0; k < Number(values.runs); k++) {
-      const seed = values.seed === undefined ? null : Number(values.seed) + k;
-      console.log(JSON.stringify(await play(connection, seed, Number(values.picks))));
+    for (let k = 0; k < runs; k++) {
+      console.log(JSON.stringify(await play(connection, first === null ? null : first + k, picks)));
     }
   } finally {
     connection.socket.close(); // An open socket would keep the program alive.

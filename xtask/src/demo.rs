@@ -13,7 +13,7 @@ pub(crate) struct Options {
     /// Print the outcome as one JSON object on the last line.
     #[arg(long)]
     json: bool,
-    /// Task: balls, shelf or grasp.
+    /// Task: balls, shelf, grasp, pan or peg.
     #[arg(long, default_value = "balls")]
     task: String,
     /// Seed of the scene.

@@ -171,7 +171,9 @@ fn checked(mut response: Response) -> anyhow::Result<Response> {
     match serde_json::from_str::<Value>(&text) {
         Ok(Value::Object(problem)) if problem.contains_key("detail") => {
             let word = |name: &str| problem.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
-            bail!("{}: {}", word("code"), printable(&word("detail")))
+            // An import names each bad line in a line of its own.
+            let detail: Vec<_> = word("detail").lines().map(|line| printable(line).into_owned()).collect();
+            bail!("{}: {}", word("code"), detail.join("\n"))
         }
         _ => bail!("{status}: {}", text.trim()),
     }

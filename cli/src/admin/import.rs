@@ -92,7 +92,8 @@ pub(crate) fn import(client: &Client, options: &ImportOptions, as_json: bool) ->
     }
     if !problems.is_empty() {
         problems.sort();
-        let mut message = format!("{} errors; nothing was changed:", problems.len());
+        let count = problems.len();
+        let mut message = format!("{count} error{}; nothing was changed:", if count == 1 { "" } else { "s" });
         for (line, why) in &problems {
             let _ = write!(message, "\n{}:{line}: {}", file.display(), printable(why));
         }

@@ -3,7 +3,7 @@
 use super::ffmpeg::Coder;
 use super::gif_file::GifFile;
 use anyhow::{Context, bail};
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
@@ -40,6 +40,20 @@ impl Kind {
         }
         Ok(())
     }
+}
+
+/// Checks that a file can be written; one that is there stays as it is.
+///
+/// # Errors
+/// It cannot be written.
+pub(super) fn check_writable(file: &Path) -> anyhow::Result<()> {
+    let is_new = !file.exists();
+    let failed = || format!("cannot write {}", file.display());
+    File::options().append(true).create(true).open(file).with_context(failed)?;
+    if is_new {
+        fs::remove_file(file).with_context(failed)?;
+    }
+    Ok(())
 }
 
 /// A file that takes pictures, of sRGB with three bytes a pixel.

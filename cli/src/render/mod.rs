@@ -109,9 +109,10 @@ pub(crate) fn render(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     {
         bail!("--from {from} --to {to}: wanted an end after the begin");
     }
+    let (name, bytes) = recording::load(&options.run, &options.url, options.ca.as_deref())?;
     // Before the simulation, which takes longer.
     let coder = (kind == Kind::Mp4).then(ffmpeg::find).transpose()?;
-    let (name, bytes) = recording::load(&options.run, &options.url, options.ca.as_deref())?;
+    files::check_writable(&options.output)?;
     let tasks = crate::verify::own_tasks(&options.tasks)?;
     let shot = match replay::read(&bytes).and_then(|replay| shoot(&replay, &tasks, options, kind)) {
         Ok(shot) => shot?,

@@ -45,7 +45,25 @@ fn wrong_options_are_refused_with_the_right_ones() {
     assert_eq!(refused("a.mcap -o a.avi"), "--output a.avi: the name must end in .mp4, .gif or .png");
     assert_eq!(refused("a.mcap -o a.gif --fps 60"), "--fps 60: a .gif shows at most 50 pictures in a second");
     assert_eq!(refused("a.mcap -o a.gif --from 2 --to 1"), "--from 2 --to 1: wanted an end after the begin");
-    assert!(refused("no_such.mcap -o a.gif").starts_with("cannot read no_such.mcap"));
+    // Whatever else is missing, such as ffmpeg: the file is what a person has misspelt.
+    for film in ["a.gif", "a.mp4", "a.png"] {
+        assert!(refused(&format!("no_such.mcap -o {film}")).starts_with("cannot read no_such.mcap"));
+    }
+}
+
+#[test]
+fn a_film_that_cannot_be_written_is_refused_and_one_that_is_there_stays() {
+    let folder = std::env::temp_dir().join(format!("palmares-render-{}", std::process::id()));
+    let refused = files::check_writable(&folder.join("a.gif")).expect_err("no folder").to_string();
+    assert!(refused.starts_with("cannot write ") && refused.ends_with("a.gif"), "{refused}");
+    std::fs::create_dir(&folder).expect("a folder");
+    let (new, old) = (folder.join("new.gif"), folder.join("old.gif"));
+    std::fs::write(&old, "mine").expect("written");
+    let checked = [files::check_writable(&new), files::check_writable(&old)];
+    assert!(checked.iter().all(Result::is_ok), "{checked:?}");
+    assert!(!new.exists());
+    assert_eq!(std::fs::read_to_string(&old).expect("it is there"), "mine");
+    let _ = std::fs::remove_dir_all(&folder);
 }
 
 /// A decoder puts the same pictures together, close to the colours of the original.

@@ -7,6 +7,7 @@ mod aligned;
 mod analysis;
 mod base;
 mod batch;
+mod elementary;
 mod fields;
 mod history;
 mod interrupt;
@@ -41,6 +42,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::Batch>()?;
     module.add_class::<recording::Recording>()?;
     analysis::register(module)?;
+    elementary::register(module)?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::welcome, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::faults, module)?)?;

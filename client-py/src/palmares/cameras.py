@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from palmares import wire
 from palmares.arrays import Array, Vec3, array
 from palmares.png import grey, png
+from palmares.reproducible import matmul
 from palmares.rotation import matrix_of
 from palmares.views import Rows, Viewed, vector
 
@@ -84,11 +85,11 @@ class CameraImage(Viewed, wire.CameraImage, kw_only=True, dict=True):
         """Return the world point of every pixel, shape (height, width, 3), m; NaN without a reading."""
         v, u = np.mgrid[: self.height, : self.width] + 0.5
         rays = np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u)], axis=-1)
-        return (rays * self.depth[..., None]) @ matrix_of(self.quat_xyzw).T + array(self.position)
+        return matmul(rays * self.depth[..., None], matrix_of(self.quat_xyzw).T) + array(self.position)
 
     def pixel(self, point: Vec3 | Array) -> tuple[float, float]:
         """Return the pixel u, v of a point of the world (m); NaN if the point is behind the camera."""
-        x, y, z = (array(point) - array(self.position)) @ matrix_of(self.quat_xyzw)
+        x, y, z = matmul(array(point) - array(self.position), matrix_of(self.quat_xyzw)).tolist()
         if z <= 0.0:
             return (float("nan"), float("nan"))
         return (self.fx * x / z + self.cx, self.fy * y / z + self.cy)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Self
 
 from palmares.messages import Result
+from palmares.outputs import shown
 
 
 class PalmaresError(Exception):
@@ -32,6 +33,9 @@ class PalmaresError(Exception):
             self.code = code
         self.fatal = fatal
         self.retry_after_s = retry_after_s
+
+    def __str__(self) -> str:
+        return shown(super().__str__())
 
 
 class NoServerError(PalmaresError):

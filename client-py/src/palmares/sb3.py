@@ -11,6 +11,7 @@ It has the statistics of episodes of SB3's `VecMonitor`: wrap it with `VecNormal
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -76,7 +77,7 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         boxes = {key: _single_precision(known[key]) for key in self._keys}
         space: spaces.Space[Any] = spaces.Dict(boxes)
         if flat:
-            size = sum(int(np.prod(box.shape or ())) for box in boxes.values())
+            size = sum(math.prod(box.shape or ()) for box in boxes.values())
             space = spaces.Box(-np.inf, np.inf, (size,), dtype=np.float32)
         actions = self.env.single_action_space
         assert isinstance(actions, spaces.Box)

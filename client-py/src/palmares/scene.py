@@ -9,6 +9,7 @@ import numpy as np
 
 from palmares import wire
 from palmares.arrays import Array, Quat, Vec3, array
+from palmares.reproducible import matmul
 from palmares.rotation import matrix_of
 from palmares.views import Rows, Viewed, first, vector
 
@@ -90,16 +91,16 @@ def _ends(part: ScenePart) -> tuple[Array, Array]:
     """Return the lowest and highest coordinates of a part in the body frame."""
     turn, shape = part.rotation, part.shape
     if shape.points is not None:
-        points = array(shape.points, -1, 3) @ turn.T
+        points = matmul(array(shape.points, -1, 3), turn.T)
         return part.xyz + points.min(axis=0) - shape.rounding, part.xyz + points.max(axis=0) + shape.rounding
     radius, length = shape.radius or 0.0, shape.half_length or 0.0
     reach: Array
     if shape.half_extents is not None:
         inner = array(shape.half_extents) - shape.rounding
-        reach = np.abs(turn) @ inner + shape.rounding
+        reach = matmul(np.abs(turn), inner) + shape.rounding
     elif shape.type == "cylinder":
         axis = turn[:, 2]
-        reach = np.abs(axis) * length + radius * np.sqrt(np.maximum(0.0, 1.0 - axis**2))
+        reach = np.abs(axis) * length + radius * np.sqrt(np.maximum(0.0, 1.0 - axis * axis))
     else:
         reach = np.abs(turn[:, 2]) * length + radius
     return part.xyz - reach, part.xyz + reach

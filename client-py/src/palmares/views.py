@@ -9,6 +9,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from palmares.outputs import shown
+
 Rows: TypeAlias = list[tuple[str, str]]
 """Label and value of each line"""
 MAX_LISTED = 12
@@ -31,10 +33,10 @@ class Viewed:
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        return shortened(text(*self._lines()).splitlines())
+        return shown(shortened(text(*self._lines()).splitlines()))
 
     def __str__(self) -> str:
-        return text(*self._lines())
+        return shown(text(*self._lines()))
 
     def _repr_html_(self) -> str:
         return html(*self._lines())
@@ -48,7 +50,7 @@ class Brief:
     def __repr__(self) -> str:
         found = [f"{name}={brief(getattr(self, name))}" for name in _fields(self)]
         whole = f"{type(self).__name__}({', '.join(found)})"
-        return whole if len(whole) <= LONGEST else whole[: LONGEST - 2] + "…)"
+        return shown(whole if len(whole) <= LONGEST else whole[: LONGEST - 2] + "…)")
 
 
 def _fields(of: Any) -> Sequence[str]:
@@ -118,7 +120,7 @@ class Described(dict[str, Any]):
 
     def __repr__(self) -> str:
         name = f"{self['name']}: " if isinstance(self.get("name"), str) else ""
-        return f"<{name}{', '.join(self)}>"
+        return shown(f"<{name}{', '.join(self)}>")
 
     def __str__(self) -> str:
-        return super().__repr__()
+        return shown(super().__repr__())

@@ -168,6 +168,12 @@ fn throughput(part: &Part, tools: &Tools) -> Result<()> {
 }
 
 fn controllers(part: &Part, tools: &Tools) -> Result<()> {
+    // A score of the page is the score on every processor, or the page is not written.
+    let mut alike = tools.benchmark("processors.py", &[])?;
+    if tools.quick {
+        alike.args(["--sim-s", "2", "--only", "grasp_sensors"]);
+    }
+    played(&mut alike)?;
     let mut python = tools.benchmark("controllers.py", &[])?;
     python.arg("--output").arg(page(part, tools)?);
     if tools.quick {

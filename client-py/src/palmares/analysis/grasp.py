@@ -17,6 +17,7 @@ from palmares._native import quality as native_quality
 from palmares._native import spaces as native_spaces
 from palmares.analysis.contacts import Array, Contact, Numbers, grasp_matrix
 from palmares.analysis.linear import LinearGrasp, LinearHand, Tendons, fixed, linear_grasp, linear_hand
+from palmares.reproducible import norms
 from palmares.views import Brief
 
 
@@ -169,7 +170,8 @@ class Grasp:
 
         """
         if length is None:
-            length = max(float(np.linalg.norm(np.asarray(c.point) - self.object[:3])) for c in self.contacts)
+            points = np.array([c.point for c in self.contacts])
+            length = float(norms(points - self.object[:3]).max())
         return Quality(**native_quality(list(self.contacts), list(self.object), norm, edges, length, planar))
 
     def spaces(self) -> dict[str, Array]:

@@ -15,6 +15,7 @@ from palmares.analysis.design import Forces, Optimum, Postures, Variable
 from palmares.analysis.grasp import Grasp
 from palmares.analysis.linear import LinearHand, Tendons, fixed, linear_hand
 from palmares.arguments import one_of, table
+from palmares.reproducible import mean
 from palmares.sim import World
 from palmares.views import Brief
 
@@ -240,7 +241,7 @@ class Hand:
         base = [float(x) for x in at.base]
         if object is None:
             probe = self._native.grasp(base, list(at.q), list(contacts), pose_of("object", None), None)
-            object = np.mean(probe["points"], axis=0)  # noqa: A001
+            object = mean(probe["points"])  # noqa: A001
         return Grasp(self._native, base, at.q, at.tension, contacts, pose_of("object", object), forces)
 
     def close(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palmares.arrays import Array
 from palmares.evaluate.play import Played
+from palmares.reproducible import matmul
 from palmares.views import Brief
 
 # Seed of the random numbers below.
@@ -70,7 +71,8 @@ def effects(runs: Sequence[Played]) -> tuple[Effect, ...]:
     numbers = np.array([[run.hand_drawn[name] for run in drawn] for name in names])
     # (numbers, scenes, 10)
     sums = np.stack([_sums(values, scores, scenes) for values in numbers])
-    difference, correlation = _statistics(sums.sum(axis=1))
+    whole = matmul(np.ones(sums.shape[1]), _scenes_first(sums)).reshape(len(names), -1)
+    difference, correlation = _statistics(whole)
     tail = 2.5 / len(names)
     # (2, ends, numbers)
     ends = np.nanpercentile(_bootstrap(sums), [tail, 100.0 - tail], axis=1).swapaxes(0, 1)
@@ -79,7 +81,7 @@ def effects(runs: Sequence[Played]) -> tuple[Effect, ...]:
             name,
             float(numbers[k].min()),
             float(numbers[k].max()),
-            *_thirds(sums[k].sum(axis=0)),
+            *_thirds(whole[k]),
             float(difference[k]),
             (float(ends[0, 0, k]), float(ends[0, 1, k])),
             float(correlation[k]),
@@ -109,10 +111,14 @@ def _bootstrap(sums: Array) -> Array:
         drawn = min(step, draws - begin)
         places = generator.integers(count, size=(drawn, count)) + count * np.arange(drawn)[:, None]
         times = np.bincount(places.ravel(), minlength=drawn * count).reshape(drawn, count)
-        found.append(
-            np.array(_statistics(np.einsum("dc,ncs->dns", times.astype(float), sums, optimize=True)))
-        )
+        drawn_sums = matmul(times, _scenes_first(sums)).reshape(drawn, len(sums), -1)
+        found.append(np.array(_statistics(drawn_sums)))
     return np.concatenate(found, axis=1)
+
+
+def _scenes_first(sums: Array) -> Array:
+    """Return sums (numbers, scenes, 10) as (scenes, numbers · 10)."""
+    return np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1)
 
 
 def _statistics(sums: Array) -> tuple[Array, Array]:
@@ -121,7 +127,7 @@ def _statistics(sums: Array) -> tuple[Array, Array]:
     with np.errstate(invalid="ignore", divide="ignore"):
         difference = high_scores / high - low_scores / low
     spread = (n * xx - x * x) * (n * yy - y * y)
-    varies = spread > 1e-9 * (n * n) ** 2
+    varies = spread > 1e-9 * n * n * n * n
     correlation = np.where(varies, (n * xy - x * y) / np.sqrt(np.where(varies, spread, 1.0)), 0.0)
     return difference, correlation
 

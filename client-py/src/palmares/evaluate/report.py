@@ -11,6 +11,7 @@ from pathlib import Path
 from palmares.evaluate.effects import Effect, effects
 from palmares.evaluate.play import Played
 from palmares.evaluate.statistics import Comparison, Spread
+from palmares.outputs import shown
 from palmares.views import Brief
 
 WORST = 5
@@ -116,7 +117,7 @@ class Report(Brief):
             named, key=lambda item: (item[2].controller, item[0], item[1])
         ):
             runs = tuple(run for _, _, run in group)
-            failed = sum(run.error is not None for run in runs)
+            failed = [run.error is None for run in runs].count(False)
             spread = Spread.of([run.score for run in runs], [run.seed for run in runs])
             rows.append(Row(place, task, hand, spread, failed, runs, effects(runs)))
         return cls(tuple(rows), tuple(_comparisons(rows)))
@@ -145,7 +146,7 @@ class Report(Brief):
             lines += [f"  {_worst(run)}" for run in row.worst()]
         for compared in self.comparisons:
             lines += ["", _in_words(compared)]
-        return "\n".join(line.rstrip() for line in lines)
+        return shown("\n".join(line.rstrip() for line in lines))
 
 
 def short_name(controller: str) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array
+from palmares.reproducible import matmul, mean, total
 from palmares.views import Brief
 
 # Seed of the random numbers below.
@@ -46,7 +47,7 @@ class Spread(Brief):
         least, first, median, third, most = np.percentile(values, [0, 25, 50, 75, 100])
         return cls(
             len(values),
-            float(values.mean()),
+            total(values) / len(values),
             _interval(means),
             float(least),
             float(first),
@@ -82,11 +83,11 @@ class Comparison(Brief):
         difference = np.asarray(first, dtype=float) - np.asarray(second, dtype=float)
         return cls(
             len(difference),
-            float(difference.mean()),
+            total(difference) / len(difference),
             _interval(difference),
-            int((difference > 0).sum()),
-            int((difference == 0).sum()),
-            int((difference < 0).sum()),
+            int(np.count_nonzero(difference > 0)),
+            int(np.count_nonzero(difference == 0)),
+            int(np.count_nonzero(difference < 0)),
             _p_value(difference),
         )
 
@@ -94,7 +95,7 @@ class Comparison(Brief):
 def _interval(values: Array) -> tuple[float, float]:
     generator = np.random.default_rng(SEED)
     drawn = generator.integers(len(values), size=(2_000, len(values)))
-    low, high = np.percentile(values[drawn].mean(axis=1), [2.5, 97.5])
+    low, high = np.percentile(mean(values[drawn].T), [2.5, 97.5])
     return float(low), float(high)
 
 
@@ -105,10 +106,10 @@ def _p_value(difference: Array) -> float:
         return 1.0
     exact = count <= EXACT_UP_TO
     if exact:
-        signs = 1 - 2 * ((np.arange(2**count)[:, None] >> np.arange(count)) & 1)
+        signs = 1 - 2 * ((np.arange(1 << count)[:, None] >> np.arange(count)) & 1)
     else:
         signs = np.random.default_rng(SEED).choice([-1, 1], size=(DRAWS, count))
-    observed = abs(float(differs.sum()))
-    as_large = int((np.abs(signs @ differs) >= observed - 1e-9).sum())
+    observed = abs(total(differs))
+    as_large = int(np.count_nonzero(np.abs(matmul(signs, differs)) >= observed - 1e-9))
     # The observed signs count as one draw.
     return as_large / len(signs) if exact else (as_large + 1) / (len(signs) + 1)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palmares.arrays import Array, array
+from palmares.outputs import output_file
 
 
 @dataclass(frozen=True)
@@ -157,8 +158,8 @@ def main(
         "--updates", type=int, default=updates, help=f"updates of the training (default {known})"
     )
     parser.add_argument("--threads", type=int, help="threads that simulate (default: one for each core)")
-    parser.add_argument("--curve", type=Path, help="file for the learning curve, JSON")
-    parser.add_argument("--policy", type=Path, help="file for the policy")
+    parser.add_argument("--curve", type=output_file, help="file for the learning curve, JSON")
+    parser.add_argument("--policy", type=output_file, help="file for the policy")
     options(parser)
     args = vars(parser.parse_args())
     curve: Path | None = args.pop("curve")

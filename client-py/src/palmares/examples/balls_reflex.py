@@ -21,6 +21,7 @@ import numpy as np
 
 import palmares
 from palmares.arrays import Array, array
+from palmares.reproducible import cos, matmul, total
 from palmares.rotation import quat_of, rot_y, rot_z, rot_zyz
 from palmares.skills.attempts import Attempt, attempts_here
 from palmares.skills.grasps import Capsules
@@ -45,14 +46,17 @@ def open_hand(preshape_rad: float, proximal_rad: float, distal_rad: float) -> Ca
         ([-0.02, 0.0, 0.0816], math.pi),
     ):
         finger = rot_z(turn_rad)
-        proximal = finger @ rot_y(-proximal_rad)
-        distal = proximal @ rot_y(-distal_rad)
-        first = array(swivel_at) + finger @ [0.01, 0.0, 0.0]
-        second = first + proximal @ [0.066, 0.0, -0.005]
-        parts.append((first + proximal @ [0.0, 0.0, 0.002], first + proximal @ [0.056, 0.0, 0.002], 0.0125))
-        parts.append((second + distal @ [0.0, 0.0, 0.006], second + distal @ [0.038, 0.0, 0.009], 0.0115))
-    start, end, radius = zip(*parts, strict=True)
-    return Capsules(array(start), array(end), array(radius))
+        proximal = matmul(finger, rot_y(-proximal_rad))
+        distal = matmul(proximal, rot_y(-distal_rad))
+        first = array(swivel_at) + matmul(finger, [0.01, 0.0, 0.0])
+        second = first + matmul(proximal, [0.066, 0.0, -0.005])
+        for at, turn, start, end, radius in (
+            (first, proximal, [0.0, 0.0, 0.002], [0.056, 0.0, 0.002], 0.0125),
+            (second, distal, [0.0, 0.0, 0.006], [0.038, 0.0, 0.009], 0.0115),
+        ):
+            parts.append((at + matmul(turn, start), at + matmul(turn, end), radius))
+    starts, ends, radii = zip(*parts, strict=True)
+    return Capsules(array(starts), array(ends), array(radii))
 
 
 # --- constants to tune ---
@@ -84,7 +88,7 @@ class Grasp:
 
     def base_position(self, ball: Array, rotation: Array) -> Array:
         """Return the position of the base, (3,), when the fingers close on `ball` (3,), m."""
-        return array(ball - rotation @ array(self.ball_in_hand))
+        return array(ball - matmul(rotation, self.ball_in_hand))
 
     @cached_property
     def hand(self) -> Capsules:
@@ -156,10 +160,8 @@ def choose(
                 rotation = grasp.rotation(yaw)
                 at = grasp.base_position(balls[ball], rotation)
                 room_m = room(grasp.hand.at(rotation, at), others, radius_m, box)
-                again = [
-                    max(0.0, math.cos(yaw - tried.yaw_rad)) for tried in here if tried.grasp == grasp.name
-                ]
-                score = min(room_m, ENOUGH_M) - 0.01 * len(here) - 0.02 * sum(again)
+                again = [max(0.0, cos(yaw - tried.yaw_rad)) for tried in here if tried.grasp == grasp.name]
+                score = min(room_m, ENOUGH_M) - 0.01 * len(here) - 0.02 * total(again)
                 if score > best_score:
                     best, best_score = Plan(ball, grasp, float(yaw), rotation, at, room_m), score
     return best
@@ -182,7 +184,7 @@ def pick_and_carry(mover: Reflex, plan: Plan, box_b: palmares.Region) -> None:
     """Grasp the ball, carry it over box B and let it go."""
     mover.grasp = plan.grasp
     above = array([*plan.at[:2], HIGH_M])
-    x, y, _ = box_b.center - plan.rotation @ array(plan.grasp.ball_in_hand)
+    x, y, _ = box_b.center - matmul(plan.rotation, plan.grasp.ball_in_hand)
     mover.to(1.0, above, quat_of(plan.rotation), sigma=plan.grasp.sigma_open)
     mover.to(0.7, plan.at)
     mover.to(0.9, sigma=plan.grasp.sigma_closed)
@@ -223,7 +225,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> Reflex
                 break
             attempts.append(Attempt(plan.ball, balls[plan.ball].copy(), plan.yaw_rad, plan.grasp.name))
             pick_and_carry(mover, plan, box_b)
-            in_b = sum(box_b.contains(ball) for ball in truth_of(mover.obs).positions)
+            in_b = [box_b.contains(ball) for ball in truth_of(mover.obs).positions].count(True)
             LOG.info(
                 f"pick {len(attempts):2}: {plan.grasp.name:6} room {plan.room_m:.3f} m, {in_b:2} in box B, "
                 f"{mover.obs.sim_time_s:5.1f} s simulated"

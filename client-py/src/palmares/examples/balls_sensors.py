@@ -19,6 +19,7 @@ import numpy as np
 
 import palmares
 from palmares.arrays import Array, array
+from palmares.reproducible import cos, dot, least_squares, matmul, mean, norm, norms, sin, total
 from palmares.rotation import quat_of, rot_zyz
 from palmares.skills.attempts import Attempt, attempts_here
 from palmares.skills.grasps import SOFTHAND_PRESHAPED
@@ -81,8 +82,7 @@ def find_balls(points: Array, radius_m: float, box: palmares.Region) -> Array:
     inside = np.all((points > low) & (points < high), axis=2)
     # Mean height over 5 x 5 pixels; the highest of many noisy points is too high.
     heights, counts = (
-        np.lib.stride_tricks.sliding_window_view(np.pad(image, 2), (5, 5)).sum(axis=(2, 3))[inside]
-        for image in (np.where(inside, points[..., 2], 0.0), inside.astype(float))
+        around(image)[inside] for image in (np.where(inside, points[..., 2], 0.0), inside.astype(float))
     )
     cloud, height = points[inside], heights / counts
     left = np.ones(len(cloud), bool)
@@ -93,17 +93,24 @@ def find_balls(points: Array, radius_m: float, box: palmares.Region) -> Array:
         centre = array([*cloud[top, :2], height[top] - radius_m])
         for step in range(12):
             offset = cloud - centre
-            distance_m = np.linalg.norm(offset, axis=1)
+            distance_m = norms(offset)
             # Only upper halves are visible: without this a sphere fits from above, too.
             near = (np.abs(distance_m - radius_m) < SHELL_M[step >= 6]) & (offset[:, 2] > 0.0)
             if np.count_nonzero(near & left) < MIN_POINTS:
                 break
             towards = offset[near] / distance_m[near, None]
-            centre = centre + np.linalg.lstsq(towards, distance_m[near] - radius_m, rcond=None)[0]
+            centre = centre + least_squares(towards, distance_m[near] - radius_m)
         else:
             balls.append(centre)
-        left &= np.linalg.norm(cloud - centre, axis=1) > radius_m + SHELL_M[0]
+        left &= norms(cloud - centre) > radius_m + SHELL_M[0]
     return array(balls, -1, 3)
+
+
+def around(image: Array) -> Array:
+    """Return the mean of the 5 x 5 pixels around every pixel of an image (h, w)."""
+    padded = np.pad(image, 2)
+    rows = mean([padded[k : k + len(image)] for k in range(5)])
+    return mean([rows[:, k : k + image.shape[1]] for k in range(5)])
 
 
 def rotation_of(yaw_rad: float) -> Array:
@@ -113,17 +120,17 @@ def rotation_of(yaw_rad: float) -> Array:
 
 def down(yaw_rad: float, drop_m: float) -> Array:
     """Return the last part of the approach, over a height of `drop_m`, (3,), m."""
-    return drop_m * array([LEAN * math.cos(yaw_rad), LEAN * math.sin(yaw_rad), -1.0])
+    return drop_m * array([LEAN * cos(yaw_rad), LEAN * sin(yaw_rad), -1.0])
 
 
 def room(rotation: Array, position: Array, others: Array, radius_m: float, box: palmares.Region) -> float:
     """Return 0 if the preshaped hand touches nothing at a pose, else less by the overlaps, m."""
     hand = SOFTHAND_PRESHAPED.at(rotation, position)
-    score = -float(np.clip(0.005 + radius_m - hand.distances(others), 0.0, 0.05).sum())
+    score = -total(np.clip(0.005 + radius_m - hand.distances(others), 0.0, 0.05))
     # Walls are hard: an overlap counts three times, plus a fixed cost.
     low, high = (bound[:, :2] for bound in hand.bounds())
     into = np.hstack([high - box.max[:2], box.min[:2] - low])[hand.bounds()[0][:, 2] < box.max[2]]
-    return score - float(3.0 * np.clip(into, 0.0, None).sum() + 0.1 * np.count_nonzero(into > 0.004))
+    return score - 3.0 * total(np.clip(into, 0.0, None)) - 0.1 * np.count_nonzero(into > 0.004)
 
 
 def choose(balls: Array, radius_m: float, box: palmares.Region, attempts: list[Attempt]) -> Attempt:
@@ -135,13 +142,13 @@ def choose(balls: Array, radius_m: float, box: palmares.Region, attempts: list[A
     for k, ball in enumerate(balls):
         others = np.delete(balls, k, axis=0)
         here = attempts_here(attempts, 0, ball, MOVED_M)
-        central = float(np.linalg.norm((ball - box.center)[:2])) <= CENTRAL_M
+        central = norm((ball - box.center)[:2]) <= CENTRAL_M
         for yaw in YAWS_RAD:
             rotation = rotation_of(yaw)
-            end = ball - rotation @ BALL_IN_HAND - ADVANCE_M * rotation[:, 0]
+            end = ball - matmul(rotation, BALL_IN_HAND) - ADVANCE_M * rotation[:, 0]
             poses = [end - down(yaw, drop_m) for drop_m in (0.0, 0.05, 0.12)]
             least = min(room(rotation, pose, others, radius_m, box) for pose in poses)
-            score = least - sum(0.05 + 0.2 * max(0.0, math.cos(yaw - tried.yaw_rad)) for tried in here)
+            score = least - total([0.05 + 0.2 * max(0.0, cos(yaw - tried.yaw_rad)) for tried in here])
             how = "rake" if not central and (least < TIGHT_M or here) else "grasp"
             rated.append((score, Attempt(0, ball, float(yaw), how)))
     return max(rated, key=lambda entry: entry[0])[1]
@@ -163,7 +170,7 @@ class Senses(Mover):
 def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmares.Region) -> bool:
     """Grasp the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
     rotation = rotation_of(target.yaw_rad)
-    grasp_at = target.position - rotation @ BALL_IN_HAND
+    grasp_at = target.position - matmul(rotation, BALL_IN_HAND)
     before = grasp_at - ADVANCE_M * rotation[:, 0]
     hand.to(1.4, before - down(target.yaw_rad, CLEARANCE_M), quat_of(rotation), SIGMA_PRESHAPE)
     empty = hand.wrist_force(FEEL_S)
@@ -173,7 +180,7 @@ def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmar
     hand.wait(0.2)
     hand.to(CREEP_S, grasp_at + CREEP_M * UP)
     hand.to(0.8, grasp_at + LIFT_M * UP)
-    caught = float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
+    caught = norm(hand.wrist_force(FEEL_S) - empty) > 0.5 * weight_n
     if caught:
         # The ball, not the hand, should arrive near the middle of box B.
         x, y, _ = box_b.center - target.position
@@ -187,11 +194,12 @@ def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmar
 def rake(hand: Senses, target: Attempt, box_a: palmares.Region) -> None:
     """Pull the ball towards the middle of its box."""
     outward = (target.position - box_a.center) * [1.0, 1.0, 0.0]
-    outward /= np.linalg.norm(outward)
+    outward /= norm(outward)
     # The ball is in front of the hand: turn the hand so that it reaches outward.
-    yaw = max(YAWS_RAD, key=lambda yaw: float(rotation_of(yaw) @ BALL_IN_HAND @ outward))
+    yaw = max(YAWS_RAD, key=lambda yaw: dot(matmul(rotation_of(yaw), BALL_IN_HAND), outward))
     rotation = rotation_of(yaw)
-    down_at = target.position - rotation @ BALL_IN_HAND - RAKE_INWARD_M * outward + RAKE_HEIGHT_M * UP
+    grasp_at = target.position - matmul(rotation, BALL_IN_HAND)
+    down_at = grasp_at - RAKE_INWARD_M * outward + RAKE_HEIGHT_M * UP
     drawn_to = down_at - RAKE_WAY_M * outward
     hand.to(1.2, down_at - down(yaw, CLEARANCE_M), quat_of(rotation), SIGMA_PRESHAPE)
     hand.to(0.8, down_at)
@@ -217,7 +225,7 @@ def run(client: palmares.Client, seed: int | None) -> BallsSummary:
     hand = Senses(client, client.reset("balls", "softhand", sensing="sensors", noise="real", seed=seed))
     box_a, box_b = client.scene.region("box_a"), client.scene.region("box_b")
     radius_m = largest_radius(client.scene)
-    weight_n = client.scene.free[0].mass * float(np.linalg.norm(client.scene.gravity))
+    weight_n = client.scene.free[0].mass * norm(client.scene.gravity)
     caught, attempts = 0, list[Attempt]()
     with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         hand.to(1.0, ASIDE, quat_of(rotation_of(0.0)))

@@ -24,6 +24,7 @@ import numpy as np
 
 import palmares
 from palmares.arrays import Array, array
+from palmares.reproducible import cos, dot, matmul, norm, sin, total
 from palmares.rotation import quat_of, rot_z, rot_zyz
 from palmares.skills.attempts import Attempt, attempts_here
 from palmares.skills.grasps import SOFTHAND_PRESHAPED
@@ -62,11 +63,11 @@ class Grasp:
 
     def base_position(self, ball: Array, rotation: Array) -> Array:
         """Return the position of the base, (3,), when the fingers close on `ball` (3,), m."""
-        return array(ball - rotation @ array(self.ball_in_hand))
+        return array(ball - matmul(rotation, self.ball_in_hand))
 
     def approach_direction(self, yaw_rad: float) -> Array:
         """Return the direction of the approach, unit vector (3,), world frame."""
-        return array(rot_z(yaw_rad) @ [math.sin(self.lean_rad), 0.0, -math.cos(self.lean_rad)])
+        return matmul(rot_z(yaw_rad), [sin(self.lean_rad), 0.0, -cos(self.lean_rad)])
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ def room(rotation: Array, position: Array, others: Array, radius_m: float, box: 
     """
     hand = SOFTHAND_PRESHAPED.at(rotation, position)
     gap = hand.distances(others) - radius_m
-    score = -float(np.clip(MARGIN_M - gap, 0.0, 0.05).sum())
+    score = -total(np.clip(MARGIN_M - gap, 0.0, 0.05))
 
     # Walls are hard: an overlap counts three times, plus a fixed cost.
     low, high = hand.bounds()
@@ -158,7 +159,7 @@ def room(rotation: Array, position: Array, others: Array, radius_m: float, box: 
     for side in range(2):
         for into in (high[:, side] - box.max[side], box.min[side] - low[:, side]):
             into = into[below_rim]
-            score -= float(3.0 * np.clip(into, 0.0, None).sum() + 0.1 * np.count_nonzero(into > 0.004))
+            score -= 3.0 * total(np.clip(into, 0.0, None)) + 0.1 * np.count_nonzero(into > 0.004)
     return score
 
 
@@ -195,7 +196,7 @@ def choose(
             down = GRASP.approach_direction(yaw)
             poses = [before_advance - back_m * down for back_m in APPROACH_SAMPLES_M]
             least = min(room(rotation, position, others, radius_m, box) for position in poses)
-            repeated = sum(max(0.0, math.cos(yaw - tried.yaw_rad)) for tried in here)
+            repeated = total([max(0.0, cos(yaw - tried.yaw_rad)) for tried in here])
             score = least - 0.05 * len(here) - 0.2 * repeated
             if score > best_score:
                 best, best_score = Candidate(ball, float(yaw), least, balls[ball].copy(), len(here)), score
@@ -237,7 +238,7 @@ def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> b
 def rake(mover: Mover, target: Candidate, outward: Array) -> None:
     """Pull the ball towards the middle of its box; `outward` is the unit vector (3,) away from there."""
     # The ball is in front of the hand: turn the hand so that it reaches outward.
-    yaw = max(YAWS_RAD, key=lambda yaw: float(GRASP.rotation(yaw) @ array(GRASP.ball_in_hand) @ outward))
+    yaw = max(YAWS_RAD, key=lambda yaw: dot(matmul(GRASP.rotation(yaw), GRASP.ball_in_hand), outward))
     rotation = GRASP.rotation(yaw)
     behind = GRASP.base_position(target.position, rotation) - RAKE.inward_m * outward
     down_at = behind + RAKE.height_m * UP
@@ -289,13 +290,13 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> BallsS
                 break
             attempts.append(Attempt(target.ball, target.position, target.yaw_rad))
             outward = (target.position - box_a.center) * [1.0, 1.0, 0.0]
-            distance_m = float(np.linalg.norm(outward))
+            distance_m = norm(outward)
             if (target.room_m < TIGHT_M or target.tried > 0) and distance_m > CENTRAL_M:
                 rake(mover, target, outward / distance_m)
                 raked += 1
             else:
                 caught += pick_and_carry(mover, target, box_b)
-            in_b = sum(box_b.contains(ball) for ball in truth_of(mover.obs).positions)
+            in_b = [box_b.contains(ball) for ball in truth_of(mover.obs).positions].count(True)
             LOG.info(f"pick {len(attempts):2}: {in_b:2} in box B, {mover.obs.sim_time_s:6.1f} s simulated")
         mover.wait(0.5)
     result, summary = mover.stop()

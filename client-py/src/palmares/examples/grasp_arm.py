@@ -74,7 +74,8 @@ class ArmMover(Mover):
         while True:
             shares = super()._shares(at, total_s)
             joints = self._joints([at(x) for x in shares])
-            steps = np.abs(np.diff([self.q, *joints], axis=0)) / self._tick_s
+            before = array([self.q, *joints[:-1]])
+            steps = np.abs(array(joints) - before) / self._tick_s
             slower = float((steps / self.arm.speed).max()) / SHARE_OF_SPEED
             if slower <= 1.0:
                 self._ahead = joints

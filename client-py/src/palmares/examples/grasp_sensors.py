@@ -13,7 +13,6 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ import numpy as np
 import palmares
 from palmares.arrays import Array, array
 from palmares.examples.grasp_softhand import CLOSE_S, LIFT_S, Grasp, grasps_for
+from palmares.reproducible import matmul, norm
 from palmares.rotation import quat_of, rot_z
 from palmares.skills.motion import UP, Mover, RunOverError
 from palmares.skills.objects import ObjectBounds
@@ -66,15 +66,15 @@ def find_object(points: Array, table_m: float) -> FoundObject | None:
     if len(cloud) < MIN_POINTS:
         return None
     best: tuple[float, float, Array, Array] | None = None
-    for yaw_rad in np.arange(0.0, math.pi / 2, math.radians(3.0)):
+    for yaw_rad in (math.radians(degrees) for degrees in range(0, 90, 3)):
         # Some points at the edges are wrong: leave out one in two hundred on each side.
-        low, high = np.percentile(cloud[:, :2] @ rot_z(yaw_rad)[:2, :2], [0.5, 99.5], axis=0)
-        area = float(np.prod(high - low))
+        low, high = np.percentile(matmul(cloud[:, :2], rot_z(yaw_rad)[:2, :2]), [0.5, 99.5], axis=0)
+        area = float((high[0] - low[0]) * (high[1] - low[1]))
         if best is None or area < best[0]:
-            best = area, float(yaw_rad), low, high
+            best = area, yaw_rad, low, high
     assert best is not None
     _, yaw_rad, low, high = best
-    middle = rot_z(yaw_rad)[:2, :2] @ (low + high) / 2
+    middle = matmul(rot_z(yaw_rad)[:2, :2], (low + high) / 2)
     long, wide = high - low
     # If the sides are equal, as of a round object, the one that turns the hand less counts as longer.
     equal = max(long, wide) < SQUARE * min(long, wide)
@@ -86,6 +86,15 @@ def find_object(points: Array, table_m: float) -> FoundObject | None:
     # The grasp is possible from both sides: choose the one that turns the hand less.
     yaw_rad = (yaw_rad + math.pi / 2) % math.pi - math.pi / 2
     return FoundObject(ObjectBounds(0, "object", centre - half, centre + half, centre), yaw_rad)
+
+
+def mean_reading(images: list[Array]) -> Array:
+    """Return the mean (h, w, 3) of images (h, w, 3) over their readings; NaN where none of them has one."""
+    found, counts = np.zeros_like(images[0]), np.zeros_like(images[0])
+    for image in images:
+        has = np.isfinite(image)
+        found, counts = found + np.where(has, image, 0.0), counts + has
+    return array(np.where(counts > 0.0, found / np.maximum(counts, 1.0), np.nan))
 
 
 class Senses(Mover):
@@ -102,9 +111,7 @@ class Senses(Mover):
                 raise RunOverError(self.obs.reason)
             for name in CAMERAS:
                 images[name].append(self.obs.cameras[name].points())
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # Pixels without a reading in any image.
-            clouds = [np.nanmean(stack, axis=0).reshape(-1, 3) for stack in images.values()]
+        clouds = [mean_reading(stack).reshape(-1, 3) for stack in images.values()]
         cloud = np.concatenate(clouds)
         return array(cloud[np.isfinite(cloud).all(axis=1)])
 
@@ -120,7 +127,7 @@ def attempt(hand: Senses, found: FoundObject, grasp: Grasp, turn_rad: float, wei
     hand.to(CLOSE_S, sigma=grasp.sigma_closed)
     hand.wait(0.3)
     hand.to(LIFT_S, at + LIFT_M * UP)
-    return float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
+    return norm(hand.wrist_force(FEEL_S) - empty) > 0.5 * weight_n
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,11 +149,11 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
     table = client.scene.body("table").parts[0]
     table_m = table.position[2] + (table.shape.half_extents or (0.0, 0.0, 0.0))[2]
     target = client.scene.free[0]
-    weight_n = target.mass * float(np.linalg.norm(client.scene.gravity))
+    weight_n = target.mass * norm(client.scene.gravity)
     hand = Senses(client, first)
     start, upright = hand.position, hand.quat_xyzw
     away = -array([*first.cameras["table"].position[:2], 0.0])
-    aside = start + ASIDE_M * away / np.linalg.norm(away)
+    aside = start + ASIDE_M * away / norm(away)
     tries = 0
     with contextlib.suppress(RunOverError):  # The shake is over.
         while tries < TRIES:

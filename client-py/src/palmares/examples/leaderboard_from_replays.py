@@ -95,7 +95,10 @@ class Team:
     @property
     def total(self) -> float:
         """Sum of the best scores, in order of the tasks' names."""
-        return sum(score for _, (score, _, _) in sorted(self.best.items()))
+        total = 0.0  # Not `sum`, which rounds otherwise from Python 3.12 on.
+        for _, (score, _, _) in sorted(self.best.items()):
+            total += score
+        return total
 
     @property
     def reached_unix_ms(self) -> int:

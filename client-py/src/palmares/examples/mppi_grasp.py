@@ -12,6 +12,7 @@ of threads.
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ import numpy as np
 
 from palmares import Training
 from palmares.arrays import Array
+from palmares.reproducible import exp, log, matmul, mean, normal, norms, total
 from palmares.rotation import matrix_of
 from palmares.sim import Batch
 from palmares.sim.batch import Stepped
@@ -71,16 +73,20 @@ class Planner:
             self.worlds.restore(world, snapshot)
         steps = len(self.plan)
         # Each disturbance lasts two actions, which explores farther than one that changes at each.
-        noise = np.repeat(self.rng.normal(size=(self.worlds.count, (steps + 1) // 2, 7)), 2, axis=1)
+        noise = np.repeat(normal(self.rng, self.worlds.count, (steps + 1) // 2, 7), 2, axis=1)
         noise[0] = 0.0
-        noise[1:] *= np.geomspace(LEAST, 1.0, self.worlds.count - 1)[:, np.newaxis, np.newaxis]
+        shares = np.linspace(1.0, 0.0, self.worlds.count - 1).tolist()
+        noise[1:] *= np.array([exp(share * log(LEAST)) for share in shares])[:, np.newaxis, np.newaxis]
         plans = np.clip(self.plan + noise[:, :steps] * SPREAD, -LIMITS, LIMITS)
         plans[..., 6] = plans[..., 6].clip(0.0, 1.0)
         costs = np.zeros(self.worlds.count)
         for step in range(steps):
             costs += self.cost(self.worlds.step(plans[:, step], TICKS)) * (2.0 if step == steps - 1 else 1.0)
-        weights = np.exp(-(costs - costs.min()) / max(COLDNESS * costs.std(), 1e-6))
-        self.plan = np.einsum("k,kha->ha", weights / weights.sum(), plans)
+        middle = total(costs) / len(costs)
+        deviation = math.sqrt(total((costs - middle) * (costs - middle)) / len(costs))
+        colder = (costs - costs.min()) / max(COLDNESS * deviation, 1e-6)
+        weights = np.array([exp(-cost) for cost in colder.tolist()])
+        self.plan = mean(weights[:, np.newaxis, np.newaxis] * plans) * (len(plans) / total(weights))
         first: Array = self.plan[0].copy()
         self.plan = np.vstack([self.plan[1:], self.plan[-1:]])
         return first
@@ -94,12 +100,12 @@ class Planner:
         observed, touch = stepped.observations, (self.worlds.potential or {})["contact"]
         turns = np.array([matrix_of(quat) for quat in observed["base"][:, 3:7]])
         target = observed["objects"][:, 0]
-        tilt = (1.0 + (turns @ PALM)[:, 2]).clip(0.0, 1.0)
+        tilt = (1.0 + matmul(turns, PALM)[:, 2]).clip(0.0, 1.0)
         lifted = (target[:, 2] - self.height).clip(0.0, 0.15) * (touch > 0.2)
         aim = target[:, :3] + np.outer(TURNED_M * tilt * (lifted < 0.01), UP)
-        distance = np.linalg.norm(observed["base"][:, :3] + turns @ GRASP_CENTRE - aim, axis=1)
+        distance = norms(observed["base"][:, :3] + matmul(turns, GRASP_CENTRE) - aim)
         early = observed["motors"][:, 0, 0] * (distance - NEAR_M).clip(0.0, 0.1)
-        speed = np.linalg.norm(target[:, 7:10], axis=1)
+        speed = norms(target[:, 7:10])
         cost: Array = 4.0 * distance + tilt + 10.0 * early - 3.0 * touch - 60.0 * lifted + 0.05 * speed
         return cost - 3.0 * stepped.rewards
 

@@ -10,13 +10,13 @@ lets it go. Then it grasps the handle across its palm and lifts the pan. It uses
 from __future__ import annotations
 
 import contextlib
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 import palmares
 from palmares.arrays import array
+from palmares.reproducible import acos, atan2, cos, matmul, norm, sin
 from palmares.rotation import quat_of
 from palmares.skills.cookbook import KNOB
 from palmares.skills.motion import UP, Mover, RunOverError
@@ -35,7 +35,7 @@ PUT_AT = array([-0.05, -0.36, 0.010])
 
 HANDLE_M = array([0.250, 0.0, 0.0624])
 """Point of the grasp on the handle, in the pan's frame"""
-HANDLE_SLOPE_RAD = math.atan2(0.030, 0.190)
+HANDLE_SLOPE_RAD = atan2(0.030, 0.190)
 IN_PALM_M = array([0.032, -0.007, 0.182])
 """The handle's axis in the hand frame when the fingers close"""
 HANDLE_SIGMA = (0.05, 1.0)
@@ -49,7 +49,7 @@ PAN_LIFT_M = 0.27
 def put_lid_aside(mover: Mover) -> None:
     """Grasp the lid by its knob and let it go in the region `aside`."""
     lid = truth_of(mover.obs).object("lid")
-    knob = lid.xyz + lid.rotation @ KNOB_M
+    knob = lid.xyz + matmul(lid.rotation, KNOB_M)
     ball = ObjectBounds(lid.id, "knob", knob - KNOB_RADIUS_M, knob + KNOB_RADIUS_M, knob)
     rotation = KNOB.rotation(0.0)
     at = KNOB.base_position(ball, rotation)
@@ -63,8 +63,8 @@ def put_lid_aside(mover: Mover) -> None:
     mover.to(1.5, array([target[0], target[1], mover.position[2]]))
     # As low as the lid's lowest point allows; the lid may be tilted.
     held = truth_of(mover.obs).object("lid")
-    tilt_rad = math.acos(min(1.0, abs(float(held.rotation[2, 2]))))
-    down = PUT_AT[2] + 0.134 * math.sin(tilt_rad) - held.xyz[2]
+    tilt_rad = acos(min(1.0, abs(float(held.rotation[2, 2]))))
+    down = PUT_AT[2] + 0.134 * sin(tilt_rad) - held.xyz[2]
     mover.to(1.0, mover.position + down * UP)
     mover.to(1.0, sigma=0.0)
     mover.wait(0.4)
@@ -74,11 +74,11 @@ def put_lid_aside(mover: Mover) -> None:
 def lift_pan(mover: Mover) -> None:
     """Grasp the pan by its handle, across the palm, and lift it."""
     pan = truth_of(mover.obs).object("pan")
-    along = pan.rotation @ array([math.cos(HANDLE_SLOPE_RAD), 0.0, math.sin(HANDLE_SLOPE_RAD)])
+    along = matmul(pan.rotation, [cos(HANDLE_SLOPE_RAD), 0.0, sin(HANDLE_SLOPE_RAD)])
     fingers = array(np.cross(along, UP))
-    fingers /= np.linalg.norm(fingers)
+    fingers /= norm(fingers)
     rotation = array(np.column_stack([np.cross(along, fingers), along, fingers]))
-    at = pan.xyz + pan.rotation @ HANDLE_M - rotation @ IN_PALM_M
+    at = pan.xyz + matmul(pan.rotation, HANDLE_M) - matmul(rotation, IN_PALM_M)
     sigma_open, sigma_closed = HANDLE_SIGMA
     mover.to(1.2, at + 0.15 * UP, quat_of(rotation), sigma=sigma_open)
     mover.to(0.8, at)

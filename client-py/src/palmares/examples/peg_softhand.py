@@ -18,6 +18,7 @@ import numpy as np
 
 import palmares
 from palmares.arrays import Array, array
+from palmares.reproducible import asin, cos, matmul, norm, sin
 from palmares.rotation import matrix_of, quat_of
 from palmares.skills.motion import UP, Mover, RunOverError
 from palmares.skills.objects import truth_of
@@ -57,19 +58,19 @@ MAX_TURN_RAD = 0.03
 def turn_to(axis: Array, wanted: Array, most_rad: float) -> Array:
     """Return the rotation (3, 3) that turns a unit vector towards another by at most `most_rad`."""
     normal = array(np.cross(axis, wanted))
-    sine = float(np.linalg.norm(normal))
+    sine = norm(normal)
     if sine < 1e-6:
         return array(np.eye(3))
     x, y, z = normal / sine
     cross = array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle_rad = min(most_rad, math.asin(min(1.0, sine)))
-    return array(np.eye(3) + math.sin(angle_rad) * cross + (1.0 - math.cos(angle_rad)) * cross @ cross)
+    angle_rad = min(most_rad, asin(min(1.0, sine)))
+    return array(np.eye(3) + sin(angle_rad) * cross + (1.0 - cos(angle_rad)) * matmul(cross, cross))
 
 
 def grasp(mover: Mover) -> None:
     """Grasp the peg and lift it."""
     peg = truth_of(mover.obs).object("peg")
-    at = peg.xyz + GRIP_M * UP - HAND @ IN_HAND_M
+    at = peg.xyz + GRIP_M * UP - matmul(HAND, IN_HAND_M)
     before = at - ASIDE_M * HAND[:, 0]
     sigma_open, sigma_closed = SIGMA
     mover.to(1.0, before + 0.2 * UP, quat_of(HAND), sigma=sigma_open)
@@ -84,16 +85,17 @@ def correct(mover: Mover, tip_at: Array, seconds: float) -> None:
     """Move the peg's tip towards a point (3,), m, and turn the peg upright, from its present pose."""
     peg = truth_of(mover.obs).object("peg")
     turn = turn_to(peg.rotation[:, 2], UP, MAX_TURN_RAD)
-    tip = peg.xyz + peg.rotation @ TIP_M
+    tip = peg.xyz + matmul(peg.rotation, TIP_M)
     # The base turns about the tip and moves by the tip's error.
-    position = tip_at + turn @ (mover.position - tip)
-    mover.to(seconds, position, quat_of(turn @ matrix_of(mover.quat_xyzw)))
+    position = tip_at + matmul(turn, mover.position - tip)
+    mover.to(seconds, position, quat_of(matmul(turn, matrix_of(mover.quat_xyzw))))
 
 
 def insert(mover: Mover, off: Array) -> None:
     """Align the peg over the estimate of the hole, lower it, let go; `off` (3,), m, is the error."""
     block = truth_of(mover.obs).object("block")
-    mouth, seat = block.xyz + block.rotation @ MOUTH_M + off, block.xyz + block.rotation @ SEAT_M
+    mouth, seat = (block.xyz + matmul(block.rotation, point) for point in (MOUTH_M, SEAT_M))
+    mouth = mouth + off
     correct(mover, mouth + 0.05 * UP, 1.2)
     for _ in range(10):
         correct(mover, mouth + 0.01 * UP, STEP_S)
@@ -121,7 +123,7 @@ def run(client: palmares.Client, seed: int | None) -> PegSummary:
     mover = Mover(client, client.reset("peg", "softhand", sensing="truth", seed=seed))
     rng = np.random.default_rng(client.run.seed)
     off_m, side_rad = EYE_M * math.sqrt(rng.uniform()), rng.uniform(0.0, 2.0 * math.pi)
-    off = array([off_m * math.cos(side_rad), off_m * math.sin(side_rad), 0.0])
+    off = array([off_m * cos(side_rad), off_m * sin(side_rad), 0.0])
     with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
         grasp(mover)
         insert(mover, off)

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 import palmares
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage
+from palmares.reproducible import cos, norm, norms, sin
 from palmares.skills import clearing
 from palmares.skills.attempts import Attempt
 from palmares.skills.motion import Mover, RunOverError
@@ -62,7 +63,7 @@ LOW_M = 0.1
 
 def hues(colours: Array) -> Array:
     """Return colours (..., 3) without their brightness, which depends on the light."""
-    return array(colours / np.maximum(np.linalg.norm(colours, axis=-1, keepdims=True), 1e-9))
+    return array(colours / np.maximum(norms(colours)[..., None], 1e-9))
 
 
 def connected(points: Array, mask: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -73,7 +74,7 @@ def connected(points: Array, mask: NDArray[np.bool_]) -> NDArray[np.int64]:
         (np.s_[:-1, :], np.s_[1:, :]),
         (np.s_[:, :-1], np.s_[:, 1:]),
     ):
-        near = np.linalg.norm(points[first] - points[second], axis=-1) < NEAR_M
+        near = norms(points[first] - points[second]) < NEAR_M
         sides.append((labels[first], labels[second], mask[first] & mask[second] & near))
     while True:
         before = labels.copy()
@@ -95,10 +96,10 @@ def pieces(
     window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     points, colours, inside = points[window], colours[window], inside[window]
     known = hues(array([body.color for body in bodies]))
-    difference = np.linalg.norm(hues(colours)[:, :, None] - known, axis=3)
-    clear = inside & (np.linalg.norm(colours, axis=2) > DARK) & (difference.min(axis=2) < LIKE)
+    difference = norms(hues(colours)[:, :, None] - known)
+    clear = inside & (norms(colours) > DARK) & (difference.min(axis=2) < LIKE)
     # The first object of a colour represents all of them.
-    first = np.argmax(np.linalg.norm(known[:, None] - known, axis=2) < ALIKE, axis=1)
+    first = np.argmax(norms(known[:, None] - known) < ALIKE, axis=1)
     nearest = first[np.argmin(difference, axis=2)]
     found: list[tuple[int, ObjectBounds]] = []
     for k in set(first.tolist()):
@@ -124,11 +125,12 @@ def depth_m(box: ObjectBounds, body: palmares.SceneBody, floor_m: float) -> floa
     if all(part.shape.type != "box" for part in body.parts):
         return max(float(deep), float(min(a, b)))
     # The turn of a box with sides a and b that fits the visible piece best.
-    turn = np.linspace(0.0, math.pi / 2, 31)
-    sides = np.stack([a * np.sin(turn), b * np.cos(turn)])
-    visible = sides.sum(axis=0) if box.high[2] - floor_m < LOW_M else sides.max(axis=0)
-    best = np.argmin(np.abs(a * np.cos(turn) + b * np.sin(turn) - wide) + np.abs(visible - deep))
-    return max(float(deep), float(sides[:, best].sum()))
+    turns = [(cos(turn), sin(turn)) for turn in (math.radians(degrees) for degrees in range(0, 91, 3))]
+    across, depth = (array([p * c + q * s for c, s in turns]) for p, q in ((a, b), (b, a)))
+    side = array([max(b * c, a * s) for c, s in turns])
+    visible = depth if box.high[2] - floor_m < LOW_M else side
+    best = np.argmin(np.abs(across - wide) + np.abs(visible - deep))
+    return max(float(deep), float(depth[best]))
 
 
 def find_objects(
@@ -141,7 +143,7 @@ def find_objects(
         if k in found:
             # Another object in front divides it, unless the whole would be too large.
             low, high = np.minimum(low, found[k].low), np.maximum(high, found[k].high)
-            if np.linalg.norm(high - low) > 2.0 * np.linalg.norm(bodies[k].half_extents):
+            if norm(high - low) > 2.0 * norm(bodies[k].half_extents):
                 continue
         found[k] = ObjectBounds(k, piece.name, array(low), array(high), array(low))
     whole = []

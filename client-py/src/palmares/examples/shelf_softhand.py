@@ -14,9 +14,8 @@ import contextlib
 import logging
 from dataclasses import dataclass
 
-import numpy as np
-
 import palmares
+from palmares.reproducible import norms
 from palmares.skills import clearing
 from palmares.skills.attempts import Attempt
 from palmares.skills.motion import Mover, RunOverError
@@ -51,7 +50,7 @@ def rest(mover: Mover, shelf: palmares.Region) -> None:
     for _ in range(round(REST_S / LOOK_S)):
         truth = truth_of(mover.obs)
         inside = [shelf.contains(position) for position in truth.positions]
-        if np.linalg.norm(truth.linear[inside], axis=1).max(initial=0.0) < STILL_M_S:
+        if norms(truth.linear[inside]).max(initial=0.0) < STILL_M_S:
             return
         mover.wait(LOOK_S)
 

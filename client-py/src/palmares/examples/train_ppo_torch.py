@@ -16,9 +16,10 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
+
+from palmares.outputs import output_file
 
 DISCOUNT, LAMBDA, CLIP, EPOCHS, BATCHES, LEARNING_RATE = 0.99, 0.95, 0.2, 8, 8, 5e-4
 # A point is 10: the potential changes by hundredths in a step, and networks begin with larger numbers.
@@ -163,7 +164,7 @@ def parsed(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--updates", type=int, default=100, help="updates (default 100)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the training (default 1)")
     parser.add_argument("--threads", type=int, help="threads that simulate (default: one for each core)")
-    parser.add_argument("--policy", type=Path, help="file for the policy")
+    parser.add_argument("--policy", type=output_file, help="file for the policy")
     return parser.parse_args(arguments)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal, TypeAlias
 
@@ -87,7 +88,7 @@ class Form:
         for group, names in named.items():
             self.layout[group], length = {}, 0
             for name in names:
-                end = length + int(np.prod(fields[name].shape or ()))
+                end = length + math.prod(fields[name].shape or ())
                 self.layout[group][name], length = slice(length, end), end
             found[group] = spaces.Box(-LARGEST, LARGEST, (length,), dtype=np.float32)
         if self.goal is not None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from palmares.arguments import is_real, one_of, short, whole
 from palmares.arrays import Array
+from palmares.reproducible import norms
 
 Three = tuple[float, float, float]
 # The draws of goals are independent of all others of a seed.
@@ -76,6 +77,6 @@ class Goal:
             (…,) of float32; a float for single goals.
 
         """
-        distance = np.linalg.norm(np.asarray(achieved) - np.asarray(desired), axis=-1)
+        distance = norms(np.asarray(achieved) - np.asarray(desired))
         rewards = np.where(distance <= self.tolerance_m, 0.0, -1.0).astype(np.float32)
         return rewards if rewards.ndim else float(rewards)

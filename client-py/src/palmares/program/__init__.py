@@ -8,6 +8,8 @@ import signal
 import sys
 from collections.abc import Callable
 
+from palmares.outputs import show_everything
+
 # Commands in Python, with the module whose `main` takes their arguments.
 COMMANDS = {
     "demo": "palmares.program.demo",
@@ -41,6 +43,7 @@ def main() -> int:
 def _ending_with_its_reader(command: Callable[[list[str]], int]) -> int:
     """Run a command; end quietly when the reader of its output has ended, as in ``palmares … | head``."""
     try:
+        show_everything()
         code = command(sys.argv[2:])
         sys.stdout.flush()
     except BrokenPipeError:

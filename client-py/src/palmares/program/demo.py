@@ -14,13 +14,17 @@ from typing import Any
 
 from palmares.errors import PalmaresError
 from palmares.net import http
+from palmares.outputs import output_folder
 from palmares.server import Server
 
-# For each task: the example's module, the field of its summary that counts objects, and their name and place.
+# For each task: the example's module, the field of its summary with a number of objects or a list of goals,
+# and what these are and where.
 CONTROLLERS = {
     "balls": ("balls_softhand", "balls_in_b", "ball", "in box B"),
     "shelf": ("shelf_softhand", "in_box", "object", "in the box"),
     "grasp": ("grasp_softhand", "kept", "object", "still in the hand after the shake"),
+    "pan": ("pan_softhand", "goals", "goal", "reached"),
+    "peg": ("peg_softhand", "goals", "goal", "reached"),
 }
 
 
@@ -40,7 +44,6 @@ def main(arguments: list[str]) -> int:
             outcome = play(server.url, options.task, options.seed)
             rows = http.get_object(server.url, "/v1/leaderboard")["rows"]
             run_id = outcome["run_id"]
-            options.replay.mkdir(parents=True, exist_ok=True)
             replay = options.replay / f"{run_id}.mcap"
             replay.write_bytes(http.get(server.url, f"/v1/runs/{run_id}/replay"))
             write = summary if options.json else in_words
@@ -79,11 +82,15 @@ def parser() -> argparse.ArgumentParser:
         "--json", action="store_true", help="print the outcome as one JSON object, on the last line"
     )
     made.add_argument(
-        "--replay", type=Path, default=Path(), metavar="FOLDER", help="folder for the replay (default here)"
+        "--replay",
+        type=output_folder,
+        default=".",
+        metavar="FOLDER",
+        help="folder for the replay (default here)",
     )
     made.add_argument(
         "--data-dir",
-        type=Path,
+        type=output_folder,
         metavar="FOLDER",
         help="folder for the server's database and log, also for `palmares serve --data-dir FOLDER`",
     )
@@ -136,8 +143,10 @@ def counted(number: int, noun: str) -> str:
 def in_words(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], replay: Path) -> str:
     """Return the outcome for people."""
     _, field, noun, place = CONTROLLERS[task]
+    found = outcome[field]
+    number = len(found) if isinstance(found, list) else found
     lines = [
-        f"score {outcome['score']:g}: {counted(outcome[field], noun)} {place}, run {outcome['run_id']}",
+        f"score {outcome['score']:g}: {counted(number, noun)} {place}, run {outcome['run_id']}",
         f"{outcome['sim_time_s']:.1f} s simulated, {outcome['rtf']:.1f} times as fast as real time",
         f"replay: {replay} (`palmares verify` plays it again, Foxglove and the server's pages show it)",
         "leaderboard:",

@@ -14,6 +14,7 @@ from tqdm import tqdm
 from palmares.arguments import MAX_SEED
 from palmares.errors import PalmaresError
 from palmares.evaluate import MAX_SEEDS, ControllerError, Played, Pool, Report, evaluate, processes
+from palmares.outputs import output_file, output_folder
 
 EXAMPLES = """\
 A controller is a Python file, or a module, with a function run(client, seed), which opens a run with
@@ -69,17 +70,31 @@ def main(arguments: list[str]) -> int:
         for note in getattr(stop, "__notes__", []):
             print(f"open: {note}", file=sys.stderr)
         report, interrupted = Report.of(outcomes), True
-    if options.replays is not None:
-        keep_worst(report)
-    if options.markdown is not None and outcomes:
+    failed = any(row.failed for row in report.rows)
+    if outcomes:
+        # First of all: whatever fails below, the runs were played.
+        failed |= not printed(report.json() if options.json else str(report))
         try:
-            options.markdown.write_text(report.markdown())
+            if options.replays is not None:
+                keep_worst(report)
+            if options.markdown is not None:
+                options.markdown.write_text(report.markdown(), encoding="utf-8")
         except OSError as error:
             print(f"palmares evaluate: {error}", file=sys.stderr)
-            return 1
-    if outcomes:
-        print(report.json() if options.json else report)
-    return 130 if interrupted else int(any(row.failed for row in report.rows))
+            failed = True
+    return 130 if interrupted else int(failed)
+
+
+def printed(text: str) -> bool:
+    """Print a report; where standard output takes nothing more, as on a full disk, on standard error."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        print(text, f"palmares evaluate: standard output: {error}", sep="\n", file=sys.stderr)
+        return False
+    return True
 
 
 def pool(options: argparse.Namespace) -> Pool:
@@ -173,10 +188,11 @@ def parser() -> argparse.ArgumentParser:
     )
     made.add_argument(
         "--replays",
+        type=output_folder,
         metavar="FOLDER",
         help="folder for the replays of the worst runs; without --url every run is then played twice",
     )
-    made.add_argument("--markdown", type=Path, metavar="FILE", help="file for the table, in Markdown")
+    made.add_argument("--markdown", type=output_file, metavar="FILE", help="file for the table, in Markdown")
     made.add_argument("--json", action="store_true", help="print everything as JSON")
     made.add_argument("--quiet", action="store_true", help="no progress bar")
     return made

@@ -17,6 +17,7 @@ from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
 from palmares.net.requests import names
+from palmares.reproducible import norm
 from palmares.sim.in_use import in_use
 from palmares.sim.parameters import given_rows
 from palmares.sim.pictures import Kind, View, asked, kinds_of
@@ -157,7 +158,7 @@ class Batch:
         try:
             given = given_rows(parameters, self.count, self._native.objects)
             self._drop_worlds(chosen)
-            with progress(sum(chosen), "world", "reset") as report:
+            with progress([*chosen].count(True), "world", "reset") as report:
                 self._native.reset(numbers, chosen, report, given)
             return self.observe()
         except RuntimeError as error:
@@ -264,7 +265,7 @@ class Batch:
                 return
             wanted = actions[world, columns]
             limit = None if field == "hand" else self._limits[place]
-            was = wanted.clip(0.0, 1.0) if limit is None else wanted * limit / np.linalg.norm(wanted)
+            was = wanted.clip(0.0, 1.0) if limit is None else wanted * limit / norm(wanted)
             where = f"actions[{world}]: "
             self.clipping.warn(field, wanted.tolist(), was.tolist(), 3, where)
 

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palmares.arguments import is_real, table, whole
-from palmares.arrays import Array
+from palmares.arrays import Array, array
+from palmares.reproducible import cos, dots, norms, sin
 from palmares.sim.batch import Batch
 from palmares.sim.state import State, state_of
 from palmares.sim.world import World
@@ -160,13 +161,14 @@ def _difference(more: Array, less: Array) -> tuple[Array, Array]:
 
 
 def _quat_of_turn(turn: Array) -> Array:
-    angle = np.linalg.norm(turn, axis=-1, keepdims=True)
-    half = 0.5 * np.sinc(0.5 * angle / np.pi)
-    return np.concatenate([half * turn, np.cos(0.5 * angle)], axis=-1)
+    half = 0.5 * norms(turn)
+    shares = [(sin(angle) / angle if angle > 0.0 else 1.0, cos(angle)) for angle in half.ravel().tolist()]
+    sine, cosine = np.moveaxis(array(shares, *half.shape, 1, 2), -1, 0)
+    return np.concatenate([0.5 * sine * turn, cosine], axis=-1)
 
 
 def _product(a: Array, b: Array) -> Array:
     """Return the product of quaternions x, y, z, w."""
     vector = a[..., 3:] * b[..., :3] + b[..., 3:] * a[..., :3] + np.cross(a[..., :3], b[..., :3])
-    scalar = a[..., 3:] * b[..., 3:] - (a[..., :3] * b[..., :3]).sum(axis=-1, keepdims=True)
+    scalar = a[..., 3:] * b[..., 3:] - dots(a[..., :3], b[..., :3])[..., None]
     return np.concatenate([vector, scalar], axis=-1)

@@ -10,6 +10,7 @@ import numpy as np
 
 from palmares.arguments import is_real, whole
 from palmares.arrays import Array, array
+from palmares.reproducible import norm
 from palmares.rotation import quat_of
 from palmares.views import Brief
 
@@ -58,12 +59,12 @@ class View(Brief):
         """
         forward = array(at) - array(position)
         right = np.cross(forward, array(up))
-        if np.linalg.norm(forward) < 1e-9 or np.linalg.norm(right) < 1e-9 * np.linalg.norm(forward):
+        far, aside = norm(forward), norm(right)
+        if far < 1e-9 or aside < 1e-9 * far:
             raise ValueError(
                 f"at: found {tuple(at)} from {tuple(position)}; wanted another point, not along up"
             )
-        z = forward / np.linalg.norm(forward)
-        x = right / np.linalg.norm(right)
+        z, x = forward / far, right / aside
         quat = quat_of(np.column_stack([x, np.cross(z, x), z]))
         place = tuple(float(number) for number in position)
         return cls(place, tuple(quat.tolist()), fov_deg, link=link)  # type: ignore[arg-type]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from palmares.arrays import Array, array
+from palmares.reproducible import norm, tan
 from palmares.scene import Region
 from palmares.skills.objects import ObjectBounds
 
@@ -36,7 +34,7 @@ class Attempt:
 def attempts_here(attempts: Sequence[Attempt], index: int, position: Array, moved_m: float) -> list[Attempt]:
     """Return the attempts on object `index` when it was within `moved_m` of its present `position` (3,)."""
     same = [attempt for attempt in attempts if attempt.index == index]
-    return [attempt for attempt in same if np.linalg.norm(attempt.position - position) < moved_m]
+    return [attempt for attempt in same if norm(attempt.position - position) < moved_m]
 
 
 def candidates(
@@ -84,4 +82,4 @@ class Place:
     @property
     def into(self) -> Array:
         """Horizontal direction of the fingers, (3,); its y is 1."""
-        return array([-math.tan(self.yaw_rad), 1.0, 0.0])
+        return array([-tan(self.yaw_rad), 1.0, 0.0])

@@ -20,6 +20,7 @@ import numpy as np
 
 from palmares.arrays import Array, array
 from palmares.messages import Observation
+from palmares.reproducible import atan2, matmul, norm
 from palmares.rotation import matrix_of, quat_of, rot_z
 from palmares.scene import Region, Scene, SceneBody, ScenePart, named
 from palmares.skills.grasps import Capsules, SideGrasp, TopGrasp
@@ -98,7 +99,7 @@ class Grip:
     def in_hand(self, target: ObjectBounds) -> Array:
         """Return the middle of `target` in the hand frame when the fingers close, (3,), m."""
         rotation = self.rotation(0.0)
-        return array(rotation.T @ (target.middle - self.base_position(target, rotation)))
+        return matmul(rotation.T, target.middle - self.base_position(target, rotation))
 
     def way_in(self, at: Array, rotation: Array) -> list[Array]:
         """Return the positions (3,), m, of the base on its way to the grasp at `at` (3,)."""
@@ -149,7 +150,7 @@ def room(grip: Grip, target: ObjectBounds, yaw_rad: float, others: Array, box: R
     """
     at = grip.base_position(target, grip.rotation(yaw_rad))
     along = target.middle - at
-    tip = target.middle + BEYOND_M / float(np.linalg.norm(along)) * along
+    tip = target.middle + BEYOND_M / norm(along) * along
     hand = Capsules(at[None], tip[None], array([HAND_RADIUS_M]))
     balls = hand.distances(others) - 0.5 * target.size[2]
     points, _ = hand.spheres(10)
@@ -225,11 +226,11 @@ def _part(body: SceneBody, index: int, obs: Observation, shape: str) -> tuple[Ob
         raise KeyError(f"object {body.name!r} has no {shape}")
     part: ScenePart = parts[0]
     state = truth_of(obs).objects[index]
-    middle = state.xyz + state.rotation @ part.xyz
-    axis = state.rotation @ matrix_of(part.quat_xyzw)[:, 2]
+    middle = state.xyz + matmul(state.rotation, part.xyz)
+    axis = matmul(state.rotation, matrix_of(part.quat_xyzw)[:, 2])
     radius, length = part.shape.radius or 0.0, part.shape.half_length or 0.0
     half = array([length + radius, radius, radius])
-    yaw_rad = 0.0 if length == 0.0 else math.atan2(axis[1], axis[0])
+    yaw_rad = 0.0 if length == 0.0 else atan2(axis[1], axis[0])
     return ObjectBounds(index, body.name, middle - half, middle + half, middle), yaw_rad
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
+from palmares.reproducible import matmul
 from palmares.rotation import quat_of, rot_z
 from palmares.scene import Region
 from palmares.skills.attempts import Attempt, candidates
@@ -71,7 +72,7 @@ class Plan:
     @property
     def into(self) -> Array:
         """Horizontal direction of the hand's way in, unit vector (3,)."""
-        return array(rot_z(self.yaw_rad) @ [0.0, 1.0, 0.0])
+        return matmul(rot_z(self.yaw_rad), [0.0, 1.0, 0.0])
 
 
 def room(plan: Plan, others: list[ObjectBounds], shelf: Region) -> float:
@@ -125,7 +126,7 @@ def choose(
     for target, others, here in candidates(objects, shelf, attempts, NAMES, tries, MOVED_M, only):
         depth = target.middle[1] - shelf.min[1]
         for rank, grasp in enumerate(grasps):
-            same = sum(attempt.grasp == grasp.name for attempt in here)
+            same = [attempt.grasp for attempt in here].count(grasp.name)
             for yaw in YAWS_RAD:
                 rotation = grasp.rotation(yaw)
                 at = grasp.base_position(target, rotation)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
+from palmares.reproducible import dots, matmul, norms
 from palmares.rotation import rot_z, rot_zyz
 from palmares.skills.motion import UP
 from palmares.skills.objects import ObjectBounds
@@ -33,15 +34,16 @@ class Capsules:
 
     def at(self, rotation: Array, position: Array) -> Capsules:
         """Return the capsules of the body placed with `rotation` (3, 3) at `position` (3,), m."""
-        return Capsules(self.start @ rotation.T + position, self.end @ rotation.T + position, self.radius)
+        turn = rotation.T
+        return Capsules(matmul(self.start, turn) + position, matmul(self.end, turn) + position, self.radius)
 
     def distances(self, points: Array) -> Array:
         """Return the distances of points (m, 3) from the surfaces of all capsules, (n, m), m; inside, < 0."""
         axis = self.end - self.start
         offset = points[None, :, :] - self.start[:, None, :]
-        along = np.einsum("kij,kj->ki", offset, axis) / np.sum(axis**2, axis=1)[:, None]
+        along = dots(offset, axis[:, None, :]) / dots(axis, axis)[:, None]
         nearest = self.start[:, None, :] + np.clip(along, 0.0, 1.0)[:, :, None] * axis[:, None, :]
-        return array(np.linalg.norm(points[None, :, :] - nearest, axis=2) - self.radius[:, None])
+        return array(norms(points[None, :, :] - nearest) - self.radius[:, None])
 
     def bounds(self) -> tuple[Array, Array]:
         """Return the smallest and the largest coordinates of every capsule, each (n, 3), m."""
@@ -109,7 +111,7 @@ class TopGrasp:
         """Return the position of the base when the fingers close on `target`, (3,), m."""
         height_m = float(target.high[2] - target.low[2])
         in_hand = array([height_m / 2 + self.above_m, self.aside_m, self.along_m])
-        return array(target.middle - rotation @ in_hand)
+        return array(target.middle - matmul(rotation, in_hand))
 
     def way_in(self, at: Array, rotation: Array) -> list[Array]:  # noqa: ARG002
         """Return the positions (3,), m, of the base on its way to the grasp at `at` (3,)."""
@@ -141,12 +143,12 @@ class SideGrasp:
     def rotation(self, yaw_rad: float) -> Array:
         """Return world-from-hand (3, 3): fingers along +x, turned by `yaw_rad` about the vertical."""
         upright = array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-        return array(rot_z(yaw_rad) @ upright @ rot_z(self.roll_rad))
+        return matmul(rot_z(yaw_rad), upright, rot_z(self.roll_rad))
 
     def base_position(self, target: ObjectBounds, rotation: Array) -> Array:
         """Return the position of the base when the fingers close on `target`, (3,), m."""
         in_hand = array([target.size[1] / 2 + self.gap_m, 0.0, self.along_m])
-        return array(target.middle - rotation @ in_hand + self.above_m * UP)
+        return array(target.middle - matmul(rotation, in_hand) + self.above_m * UP)
 
     def way_in(self, at: Array, rotation: Array) -> list[Array]:
         """Return the positions (3,), m, of the base on its way to the grasp at `at` (3,)."""

@@ -13,12 +13,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self, TypeAlias
 
-import numpy as np
-
 from palmares.arrays import Array, array
 from palmares.client import Client
 from palmares.errors import PalmaresError
 from palmares.messages import Observation, Result, Specs
+from palmares.reproducible import mean, norm
 from palmares.rotation import angle_between, slerp
 from palmares.skills.runs import Summary
 from palmares.targets import pose
@@ -67,7 +66,7 @@ class BaseLimits:
 def smoothstep(x: float) -> float:
     """Return the quintic from 0 to 1 with zero velocity and acceleration at both ends."""
     x = min(max(x, 0.0), 1.0)
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    return x * x * x * (10.0 - 15.0 * x + 6.0 * (x * x))
 
 
 def duration(distance_m: float, angle_rad: float, limits: BaseLimits, at_least_s: float = 0.0) -> float:
@@ -139,7 +138,7 @@ class Mover:
         p1 = p0 if position is None else position
         q1 = q0 if quat_xyzw is None else quat_xyzw
         s1 = s0 if sigma is None else sigma
-        distance_m = float(np.linalg.norm(p1 - p0))
+        distance_m = norm(p1 - p0)
 
         def at(x: float) -> tuple[Array, Array]:
             return p0 + x * (p1 - p0), slerp(q0, q1, x)
@@ -161,7 +160,7 @@ class Mover:
         for _ in range(round(duration_s / self._tick_s)):
             self._step()
             forces.append(self.obs.hand.wrist.force)
-        return array(np.mean(forces, axis=0))
+        return mean(forces)
 
     def command(self) -> list[float]:
         """Return σ of every motor; a subclass for a hand with several motors overrides this."""
@@ -199,7 +198,7 @@ def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
     """Move the base to `position` (3,), m, with full acceleration, at most at `speed_m_s`."""
     start = mover.position
     way = position - start
-    far = float(np.linalg.norm(way))
+    far = norm(way)
     top = min(speed_m_s, math.sqrt(far * ACCELERATION))
     speeding_s = top / ACCELERATION
     total_s = far / top + speeding_s
@@ -207,7 +206,7 @@ def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
     for tick in range(math.ceil(total_s / tick_s)):
         t = min((tick + 1) * tick_s, total_s)
         up, down = min(t, speeding_s), max(0.0, t - (total_s - speeding_s))
-        gone = ACCELERATION * up**2 / 2 + top * max(0.0, t - speeding_s) - ACCELERATION * down**2 / 2
+        gone = ACCELERATION * (up * up - down * down) / 2 + top * max(0.0, t - speeding_s)
         mover.obs = mover.client.step(
             base=pose(start + way * (gone / far), mover.quat_xyzw), hand=mover.command()
         )
@@ -220,6 +219,6 @@ def press(mover: Mover, press_n: float, most: int = 12) -> None:
     """Sink in steps of 3 mm, at most `most`, until the wrist force has changed by `press_n`."""
     idle = mover.wrist_force(0.05)
     for _ in range(most):
-        if np.linalg.norm(mover.wrist_force(0.02) - idle) > press_n:
+        if norm(mover.wrist_force(0.02) - idle) > press_n:
             break
         mover.to(0.04, mover.position - array([0.0, 0.0, 0.003]))

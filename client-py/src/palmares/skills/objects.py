@@ -10,6 +10,7 @@ import numpy as np
 
 from palmares.arrays import Array, array
 from palmares.messages import Observation
+from palmares.reproducible import matmul
 from palmares.rotation import rot_z
 from palmares.scene import Scene, SceneBody
 from palmares.truth import Truth
@@ -70,10 +71,10 @@ def half_extents(shape: Shape, rotation: Array) -> Array:
     For spheres, capsules, cylinders and boxes; a hull, which has no such fields, counts as a point.
     """
     if shape.type == "box" and shape.half_extents is not None:
-        return array(np.abs(rotation) @ array(shape.half_extents))
-    axis = np.abs(rotation[:, 2]) * (shape.half_length or 0.0)
-    rim = np.sqrt(np.clip(1.0 - rotation[:, 2] ** 2, 0.0, 1.0)) if shape.type == "cylinder" else 1.0
-    return array(axis + (shape.radius or 0.0) * rim)
+        return matmul(np.abs(rotation), array(shape.half_extents))
+    axis = np.abs(rotation[:, 2])
+    rim = np.sqrt(np.clip(1.0 - axis * axis, 0.0, 1.0)) if shape.type == "cylinder" else 1.0
+    return array(axis * (shape.half_length or 0.0) + (shape.radius or 0.0) * rim)
 
 
 def object_bounds(scene: Scene, obs: Observation, yaw_rad: float = 0.0) -> list[ObjectBounds]:
@@ -84,13 +85,14 @@ def object_bounds(scene: Scene, obs: Observation, yaw_rad: float = 0.0) -> list[
     found = []
     turned = rot_z(-yaw_rad)
     for body, state in zip(scene.free, truth_of(obs).objects, strict=True):
-        rotation, origin = turned @ state.rotation, turned @ state.xyz
+        rotation, origin = matmul(turned, state.rotation), matmul(turned, state.xyz)
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for part in body.parts:
-            middle = origin + rotation @ part.xyz
-            half = half_extents(part.shape, rotation @ part.rotation)
+            middle = origin + matmul(rotation, part.xyz)
+            half = half_extents(part.shape, matmul(rotation, part.rotation))
             low, high = np.minimum(low, middle - half), np.maximum(high, middle + half)
-        found.append(ObjectBounds(state.id, state.name, low, high, origin + rotation @ array(body.com)))
+        com = origin + matmul(rotation, body.com)
+        found.append(ObjectBounds(state.id, state.name, low, high, com))
     return found
 
 
@@ -110,8 +112,9 @@ def upright_box(scene: Scene, obs: Observation, index: int) -> tuple[ObjectBound
             best = float(x * y), yaw_rad, box
     assert best is not None
     _, yaw_rad, box = best
-    half, middle = (box.high - box.low) / 2, rot_z(yaw_rad) @ box.middle
-    return ObjectBounds(index, box.name, middle - half, middle + half, rot_z(yaw_rad) @ box.com), yaw_rad
+    back, half = rot_z(yaw_rad), (box.high - box.low) / 2
+    middle, com = matmul(back, box.middle), matmul(back, box.com)
+    return ObjectBounds(index, box.name, middle - half, middle + half, com), yaw_rad
 
 
 def rolling(bodies: Sequence[SceneBody]) -> Rolling:

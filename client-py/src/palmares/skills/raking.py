@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from palmares.arrays import Array, array
+from palmares.reproducible import matmul
 from palmares.rotation import quat_of, rot_z
 from palmares.scene import Region
 from palmares.skills.attempts import Attempt, Place, candidates
@@ -107,7 +108,7 @@ class RakeShape:
 
         They are along the world's axes, relative to the hand's origin. `yaw_rad` turns the hand.
         """
-        turned = part @ (rot_z(yaw_rad) @ self.rotation).T
+        turned = matmul(part, matmul(rot_z(yaw_rad), self.rotation).T)
         return turned.min(axis=1), turned.max(axis=1)
 
 
@@ -221,9 +222,10 @@ def _best_place(
                 score -= shape.roll_cost * max(0.0, ROLL_SHARE * float(target.size[2]) - bite)
         if kind == "drag":
             score -= DRAG_COST
-        score -= sum(0.03 + 0.04 * (tried.yaw_rad == yaw_rad and tried.grasp == kind) for tried in here)
+        again = [tried.yaw_rad == yaw_rad and tried.grasp == kind for tried in here]
+        score -= 0.03 * len(again) + 0.04 * again.count(True)
         if best is None or score > best.score:
-            best = RakePlan(target, yaw_rad, array(rot_z(yaw_rad) @ shape.rotation), place, score, kind)
+            best = RakePlan(target, yaw_rad, matmul(rot_z(yaw_rad), shape.rotation), place, score, kind)
     return best
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palmares.arrays import Array, array
+from palmares.reproducible import cos, matmul, sin
 from palmares.skills.objects import ObjectBounds
 
 __all__ = ["RECIPES", "Recipe"]
@@ -39,18 +40,13 @@ class Recipe:
     def rotation(self, yaw_rad: float) -> Array:
         """Return world-from-hand (3, 3): `approach` down, `across` at `yaw_rad` from the world's y."""
         down, across = array(self.approach), array(self.across)
-        world = np.column_stack(
-            [
-                [-np.sin(yaw_rad), np.cos(yaw_rad), 0.0],
-                [0.0, 0.0, -1.0],
-                [-np.cos(yaw_rad), -np.sin(yaw_rad), 0.0],
-            ]
-        )
-        return array(world @ np.column_stack([across, down, np.cross(across, down)]).T)
+        c, s = cos(yaw_rad), sin(yaw_rad)
+        world = np.column_stack([[-s, c, 0.0], [0.0, 0.0, -1.0], [-c, -s, 0.0]])
+        return matmul(world, np.column_stack([across, down, np.cross(across, down)]).T)
 
     def base_position(self, target: ObjectBounds, rotation: Array) -> Array:
         """Return the position of the base for a grasp of `target`, (3,), m."""
-        aside = rotation @ array(self.centre_m)
+        aside = matmul(rotation, self.centre_m)
         height_m = max(target.high[2] + self.palm_m, target.low[2] + self.reach_m)
         return array([target.middle[0] - aside[0], target.middle[1] - aside[1], height_m])
 
@@ -68,7 +64,7 @@ class Recipe:
         """
         down, across = array(self.approach), array(self.across)
         aside = np.cross(across, down)
-        cosine, sine = np.cos(tilt_rad), np.sin(tilt_rad)
+        cosine, sine = cos(tilt_rad), sin(tilt_rad)
         return replace(
             self,
             approach=tuple((cosine * down + sine * across).tolist()),

@@ -8,9 +8,11 @@ import logging
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, fields
+from statistics import fmean
 
 from palmares.client import Client
 from palmares.errors import PalmaresError
+from palmares.outputs import show_everything
 
 __all__ = [
     "Summary",
@@ -59,6 +61,7 @@ def play(run: Callable[..., Summary], doc: str | None, hands: Iterable[str] = ()
     if hands:
         names = list(hands)
         parser.add_argument("--hand", choices=names, default=names[0], help="name of the hand")
+    show_everything()
     args = parser.parse_args()
     more = [args.hand] if hands else []
     logging.basicConfig(level=logging.WARNING if args.quiet else logging.INFO, format="%(message)s")
@@ -74,4 +77,4 @@ def play(run: Callable[..., Summary], doc: str | None, hands: Iterable[str] = ()
     except KeyboardInterrupt:
         sys.exit("interrupted")
     if args.runs > 1 and not args.json:
-        print(f"{len(scores)} runs: score {sum(scores) / len(scores):.4g} on average")
+        print(f"{len(scores)} runs: score {fmean(scores):.4g} on average")

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from palmares.arrays import array
+from palmares.reproducible import matmul, mean, norm
 from palmares.rotation import quat_of, rot_z, rot_zyz
 from palmares.scene import Region
 from palmares.skills.attempts import Attempt, Place, candidates
@@ -69,7 +68,7 @@ def choose(
         if target.index in rolls or height < max(MIN_HEIGHT_M, SLENDER * depth) or any(before):
             continue
         for yaw_rad in YAWS_RAD:
-            again = 0.03 * sum(tried.yaw_rad == yaw_rad for tried in here)
+            again = 0.03 * [tried.yaw_rad for tried in here].count(yaw_rad)
             for aside in ASIDES_M:
                 plan = _place(target, others, shelf, yaw_rad, aside, again)
                 if plan is not None and (best is None or plan.score > best.score):
@@ -85,11 +84,11 @@ def _place(
     aside: float,
     again: float,
 ) -> Place | None:
-    rotation = array(rot_z(yaw_rad) @ rot_zyz(math.pi / 2, PITCH_RAD))
+    rotation = matmul(rot_z(yaw_rad), rot_zyz(math.pi / 2, PITCH_RAD))
     points, radii = SOFTHAND_PRESHAPED.at(rotation, array([0.0, 0.0, 0.0])).spheres(5)
-    along = points[:, :2] @ (rotation[:2, 2] / np.linalg.norm(rotation[:2, 2]))
+    along = matmul(points[:, :2], rotation[:2, 2] / norm(rotation[:2, 2]))
     fingers = along > FINGERS_M
-    ends = points[along > TIPS_M].mean(axis=0)
+    ends = mean(points[along > TIPS_M])
     farthest = shelf.max[1] - ROOM_M - float((points[:, 1] + radii).max())
     at = array(
         [

@@ -108,7 +108,7 @@ enum Change {
 }
 
 impl Change {
-    fn read(verb: &str, request: &ScheduleActionRequest) -> Result<Self, Problem> {
+    fn read(verb: &str, request: &ScheduleActionRequest, known: &BTreeSet<String>) -> Result<Self, Problem> {
         let ScheduleActionRequest { csv, team, from, begins_at, ends_at, by_s, reason: _ } = request;
         let time = |name: &str, text: &Option<String>| {
             let time = text.as_deref().map(moment).transpose();
@@ -117,7 +117,10 @@ impl Change {
         let (from, begins, ends) =
             (time("from", from)?, time("begins_at", begins_at)?, time("ends_at", ends_at)?);
         match (verb, csv, team.clone(), begins, ends, by_s) {
-            ("import", Some(csv), None, None, None, None) => Ok(Change::Import(from_csv(csv).map_err(bad)?)),
+            ("import", Some(csv), None, None, None, None) => {
+                let slots = from_csv(csv, known);
+                Ok(Change::Import(slots.map_err(|(code, error)| Problem::new(code, error))?))
+            }
             ("import", ..) => Err(bad("import needs `csv`, and no other field")),
             ("add", None, Some(team), Some(begins_unix_ms), Some(ends_unix_ms), None) => {
                 Ok(Change::Add(Slot { begins_unix_ms, team, ends_unix_ms }))
@@ -198,11 +201,11 @@ pub(super) async fn act(
     Path(verb): Path,
     request: AdminRequest<ScheduleActionRequest>,
 ) -> Result<Json<Schedule>, Problem> {
-    let change = Change::read(&verb, &request.body)?;
     if !app.competition.rules.official() {
         return Err(Problem::new(Code::WrongState, "this is a practice server: it has no schedule"));
     }
     let known = app.store.team_names().await?;
+    let change = Change::read(&verb, &request.body, &known)?;
     let named = change.teams();
     let unknown: Vec<&str> = named.iter().copied().filter(|team| !known.contains(*team)).collect();
     if !unknown.is_empty() {
@@ -235,7 +238,8 @@ mod tests {
     }
 
     fn after(verb: &str, json: &str) -> Result<Vec<Slot>, String> {
-        let change = Change::read(verb, &request(json)).map_err(|problem| problem.0.message)?;
+        let change = Change::read(verb, &request(json), &BTreeSet::new());
+        let change = change.map_err(|problem| problem.0.message)?;
         change
             .applied(vec![slot("a", 0, 10_000), slot("b", 20_000, 30_000), slot("b", 40_000, 50_000)], 5_000)
     }
