@@ -33,8 +33,6 @@ import type { Field, Obs, Opened, RunResult, Scene } from '../wire/messages';
 const CLOSING = 1;
 /** Update interval of the panels, ms; the 3D view updates with every frame. */
 const PANEL_MS = 200;
-/** Extra distance of the camera at the start, as a share of the distance that fits the scene. */
-const EXTRA_DISTANCE = 0.2;
 
 type Tool = 'move' | 'turn' | 'push';
 
@@ -151,12 +149,9 @@ export class DriveView implements DriverListener {
     if (!hand) return;
     const specs = this.driver.welcome?.specs.action ?? [];
     const spec = (of: string): Field | undefined => specs.find((one) => one.name === of);
-    const before = this.scene;
     this.scene = sceneOfReset(scene, hand, first);
     this.stage.setScene(this.scene);
     void this.dress(this.scene, hand.name);
-    // Space for the handles and for moving the hand.
-    if (JSON.stringify(before?.regions) !== JSON.stringify(this.scene.regions)) this.stage.camera.position.lerp(this.stage.controls.target, -EXTRA_DISTANCE);
     this.runForm.open = false;
     this.arrow.setScene(this.scene);
     this.gizmo.limit(spec('base.position'));

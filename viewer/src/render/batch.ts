@@ -65,6 +65,11 @@ export class Batch {
     if (instance !== undefined) this.mesh.setColorAt(instance, color);
   }
 
+  setVisible(id: number, on: boolean): void {
+    const instance = this.instances.get(id);
+    if (instance !== undefined && this.mesh.getVisibleAt(instance) !== on) this.mesh.setVisibleAt(instance, on);
+  }
+
   /** The body of a ray's hit. */
   bodyOf(batchId: number | undefined): number | null {
     return batchId === undefined ? null : this.bodies[batchId] ?? null;

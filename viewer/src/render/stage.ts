@@ -5,26 +5,32 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { forwardKinematics } from '../model/hand';
 import { type Moment, POSE } from '../model/moment';
-import { type Palm, palmOf } from '../model/palm';
 import type { Body, SceneInfo, Vec3 } from '../model/scene';
 import { ContactArrows } from './contact_arrows';
 import { Batch } from './batch';
 import { DetailControl, SOFTWARE_LEVEL, keepLevel, lastLevel, wantsPlain } from './detail';
 import { PoseInterpolator } from './interpolation';
+import { Director, type ViewName } from './director';
+import type { Pane } from './framing';
 import { splitFurniture } from './furniture';
 import { Labels } from './labels';
 import { type Lights, addLights } from './lights';
 import { Centres, Frames, regionLines } from './overlays';
-import { pointsOf } from './points';
 import { type Renderer, createRenderer } from './renderer';
-import { type ViewName, followHand, lookFrom, turnByKey } from './views';
+import { blocks } from './sight';
+import { Subject } from './subject';
+import { turnByKey } from './camera_keys';
 
-export type { ViewName } from './views';
+export type { ViewName } from './director';
 export type OverlayName = 'ghost' | 'contacts' | 'regions' | 'frames' | 'names' | 'com';
 
 /** Rendering cost of the last frame. */
 export interface Stats { drawCalls: number; triangles: number; scriptMs: number }
 
+/** Share of the picture that the scene may fill, and the least that the buttons over it leave. */
+const [FILLED, LEAST] = [0.94, 0.55];
+/** A board that hides more than this share of the hand's links becomes transparent. */
+const HIDES = 0.2;
 const PICKED = new Color('#ffb000');
 const GHOST = new Color('#56b4e9');
 
@@ -35,15 +41,15 @@ interface Shown {
   fine: boolean;
   solid: Batch;
   boards: Batch;
+  /** The boards again, transparent: those that hide the hand. */
+  glass: Batch;
   walls: Batch;
   ghost: Batch | null;
   regions: LineSegments;
   frames: Frames;
   centres: Centres;
   links: Body[];
-  /** Points that the camera shows: corners of regions, objects and the hand. */
-  points: Vector3[];
-  palm: Palm;
+  subject: Subject;
 }
 
 export class Stage {
@@ -63,19 +69,20 @@ export class Stage {
   private readonly still = matchMedia('(prefers-reduced-motion: reduce)');
   private readonly lights: Lights;
   private readonly control: DetailControl;
+  private readonly director: Director;
   private readonly woken = (): void => { this.control.restart(); };
   private readonly retheme = (): void => { this.ground(); };
   private shown: Shown | null = null;
   private moment: Moment | null = null;
-  private viewName: ViewName = 'free';
   private picked: number | null = null;
   private listeners: ((id: number | null, point: Vec3) => void)[] = [];
   private before: (() => void)[] = [];
   private dirty = true;
   /** The drawn bodies are not yet at the current poses. */
   private stale = false;
-  /** Pose of the hand's base when the camera last followed it. */
-  private followedHand: Matrix4 | null = null;
+  /** A person moves the camera at this moment. */
+  private holding = false;
+  private pane: Pane = { left: FILLED, right: FILLED, top: FILLED, bottom: FILLED };
   private frame = 0;
   private scriptMs = 0;
 
@@ -86,7 +93,13 @@ export class Stage {
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(0.8, -1.4, 1.1);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener('change', () => { this.dirty = true; });
+    this.director = new Director(this.camera, this.controls);
+    this.controls.addEventListener('start', () => { this.holding = true; });
+    this.controls.addEventListener('end', () => { this.holding = false; });
+    this.controls.addEventListener('change', () => {
+      if (this.holding) this.director.taken(this.shown?.subject ?? null);
+      this.dirty = true;
+    });
     this.lights = addLights(this.three);
     this.three.add(this.arrows.mesh);
     this.arrows.mesh.visible = false;
@@ -123,14 +136,14 @@ export class Stage {
       links,
       solid: batch(solid, 0.55, paint),
       boards: batch(boards, 0.9, paint),
+      glass: batch(boards, 0.9, paint, { transparent: true, opacity: 0.25, depthWrite: false }),
       walls: batch(walls, 0.9, paint, { transparent: true, opacity: 0.38, depthWrite: false }),
       // The ghost has no base: the prediction concerns the links after it.
       ghost: info.hand ? batch(links.slice(1), 1, () => GHOST, { transparent: true, opacity: 0.35, depthWrite: false }) : null,
       regions: regionLines(info.regions),
       frames: new Frames(info.moving.map((id) => links.some((link) => link.id === id))),
       centres: new Centres(links.length + 1),
-      points: pointsOf(info),
-      palm: palmOf(info.hand),
+      subject: new Subject(info),
     };
     shown.solid.mesh.castShadow = true;
     shown.solid.mesh.receiveShadow = true;
@@ -138,7 +151,8 @@ export class Stage {
     shown.boards.mesh.receiveShadow = true;
     shown.walls.mesh.receiveShadow = true;
     shown.walls.mesh.renderOrder = 1;
-    this.three.add(shown.boards.mesh, shown.walls.mesh, shown.solid.mesh, shown.regions, shown.frames.lines, shown.centres.mesh);
+    for (const board of boards) shown.glass.setVisible(board.id, false);
+    this.three.add(shown.boards.mesh, shown.glass.mesh, shown.walls.mesh, shown.solid.mesh, shown.regions, shown.frames.lines, shown.centres.mesh);
     if (shown.ghost) this.three.add(shown.ghost.mesh);
     this.shown = shown;
     this.picked = null;
@@ -147,7 +161,7 @@ export class Stage {
     this.relabel();
     this.apply();
     // The camera stays for the next run of the same task.
-    if (!same || this.viewName === 'follow' || this.viewName === 'palm') this.view(this.viewName);
+    if (!same) this.view(this.director.view);
     this.dirty = true;
   }
 
@@ -176,10 +190,17 @@ export class Stage {
   }
 
   view(name: ViewName): void {
-    this.viewName = name;
-    if (this.shown) lookFrom(this.camera, this.controls, name, this.shown.points, this.handMatrix(), this.shown.palm);
-    this.followedHand = this.handMatrix()?.clone() ?? null;
+    this.director.start(name);
+    this.measure();
     this.dirty = true;
+  }
+
+  /** Looks from where another stage looks, as a person has chosen. */
+  lookAs(other: Stage): void {
+    this.camera.position.copy(other.camera.position);
+    this.controls.target.copy(other.controls.target);
+    this.controls.update();
+    this.director.taken(this.shown?.subject ?? null);
   }
 
   /** `listener` gets the clicked body, or null. */
@@ -269,17 +290,12 @@ export class Stage {
   /** Builds the same scene again, in another detail. */
   private rebuild(info: SceneInfo): void {
     const { moment, picked } = this;
-    const [camera, target, followed] = [this.camera.position.clone(), this.controls.target.clone(), this.followedHand];
     this.setScene(info);
     if (moment) {
       this.moment = moment;
       this.place();
     }
     if (picked !== null) this.paint(picked);
-    this.camera.position.copy(camera);
-    this.controls.target.copy(target);
-    this.followedHand = followed;
-    this.controls.update();
   }
 
   private resize(): void {
@@ -288,7 +304,22 @@ export class Stage {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    this.measure();
     this.dirty = true;
+  }
+
+  /** Measures the part of the picture that no buttons cover. */
+  private measure(): void {
+    const area = this.container.getBoundingClientRect();
+    if (area.height === 0) return;
+    let [top, bottom] = [0, 0];
+    for (const over of this.container.querySelectorAll('.hud')) {
+      const box = over.getBoundingClientRect();
+      if (box.top - area.top < area.bottom - box.bottom) top = Math.max(top, box.bottom - area.top);
+      else bottom = Math.max(bottom, area.bottom - box.top);
+    }
+    const left = (covered: number): number => Math.max(FILLED - (2 * covered) / area.height, LEAST);
+    this.pane = { left: FILLED, right: FILLED, top: left(top), bottom: left(bottom) };
   }
 
   /** A click without a drag picks a body; keys turn the camera. */
@@ -304,6 +335,7 @@ export class Stage {
     });
     canvas.addEventListener('keydown', (event) => {
       if (!turnByKey(this.camera, this.controls, event.key)) return;
+      this.director.taken(this.shown?.subject ?? null);
       event.preventDefault();
       this.dirty = true;
     });
@@ -317,11 +349,6 @@ export class Stage {
     const found = this.shown ? this.raycaster.intersectObject(this.shown.solid.mesh)[0] : undefined;
     const id = this.shown?.solid.bodyOf(found?.batchId) ?? null;
     return found && id !== null ? { id, point: [found.point.x, found.point.y, found.point.z] } : null;
-  }
-
-  private handMatrix(): Matrix4 | null {
-    const base = this.shown?.links[0];
-    return base ? this.shown?.solid.matrixOf(base.id, this.matrix) ?? null : null;
   }
 
   private relabel(): void {
@@ -357,6 +384,7 @@ export class Stage {
     if (this.overlays.has('contacts')) this.arrows.show(moment?.contacts ?? []);
     if (this.overlays.has('frames')) shown.frames.show((k, into) => shown.solid.matrixOf(shown.info.moving[k] ?? -1, into));
     if (this.overlays.has('com')) this.placeCentres(shown);
+    shown.subject.place((id, into) => shown.solid.matrixOf(id, into));
     this.dirty = true;
   }
 
@@ -401,21 +429,29 @@ export class Stage {
     }
     if (!this.dirty) return;
     this.dirty = false;
-    const hand = this.viewName === 'follow' || this.viewName === 'palm' ? this.handMatrix() : null;
-    if (hand && this.followedHand) {
-      followHand(this.camera, this.controls, this.followedHand, hand, this.viewName === 'palm');
-      this.followedHand.copy(hand);
-    }
+    if (this.shown) this.direct(this.shown, now);
     const { clientWidth, clientHeight } = this.container;
     this.labels.place(this.camera, clientWidth, clientHeight, (id, into) => this.shown?.solid.placeOf(id, into) ?? null);
     this.renderer.render(this.three, this.camera);
     this.scriptMs = performance.now() - begun;
   }
 
+  /** Moves the camera, and makes boards transparent that hide the hand. */
+  private direct({ subject, boards, glass }: Shown, now: number): void {
+    if (this.holding || !this.controls.enabled) this.director.along(subject, !this.controls.enabled);
+    else this.dirty = this.director.frame(subject, this.pane, now, this.still.matches);
+    for (const blocker of subject.blockers) {
+      if (blocker.kind !== 'board') continue;
+      const hidden = subject.links.filter((link) => blocks(blocker, this.camera.position, link)).length > HIDES * subject.links.length;
+      boards.setVisible(blocker.body, !hidden);
+      glass.setVisible(blocker.body, hidden);
+    }
+  }
+
   private clear(): void {
     const { shown } = this;
     if (!shown) return;
-    const gone: (Batch | null)[] = [shown.solid, shown.boards, shown.walls, shown.ghost];
+    const gone: (Batch | null)[] = [shown.solid, shown.boards, shown.glass, shown.walls, shown.ghost];
     for (const batch of gone) {
       if (!batch) continue;
       const material = batch.mesh.material;

@@ -162,10 +162,7 @@ function linkCameras(stages: Stage[]): void {
     stage.controls.addEventListener('change', () => {
       if (!moved) return;
       for (const other of stages) {
-        if (other === stage) continue;
-        other.camera.position.copy(stage.camera.position);
-        other.controls.target.copy(stage.controls.target);
-        other.controls.update();
+        if (other !== stage) other.lookAs(stage);
       }
     });
   }
