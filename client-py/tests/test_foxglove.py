@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
@@ -31,12 +32,21 @@ SUBPROTOCOL = Subprotocol("foxglove.sdk.v1")
 MESSAGE_DATA = 1
 
 
+PROGRAM = [
+    sys.executable,
+    "-c",
+    "import sys; from palmares.program import main; sys.exit(main())",
+    "foxglove",
+]
+# Nothing listens here: the bridge waits for the server.
+NOWHERE = "http://127.0.0.1:1"
+
+
 @contextmanager
-def bridge(url: str) -> Iterator[str]:
+def bridge(url: str, *options: str) -> Iterator[str]:
     """Run `palmares foxglove`; yield its address."""
-    command = [sys.executable, "-c", "from palmares.program import main; main()"]
     process = subprocess.Popen(
-        [*command, "foxglove", "--url", url, "--port", "0"], stdout=subprocess.PIPE, text=True, env=os.environ
+        [*PROGRAM, "--url", url, "--port", "0", *options], stdout=subprocess.PIPE, text=True, env=os.environ
     )
     try:
         assert process.stdout is not None
@@ -119,6 +129,142 @@ def test_a_client_of_foxglove_sees_a_run(tmp_path: Path) -> None:
         assert {"cubes", "cylinders"} & shapes
         assert FrameTransforms.get_schema().name == channels["/tf"]["schemaName"]
         assert SceneUpdate.get_schema().name == channels["/scene"]["schemaName"]
+
+
+def opens(address: str, *origins: str) -> bool:
+    """Connect as a page does that the browser names by these headers; return whether it got the channels."""
+    headers = [("Origin", origin) for origin in origins]
+    try:
+        with connect(address, subprotocols=[SUBPROTOCOL], additional_headers=headers, proxy=None) as app:
+            advertised(app, {"/scene", "/tf"})
+        return True
+    except InvalidStatus as error:
+        refused = error.response
+    said = bytes(refused.body or b"").decode()
+    assert (refused.status_code, "may not use this server; allow it with --allowed-origin" in said) == (
+        403,
+        True,
+    )
+    return False
+
+
+def test_pages_of_other_sites_are_refused() -> None:
+    own = "https://panels.example.org"
+    with bridge(NOWHERE, "--allowed-origin", own) as address:
+        port = address.rsplit(":", 1)[1]
+        assert opens(address), "a program"
+        assert opens(address, own)
+        assert opens(address, own.upper())
+        for page in (
+            "https://evil.example",
+            "https://app.foxglove.dev",
+            "http://panels.example.org",
+            f"{own}.evil.example",
+            f"{own}:8443",
+            f"http://127.0.0.1:{port}",
+            f"http://localhost:{port}",
+            "null",
+            "file://",
+            "",
+        ):
+            assert not opens(address, page), page
+        assert not opens(address, own, "https://evil.example"), "two headers"
+    with bridge(NOWHERE, "--allowed-origin", own, "--allowed-origin", "https://app.foxglove.dev") as address:
+        assert opens(address, "https://app.foxglove.dev")
+        assert opens(address, own)
+
+
+@pytest.mark.parametrize("origin", ["null", "app.foxglove.dev", "https://app.foxglove.dev/", "https://a b"])
+def test_an_origin_that_no_browser_sends_is_named(origin: str) -> None:
+    done = subprocess.run([*PROGRAM, "--allowed-origin", origin], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "--allowed-origin" in done.stderr
+    assert "expected a site such as https://app.foxglove.dev, without a path" in done.stderr
+
+
+def test_the_server_answers_as_that_of_the_sdk() -> None:
+    """Foxglove's own server is the reference: same channels, and an error for each wrong message."""
+    from foxglove import Channel, Context
+    from foxglove.channels import FrameTransformsChannel, SceneUpdateChannel
+
+    from palmares.bridges.panels import EVENT, TELEMETRY
+
+    context = Context()
+    channels = [
+        SceneUpdateChannel("/scene", context=context),
+        FrameTransformsChannel("/tf", context=context),
+        Channel("/telemetry", schema=TELEMETRY, context=context),
+        Channel("/event", schema=EVENT, context=context),
+    ]
+    sdk = foxglove.start_server(name="Palmares", host="127.0.0.1", port=0, context=context)
+    topics = {"/scene", "/tf", "/telemetry", "/event"}
+    wrong = (
+        '{"op": "nothing"}',
+        "no JSON",
+        '{"op": "subscribeConnectionGraph"}',
+        '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}]}',
+        '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": @0}, {"id": 2, "channelId": @0}]}',
+        '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": @1}]}',
+        b"\x01\x02",
+    )
+
+    def asked(address: str) -> tuple[Any, Any, list[Any]]:
+        with connect(address, subprotocols=[SUBPROTOCOL], proxy=None) as app:
+            info = json.loads(app.recv(timeout=30))
+            found = advertised(app, topics)
+            scene, frames = (str(found[topic]["id"]) for topic in ("/scene", "/tf"))
+            answers = []
+            for message in wrong:
+                if isinstance(message, str):
+                    message = message.replace("@0", scene).replace("@1", frames)
+                app.send(message)
+                answer = json.loads(app.recv(timeout=30))
+                answers.append((answer["op"], answer["level"]))
+            for channel in found.values():
+                del channel["id"]
+                if channel["encoding"] == "json":
+                    channel["schema"] = json.loads(channel["schema"])
+            return {key: info[key] for key in ("op", "name", "capabilities")}, found, answers
+
+    try:
+        reference = asked(f"ws://127.0.0.1:{sdk.port}")
+        with bridge(NOWHERE) as address:
+            assert asked(address) == reference
+        assert len(channels) == len(reference[1])
+    finally:
+        sdk.stop()
+
+
+def test_a_client_that_does_not_read_delays_nobody() -> None:
+    from palmares.bridges.panel_server import BACKLOG, Channel, PanelServer
+
+    server = PanelServer("127.0.0.1", 0, [Channel("/a", "json", "a", "jsonschema", "{}")])
+    address = f"ws://127.0.0.1:{server.port}"
+    subscribing = json.dumps({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": 0}]})
+    payload = bytes(10_000)
+    try:
+        with (
+            connect(address, subprotocols=[SUBPROTOCOL], proxy=None, max_queue=1, ping_interval=None) as idle,
+            connect(address, subprotocols=[SUBPROTOCOL], proxy=None) as quick,
+        ):
+            for app in (idle, quick):
+                advertised(app, {"/a"})
+                app.send(subscribing)
+                # The answer to the second one comes after the first was taken.
+                app.send(subscribing)
+                assert json.loads(app.recv(timeout=30))["op"] == "status"
+            # More than the idle client's place and the sockets' buffers take.
+            for count in range(3 * BACKLOG):
+                server.publish(0, payload, count)
+                assert next_data(quick) == (7, count, payload)
+            # The idle client goes on with what is left.
+            last = -1
+            while last != 3 * BACKLOG - 1:
+                _, time_ns, _ = next_data(idle)
+                assert time_ns > last
+                last = time_ns
+    finally:
+        server.close()
 
 
 def decoded(channel: dict[str, Any], payload: bytes) -> dict[str, Any]:

@@ -100,6 +100,22 @@ def until(found: Callable[[], Found | None]) -> Found:
     raise AssertionError("nothing came within 60 s")
 
 
+def tcp_ports(pid: int) -> list[int]:
+    """Return the TCP ports on which a process listens. Linux only."""
+    sockets = {os.readlink(link) for link in Path(f"/proc/{pid}/fd").iterdir() if link.is_symlink()}
+    rows = [
+        row.split()
+        for table in ("tcp", "tcp6")
+        for row in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]
+    ]
+    listening, inode = "0A", 9
+    return [
+        int(row[1].rsplit(":", 1)[1], 16)
+        for row in rows
+        if row[3] == listening and f"socket:[{row[inode]}]" in sockets
+    ]
+
+
 @needs_server
 def test_a_node_reads_sensors_and_moves_the_hand(tmp_path: Path) -> None:
     domain = 70 + os.getpid() % 60
@@ -132,6 +148,9 @@ def test_a_node_reads_sensors_and_moves_the_hand(tmp_path: Path) -> None:
             first = until(lambda: newest(joints))
             motor = first.name[0]
             assert len(first.name) == len(first.position) > 10
+            if sys.platform == "linux":
+                # DDS is UDP: a web page, which speaks HTTP and WebSocket, reaches nothing of it.
+                assert tcp_ports(os.getpid()) == tcp_ports(process.pid) == []
             start = until(lambda: newest(frames)).transforms[0]
             assert (start.header.frame_id, start.child_frame_id) == ("world", "hand/base")
 

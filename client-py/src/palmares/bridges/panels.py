@@ -1,19 +1,21 @@
-"""A server of Foxglove's WebSocket protocol, `foxglove.sdk.v1`: a run in the topics of a replay."""
+"""A run in the panels of Foxglove, in the topics of a replay."""
 
 from __future__ import annotations
 
+import base64
 import time
+from collections.abc import Sequence
 from typing import Any
+from urllib.parse import quote
 
-import foxglove
-from foxglove import Channel, Context
-from foxglove.channels import FrameTransformsChannel, SceneUpdateChannel
+import msgspec
 from foxglove.messages import FrameTransform, FrameTransforms, SceneEntityDeletion, SceneUpdate, Timestamp
 from foxglove.messages import SceneEntityDeletionType as Deletion
-from foxglove.websocket import ChannelView, Client, ServerListener
 
+from palmares.bridges.panel_server import Channel, PanelServer
 from palmares.bridges.shapes import WORLD, entity_of, frame_of, quaternion, vector
 
+APP = "https://app.foxglove.dev"
 NUMBERS = {"type": "array", "items": {"type": "number"}}
 # The fields of a replay's `/telemetry`: docs/replays.md.
 ROWS = (
@@ -37,46 +39,49 @@ EVENT = {
 }
 
 
-class Panels(ServerListener):
+def protobuf_channel(topic: str, kind: Any, *, keeps_last: bool = False) -> Channel:
+    """Return a channel with messages of Foxglove."""
+    schema = kind.get_schema()
+    text = base64.b64encode(schema.data).decode()
+    return Channel(topic, "protobuf", schema.name, schema.encoding, text, keeps_last)
+
+
+def json_channel(topic: str, schema: dict[str, Any]) -> Channel:
+    """Return a channel with messages of our own."""
+    return Channel(topic, "json", schema["title"], "jsonschema", msgspec.json.encode(schema).decode())
+
+
+CHANNELS = (
+    protobuf_channel("/scene", SceneUpdate, keeps_last=True),
+    protobuf_channel("/tf", FrameTransforms),
+    json_channel("/telemetry", TELEMETRY),
+    json_channel("/event", EVENT),
+)
+SCENE_AT, FRAMES_AT, TELEMETRY_AT, EVENT_AT = range(4)
+
+
+class Panels:
     """A Foxglove server: connect with the app to `url`.
 
     Args:
         host: The address to listen on.
         port: The port; 0 takes a free one.
+        allowed_origins: Sites whose pages may connect.
 
     """
 
-    def __init__(self, host: str = "127.0.0.1", port: int = 8765) -> None:
-        # The channels close with their context.
-        self._context = context = Context()
-        self._scene_channel = SceneUpdateChannel("/scene", context=context)
-        self._frames = FrameTransformsChannel("/tf", context=context)
-        self._telemetry = Channel("/telemetry", schema=TELEMETRY, context=context)
-        self._events = Channel("/event", schema=EVENT, context=context)
-        self._scene: SceneUpdate | None = None
+    def __init__(
+        self, host: str = "127.0.0.1", port: int = 8765, allowed_origins: Sequence[str] = ()
+    ) -> None:
         self._names: list[str] = []
         self._run_id, self._tick_s, self._score = "", 0.0, 0.0
         # The time of the run's start, ns since 1970 UTC; None before the first poses.
         self._start_ns: int | None = None
         self._now_ns = time.time_ns()
-        self._server = foxglove.start_server(
-            name="Palmares", host=host, port=port, server_listener=self, context=context
-        )
-
-    @property
-    def port(self) -> int:
-        """The port it listens on."""
-        return int(self._server.port)
-
-    @property
-    def url(self) -> str:
-        """The app that is connected to this server."""
-        return str(self._server.app_url())
-
-    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        """Send the scene to a client that comes during a run."""
-        if channel.topic == "/scene" and self._scene is not None:
-            self._scene_channel.log(self._scene, log_time=self._now_ns, sink_id=client.id)
+        self._server = PanelServer(host, port, CHANNELS, allowed_origins)
+        self.port = self._server.port
+        # The app in a browser, connected to this server.
+        self.url = f"{APP}/?ds=foxglove-websocket&ds.url={quote(f'ws://{host}:{self.port}', safe='')}"
 
     def show(self, message: dict[str, Any]) -> None:
         """Show a message of the watch socket."""
@@ -89,11 +94,11 @@ class Panels(ServerListener):
                 self._score = float(message["score"])
             case "events" if message["run_id"] == self._run_id:
                 for event in message["events"]:
-                    self._events.log(event, log_time=self._time(event["tick"]))
+                    self._server.publish(EVENT_AT, msgspec.json.encode(event), self._time(event["tick"]))
 
     def close(self) -> None:
         """Close all connections."""
-        self._server.stop()
+        self._server.close()
 
     def _begin(self, scene: dict[str, Any]) -> None:
         """Show the bodies of another run."""
@@ -109,10 +114,10 @@ class Panels(ServerListener):
             entity_of(body if number in moving else {**body, "kind": "furniture"}, stamp)
             for number, body in bodies.items()
         ]
-        self._scene = SceneUpdate(
+        update = SceneUpdate(
             deletions=[SceneEntityDeletion(timestamp=stamp, type=Deletion.All)], entities=entities
         )
-        self._scene_channel.log(self._scene, log_time=self._now_ns)
+        self._server.publish(SCENE_AT, update.encode(), self._now_ns)
 
     def _time(self, tick: int) -> int:
         """Return the simulated time of a tick, counted from the run's start; ns since 1970 UTC."""
@@ -136,8 +141,8 @@ class Panels(ServerListener):
             )
             for name, pose in zip(self._names, message["poses"], strict=True)
         ]
-        self._frames.log(FrameTransforms(transforms=transforms), log_time=now_ns)
-        self._telemetry.log(self._telemetry_of(message), log_time=now_ns)
+        self._server.publish(FRAMES_AT, FrameTransforms(transforms=transforms).encode(), now_ns)
+        self._server.publish(TELEMETRY_AT, msgspec.json.encode(self._telemetry_of(message)), now_ns)
 
     def _telemetry_of(self, message: dict[str, Any]) -> dict[str, Any]:
         telemetry, contacts = message.get("telemetry") or {}, message.get("contacts") or []

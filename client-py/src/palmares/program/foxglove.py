@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import time
 from contextlib import closing
@@ -20,15 +21,16 @@ def main(arguments: list[str]) -> int:
     """Run the command; return the exit code."""
     options = parser().parse_args(arguments)
     try:
-        from palmares.bridges.panels import Panels
+        from palmares.bridges.panels import APP, Panels
     except ImportError as missing:
         print(f"{MISSING} ({missing})", file=sys.stderr)
         return 1
     token = options.token or os.environ.get("PALMARES_TOKEN")
     try:
-        with closing(Panels(options.host, options.port)) as panels:
+        with closing(Panels(options.host, options.port, options.allowed_origin)) as panels:
             print(f"Foxglove can connect to ws://{options.host}:{panels.port}", flush=True)
-            print(f"  in a browser: {panels.url}", flush=True)
+            needs = "" if APP in options.allowed_origin else f", with --allowed-origin {APP}"
+            print(f"  in a browser{needs}: {panels.url}", flush=True)
             lost = None
             while True:
                 try:
@@ -48,6 +50,15 @@ def main(arguments: list[str]) -> int:
         return 130
 
 
+def site(text: str) -> str:
+    """Return a site as browsers name it in `Origin`."""
+    if not re.fullmatch(r"[a-zA-Z][a-zA-Z0-9+.-]*://[^/\s]*", text):
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: expected a site such as https://app.foxglove.dev, without a path"
+        )
+    return text
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(
@@ -62,4 +73,13 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--token", help="a spectator's, team's or organizer's token; better in PALMARES_TOKEN")
     made.add_argument("--host", default="127.0.0.1", help="the address to listen on (default %(default)s)")
     made.add_argument("--port", type=int, default=8765, help="the port to listen on (default %(default)s)")
+    made.add_argument(
+        "--allowed-origin",
+        type=site,
+        action="append",
+        default=[],
+        metavar="SITE",
+        help="a site whose pages may connect, such as https://app.foxglove.dev; repeatable (default: none; "
+        "programs on this machine need no permission)",
+    )
     return made
