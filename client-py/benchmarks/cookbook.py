@@ -250,9 +250,6 @@ def _motors(sigma: Sequence[float]) -> str:
 HEAD = """\
 # Cookbook: how each hand grasps
 
-Engine {engine}. `client-py/benchmarks/cookbook.py --write` writes this page from
-`palmares.skills.cookbook`; do not edit it.
-
 Grips of every built-in hand, in numbers. In Python the first lines of [teams.md](teams.md#grasp-and-lift)
 play them: `COOKBOOK["softhand"]["ball"]` is a grip, `pick` plays it. In any language, with the object's
 middle at o and its longer side at the angle ψ from x:
@@ -275,6 +272,12 @@ Lengths are in mm, times in s.
 | kind | object |
 |---|---|
 """
+FOOT = """
+---
+
+`client-py/benchmarks/cookbook.py --write` writes this page from `palmares.skills.cookbook`; do not edit it.
+Engine {engine}.
+"""
 COLUMNS = (
     "kind",
     "object in the hand",
@@ -292,7 +295,7 @@ COLUMNS = (
 def page(lifts: Sequence[Lift], folder: Path) -> str:
     """Return the text of the document."""
     engine = palmares.sim.identity().engine
-    text = HEAD.format(engine=engine, count=len(SEEDS))
+    text = HEAD.format(count=len(SEEDS))
     text += "".join(f"| `{kind}` | {WORDS[kind]} |\n" for kind in KINDS)
     for hand, grips in COOKBOOK.items():
         if hand in ALIKE:
@@ -312,7 +315,7 @@ def page(lifts: Sequence[Lift], folder: Path) -> str:
             done = f"{sum(found.lifted for found in own)} of {len(own)}"
             reach = f"{1e3 * np.mean([found.reach_m for found in own]):.0f}"
             text += f"| {' | '.join([f'`{kind}`', *numbers(hand, kind, folder), reach, done])} |\n"
-    return text
+    return text + FOOT.format(engine=engine)
 
 
 def main() -> int:

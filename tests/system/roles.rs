@@ -48,6 +48,7 @@ const RULES: &[(&str, &str)] = &[
     ("get /v1/leaderboard", PUBLIC),
     ("get /v1/leaderboard.csv", PUBLIC),
     ("get /v1/tasks", PUBLIC),
+    ("get /teams/{name}", PUBLIC),
     ("get /wall", PUBLIC),
     // With a token, more is visible.
     ("get /v1/hands", OPTIONAL),

@@ -12,6 +12,7 @@ const PAGES: [&str; 14] = [
     "/drive",
     "/hands",
     "/hands/softhand",
+    "/teams/crabs",
     "/wall",
     "/admin",
     "/docs",
@@ -91,6 +92,20 @@ fn files_of_the_pages_are_served_as_what_they_are() {
             assert!(length(&head) < length(&whole.head), "{head}");
         }
     }
+}
+
+#[test]
+fn the_description_of_a_hand_is_compressed_for_those_who_take_it() {
+    let server = Server::start();
+    let length = |head: &str| {
+        let line = head.lines().find_map(|line| line.strip_prefix("content-length: "));
+        line.and_then(|length| length.trim().parse::<usize>().ok()).expect("a length")
+    };
+    let whole = get(&server, "/v1/hands/shadow");
+    assert!(!whole.head.contains("content-encoding"), "{}", whole.head);
+    let packed = request_head(&server, "/v1/hands/shadow", "gzip");
+    assert!(packed.contains("content-encoding: gzip") && packed.contains("vary: accept-encoding"), "{packed}");
+    assert!(3 * length(&packed) < length(&whole.head), "{packed}");
 }
 
 /// The head of an answer in a coding.

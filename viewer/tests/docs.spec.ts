@@ -40,11 +40,38 @@ test('the search finds a section while its words are typed, and without scripts'
   const plain = await browser.newContext({ javaScriptEnabled: false });
   const other = await plain.newPage();
   await other.goto(`${server.url}/docs`);
-  await other.getByRole('searchbox').fill('capstan <b>');
-  await other.getByRole('button', { name: 'Search' }).click();
-  await expect(other.getByRole('status')).toHaveText('No section has all of these words.');
-  await other.getByRole('searchbox').fill('capstan');
-  await other.getByRole('button', { name: 'Search' }).click();
+  const ask = async (words: string): Promise<void> => {
+    await other.getByRole('searchbox').fill(words);
+    await other.getByRole('button', { name: 'Search' }).click();
+  };
+  await ask('capstan <zyzzyva>');
+  await expect(other.getByRole('status')).toContainText('No section has all of these words.');
+  await expect(other.locator('.hits mark').first()).toHaveText(/capstan/i);
+  await ask('zyzzyva');
+  await expect(other.getByRole('status')).toContainText('No section has any of these words.');
+  await expect(other.locator('#results').getByRole('link', { name: 'Writing a controller' })).toBeVisible();
+  await ask('jupiter');
+  await expect(other.getByRole('status')).toContainText('Did you mean jupyter?');
+  await expect(other.locator('.hits a').first()).toHaveText('The engine in your process – Notebooks');
+  await other.getByRole('status').getByRole('link', { name: 'jupyter' }).click();
+  await expect(other.getByRole('status')).not.toContainText('Did you mean');
+  await ask('capstan');
   await expect(other.locator('.hits mark').first()).toHaveText(/capstan/i);
   await plain.close();
 });
+
+for (const width of [1280, 390]) {
+  test(`no code of the documents is cut at ${width} px`, async ({ browser, server }) => {
+    const page = await (await browser.newContext({ viewport: { width, height: 800 } })).newPage();
+    let blocks = 0;
+    for (const name of ['protocol', 'teams', 'replays', 'organizers', 'architecture']) {
+      await page.goto(`${server.url}/docs/${name}`);
+      const code = await page.locator('.document pre').evaluateAll((all) => all.map((one) => ({ beyond: one.scrollWidth - one.clientWidth, drawing: one.classList.contains('drawing'), text: one.textContent.slice(0, 60) })));
+      // A drawing of lines scrolls.
+      expect(code.filter(({ beyond, drawing }) => beyond > 0 && !drawing)).toEqual([]);
+      blocks += code.length;
+    }
+    expect(blocks).toBeGreaterThan(30);
+    await page.context().close();
+  });
+}

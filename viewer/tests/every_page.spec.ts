@@ -20,6 +20,11 @@ async function look(page: Page, name: string): Promise<void> {
       await page.evaluate(() => new Promise((go) => { requestAnimationFrame(() => { requestAnimationFrame(go); }); }));
       const where = `${name}, ${width} px, ${colorScheme}`;
       expect.soft(await sideways(page), `${where}: moved sideways`).toBe(0);
+      // The navigation is one line; the name leads to the leaderboard.
+      const links = await page.locator('header.nav :is(.brand, nav a)').evaluateAll((all) => all.map((one) => one.getBoundingClientRect()).filter((box) => box.width > 0).map(({ top, bottom, right }) => ({ top, bottom, right })));
+      expect.soft(links.length, where).toBeGreaterThanOrEqual(7);
+      expect.soft(Math.max(...links.map(({ top }) => top)), `${where}: navigation of several lines`).toBeLessThan(Math.min(...links.map(({ bottom }) => bottom)));
+      expect.soft(Math.max(...links.map(({ right }) => right)), `${where}: a link beyond the window`).toBeLessThanOrEqual(width);
       // On a 3D page nothing is below the window.
       if (width > 1000 && await page.locator('main.stage-page').count() > 0) {
         await expect.soft.poll(() => page.evaluate(() => document.documentElement.scrollHeight - innerHeight), { message: `${where}: longer than the window` }).toBeLessThanOrEqual(0);
@@ -52,6 +57,7 @@ const pages = (run: string): [name: string, address: string, ready: (page: Page)
   ['hands-softhand', '/hands/softhand', (page) => page.getByRole('slider').first().waitFor()],
   ['docs-teams', '/docs/teams', (page) => page.getByRole('heading', { level: 1 }).waitFor()],
   ['docs-search', '/docs/search?q=tendon%20friction', (page) => page.locator('.hits li').first().waitFor()],
+  ['team', '/teams/prawns%20%D9%82%D8%B1%D8%AF%D8%A9', (page) => page.getByRole('heading', { name: 'Scores in time' }).waitFor()],
   ['wall', '/wall', (page) => page.locator('.ranking tbody tr').first().waitFor()],
 ];
 
@@ -79,13 +85,9 @@ test('pages of a practice server', async ({ page, server }) => {
     expect.soft(bytes, `${name}: first load`).toBeLessThanOrEqual(FIRST_LOAD);
     await look(page, name);
   }
-  // The wall's live pane.
-  await page.keyboard.press('ArrowRight');
-  await page.locator('.pane.live.shown').waitFor();
-  // It shows the paused run.
-  await expect(page.locator('.pane.live .score')).toHaveText('Score 1.0');
+  // The wall shows the paused run beside the ranking.
+  await expect(page.locator('.live .score')).toHaveText('Score 1.0');
   await expect.poll(() => page.evaluate(() => (window.palmares as { live: { drawing: { placeOf(id: number): number[] } } }).live.drawing.placeOf(0)[2])).toBeGreaterThan(0.1);
-  await look(page, 'wall-live');
   going.end();
   expect(wrong).toEqual([]);
 });

@@ -57,7 +57,7 @@ test('only an organizer gets in, and the token stays in memory', async ({ page, 
   await expect(alert).toContainText('This is not a token');
   await field.fill(`plm_0123456789abcdef_${'0'.repeat(64)}`);
   await go.click();
-  await expect(alert).toContainText('This token is not valid here');
+  await expect(alert).toHaveText('The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.');
   await field.fill(await addTeam(official, OTHER));
   await go.click();
   await expect(alert).toContainText('not an organizer’s');
@@ -221,7 +221,7 @@ test('a viewer’s token shows clocks and runs, until it is revoked', async ({ b
   await wall.keyboard.press('t');
   await wall.getByRole('textbox', { name: 'Token' }).fill(`plm_0123456789abcdef_${'0'.repeat(64)}`);
   await wall.getByRole('button', { name: 'Use this token' }).click();
-  await expect(wall.getByRole('alert')).toContainText('This token does not work');
+  await expect(wall.getByRole('alert')).toHaveText('The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.');
   await wall.getByRole('textbox', { name: 'Token' }).fill(token as string);
   await wall.getByRole('button', { name: 'Use this token' }).click();
   await expect(wall.getByRole('dialog')).toHaveCount(0);
@@ -236,6 +236,11 @@ test('a viewer’s token shows clocks and runs, until it is revoked', async ({ b
   await live.goto(`${official.url}/live`);
   await expect(live.getByText('No run is being played')).toBeVisible();
   await live.getByText('I have a token').click();
+  for (const wrongToken of ['not a token', `plm_0123456789abcdef_${'0'.repeat(64)}`]) {
+    await live.getByLabel('Token').fill(wrongToken);
+    await live.getByRole('button', { name: 'Use this token' }).click();
+    await expect(live.getByRole('status').first()).toHaveText(wrongToken === 'not a token' ? /^This is not a token/ : /^The server does not know this token/);
+  }
   await live.getByLabel('Token').fill(token as string);
   await live.getByRole('button', { name: 'Use this token' }).click();
   // The document keeps the token when a run is opened.
@@ -248,6 +253,7 @@ test('a viewer’s token shows clocks and runs, until it is revoked', async ({ b
   await official.post('/v1/admin/token/revoke', { token_id, reason: 'it was on a photograph' });
   await expect(wall.getByRole('alert')).toContainText('The token was revoked');
   await expect(wall.locator('.clocks .who')).toHaveCount(0);
+  await expect(wall.locator('.live')).toBeHidden();
   await expect(live.getByText(/revoked/).first()).toBeVisible();
 
   // Revoking a team's token ends its connection.

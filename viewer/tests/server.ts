@@ -65,8 +65,8 @@ async function answered(asked: Promise<Response>): Promise<Record<string, unknow
 /** Number of teams on the crowded server; their names have the maximum length. */
 export const CROWD = 60;
 
-/** Creates sixty teams with a run of one tick each; two of them lift an object. */
-async function crowd(url: string): Promise<void> {
+/** Creates teams with a run of one tick each; two of sixty lift an object. */
+async function crowd(url: string, count = CROWD): Promise<void> {
   const letters = ['\u0642\u0631\u062f\u0629 ', 'crab ', '\u87f9 ', '<img src=x onerror=alert(1)> '];
   const play = async (k: number): Promise<void> => {
     const control = await Control.open(url);
@@ -79,7 +79,7 @@ async function crowd(url: string): Promise<void> {
     control.end();
   };
   // Two at a time: a server computes a run on one core.
-  const teams = Array.from({ length: CROWD }, (_, k) => k);
+  const teams = Array.from({ length: count }, (_, k) => k);
   const next = async (): Promise<void> => {
     for (let k = teams.shift(); k !== undefined; k = teams.shift()) await play(k);
   };
@@ -87,7 +87,7 @@ async function crowd(url: string): Promise<void> {
 }
 
 /** Each server starts for the first test that uses it, and stays for the others. */
-export const test = base.extend<object, { server: Server; crowded: Server; official: Official }>({
+export const test = base.extend<object, { server: Server; crowded: Server; few: Server; official: Official }>({
   // eslint-disable-next-line no-empty-pattern -- Playwright requires a destructured argument
   server: [async ({}, use) => { await serve(practice, (url) => use({ url })); }, { scope: 'worker' }],
   /** A practice server with sixty teams on its leaderboard. */
@@ -95,6 +95,14 @@ export const test = base.extend<object, { server: Server; crowded: Server; offic
   crowded: [async ({}, use) => {
     await serve(practice, async (url) => {
       await crowd(url);
+      await use({ url });
+    });
+  }, { scope: 'worker' }],
+  /** A practice server with five teams. */
+  // eslint-disable-next-line no-empty-pattern -- as above
+  few: [async ({}, use) => {
+    await serve(practice, async (url) => {
+      await crowd(url, 5);
       await use({ url });
     });
   }, { scope: 'worker' }],

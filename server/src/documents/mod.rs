@@ -8,13 +8,20 @@ mod sources;
 
 pub(crate) use library::{Document, Group, Library};
 pub(crate) use links::ROOT;
-pub(crate) use search::{Hit, MOST, search};
+use search::Finder;
+pub(crate) use search::{Found, Hit, MOST};
 use std::sync::LazyLock;
 
 /// The documents that this program was built with; none if it was built without them.
 pub(crate) fn library() -> &'static Library {
     static LIBRARY: LazyLock<Library> = LazyLock::new(|| Library::of(sources::embedded()));
     &LIBRARY
+}
+
+/// The sections with the words of `query`, the best first.
+pub(crate) fn search(query: &str) -> Found<'static> {
+    static FINDER: LazyLock<Finder<'static>> = LazyLock::new(|| Finder::of(library()));
+    FINDER.search(query)
 }
 
 #[cfg(test)]

@@ -65,8 +65,22 @@ pub(super) fn render(markdown: &str, path: &str, places: &Places) -> Rendered {
     ] {
         text = text.replace(mark, ours);
     }
+    text = with_drawings(&text);
     renderer.rendered.html = text;
     renderer.rendered
+}
+
+/// Marks blocks that are drawn of lines: these cannot wrap.
+fn with_drawings(html: &str) -> String {
+    let mut blocks = html.split("<pre ");
+    let mut marked = blocks.next().unwrap_or_default().to_owned();
+    for block in blocks {
+        let own = block.split("</pre>").next().unwrap_or_default();
+        let drawn = own.contains(['─', '│', '▶']);
+        marked.push_str(if drawn { "<pre class=\"drawing\" " } else { "<pre " });
+        marked.push_str(block);
+    }
+    marked
 }
 
 /// The words of some events.
@@ -190,6 +204,13 @@ mod tests {
             page.html
         );
         assert!(page.html.contains("<img src=\"/docs/files/docs/p.png\" alt=\"p\""), "{}", page.html);
+    }
+
+    #[test]
+    fn a_drawing_of_lines_is_marked() {
+        let page = shown("    a ──▶ b\n\nx\n\n```\nlong code\n```\n");
+        assert!(page.html.contains("<pre class=\"drawing\" tabindex=\"0\"><code>a ──▶ b"), "{}", page.html);
+        assert!(page.html.contains("<pre tabindex=\"0\"><code>long code"), "{}", page.html);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Hands: built in, and uploaded by teams.
 
+use super::coding;
 use super::extract::{Path, Query};
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::max_archive_bytes;
@@ -13,7 +14,6 @@ use axum::extract::{ConnectInfo, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use palmares_models::hand::Hand;
-use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::Code;
 use palmares_protocol::reply::HandInfo;
 use palmares_protocol::text::shortened;
@@ -75,8 +75,9 @@ pub(super) async fn describe(
     Path(name): Path,
     Query(query): Query<TeamQuery>,
     headers: HeaderMap,
-) -> Result<Json<HandDescription>, Problem> {
-    Ok(Json(find(&app, &headers, query, &name).await?.describe()))
+) -> Result<Response, Problem> {
+    let hand = find(&app, &headers, query, &name).await?;
+    Ok(coding::json(&headers, &hand.describe()))
 }
 
 /// The hand of that name that the client may see: a hand of the server, or one of its team.

@@ -2,6 +2,7 @@
 
 mod admin;
 mod announcements;
+mod coding;
 mod competition;
 mod csv;
 mod equilibrium;
@@ -51,6 +52,7 @@ fn routes() -> Routes<AppState> {
         .add(html("/drive", "Manual control of a hand, on practice servers, as a page"), pages::drive)
         .add(html("/hands", "The hands, as a page"), pages::hands)
         .add(html("/hands/{name}", "A hand and its equilibria, as a page"), pages::hand)
+        .add(html("/teams/{name}", "A team's runs and scores, as a page"), pages::team)
         .add(html("/wall", "The competition on a projector, as a page"), pages::wall)
         .add(html("/admin", "The organizers' page"), pages::admin)
         .add(html("/docs", "The first document, as a page"), pages::documents::first)

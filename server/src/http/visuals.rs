@@ -1,12 +1,13 @@
 //! Visual shapes of a hand's links, where its URDF has shapes other than the collision shapes.
 
+use super::coding;
 use super::extract::{Path, Query};
 use super::hands::{TeamQuery, find, team};
 use crate::problem::Problem;
 use crate::state::AppState;
-use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
+use axum::response::Response;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use palmares_models::read::{Look, Visual};
@@ -72,9 +73,9 @@ pub(super) async fn visuals(
     Path(name): Path,
     Query(query): Query<TeamQuery>,
     headers: HeaderMap,
-) -> Result<Json<Visuals>, Problem> {
+) -> Result<Response, Problem> {
     if app.competition.hand(&name).is_some() {
-        return Ok(Json(Visuals { parts: Vec::new() }));
+        return Ok(coding::json(&headers, &Visuals { parts: Vec::new() }));
     }
     let hand = find(&app, &headers, query.clone(), &name).await?;
     let team = team(&app, &headers, query).await?.unwrap_or_default();
@@ -88,5 +89,5 @@ pub(super) async fn visuals(
             shape: form(look),
         })
     };
-    Ok(Json(Visuals { parts: visuals.into_iter().filter_map(part).collect() }))
+    Ok(coding::json(&headers, &Visuals { parts: visuals.into_iter().filter_map(part).collect() }))
 }

@@ -19,7 +19,7 @@ test('who overtakes goes up, who is overtaken goes down, others stand', () => {
   expect([...moves]).toEqual([['c', { places: 2, gained: 3 }], ['a', { places: -1, gained: 0 }], ['b', { places: -1, gained: 0 }]]);
   expect(moveMark({ places: 2, gained: 3 })).toEqual({ sign: '▲2', words: 'up 2 places', way: 'up' });
   expect(moveMark({ places: -1, gained: 0 })).toEqual({ sign: '▼1', words: 'down 1 place', way: 'down' });
-  expect(moveMark({ places: 0, gained: 1 }).sign).toBe('+1.0');
+  expect(moveMark({ places: 0, gained: 1 }).sign).toBe('+1');
   expect(announcementOf(moves, now)).toBe('c is 1st with 4.0 points');
 });
 
@@ -27,7 +27,7 @@ test('a new team is new, a falling total has a mark', () => {
   const moves = movement([row(1, 'a', 3)], [row(1, 'a', 2), row(2, 'b', 1)]);
   expect(moves.get('b')).toEqual({ places: null, gained: 1 });
   expect(moves.get('a')).toEqual({ places: 0, gained: -1 });
-  expect(moveMark({ places: 0, gained: -1 }).words).toBe('−1.0 points');
+  expect(moveMark({ places: 0, gained: -1 }).words).toBe('−1 points');
   expect(differs([row(1, 'a', 3)], [row(1, 'a', 3)])).toBe(false);
 });
 

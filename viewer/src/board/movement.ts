@@ -38,9 +38,9 @@ function places(n: number): string {
   return n === 1 ? '1 place' : `${n} places`;
 }
 
-/** Points with a sign. */
+/** A change in points with a sign; a whole number has no decimals. */
 export function signed(gained: number): string {
-  const text = points(gained);
+  const text = points(gained).replace(/\.0$/, '');
   return gained > 0 ? `+${text}` : text;
 }
 

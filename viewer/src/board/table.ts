@@ -56,7 +56,7 @@ export class BoardTable {
 
   private cells(row: LeaderboardRow, tasks: readonly string[]): HTMLElement[] {
     const move = this.moves.get(row.team);
-    const team = el('th', { scope: 'row' }, name(row.team), move === undefined ? null : marked(move));
+    const team = el('th', { scope: 'row' }, el('a', { class: 'team', href: `/teams/${encodeURIComponent(row.team)}` }, name(row.team)), move === undefined ? null : marked(move));
     const scores = tasks.map((task) => {
       const best = row.tasks[task];
       return el('td', { class: best === undefined ? 'n none' : 'n', 'data-label': task }, best === undefined ? '–' : this.score(best));

@@ -1,4 +1,5 @@
 /** The control socket: one reply to each request, in order. */
+import { isToken, NO_TOKEN } from '../net/token';
 import type { ControlReply } from '../wire/messages';
 
 /** A refused request, with the server's message. */
@@ -33,6 +34,7 @@ export class ControlSocket {
   static open(token: string | null): Promise<ControlSocket> {
     const address = new URL('/v1/control', location.href);
     address.protocol = address.protocol.replace('http', 'ws');
+    if (token && !isToken(token)) return Promise.reject(new ConnectionLost(NO_TOKEN));
     const socket = new WebSocket(address, token ? ['palmares.v1.json', `palmares.token.${token}`] : ['palmares.v1.json']);
     return new Promise((resolve, reject) => {
       socket.onopen = () => { resolve(new ControlSocket(socket)); };

@@ -1,5 +1,6 @@
 /** The API of hands. A team is identified by its token, on a practice server by its name. The token is kept only in memory. */
 import { getJson, postJson, ApiError } from '../net/api';
+import { isToken, NO_TOKEN, refusal } from '../net/token';
 import type { EquilibriumResponse, EquilibriumRequest, HandDescription, Hands, SubmittedHand } from '../wire/messages';
 
 export interface Access { token: string | null; team: string | null }
@@ -26,6 +27,7 @@ export function requestEquilibrium(name: string, sent: EquilibriumRequest, acces
 /** Uploads a hand; throws `ApiError` if the check rejects it. */
 export async function uploadHand(archive: Uint8Array<ArrayBuffer>, access: Access): Promise<SubmittedHand> {
   const headers: Record<string, string> = { 'Content-Type': 'application/zip' };
+  if (access.token !== null && !isToken(access.token)) throw new ApiError(NO_TOKEN, 401, 'not_authorized');
   if (access.token !== null) headers['Authorization'] = `Bearer ${access.token}`;
   let response: Response;
   try {
@@ -36,5 +38,5 @@ export async function uploadHand(archive: Uint8Array<ArrayBuffer>, access: Acces
   const answer: unknown = await response.json().catch(() => null);
   if (response.ok) return answer as SubmittedHand;
   const problem = (answer ?? {}) as { detail?: string; code?: string };
-  throw new ApiError(problem.detail ?? `the server answered ${response.status}`, response.status, problem.code ?? '');
+  throw new ApiError(refusal(response.status, access.token) ?? problem.detail ?? `the server answered ${response.status}`, response.status, problem.code ?? '');
 }

@@ -1,4 +1,5 @@
-/** The server's HTTP API. Errors carry the server's own message. */
+/** The server's HTTP API. Errors carry the server's own message, but for tokens. */
+import { isToken, NO_TOKEN, refusal } from './token';
 
 /** A request that the server refused, or did not answer (status 0). */
 export class ApiError extends Error {
@@ -24,8 +25,14 @@ async function errorOf(response: Response): Promise<ApiError> {
   return new ApiError(`the server answered ${status} ${response.statusText}`.trim(), status, '');
 }
 
+/** Messages have no stop: pages put them into their sentences. */
+function sentence(words: string): string {
+  return words.replace(/\.$/, '');
+}
+
 async function request(path: string, token: string | null, init: RequestInit): Promise<Response> {
   const headers = new Headers(init.headers);
+  if (token !== null && !isToken(token)) throw new ApiError(sentence(NO_TOKEN), 401, 'not_authorized');
   if (token !== null) headers.set('Authorization', `Bearer ${token}`);
   let response: Response;
   try {
@@ -33,7 +40,11 @@ async function request(path: string, token: string | null, init: RequestInit): P
   } catch {
     throw new ApiError('the server does not answer', 0, 'unreachable');
   }
-  if (!response.ok) throw await errorOf(response);
+  if (!response.ok) {
+    const error = await errorOf(response);
+    const words = refusal(response.status, token);
+    throw words === null ? error : new ApiError(sentence(words), error.status, error.code);
+  }
   return response;
 }
 

@@ -3,6 +3,7 @@ import { type Moment, POSE } from '../model/moment';
 import { type SceneInfo, sceneOf } from '../model/scene';
 import type { Clock, ErrorReply, Event as RunEvent, Final, Poses, Verdict, WatchReply, WatchRun } from '../wire/messages';
 import { FrameReader } from './decode';
+import { isToken, NEEDS_TOKEN, NO_TOKEN, UNKNOWN_TOKEN } from './token';
 
 /** The run to watch. */
 export type WatchTarget = { session_id: string } | { run_id: string } | { featured: true };
@@ -59,6 +60,12 @@ export class WatchSocket {
 
   private open(): void {
     this.listener.state('connecting');
+    if (this.token && !isToken(this.token)) {
+      this.over = true;
+      // After the constructor.
+      queueMicrotask(() => { this.listener.refused(NO_TOKEN, 'not_authorized'); });
+      return;
+    }
     const address = new URL('/v1/watch', location.href);
     address.protocol = address.protocol.replace('http', 'ws');
     const protocols = ['palmares.v1.bin', 'palmares.v1.json'];
@@ -100,7 +107,7 @@ export class WatchSocket {
   private async checkToken(token: string): Promise<void> {
     try {
       const answer = await fetch('/v1/sessions', { headers: { Authorization: `Bearer ${token}` }, cache: 'no-store', credentials: 'omit' });
-      if (answer.status === 401 && !this.over) this.giveUp('This token is unknown or was revoked.', 'not_authorized');
+      if (answer.status === 401 && !this.over) this.giveUp(UNKNOWN_TOKEN, 'not_authorized');
     } catch { /* No answer: the socket reconnects. */ }
   }
 
@@ -151,7 +158,9 @@ export class WatchSocket {
   }
 
   private refused({ code, message }: ErrorReply): void {
-    if (FINAL.has(code)) this.giveUp(message, code);
+    // The server's words about tokens are for programs.
+    if (code === 'not_authorized') this.giveUp(this.token ? UNKNOWN_TOKEN : NEEDS_TOKEN, code);
+    else if (FINAL.has(code)) this.giveUp(message, code);
     else this.listener.refused(message, code);
   }
 }

@@ -1,24 +1,25 @@
-/** `/wall`: for a projector. Shows ranking, featured run, session clocks and announcements in turn, without input. */
+/** `/wall`: for a projector. Ranking beside the featured run and the session clocks, with announcements below, without input. */
 import '../style/base.css';
 import '../style/wall.css';
 import { getJson, ApiError } from '../net/api';
 import { clock } from '../ui/format';
 import { button, el, mainElement, name, setText } from '../ui/elements';
 import type { Board } from '../board/model';
-import { after, type Pane, rotate, type Showing } from '../board/rotation';
+import { worthOf } from '../board/gain';
+import { type Showing, turned } from '../board/rotation';
 import { openFeed } from '../board/feed';
 import { LivePane } from '../board/wall_live';
 import { ClocksPane, RankingPane, type WallClock } from '../board/wall_panes';
 import { type ClockReading, leftAt, readClock } from '../admin/clocks';
-import type { Announcement, CompetitionResponse, Session } from '../wire/messages';
+import type { Announcement, CompetitionResponse, Session, TaskInfo } from '../wire/messages';
 
-const [PAGE_MS, LIVE_MS, CLOCKS_MS] = [9000, 20_000, 9000];
 /** Display time of an announcement, ms. */
 const ANNOUNCED_MS = 10 * 60_000;
 const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
 
 const ranking = new RankingPane();
-const live = new LivePane();
+let tasks: TaskInfo[] = [];
+const live = new LivePane((task) => worthOf(tasks.find((one) => one.name === task)?.goals));
 const clocks = new ClocksPane();
 const readings = new Map<string, { session: Session; reading: ClockReading }>();
 
@@ -27,52 +28,49 @@ const phase = el('p', { class: 'phase' });
 const state = el('p', { class: 'held', role: 'status' });
 const banner = el('p', { class: 'banner', role: 'status', hidden: true });
 const help = el('div', { class: 'help' });
-const paneArea = el('div', { class: 'panes' }, ranking.element, live.element, clocks.element);
+const beside = el('div', { class: 'beside' }, live.element, clocks.element);
+const paneArea = el('div', { class: 'panes' }, ranking.element, beside);
 
 declare global { interface Window { palmares?: Record<string, unknown> } }
-window.palmares = { live, shown: () => shown?.id ?? null };
+window.palmares = { live };
 
 let info: CompetitionResponse | null = null;
 let token: string | null = null;
 /** The token with which the sessions were last refused; undefined at first. */
 let refusedWith: string | null | undefined;
 let stop: () => void = () => undefined;
-let shown: Showing | null = null;
+let shown: Showing = { page: 0, since: 0 };
 let held = false;
 let connected = false;
-
-function panes(): Pane[] {
-  const list: Pane[] = Array.from({ length: ranking.count }, (_, page) => ({ id: `board-${page}`, ms: PAGE_MS, ready: true }));
-  list.push({ id: 'live', ms: LIVE_MS, ready: live.ready }, { id: 'clocks', ms: CLOCKS_MS, ready: wallClocks().length > 0 });
-  return list;
-}
 
 function wallClocks(): WallClock[] {
   const now = performance.now();
   const open = [...readings.values()].filter(({ session }) => session.status === 'open' && (session.left_s ?? 1) > 0 && session.elapsed_s > 0);
   if (open.length > 0) {
-    return open.map(({ session, reading }) => ({ id: session.session_id, team: session.team, left: leftAt(reading, now), paused: session.paused_unix_ms !== null }));
+    const all = open.map(({ session, reading }) => ({ id: session.session_id, team: session.team, left: leftAt(reading, now), paused: session.paused_unix_ms !== null }));
+    return all.filter((one) => one.left !== null);
   }
   const seen = live.clock;
   return seen === null || seen.left === null ? [] : [{ id: 'watched', team: seen.team, left: seen.left, paused: false }];
 }
 
-function show(next: Showing | null): void {
+function show(next: Showing): void {
+  if (next.page !== ranking.page) ranking.turn(next.page);
   shown = next;
-  const id = next?.id ?? 'board-0';
-  const page = id.startsWith('board-') ? Number(id.slice(6)) : null;
-  if (page !== null && ranking.page !== page) ranking.turn(page);
-  ranking.element.classList.toggle('shown', page !== null);
-  live.element.classList.toggle('shown', id === 'live');
-  if (id === 'live') live.seen();
-  clocks.element.classList.toggle('shown', id === 'clocks');
-  for (const pane of [ranking.element, live.element, clocks.element]) pane.toggleAttribute('inert', !pane.classList.contains('shown'));
+}
+
+/** The picture and the clocks share the width with the ranking, if there are any. */
+function arrange(): void {
+  const list = wallClocks();
+  clocks.show(list);
+  live.element.hidden = !live.ready;
+  beside.hidden = !live.ready && list.length === 0;
+  ranking.alone(beside.hidden);
 }
 
 function beat(): void {
-  const next = rotate(panes(), shown, performance.now(), held, live.lastHighlight);
-  if (next?.id !== shown?.id) show(next);
-  clocks.show(wallClocks());
+  arrange();
+  show(turned(shown, ranking.count, performance.now(), held));
   const time = new Date();
   const paused = typeof info?.paused_unix_ms === 'number' && info.phase !== 'revealed';
   const of = info?.mode === 'official' ? `${paused ? 'paused' : PHASES[info.phase ?? 'closed']} · ` : '';
@@ -81,9 +79,7 @@ function beat(): void {
 }
 
 function skip(by: 1 | -1): void {
-  const list = panes();
-  const next = after(list, list.findIndex((pane) => pane.id === shown?.id), by);
-  if (next !== undefined) show({ id: next.id, since: performance.now() });
+  show({ page: (shown.page + by + ranking.count) % ranking.count, since: performance.now() });
 }
 
 function hold(): void {
@@ -105,7 +101,7 @@ function listen(): void {
     announcement: announced,
     connected: (yes) => { connected = yes; },
     world: (message) => { live.take(message); },
-    revoked: () => { token = null; readings.clear(); askToken('The token was revoked: the wall shows no official runs and no clocks.'); listen(); },
+    revoked: () => { token = null; readings.clear(); live.leave(); askToken('The token was revoked: the wall shows no official runs and no clocks.'); listen(); },
   }, token);
 }
 
@@ -158,7 +154,7 @@ function askToken(why = ''): void {
       listen();
       void readSessions();
     }, (failure: unknown) => {
-      error.textContent = failure instanceof ApiError ? `This token does not work: ${failure.message}.` : 'This is not a token.';
+      error.textContent = failure instanceof ApiError ? `${failure.message}.` : 'This page has an error.';
       field.select();
     });
   });
@@ -190,7 +186,7 @@ async function start(): Promise<void> {
   mainElement().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), paneArea, banner, help);
   document.addEventListener('keydown', onKey);
   document.addEventListener('pointermove', showHelp);
-  info = await getJson<CompetitionResponse>('/v1/competition');
+  [info, { tasks }] = await Promise.all([getJson<CompetitionResponse>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
   title.replaceChildren(name(info.name));
   ranking.show(await getJson<Board>('/v1/leaderboard'));
   getJson<{ announcements: Announcement[] }>('/v1/announcements').then(({ announcements }) => {

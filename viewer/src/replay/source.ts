@@ -1,4 +1,5 @@
 /** Loads replays from this server or from a local file. */
+import { isToken, NO_TOKEN, refusal } from '../net/token';
 import { type Recording, InvalidReplay, readRecording } from './recording';
 
 /** The server sent no file; `status` is 0 if it did not answer. */
@@ -14,7 +15,9 @@ export class ReplayUnavailable extends Error {
 /** A recording and its source: `run` is null for a local file; `bytes` has the downloaded file. */
 export interface Loaded { recording: Recording; run: string | null; file: string; bytes: Uint8Array<ArrayBuffer> | null }
 
-async function refused(response: Response): Promise<ReplayUnavailable> {
+async function refused(response: Response, token: string | null): Promise<ReplayUnavailable> {
+  const words = refusal(response.status, token);
+  if (words !== null) return new ReplayUnavailable(words, response.status);
   const problem: unknown = await response.json().catch(() => null);
   const detail = typeof problem === 'object' && problem !== null && 'detail' in problem && typeof problem.detail === 'string' ? problem.detail : '';
   return new ReplayUnavailable(detail || `The server answered ${response.status}.`, response.status);
@@ -50,9 +53,10 @@ async function read(bytes: Uint8Array, report: (words: string) => void): Promise
 /** Loads a run's replay from this server. */
 export async function fromServer(run: string, token: string | null, report: (words: string) => void): Promise<Loaded> {
   let bytes: Uint8Array<ArrayBuffer>;
+  if (token && !isToken(token)) throw new ReplayUnavailable(NO_TOKEN, 401);
   try {
     const response = await fetch(`/v1/runs/${encodeURIComponent(run)}/replay`, { headers: token ? { Authorization: `Bearer ${token}` } : {}, credentials: 'omit' });
-    if (!response.ok) throw await refused(response);
+    if (!response.ok) throw await refused(response, token);
     bytes = await readBody(response, report);
   } catch (error) {
     if (error instanceof ReplayUnavailable) throw error;

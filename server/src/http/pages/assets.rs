@@ -1,10 +1,9 @@
 //! The viewer's scripts and style sheets, embedded from `viewer/dist`, which `cargo xtask viewer` builds.
 
+use crate::http::coding::takes;
 use crate::problem::Problem;
 use axum::extract::Path;
-use axum::http::header::{
-    ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS,
-};
+use axum::http::header::{CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use palmares_protocol::Code;
@@ -113,30 +112,9 @@ fn bytes(file: EmbeddedFile) -> (StatusCode, Vec<u8>) {
     (StatusCode::OK, file.data.into_owned())
 }
 
-fn takes(headers: &HeaderMap, coding: &str) -> bool {
-    let codings = headers.get_all(ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
-    codings.flat_map(|value| value.split(',')).any(|taken| {
-        let mut parts = taken.split(';').map(str::trim);
-        let no = |q: &str| q.strip_prefix("q=").is_some_and(|q| q.parse() == Ok(0.0));
-        parts.next().is_some_and(|name| name.eq_ignore_ascii_case(coding)) && !parts.any(no)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn compressed_files_are_for_clients_that_accept_them() {
-        let taken = |value: &'static str| {
-            let headers = [(ACCEPT_ENCODING, HeaderValue::from_static(value))].into_iter().collect();
-            CODINGS.map(|(coding, _)| takes(&headers, coding))
-        };
-        assert_eq!(taken("gzip, deflate, br"), [true, true]);
-        assert_eq!(taken("br;q=0.000, GZIP;q=0.8"), [false, true]);
-        assert_eq!(taken("br, gzip;q=0"), [true, false]);
-        assert!(!takes(&HeaderMap::new(), "gzip"));
-    }
 
     #[test]
     fn the_files_of_every_page_are_there() {
@@ -144,7 +122,7 @@ mod tests {
             println!("skipped: built without the viewer");
             return;
         }
-        for page in ["leaderboard", "live", "replay", "wall", "admin", "docs"] {
+        for page in ["leaderboard", "live", "replay", "team", "wall", "admin", "docs"] {
             let files = files_of(page).expect(page);
             let all = files.styles.iter().chain(&files.preload).chain([&files.script]);
             for address in all {

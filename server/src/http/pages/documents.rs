@@ -3,13 +3,13 @@
 use super::leaderboard::PLAIN;
 use super::shell::{Page, respond};
 use crate::competition::Competition;
-use crate::documents::{self, Document, Group, Hit, ROOT, library};
+use crate::documents::{self, Document, Found, Group, Hit, ROOT, library};
+use crate::http::coding::takes;
 use crate::http::extract::{Path, Query};
 use crate::problem::Problem;
 use axum::extract::State;
 use axum::http::header::{
-    ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, VARY,
-    X_CONTENT_TYPE_OPTIONS,
+    CACHE_CONTROL, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse, Redirect, Response};
@@ -61,7 +61,7 @@ pub(in crate::http) async fn search(
     State(competition): State<Arc<Competition>>,
     Query(Words { q }): Query<Words>,
 ) -> Response {
-    page("Search", results(&q, &documents::search(library(), &q)), &competition)
+    page("Search", results(&q, &documents::search(&q)), &competition)
 }
 
 /// `GET /docs/files/{path}`.
@@ -70,11 +70,7 @@ pub(in crate::http) async fn file(Path(path): Path, headers: HeaderMap) -> Respo
         let message = format!("no file {} in the documents", shortened(&path));
         return Problem::new(Code::NotFound, message).into_response();
     };
-    let takes_gzip = headers.get_all(ACCEPT_ENCODING).iter().any(|value| {
-        let codings = value.to_str().unwrap_or_default().split(',');
-        codings.map(str::trim).any(|coding| coding.eq_ignore_ascii_case("gzip"))
-    });
-    let mut response = if file.packed && takes_gzip {
+    let mut response = if file.packed && takes(&headers, "gzip") {
         ([(CONTENT_ENCODING, "gzip")], file.kept).into_response()
     } else {
         file.bytes().into_owned().into_response()
@@ -157,32 +153,56 @@ fn contents(document: &Document) -> Markup {
     }
 }
 
-fn results(words: &str, hits: &[Hit<'_>]) -> Markup {
+/// Documents that a reader is sent to who found nothing.
+const BEGINNINGS: usize = 6;
+
+fn results(words: &str, found: &Found<'_>) -> Markup {
     html! {
         (search_form(words))
         article.document {
             h1 { "Search" }
             div id="results" {
-                @if words.trim().is_empty() {
-                    p role="status" { "Type words: the search finds sections with all of them." }
-                } @else {
-                    p role="status" {
-                        @match hits.len() {
-                            0 => { "No section has all of these words." }
-                            1 => { "1 section." }
-                            documents::MOST => { "The best " (documents::MOST) " sections." }
-                            count => { (count) " sections." }
+                p role="status" { (told(words, found)) }
+                @if found.hits.is_empty() {
+                    p { "Begin with one of these:" }
+                    ul {
+                        @for document in library().documents.iter().filter(|one| one.group() == Group::Guides).take(BEGINNINGS) {
+                            li { a href=(document.address) { (document.title) } }
                         }
                     }
                 }
-                ol.hits { @for hit in hits { (found(hit)) } }
+                ol.hits { @for hit in &found.hits { (shown_hit(hit)) } }
             }
         }
         (list(None))
     }
 }
 
-fn found(hit: &Hit<'_>) -> Markup {
+/// What the search did, in words.
+fn told(words: &str, found: &Found<'_>) -> Markup {
+    let count = found.hits.len();
+    html! {
+        @if words.trim().is_empty() {
+            "Type words: the search finds sections with them, titles first."
+        } @else if found.hits.is_empty() {
+            "No section has any of these words. Try others, or fewer letters."
+        } @else {
+            @if let Some(spelt) = &found.corrected {
+                "No document has the words as you wrote them. Did you mean "
+                a href=(format!("/docs/search?q={}", spelt.replace(' ', "+"))) { (spelt) }
+                "? "
+            }
+            @if !found.complete { "No section has all of these words. These have most of them: " }
+            @match count {
+                1 => { "1 section." }
+                documents::MOST => { "The best " (documents::MOST) " sections." }
+                count => { (count) " sections." }
+            }
+        }
+    }
+}
+
+fn shown_hit(hit: &Hit<'_>) -> Markup {
     let id = hit.heading.map(|heading| heading.id.as_str());
     html! {
         li {

@@ -18,6 +18,7 @@ use axum::response::{IntoResponse, Response};
 use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 use std::sync::{Arc, LazyLock};
 
 /// Address of the style sheet for a server without its viewer.
@@ -137,7 +138,7 @@ fn table(shown: &Shown<'_>) -> Markup {
                     @for row in shown.rows {
                         tr {
                             td.n.rank { (row.rank) }
-                            th scope="row" { (name(&row.team)) }
+                            th scope="row" { a.team href=(address_of(&row.team)) { (name(&row.team)) } }
                             td.n.total { (points(row.total)) }
                             @for task in &columns { (cell(task, row.tasks.get(*task), shown.replays)) }
                             td.n data-label="Sensors" {
@@ -180,6 +181,21 @@ fn mark(status: &str) -> &'static str {
 fn points(score: f64) -> String {
     // Adding zero turns −0 into 0.
     format!("{:.1}", score + 0.0).replace('-', "−")
+}
+
+/// The address of a team's page.
+fn address_of(team: &str) -> String {
+    let mut address = String::from("/teams/");
+    for byte in team.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' => address.push(char::from(byte)),
+            // A string takes everything.
+            byte => {
+                let _ = write!(address, "%{byte:02X}");
+            }
+        }
+    }
+    address
 }
 
 /// A name with an isolated direction of writing, and with invisible characters escaped.
@@ -245,6 +261,12 @@ mod tests {
         let page = shown(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t", None);
         assert!(page.contains("&lt;script&gt;alert('x')&lt;/script&gt;&quot;&amp;"));
         assert!(!page.contains("<script"));
+    }
+
+    #[test]
+    fn a_name_leads_to_the_page_of_the_team() {
+        let page = shown(&[row("a/b ü?")], &["balls"], "h", "t", None);
+        assert!(page.contains("href=\"/teams/a%2Fb%20%C3%BC%3F\"><bdi>a/b ü?</bdi></a>"), "{page}");
     }
 
     #[test]

@@ -83,6 +83,14 @@ pub(super) async fn hand(
     page("hands", "Hands", &name, &competition)
 }
 
+/// `GET /teams/{name}`.
+pub(super) async fn team(
+    State(competition): State<Arc<Competition>>,
+    Path(name): Path<String>,
+) -> impl IntoResponse {
+    page("team", "Team", &name, &competition)
+}
+
 /// `GET /wall`.
 pub(super) async fn wall(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
     page("wall", "Wall", "", &competition)
