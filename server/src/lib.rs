@@ -19,6 +19,7 @@ mod lifecycle;
 mod logging;
 mod metrics;
 mod names;
+mod new_keys;
 mod objects;
 mod private_files;
 mod problem;
@@ -41,5 +42,6 @@ mod world;
 
 pub use app::serve;
 pub use config::{ServeOptions, hand_limits};
+pub use new_keys::{NewKeys, new_keys};
 pub use restore::restore;
 pub use version::own as version;

@@ -12,6 +12,7 @@ use prometheus_client::registry::{Registry, Unit};
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
+use strum::IntoEnumIterator;
 
 /// The metrics of the process.
 pub(crate) static METRICS: LazyLock<Metrics> = LazyLock::new(Metrics::new);
@@ -116,6 +117,10 @@ impl Metrics {
             uploads_waiting: Gauge::default(),
             upload_failures: Counter::default(),
         };
+        // A counter that appears with its first event has no increase then: an alert would miss it.
+        for code in Code::iter() {
+            drop(metrics.refusals.get_or_create(&CodeLabel { code: code.name() }));
+        }
         let mut registry = Registry::with_prefix("palmares");
         registry.register("ticks", "Ticks that were stepped", metrics.ticks.clone());
         let compute = "How long ticks computed, recording included";

@@ -1,7 +1,7 @@
 //! Builds the parts of the server from its configuration.
 
 use crate::archive::{Archive, Keys};
-use crate::auth::{self, Role};
+use crate::auth::{self, Role, Token};
 use crate::backup;
 use crate::clock::SessionClocks;
 use crate::competition::Competition;
@@ -13,7 +13,8 @@ use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
 use crate::objects::Objects;
-use crate::rules::{Rules, write_secret};
+use crate::private_files::{read_secret, write_secret};
+use crate::rules::Rules;
 use crate::session::Sessions;
 use crate::state::AppState;
 use crate::store::{Host, NewAuditEntry, Store};
@@ -28,6 +29,7 @@ use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions, Loaded};
 use palmares_tasks::{Task, inspect, task};
 use std::num::NonZero;
+use std::path::Path;
 use std::sync::Arc;
 
 /// The requests that the server accepts, by the names under which it is served.
@@ -188,8 +190,17 @@ async fn archive(
     Ok(Some(Arc::new(archive)))
 }
 
-/// Creates an organizer's token in the data directory, if the database has no organizer.
+/// Lets the first organizer in. The token is that of the configured file, which all hosts of a fleet have; without one the server makes a
+/// token in the data directory, if the database has no organizer.
 async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
+    let what = |path: &Path| format!("organizer's token {}", path.display());
+    if let Some(path) = &config.organizer_token
+        && let Some(text) = read_secret(path).with_context(|| what(path))?
+    {
+        let token = Token::parse(text.trim());
+        let token = token.with_context(|| format!("{}: expected a token, plm_…", what(path)))?;
+        return auth::admit_organizer(store, &token, "organizer_token").await.with_context(|| what(path));
+    }
     if store.has_organizer().await? {
         return Ok(());
     }
@@ -200,11 +211,10 @@ async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
         reason: Some("first start"),
     };
     let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &entry).await?;
-    let path = config.data_dir.join("organizer.token");
+    let path = config.organizer_token_file();
     // A file for an earlier database is useless.
     let _ = std::fs::remove_file(&path);
-    write_secret(&path, &token.reveal())
-        .with_context(|| format!("cannot write the organizer's token to {}", path.display()))
+    write_secret(&path, &token.reveal()).with_context(|| format!("{}: cannot be written", what(&path)))
 }
 
 /// The items with the configured names; all without a configuration.
