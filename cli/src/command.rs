@@ -1,10 +1,13 @@
 //! The commands of `palmares`.
 
+use crate::environment::without_empty_variables;
 use crate::server::{self, ServeOptions};
 use crate::task::TaskCommand;
-use crate::{admin, health, list, render, replay, schema, verify};
-use clap::{Parser, Subcommand};
+use crate::{admin, health, keys, list, render, replay, schema, verify};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use palmares_hand_tools::HandCommand;
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
@@ -81,6 +84,17 @@ enum Command {
     /// organizer.token. Lists are tables, or JSON with --json; other output is JSON. The guide: docs/organizers.md.
     #[command(after_help = ADMIN_HELP)]
     Admin(admin::AdminOptions),
+    /// Make the secrets of a competition before its first start, for several hosts or a container
+    ///
+    /// Makes seed.secret, signing.key and organizer.token in a new or empty folder, and prints what to publish. A server alone makes them by
+    /// itself.
+    Keys {
+        /// The folder
+        folder: PathBuf,
+        /// Give folder and files to this account, a number, such as 10001 of the container; needs root
+        #[arg(long, value_name = "UID")]
+        owner: Option<u32>,
+    },
     /// List the built-in hands
     Hands {
         /// Print one JSON list: name, joints, motors, sources, result in the task grasp
@@ -131,11 +145,20 @@ enum Command {
 }
 
 impl Cli {
+    /// Reads the arguments, the first of which is the program's name, and the environment. Ends the process if they are not valid.
+    pub(crate) fn read(arguments: impl IntoIterator<Item = OsString>) -> Self {
+        let mut command = without_empty_variables(Self::command());
+        let read = command.try_get_matches_from_mut(arguments);
+        let read = read.and_then(|found| Self::from_arg_matches(&found).map_err(|e| e.format(&mut command)));
+        read.unwrap_or_else(|error| error.exit())
+    }
+
     /// Runs the command. The caller prints an error; the exit code is for a failure that is reported already.
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Serve(options) => return server::serve(&options),
             Command::Admin(options) => admin::admin(&options)?,
+            Command::Keys { folder, owner } => keys::keys(&folder, owner)?,
             Command::Hands { json } => list::hands(json)?,
             Command::Tasks => list::tasks()?,
             Command::Objects => list::objects()?,

@@ -22,7 +22,7 @@ pub(crate) struct HealthOptions {
     #[arg(long, value_name = "ADDRESS:PORT", env = "PALMARES_LISTEN", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
 
-    /// A file with certificates (PEM) of authorities that are trusted in addition to the system's, for https
+    /// A file with certificates (PEM) that are trusted in addition to the system's, for https: of an authority, or the server's own
     #[arg(long, value_name = "FILE", env = "PALMARES_CA")]
     ca: Option<PathBuf>,
 }
@@ -45,7 +45,7 @@ pub(crate) fn health(options: &HealthOptions) -> anyhow::Result<()> {
         .http_status_as_error(false)
         .max_redirects(0)
         .proxy(None);
-    let agent: ureq::Agent = http::for_url(config, &options.url(), options.ca.as_deref())?.build().into();
+    let agent = http::agent(config, &options.url(), options.ca.as_deref())?;
     let address = format!("{}/readyz", options.url());
     let mut answer = agent.get(&address).call().map_err(|error| unreachable(&address, &error))?;
     let status = answer.status();

@@ -1,26 +1,32 @@
-//! Requests over HTTP, or over TLS with the system's certificate authorities and those of `--ca`.
+//! Requests over HTTP, or over TLS with the system's certificate authorities and the certificates of `--ca`.
+
+mod tls;
 
 use anyhow::{Context, anyhow, ensure};
-use rustls::crypto::ring;
+use rustls::pki_types::CertificateDer;
+use rustls::pki_types::pem::PemObject;
 use std::io::{self, ErrorKind};
 use std::path::Path;
-use std::sync::Arc;
 use ureq::config::ConfigBuilder;
-use ureq::tls::{Certificate, PemItem, RootCerts, TlsConfig, parse_pem};
 use ureq::typestate::AgentScope;
 
-/// The configuration of an agent for this URL.
-pub(crate) fn for_url(
+/// An agent with this configuration, for this URL.
+pub(crate) fn agent(
     config: ConfigBuilder<AgentScope>,
     url: &str,
     ca: Option<&Path>,
-) -> anyhow::Result<ConfigBuilder<AgentScope>> {
+) -> anyhow::Result<ureq::Agent> {
     let secure = url.starts_with("https://");
     ensure!(
         secure || url.starts_with("http://"),
         "--url {url}: expected http://HOST:PORT or https://HOST:PORT"
     );
-    Ok(if secure { config.tls_config(tls(ca)?) } else { config })
+    let config = config.build();
+    if !secure {
+        return Ok(config.into());
+    }
+    let named = ca.map(certificates).transpose()?.unwrap_or_default();
+    tls::agent(config, named)
 }
 
 /// The reason why a request got no response, and what helps.
@@ -38,48 +44,31 @@ pub(crate) fn unreachable(address: &str, error: &ureq::Error) -> anyhow::Error {
     anyhow!("{address}: {error}; {help}")
 }
 
-/// The settings of an HTTPS client.
-fn tls(ca: Option<&Path>) -> anyhow::Result<TlsConfig> {
-    // A system without authorities is no error as long as --ca names one.
-    let system = rustls_native_certs::load_native_certs().certs;
-    let mut roots: Vec<Certificate<'static>> =
-        system.iter().map(|certificate| Certificate::from_der(certificate).to_owned()).collect();
-    if let Some(path) = ca {
-        roots.extend(authorities(path)?);
-    }
-    ensure!(
-        !roots.is_empty(),
-        "this machine has no certificate authorities; install them (Debian: ca-certificates), or name a file with --ca"
-    );
-    // An error means that there is a provider already.
-    let _ = ring::default_provider().install_default();
-    Ok(TlsConfig::builder().root_certs(RootCerts::Specific(Arc::new(roots))).build())
-}
-
 /// The certificates of a PEM file.
-fn authorities(path: &Path) -> anyhow::Result<Vec<Certificate<'static>>> {
+fn certificates(path: &Path) -> anyhow::Result<Vec<CertificateDer<'static>>> {
     let bytes = std::fs::read(path).with_context(|| format!("--ca {}: cannot be read", path.display()))?;
-    let mut found = Vec::new();
-    for item in parse_pem(&bytes) {
-        if let PemItem::Certificate(certificate) =
-            item.with_context(|| format!("--ca {}: not a PEM file", path.display()))?
-        {
-            found.push(certificate);
-        }
-    }
+    let found: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&bytes).collect();
+    let found = found.with_context(|| format!("--ca {}: not a PEM file", path.display()))?;
     ensure!(!found.is_empty(), "--ca {}: there is no certificate in it (PEM)", path.display());
     Ok(found)
 }
 
 /// Advice for an error of a TLS connection.
 fn help(error: &io::Error) -> &'static str {
-    use rustls::CertificateError::{NotValidForName, NotValidForNameContext};
+    use rustls::CertificateError::{
+        Expired, ExpiredContext, NotValidForName, NotValidForNameContext, NotValidYet, NotValidYetContext,
+    };
     use rustls::Error::{InvalidCertificate, InvalidMessage};
     match error.get_ref().and_then(|inner| inner.downcast_ref()) {
         Some(InvalidCertificate(NotValidForName | NotValidForNameContext { .. })) => {
             "the certificate is for another name than that of --url"
         }
-        Some(InvalidCertificate(_)) => "--ca names a file with the certificate of an authority to trust",
+        Some(InvalidCertificate(
+            Expired | ExpiredContext { .. } | NotValidYet | NotValidYetContext { .. },
+        )) => "the server needs a certificate of today; is this machine's clock right?",
+        Some(InvalidCertificate(_)) => {
+            "--ca names a file with the certificate of an authority to trust, or with the server's own"
+        }
         Some(InvalidMessage(_)) => "is there a server without TLS? --url http://… reaches it",
         _ => "the connection is broken",
     }

@@ -2,8 +2,10 @@
 
 mod admin;
 mod command;
+mod environment;
 mod health;
 mod http;
+mod keys;
 mod list;
 mod progress;
 mod render;
@@ -13,7 +15,6 @@ mod server;
 mod task;
 mod verify;
 
-use clap::Parser;
 use palmares_protocol::reply::ServerInfo;
 use std::ffi::OsString;
 use std::io::Write;
@@ -27,7 +28,7 @@ pub fn version() -> ServerInfo {
 /// Runs the command of these arguments, the first of which is the program's name. Prints errors; ends the process if the arguments are
 /// not valid.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    match command::Cli::parse_from(arguments).run() {
+    match command::Cli::read(arguments).run() {
         Ok(code) => code,
         Err(error) => {
             // The reader of the output, such as `head`, has closed it: no failure, and nothing to print.

@@ -26,7 +26,7 @@ mod linked {
     use palmares_server::schema;
     use serde_json::Value;
 
-    pub(crate) use palmares_server::{ServeOptions, hand_limits, restore, serve, version};
+    pub(crate) use palmares_server::{ServeOptions, hand_limits, new_keys, restore, serve, version};
 
     pub(crate) fn schema(description: Description) -> anyhow::Result<Value> {
         Ok(match description {
@@ -66,6 +66,10 @@ mod missing {
 
     pub(crate) fn serve(_: &ServeOptions) -> anyhow::Result<ExitCode> {
         Err(refused("palmares serve"))
+    }
+
+    pub(crate) fn new_keys(_: &Path, _: Option<u32>) -> anyhow::Result<Value> {
+        Err(refused("palmares keys"))
     }
 
     pub(crate) fn restore(_: &Path, _: &Path, _: Option<&str>, _: bool) -> anyhow::Result<Vec<String>> {

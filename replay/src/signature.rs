@@ -4,9 +4,9 @@ use crate::lower_hex::from_hex;
 use ed25519_dalek::{Signature, Signer as _, SigningKey, VerifyingKey};
 use std::fmt::{self, Display, Formatter};
 use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 #[cfg(unix)]
-use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -16,7 +16,7 @@ const CONTEXT: &[u8] = b"palmares replay 1\0";
 /// Reason why there is no key.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyError {
-    /// The file cannot be read or created.
+    /// The file cannot be created.
     #[error("signing key {}: {source}", path.display())]
     File {
         /// The file.
@@ -24,20 +24,9 @@ pub enum KeyError {
         /// Error of the system.
         source: std::io::Error,
     },
-    /// Others may read the file.
-    #[error("signing key {}: its mode is {mode:o}, others may read it; do `chmod 600` and consider a new key", path.display())]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// Its permissions.
-        mode: u32,
-    },
     /// Not a key.
-    #[error("signing key {}: expected 64 lower-case hexadecimal digits", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("expected 64 lower-case hexadecimal digits")]
+    Content,
     /// The system has no randomness.
     #[error("no randomness for a signing key: {0}")]
     Randomness(#[from] getrandom::Error),
@@ -55,28 +44,6 @@ impl fmt::Debug for Signer {
 }
 
 impl Signer {
-    /// Reads the key of a file; None if the file is missing.
-    ///
-    /// # Errors
-    /// The file cannot be read, holds something else, or others may read it. Only Unix files have such a mode.
-    pub fn read(path: &Path) -> Result<Option<Self>, KeyError> {
-        let failed = |source| KeyError::File { path: path.to_owned(), source };
-        let text = match std::fs::read_to_string(path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            text => text.map_err(failed)?,
-        };
-        #[cfg(unix)]
-        {
-            let mode = std::fs::metadata(path).map_err(failed)?.permissions().mode() & 0o777;
-            if mode & 0o077 != 0 {
-                return Err(KeyError::Open { path: path.to_owned(), mode });
-            }
-        }
-        let secret = from_hex::<32>(text.trim_end());
-        let secret = secret.ok_or_else(|| KeyError::Content { path: path.to_owned() })?;
-        Ok(Some(Signer(SigningKey::from_bytes(&secret))))
-    }
-
     /// Writes a new key to a new file, readable by its owner only.
     ///
     /// # Errors
@@ -113,6 +80,15 @@ impl Signer {
     /// 128 hexadecimal digits.
     pub(crate) fn sign(&self, digest: &[u8; 32]) -> String {
         hex::encode(self.0.sign(&message(digest)).to_bytes())
+    }
+}
+
+impl FromStr for Signer {
+    type Err = KeyError;
+    /// The key with this text, that of its file.
+    fn from_str(text: &str) -> Result<Self, KeyError> {
+        let secret = from_hex::<32>(text.trim_end()).ok_or(KeyError::Content)?;
+        Ok(Signer(SigningKey::from_bytes(&secret)))
     }
 }
 

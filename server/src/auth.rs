@@ -4,7 +4,7 @@
 //! so that a copy of the database gives no access.
 
 use crate::store::{NewAuditEntry, NewToken, Store, StoreError};
-use anyhow::Context;
+use anyhow::{Context, bail};
 use axum::http::HeaderMap;
 use axum::http::header::{AUTHORIZATION, SEC_WEBSOCKET_PROTOCOL};
 use palmares_protocol::{Code, Refusal};
@@ -84,7 +84,7 @@ impl Token {
         (same & Choice::from(u8::from(stored.is_some()))).into()
     }
 
-    fn parse(text: &str) -> Option<Token> {
+    pub(crate) fn parse(text: &str) -> Option<Token> {
         let (id, secret) = text.strip_prefix(PREFIX)?.strip_prefix('_')?.split_once('_')?;
         let hex = |part: &str, digits| part.len() == digits && part.bytes().all(|b| b.is_ascii_hexdigit());
         (hex(id, ID_DIGITS) && hex(secret, SECRET_DIGITS))
@@ -261,6 +261,42 @@ pub(crate) async fn add(
     let secret_hash = token.secret_hash();
     let row = NewToken { token_id: &token.id, role: role.word(), team, label, secret_hash: &secret_hash };
     store.add_token(&row, only, entry).await
+}
+
+/// Stores an organizer's token that was made elsewhere, unless it is stored already. Several servers may do so at once.
+///
+/// # Errors
+/// The token's id is that of another token, or the database failed.
+pub(crate) async fn admit_organizer(store: &Store, token: &Token, label: &str) -> anyhow::Result<()> {
+    let secret_hash = token.secret_hash();
+    let row = NewToken {
+        token_id: &token.id,
+        role: Role::Organizer.word(),
+        team: None,
+        label,
+        secret_hash: &secret_hash,
+    };
+    let entry =
+        NewAuditEntry { actor: "server", action: "token.issue", subject: "organizer", reason: Some(label) };
+    let mut stored = store.token(&token.id).await?;
+    if stored.is_none() {
+        let added = store.add_token(&row, false, &entry).await;
+        // Another server may have been quicker.
+        stored = store.token(&token.id).await?;
+        if stored.is_none() {
+            added?;
+        }
+    }
+    match stored {
+        Some(row) if row.role != Role::Organizer.word() || !token.has_hash(Some(&row.secret_hash)) => {
+            bail!("its id {} is that of another token", token.id)
+        }
+        Some(row) if row.revoked_unix_ms.is_some() => {
+            tracing::warn!(id = token.id, "the organizer's token of the file is revoked");
+            Ok(())
+        }
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]

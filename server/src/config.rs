@@ -21,8 +21,11 @@ use std::time::Duration;
 /// Default cost of an official reset, s: it limits how many scenes a team can look at.
 const RESET_COST_S: f64 = 10.0;
 
-/// File of the signing key in the data directory, unless the configuration names another.
+/// Files of the data directory, unless the configuration names others: the source of the seeds, the key that signs replays, and the
+/// first organizer's token.
+pub(crate) const SEED_SECRET_FILE: &str = "seed.secret";
 pub(crate) const SIGNING_KEY_FILE: &str = "signing.key";
+pub(crate) const ORGANIZER_TOKEN_FILE: &str = "organizer.token";
 
 /// Options of `palmares serve`. Each can also be set by the environment variable shown with it, and most in the file of
 /// --config. An option overrides the environment, which overrides the file.
@@ -203,6 +206,8 @@ pub(crate) struct Config {
     pub(crate) seed_secret: PathBuf,
     /// File of the key that signs replays.
     pub(crate) signing_key: PathBuf,
+    /// File of the first organizer's token, if it is not in the data directory.
+    pub(crate) organizer_token: Option<PathBuf>,
     /// Whether another signing key replaces the expected one.
     pub(crate) replace_signing_key: bool,
     /// Whether practice runs are not recorded.
@@ -225,6 +230,11 @@ impl Config {
     /// The file of the settings, for messages.
     pub(crate) fn place(&self) -> String {
         self.file.as_ref().map_or_else(|| "the options".into(), |path| path.display().to_string())
+    }
+
+    /// The file of the first organizer's token.
+    pub(crate) fn organizer_token_file(&self) -> PathBuf {
+        self.organizer_token.clone().unwrap_or_else(|| self.data_dir.join(ORGANIZER_TOKEN_FILE))
     }
 }
 
@@ -299,8 +309,9 @@ impl ServeOptions {
             allowed_hosts: both(&self.allowed_hosts, &file.allowed_hosts),
             allowed_origins: both(&self.allowed_origins, &file.allowed_origins),
             trusted_proxies: self.trusted_proxies.iter().chain(&file.trusted_proxies).copied().collect(),
-            seed_secret: key(&file.seed_secret, "seed.secret"),
+            seed_secret: key(&file.seed_secret, SEED_SECRET_FILE),
             signing_key: key(&file.signing_key, SIGNING_KEY_FILE),
+            organizer_token: file.organizer_token.as_ref().map(inside),
             replace_signing_key: self.replace_signing_key,
             no_replays: self.no_replays,
             practice_replays_mb: self.practice_replays_mb,

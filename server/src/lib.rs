@@ -20,6 +20,7 @@ mod lifecycle;
 mod logging;
 mod metrics;
 mod names;
+mod new_keys;
 mod objects;
 mod private_files;
 mod problem;
@@ -43,6 +44,7 @@ mod world;
 
 pub use app::serve;
 pub use config::{ServeOptions, hand_limits};
+pub use new_keys::{NewKeys, new_keys};
 pub use restore::restore;
 pub use store::runs_in;
 pub use version::own as version;

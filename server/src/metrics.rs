@@ -13,6 +13,7 @@ use prometheus_client::registry::{Registry, Unit};
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
+use strum::IntoEnumIterator;
 
 /// The metrics of the process.
 pub(crate) static METRICS: LazyLock<Metrics> = LazyLock::new(Metrics::new);
@@ -121,6 +122,10 @@ impl Metrics {
             data_free: Gauge::default(),
             data_size: Gauge::default(),
         };
+        // A counter that appears with its first event has no increase then: an alert would miss it.
+        for code in Code::iter() {
+            drop(metrics.refusals.get_or_create(&CodeLabel { code: code.name() }));
+        }
         let mut registry = Registry::with_prefix("palmares");
         registry.register("ticks", "Ticks that were stepped", metrics.ticks.clone());
         let compute = "How long ticks computed, recording included";

@@ -1,8 +1,11 @@
-//! The files of the data directory: only the server's account can read them. They hold official seeds, keys and tokens.
+//! Files that other accounts must not read: those of the data directory, and secrets. They hold official seeds, keys and tokens.
+
+mod access;
 
 use crate::stored_path::{HANDS, REPLAYS};
+pub(crate) use access::read_secret;
 use std::fs::{self, DirBuilder, File, Permissions};
-use std::io;
+use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
@@ -43,6 +46,17 @@ pub(crate) fn open_or_make(path: &Path) -> io::Result<File> {
 /// Opens a file that only its owner can read, empty.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
     File::options().create(true).write(true).truncate(true).mode(FILE_MODE).open(path)
+}
+
+/// Writes a new file that only its owner can read.
+pub(crate) fn write_secret(path: &Path, text: &str) -> io::Result<()> {
+    let mut file = File::options().write(true).create_new(true).mode(FILE_MODE).open(path)?;
+    let written = writeln!(file, "{text}").and_then(|()| file.sync_all());
+    if written.is_err() {
+        // A part of a secret would keep the next start from making a whole one.
+        let _ = fs::remove_file(path);
+    }
+    written
 }
 
 /// Withdraws the access of other accounts to the server's files in a data directory, which an earlier version or a copy may have

@@ -2,14 +2,13 @@
 
 use crate::auth::sha256_hex;
 use crate::config::{CompetitionMode, Config};
+use crate::private_files;
 pub(crate) use crate::store::CompetitionPhase;
 use crate::store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Seed;
 use std::fmt;
-use std::io::{ErrorKind, Write};
-use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -32,14 +31,7 @@ impl SeedSecret {
     /// Reads the secret from a file; None if the file is missing.
     fn read(path: &Path) -> anyhow::Result<Option<Self>> {
         let what = || format!("seed secret {}", path.display());
-        let text = match std::fs::read_to_string(path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            text => text.with_context(what)?,
-        };
-        let mode = std::fs::metadata(path).with_context(what)?.permissions().mode() & 0o777;
-        if mode & 0o077 != 0 {
-            bail!("{}: its mode is {mode:o}, others may read it; do `chmod 600`", what());
-        }
+        let Some(text) = private_files::read_secret(path).with_context(what)? else { return Ok(None) };
         let mut bytes = [0; SECRET_BYTES];
         hex::decode_to_slice(text.trim_end(), &mut bytes)
             .with_context(|| format!("{}: expected 64 hexadecimal digits", what()))?;
@@ -47,10 +39,11 @@ impl SeedSecret {
     }
 
     /// Writes a new secret to a new file, readable by its owner only.
-    fn create(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn create(path: &Path) -> anyhow::Result<Self> {
         let mut bytes = [0; SECRET_BYTES];
         getrandom::fill(&mut bytes).context("no randomness for the seed secret")?;
-        write_secret(path, &hex::encode(bytes)).with_context(|| format!("seed secret {}", path.display()))?;
+        private_files::write_secret(path, &hex::encode(bytes))
+            .with_context(|| format!("seed secret {}", path.display()))?;
         Ok(SeedSecret(bytes))
     }
 
@@ -80,17 +73,6 @@ impl SeedSecret {
     pub(crate) fn sha256(&self) -> String {
         sha256_hex(&self.0)
     }
-}
-
-/// Writes a new file that only its owner can read.
-pub(crate) fn write_secret(path: &Path, text: &str) -> std::io::Result<()> {
-    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?;
-    let written = writeln!(file, "{text}").and_then(|()| file.sync_all());
-    if written.is_err() {
-        // A part of a secret would keep the next start from making a whole one.
-        let _ = std::fs::remove_file(path);
-    }
-    written
 }
 
 /// The rules and the state.
@@ -234,6 +216,7 @@ fn fits(change: CompetitionChange, state: CompetitionState, open: i64) -> Result
 mod tests {
     use super::*;
     use crate::store::{Host, Location};
+    use std::os::unix::fs::PermissionsExt;
 
     #[test]
     fn a_command_fits_the_state_or_says_why_not() {
@@ -284,7 +267,8 @@ mod tests {
         let mode = std::fs::metadata(&path).expect("file").permissions().mode() & 0o777;
         assert_eq!(mode, 0o600);
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o644)).expect("chmod");
-        let error = SeedSecret::open(&path, &store).await.expect_err("open to others").to_string();
+        let error = SeedSecret::open(&path, &store).await.expect_err("open to others");
+        let error = format!("{error:#}");
         assert!(error.contains("chmod 600"), "{error}");
         // The database expects this one: it is not made anew.
         std::fs::remove_file(&path).expect("removed");

@@ -212,30 +212,23 @@ fn proxies_pass_nothing_on_that_is_for_other_hosts() {
             assert_eq!(proxy.status(path), 403, "{program} {path}");
         }
     }
-    // An ingress sends both to a service without pods.
-    let manifests = fs::read_to_string(deploy().join("kubernetes/palmares.yaml")).expect("reads");
-    for path in ["/v1/internal\n            pathType: Prefix", "/metrics\n            pathType: Exact"] {
-        let backend = "            backend:\n              service: {name: palmares-nowhere,";
-        let rule = format!("- path: {path}\n{backend}");
-        assert!(manifests.contains(&rule), "no rule\n{rule}");
-    }
-    let nowhere = manifests.split("---").find(|part| part.contains("  name: palmares-nowhere\n"));
-    assert!(nowhere.is_some_and(|service| !service.contains("selector")), "it has no pods");
 }
 
 #[test]
 fn prometheus_accepts_the_alerts() {
     accepts("promtool", &["check", "rules"], &deploy().join("monitoring/alerts.yaml"));
     accepts("promtool", &["check", "config"], &deploy().join("monitoring/prometheus.yaml"));
+    let played = Path::new(env!("CARGO_MANIFEST_DIR")).join("source/alerts.test.yaml");
+    accepts("promtool", &["test", "rules"], &played);
+    // Every alert fires in a test, and is silent in one.
+    let (alerts, played) =
+        (deploy().join("monitoring/alerts.yaml"), fs::read_to_string(played).expect("reads"));
+    let alerts = fs::read_to_string(alerts).expect("reads");
+    for alert in alerts.lines().filter_map(|line| line.trim().strip_prefix("- alert: ")) {
+        assert!(played.contains(&format!("- alertname: {alert}\n")), "{alert} never fires");
+        assert!(played.contains(&format!("- {{alertname: {alert}, ")), "{alert} is never silent");
+    }
     let dashboard = fs::read_to_string(deploy().join("monitoring/dashboard.json")).expect("reads");
     let dashboard: serde_json::Value = serde_json::from_str(&dashboard).expect("JSON");
     assert!(dashboard["panels"].as_array().is_some_and(|panels| panels.len() > 8));
-}
-
-#[test]
-fn kubectl_reads_the_manifests() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::copy(deploy().join("kubernetes/palmares.yaml"), folder.path().join("palmares.yaml")).expect("copies");
-    fs::write(folder.path().join("kustomization.yaml"), "resources: [palmares.yaml]\n").expect("writes");
-    accepts("kubectl", &["kustomize"], folder.path());
 }

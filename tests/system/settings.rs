@@ -1,6 +1,6 @@
-//! The file of --config: settings with which no server starts.
+//! The file of --config: settings with which no server starts. The environment: empty variables.
 
-use crate::harness::{RULES, program};
+use crate::harness::{Official, RULES, Server, get, program};
 use std::process::Command;
 use tempfile::TempDir;
 
@@ -89,4 +89,33 @@ fn a_task_that_nobody_could_play_is_refused() {
     let said = refused(&rules);
     assert!(said.contains("competition.toml: hands: `softhand` cannot be played in every task"), "{said}");
     assert!(said.contains("task `buried`: where the hand starts"), "{said}");
+}
+
+/// The environment variables that the help of a command names.
+fn variables(command: &[&str]) -> Vec<String> {
+    let help = Command::new(program()).args(command).arg("--help").output().expect("palmares runs");
+    let help = String::from_utf8(help.stdout).expect("UTF-8");
+    let named = help.split("[env: ").skip(1).filter_map(|rest| rest.split(['=', ']']).next());
+    named.map(str::to_owned).collect()
+}
+
+#[test]
+fn an_empty_variable_is_as_if_it_were_not_set() {
+    let all = variables(&["serve"]);
+    assert!(all.len() > 15 && all.iter().any(|name| name == "PALMARES_CONFIG"), "{all:?}");
+    let empty: Vec<(&str, &str)> = all.iter().map(|name| (name.as_str(), "")).collect();
+    let folder = TempDir::new().expect("folder");
+    let server = Server::start_in_environment(folder, &[], &empty);
+    // A practice server, as without the variable of the file.
+    let competition = get(&server, "/v1/competition").json();
+    assert_eq!(competition["mode"], "practice", "{competition}");
+
+    let cup = Official::start();
+    let mut all = variables(&["admin", "status"]);
+    all.extend(["PALMARES_TOKEN", "PALMARES_CA", "PALMARES_TOKEN_FILE"].map(str::to_owned));
+    let mut status = Command::new(program());
+    status.args(["admin", "--url", &format!("http://{}", cup.server.address()), "status"]);
+    status.envs(all.iter().map(|name| (name, ""))).env("PALMARES_DATA_DIR", cup.folder());
+    let output = status.output().expect("palmares runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -1,15 +1,13 @@
 //! `cargo xtask fleet`: several hosts under faults, the ranking of a large event, and a long load. The commands are in `xtask/fleet`, in Python.
 
 use crate::cargo::build_server;
+use crate::docker::MOTO;
 use crate::python::{Environment, interpreter, succeeds};
 use crate::{apt, workspace};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::Command;
-
-/// An S3 server in Python.
-const MOTO: &str = "moto[server]==5.2.5";
 
 #[derive(Args)]
 pub(crate) struct Options {

@@ -1,7 +1,8 @@
 //! An HTTP client for the server's addresses, with an organizer's token.
 
+use crate::environment::variable;
 use crate::http::{self, unreachable};
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use palmares_protocol::text::printable;
 use serde_json::{Value, json};
@@ -31,18 +32,20 @@ pub(crate) struct Access {
     #[arg(long, global = true, value_name = "FILE", env = "PALMARES_TOKEN_FILE")]
     token_file: Option<PathBuf>,
 
-    /// A file with certificates (PEM) of authorities that are trusted in addition to the system's, for https
+    /// A file with certificates (PEM) that are trusted in addition to the system's, for https: of an authority, or the server's own
     #[arg(long, global = true, value_name = "FILE", env = "PALMARES_CA")]
     ca: Option<PathBuf>,
 }
 
 impl Access {
     fn token(&self) -> anyhow::Result<String> {
-        let path = match (&self.token_file, std::env::var("PALMARES_TOKEN")) {
-            (None, Ok(token)) => return Ok(token),
+        let path = match (&self.token_file, variable("PALMARES_TOKEN")) {
+            (None, Some(token)) => {
+                return token.into_string().map_err(|_| anyhow!("PALMARES_TOKEN: expected a token, plm_…"));
+            }
             (Some(path), _) => path.clone(),
-            (None, Err(_)) => {
-                let folder = std::env::var_os("PALMARES_DATA_DIR").map_or(".palmares".into(), PathBuf::from);
+            (None, None) => {
+                let folder = variable("PALMARES_DATA_DIR").map_or(".palmares".into(), PathBuf::from);
                 folder.join("organizer.token")
             }
         };
@@ -92,9 +95,9 @@ impl Client {
             .max_redirects(0)
             .proxy(None);
         let url = access.url.trim_end_matches('/').to_owned();
-        let config = http::for_url(config, &url, access.ca.as_deref())?;
+        let agent = http::agent(config, &url, access.ca.as_deref())?;
         let authorization = format!("Bearer {token}");
-        Ok(Client { agent: config.build().into(), url, authorization })
+        Ok(Client { agent, url, authorization })
     }
 
     pub(crate) fn get(&self, path: &str) -> anyhow::Result<Value> {

@@ -1,4 +1,4 @@
-//! The client against a server with a certificate of a test authority, whose key is thrown away.
+//! The client against servers with certificates: of a test authority, whose key is thrown away, and as `openssl req -x509` makes them.
 
 use crate::admin::client::{Access, Client};
 use crate::health::{HealthOptions, health};
@@ -12,6 +12,9 @@ use std::sync::Arc;
 
 const AUTHORITY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/http/authority.pem");
 const LOCALHOST: &[u8] = include_bytes!("localhost.pem");
+/// Certificates of `localhost` that are their own authority; the second was valid in 2020.
+const SELF_SIGNED: &[u8] = include_bytes!("self_signed.pem");
+const EXPIRED: &[u8] = include_bytes!("expired.pem");
 
 #[derive(Parser)]
 struct Arguments {
@@ -53,11 +56,15 @@ fn answer(stream: &mut (impl Read + Write)) {
 
 /// A server, with TLS or without; its port.
 fn server(secure: bool) -> u16 {
+    server_with(LOCALHOST, secure)
+}
+
+/// A server with the certificate and the key of a PEM file; its port.
+fn server_with(pem: &'static [u8], secure: bool) -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = listener.local_addr().expect("an address").port();
-    let certificates =
-        CertificateDer::pem_slice_iter(LOCALHOST).map(|one| one.expect("a certificate")).collect();
-    let key = PrivateKeyDer::from_pem_slice(LOCALHOST).expect("a key");
+    let certificates = CertificateDer::pem_slice_iter(pem).map(|one| one.expect("a certificate")).collect();
+    let key = PrivateKeyDer::from_pem_slice(pem).expect("a key");
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let config = ServerConfig::builder_with_provider(provider).with_safe_default_protocol_versions();
     let config = config.expect("versions").with_no_client_auth().with_single_cert(certificates, key);
@@ -79,6 +86,35 @@ fn server(secure: bool) -> u16 {
 fn a_server_with_a_certificate_of_the_named_authority_is_trusted() {
     let port = server(true);
     assert_eq!(get(&format!("https://localhost:{port}"), Some(AUTHORITY)), Ok("true".into()));
+}
+
+/// A PEM file of the tests.
+fn file(name: &str) -> String {
+    format!("{}/src/http/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn a_server_with_the_named_certificate_is_trusted() {
+    let port = server_with(SELF_SIGNED, true);
+    let url = format!("https://localhost:{port}");
+    assert_eq!(get(&url, Some(&file("self_signed.pem"))), Ok("true".into()));
+    // Not without its name, not by another, and not for another host.
+    for (url, ca, part) in [
+        (url.clone(), None, "--ca names"),
+        (url.clone(), Some(AUTHORITY), "or with the server's own"),
+        (url, Some(&*file("expired.pem")), "or with the server's own"),
+        (
+            format!("https://127.0.0.1:{port}"),
+            Some(&*file("self_signed.pem")),
+            "another name than that of --url",
+        ),
+    ] {
+        let error = get(&url, ca).expect_err("not trusted");
+        assert!(error.contains(part), "{url} {ca:?}: {error}");
+    }
+    let port = server_with(EXPIRED, true);
+    let error = get(&format!("https://localhost:{port}"), Some(&file("expired.pem"))).expect_err("expired");
+    assert!(error.contains("a certificate of today"), "{error}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! ffmpeg, which codes films as H.264: of the Python package imageio-ffmpeg, or on the PATH.
 
+use crate::environment::variable;
 use anyhow::{Context, bail};
-use std::env;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -11,7 +11,8 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 /// # Errors
 /// There is none.
 pub(super) fn find() -> anyhow::Result<PathBuf> {
-    let python = env::var("PALMARES_PYTHON").unwrap_or_else(|_| "python3".into());
+    let python =
+        variable("PALMARES_PYTHON").map_or("python3".into(), |name| name.to_string_lossy().into_owned());
     let ask = "import imageio_ffmpeg; print(imageio_ffmpeg.get_ffmpeg_exe())";
     let answer = Command::new(&python).args(["-c", ask]).stderr(Stdio::null()).output();
     if let Ok(answer) = answer

@@ -23,7 +23,7 @@ pub(super) fn load(run: &str, url: &str, ca: Option<&Path>) -> anyhow::Result<(S
         .http_status_as_error(false)
         .max_redirects(0)
         .proxy(None);
-    let agent: ureq::Agent = http::for_url(config, url, ca)?.build().into();
+    let agent = http::agent(config, url, ca)?;
     let address = format!("{}/v1/runs/{run}/replay", url.trim_end_matches('/'));
     let mut answer = agent.get(&address).call().map_err(|error| unreachable(&address, &error))?;
     let status = answer.status();

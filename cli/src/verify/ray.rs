@@ -6,11 +6,11 @@
 use super::pool::Event;
 use super::sources::Source;
 use super::verdict::Verdict;
+use crate::environment::variable;
 use anyhow::{Context, anyhow, bail};
 use palmares_replay::PublicKey;
 use serde::Deserialize;
 use serde_json::json;
-use std::env;
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -60,7 +60,8 @@ pub(super) fn start(
     sources: Arc<[Source]>,
     events: Sender<Event>,
 ) -> anyhow::Result<Cluster> {
-    let python = env::var("PALMARES_PYTHON").unwrap_or_else(|_| "python3".into());
+    let python =
+        variable("PALMARES_PYTHON").map_or("python3".into(), |name| name.to_string_lossy().into_owned());
     let server = crate::server::version();
     let mut command = Command::new(&python);
     command.args(["-m", MODULE, "--build"]).arg(format!("{}, build {}", server.version, server.build_hash));

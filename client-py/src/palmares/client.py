@@ -111,7 +111,7 @@ class Client:
             server.http,
             server.control,
             HelloRequest(client={"name": team, "version": VERSION}, session_s=session_s),
-            token=token if token is not None else os.environ.get("PALMARES_TOKEN"),
+            token=token if token is not None else os.environ.get("PALMARES_TOKEN") or None,
             encoding=encoding,
             timeout_s=timeout_s,
             reconnect_s=reconnect_s,

@@ -13,8 +13,9 @@ use crate::hands::OwnHands;
 use crate::lifecycle::Lifecycle;
 use crate::names;
 use crate::objects::Objects;
+use crate::private_files::{read_secret, write_secret};
 use crate::readiness::Readiness;
-use crate::rules::{Rules, write_secret};
+use crate::rules::Rules;
 use crate::session::Sessions;
 use crate::state::AppState;
 use crate::store::{Host, NewAuditEntry, Store};
@@ -29,6 +30,7 @@ use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions, Loaded};
 use palmares_tasks::{Task, inspect, task};
 use std::num::NonZero;
+use std::path::Path;
 use std::sync::Arc;
 
 /// The requests that the server accepts, by the names under which it is served.
@@ -187,8 +189,17 @@ async fn archive(
     Ok(Some(Arc::new(archive)))
 }
 
-/// Creates an organizer's token in the data directory, if the database has no organizer.
+/// Lets the first organizer in. The token is that of the configured file, which all hosts of a fleet have; without one the server makes a
+/// token in the data directory, if the database has no organizer.
 async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
+    let what = |path: &Path| format!("organizer's token {}", path.display());
+    if let Some(path) = &config.organizer_token
+        && let Some(text) = read_secret(path).with_context(|| what(path))?
+    {
+        let token = Token::parse(text.trim());
+        let token = token.with_context(|| format!("{}: expected a token, plm_…", what(path)))?;
+        return auth::admit_organizer(store, &token, "organizer_token").await.with_context(|| what(path));
+    }
     if store.has_organizer().await? {
         return Ok(());
     }
@@ -199,12 +210,11 @@ async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
         reason: Some("first start"),
     };
     let token = Token::random().context("no randomness for a token")?;
-    let path = config.data_dir.join("organizer.token");
+    let path = config.organizer_token_file();
     // A file for an earlier database is useless.
     let _ = std::fs::remove_file(&path);
     // Before the database: a token that nobody has would lock all organizers out.
-    write_secret(&path, &token.reveal())
-        .with_context(|| format!("cannot write the organizer's token to {}", path.display()))?;
+    write_secret(&path, &token.reveal()).with_context(|| format!("{}: cannot be written", what(&path)))?;
     auth::add(store, &token, Role::Organizer, None, "first", false, &entry).await?;
     Ok(())
 }

@@ -102,7 +102,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         let lifecycle = lifecycle.clone();
         tokio::spawn(upload.run(async move { lifecycle.stopping().await }));
     }
-    greet(address, &location, &app)?;
+    greet(address, &location, &app, config)?;
 
     let signalled = {
         let lifecycle = lifecycle.clone();
@@ -169,7 +169,7 @@ fn on(kind: SignalKind) -> anyhow::Result<Signal> {
 }
 
 /// Prints one line for programs on stdout, and hints for people on stderr.
-fn greet(address: SocketAddr, location: &Location, app: &AppState) -> anyhow::Result<()> {
+fn greet(address: SocketAddr, location: &Location, app: &AppState, config: &Config) -> anyhow::Result<()> {
     let database = match location {
         Location::DataDir(folder) => folder.join("palmares.sqlite").display().to_string(),
         Location::Url(_) => "as given by --database-url".into(),
@@ -187,7 +187,7 @@ fn greet(address: SocketAddr, location: &Location, app: &AppState) -> anyhow::Re
         (true, CompetitionPhase::Revealed) => format!("official server: {}, over", rules.name),
     };
     // Only the path is shown, not the token.
-    let token = app.backup.data_dir.join("organizer.token");
+    let token = config.organizer_token_file();
     let token = match rules.official() && token.exists() {
         true => format!("\n  organizer    the first one's token is in {}", token.display()),
         false => String::new(),

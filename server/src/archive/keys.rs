@@ -3,8 +3,9 @@
 //! The database expects one signing key, which its first server made. Another key would make every stored replay look forged. So a
 //! server whose file is missing or holds another key does not start.
 
+use crate::private_files;
 use crate::store::{NewAuditEntry, Store};
-use anyhow::bail;
+use anyhow::{Context, bail};
 use palmares_replay::{PublicKey, Signer};
 use std::path::Path;
 
@@ -39,8 +40,8 @@ impl Keys {
         let advice = "put the expected file back, from a backup or from another server of this competition. If it is lost for good, \
                       start once with --replace-signing-key: another key signs from then on, and earlier replays stay valid";
         let expected = store.setting(EXPECTED).await?;
-        let signer = match (Signer::read(path)?, &expected) {
-            (Some(signer), _) => signer,
+        let signer = match (private_files::read_secret(path).with_context(what)?, &expected) {
+            (Some(text), _) => text.parse::<Signer>().with_context(what)?,
             (None, Some(expected)) if !replace => {
                 bail!(
                     "{}: the file is missing, and this database expects the key {expected}; {advice}",
@@ -125,10 +126,8 @@ mod tests {
         std::fs::remove_file(&path).expect("removed");
         let keys = Keys::open(&path, &store, true).await.expect("made");
         assert_eq!(keys.earlier, [first, other]);
-        assert_eq!(
-            Signer::read(&path).expect("reads").map(|signer| signer.public()),
-            Some(keys.signer.public())
-        );
+        let written: Signer = std::fs::read_to_string(&path).expect("reads").parse().expect("a key");
+        assert_eq!(written.public(), keys.signer.public());
     }
 
     #[tokio::test]

@@ -19,6 +19,12 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tokio::sync::oneshot;
 
+/// The key of a data directory.
+fn signer(data_dir: &std::path::Path) -> Signer {
+    let text = std::fs::read_to_string(data_dir.join(SIGNING_KEY_FILE)).expect("reads");
+    text.parse().expect("a key")
+}
+
 struct Place {
     folder: TempDir,
     store: Store,
@@ -214,7 +220,7 @@ async fn a_run_that_does_not_replay_is_rejected_with_the_reason() {
     std::fs::write(place.path("run_other"), &good).expect("written");
     // A changed action with the right key, and an unchanged run with another key.
     let bytes = std::fs::read(place.path("run_forged")).expect("file");
-    let signer = Signer::read(&place.folder.path().join(SIGNING_KEY_FILE)).expect("reads").expect("key");
+    let signer = signer(place.folder.path());
     let change = |topic: &str, text: &str| {
         if topic == "/action" && text.starts_with("{\"tick\":42,") {
             text.replace("0.4,0.6", "0.4,0.7")
@@ -272,7 +278,7 @@ async fn a_run_that_cannot_be_judged_here_keeps_its_status() {
 async fn another_engine_or_task_is_no_verdict() {
     let place = Place::new().await;
     place.play("run_1", 1).await;
-    let signer = Signer::read(&place.folder.path().join(SIGNING_KEY_FILE)).expect("reads").expect("key");
+    let signer = signer(place.folder.path());
     let bytes = std::fs::read(place.path("run_1")).expect("file");
     let engine = palmares_tasks::identity::engine();
     let task = Task::builtin().remove(0).content_hash().to_owned();

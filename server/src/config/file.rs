@@ -46,6 +46,7 @@ pub(super) struct File {
     pub(super) storage: Option<String>,
     pub(super) seed_secret: Option<PathBuf>,
     pub(super) signing_key: Option<PathBuf>,
+    pub(super) organizer_token: Option<PathBuf>,
     pub(super) max_worlds: Option<u32>,
     pub(super) max_connections: Option<u32>,
     pub(super) max_connections_per_team: Option<u32>,

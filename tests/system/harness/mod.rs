@@ -3,6 +3,7 @@
 mod client;
 pub(crate) mod fleet;
 mod http;
+pub(crate) mod kubelet;
 mod official;
 mod postgres;
 pub(crate) mod raw;

@@ -21,12 +21,16 @@ impl Engine {
             return Err("docker is installed, but no engine answers (is dockerd running?)".into());
         }
         let known = [vec!["docker", "compose"], vec!["docker-compose"]];
-        let compose =
-            known.into_iter().find(|words| succeeds(Command::new(words[0]).args(&words[1..]).arg("version")));
+        let compose = known.into_iter().find(|words| Self::has(words));
         match compose {
             Some(compose) => Ok(Engine { compose }),
             None => Err("docker has no compose (Debian's package docker-compose)".into()),
         }
+    }
+
+    /// Whether this compose is installed: `docker compose` or `docker-compose`.
+    pub(super) fn has(words: &[&str]) -> bool {
+        succeeds(Command::new(words[0]).args(&words[1..]).arg("version"))
     }
 
     /// A docker command.

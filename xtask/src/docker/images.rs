@@ -18,10 +18,13 @@ const COMPILERS: [(&str, &str); 2] =
     [("RUST_IMAGE", "rust:1-slim-bookworm"), ("NODE_IMAGE", "node:22-bookworm-slim")];
 /// Both in one, made here.
 const MADE_COMPILERS: &str = "palmares-test/compilers";
-/// The choice of compose.postgres.yaml.
-const POSTGRES: &str = "postgres:17-bookworm";
-/// The same, made here.
-const STAND_IN: &str = "palmares-test/postgres";
+/// The choice of the compose files, and the same, made here of Debian's package, which is of version 15.
+const POSTGRES: [&str; 2] = ["postgres:17-bookworm", "palmares-test/postgres"];
+/// The choices of deploy/fleet/compose.yaml for proxy and object store, and the same, made here.
+const HAPROXY: [&str; 2] = ["haproxy:2.8-bookworm", "palmares-test/haproxy"];
+const STORE: [&str; 2] = ["chrislusf/seaweedfs:latest", "palmares-test/store"];
+/// An S3 server in Python.
+pub(crate) const MOTO: &str = "moto[server]==5.2.5";
 /// The Dockerfile's stage of the same name: all but the program.
 const WITHOUT_PROGRAM: &str = "palmares-test/runtime";
 /// The image that the tests build.
@@ -104,16 +107,49 @@ fn for_everybody(_: &Path) -> std::io::Result<()> {
 
 /// An image of Postgres: local, from a registry, or made of Debian's packages.
 pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
-    if let Some(image) = there(engine, &[POSTGRES, STAND_IN]) {
+    of_package(engine, "Postgres", POSTGRES, |made, runtime| {
+        output(engine.build(made, runtime).arg(offline("postgres")))
+    })
+}
+
+/// An image of HAProxy: local, from a registry, or made of Debian's package.
+pub(super) fn haproxy(engine: &Engine) -> Result<Result<String, String>> {
+    of_package(engine, "HAProxy", HAPROXY, |made, runtime| {
+        output(engine.build(made, runtime).arg(offline("haproxy")))
+    })
+}
+
+/// An image of an S3 server: local, from a registry, or made here with moto.
+pub(super) fn store(engine: &Engine) -> Result<Result<String, String>> {
+    of_package(engine, "an S3 server", STORE, |made, runtime| {
+        let folder = tempfile::tempdir().context("cannot make a folder")?;
+        for name in ["Dockerfile", "weed"] {
+            fs::copy(offline("store").join(name), folder.path().join(name)).context(name)?;
+        }
+        // The certificates that this machine trusts come along, for the package index.
+        fs::copy("/etc/ssl/certs/ca-certificates.crt", folder.path().join("trusted.crt"))
+            .context("this machine's certificates")?;
+        output(engine.build(made, runtime).args(["--build-arg", &format!("MOTO={MOTO}")]).arg(folder.path()))
+    })
+}
+
+/// The first of two images that is local or comes from a registry, or else the second, made now.
+fn of_package(
+    engine: &Engine,
+    what: &str,
+    images: [&str; 2],
+    make: impl FnOnce(&str, &str) -> Result<String>,
+) -> Result<Result<String, String>> {
+    if let Some(image) = there(engine, &images) {
         return Ok(Ok(image));
     }
     let runtime = match runtime(engine)? {
         Ok(runtime) => runtime,
         Err(reason) => return Ok(Err(reason)),
     };
-    println!("no image registry is reached; making an image of Debian's package of Postgres");
-    let made = output(engine.build(STAND_IN, &runtime).arg(offline("postgres")));
-    Ok(made.map(|_| STAND_IN.to_owned()).map_err(|error| format!("no image of Postgres: {error:#}")))
+    println!("no image registry is reached; making an image of {what}");
+    let made = make(images[1], &runtime);
+    Ok(made.map(|_| images[1].to_owned()).map_err(|error| format!("no image of {what}: {error:#}")))
 }
 
 /// The image to run in: local, from a registry, or made of Debian's packages.

@@ -4,6 +4,8 @@
 //! users do, which takes several minutes.
 
 mod engine;
+mod fleet;
+mod header;
 mod images;
 
 use crate::cargo::build_server;
@@ -13,6 +15,7 @@ use crate::viewer;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use engine::{Engine, Project};
+pub(crate) use images::MOTO;
 use images::Source;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -31,6 +34,10 @@ pub(crate) struct Options {
     /// Put cargo's build of the program into the image instead of compiling within it.
     #[arg(long)]
     prebuilt: bool,
+    /// Follow the head of deploy/fleet/compose.yaml instead, with cargo's build of the program: three hosts, a proxy with TLS, Postgres, an
+    /// object store. The last line says what passed, failed and was skipped.
+    #[arg(long)]
+    fleet: bool,
 }
 
 /// `cargo xtask docker`. A missing engine is an error here.
@@ -40,6 +47,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         viewer::run()?;
         build_server(false)
     };
+    if options.fleet {
+        return fleet::run(&prebuilt()?, &environment);
+    }
     let program = options.prebuilt.then(prebuilt).transpose()?;
     match check(program.as_deref(), &environment)? {
         Ok(()) => Ok(()),

@@ -34,7 +34,8 @@ def main() -> int:
         )
         return 1
     # Some commands start Python: `verify --ray`, `render`.
-    os.environ.setdefault("PALMARES_PYTHON", sys.executable)
+    if not os.environ.get("PALMARES_PYTHON"):
+        os.environ["PALMARES_PYTHON"] = sys.executable
     # The program handles Ctrl-C itself.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return native_main(["palmares", *sys.argv[1:]])

@@ -25,7 +25,7 @@ def main(arguments: list[str]) -> int:
     except ImportError as missing:
         print(f"{MISSING} ({missing})", file=sys.stderr)
         return 1
-    token = options.token or os.environ.get("PALMARES_TOKEN")
+    token = options.token or os.environ.get("PALMARES_TOKEN") or None
     try:
         with closing(Panels(options.host, options.port, options.allowed_origin)) as panels:
             print(f"Foxglove can connect to ws://{options.host}:{panels.port}", flush=True)

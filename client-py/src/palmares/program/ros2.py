@@ -91,7 +91,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument(
         "--domain",
         type=int,
-        default=int(os.environ.get("ROS_DOMAIN_ID", "0")),
+        default=int(os.environ.get("ROS_DOMAIN_ID") or "0"),
         help="DDS domain (default: ROS_DOMAIN_ID, or 0)",
     )
     return made
