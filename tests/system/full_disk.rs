@@ -18,6 +18,11 @@ fn reset() -> Value {
     json!({"op": "reset", "task": "grasp", "hand": "pinch"})
 }
 
+/// Rules with one task, so that an uploaded hand is checked quickly.
+fn rules() -> String {
+    format!("tasks = [\"grasp\"]\nhands = [\"pinch\"]\n{RULES}")
+}
+
 /// A competition whose database is on a disk that is filled, with a team that plays.
 struct Event {
     cup: Official,
@@ -29,7 +34,7 @@ struct Event {
 
 impl Event {
     fn new(folder: TempDir, disk: SmallDisk, database_url: Option<String>) -> Self {
-        let cup = Official::start_on(folder, RULES, database_url);
+        let cup = Official::start_on(folder, &rules(), database_url);
         let token = cup.team("crabs");
         cup.open();
         Event { cup, disk, token, acknowledged: Vec::new() }
@@ -284,10 +289,14 @@ impl Event {
     }
 }
 
-/// Starts a server without space. It ends with an error, unless its few writes find space in the pages that are there.
-fn without_space(folder: &Path, database_url: Option<&str>) -> (Option<i32>, String) {
+/// Starts a server without space, and ends it after a while. It ends with an error, unless its few writes find space in the pages that are there.
+fn without_space(folder: &Path, database_url: Option<&str>, patience_s: u32) -> (Option<i32>, String) {
     let mut command = Command::new("timeout");
-    command.arg("2").arg(program()).args(["serve", "--listen", "127.0.0.1:0", "--data-dir"]).arg(folder);
+    command
+        .arg(patience_s.to_string())
+        .arg(program())
+        .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+        .arg(folder);
     command.arg("--config").arg(folder.join("competition.toml")).env_remove("DATABASE_URL");
     if let Some(url) = database_url {
         command.args(["--database-url", url]);
@@ -304,7 +313,7 @@ async fn starts_again(event: Event) {
     let url = cup.database_url.clone();
     let (folder, rules) = cup.killed();
     disk.fill();
-    without_space(folder.path(), url.as_deref());
+    without_space(folder.path(), url.as_deref(), 3);
     disk.free();
     let cup = Official::start_on(folder, &rules, url);
     let mut event = Event { cup, disk, token, acknowledged };
@@ -318,9 +327,9 @@ async fn a_full_disk_of_sqlite_loses_nothing_and_the_server_comes_back() {
     let Some(disk) = SmallDisk::mount(24) else { return };
     // The first start makes keys and a token.
     let folder = TempDir::new_in(disk.path()).expect("a folder");
-    std::fs::write(folder.path().join("competition.toml"), RULES).expect("rules");
+    std::fs::write(folder.path().join("competition.toml"), rules()).expect("rules");
     disk.fill();
-    let (code, said) = without_space(folder.path(), None);
+    let (code, said) = without_space(folder.path(), None, 60);
     assert!(
         code == Some(1) && (said.contains("full") || said.contains("space") || said.contains("disk")),
         "{said}"
@@ -355,7 +364,7 @@ async fn a_first_start_on_a_full_disk_leaves_no_half_key() {
     let folder = TempDir::new_in(disk.path()).expect("a folder");
     std::fs::write(folder.path().join("competition.toml"), RULES).expect("rules");
     disk.fill();
-    let (code, said) = without_space(folder.path(), Some(&url));
+    let (code, said) = without_space(folder.path(), Some(&url), 60);
     assert!(code == Some(1) && said.contains("No space left"), "{said}");
     for name in ["seed.secret", "signing.key", "organizer.token"] {
         assert!(!folder.path().join(name).exists(), "{name} is there by half");

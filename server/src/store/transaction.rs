@@ -1,4 +1,5 @@
-//! A transaction on a connection of the pool. The connection goes back to the pool only after a commit; every other end closes it.
+//! A transaction on a connection of the pool. The connection goes back to the pool only after a commit or a rollback that has
+//! succeeded; every other end closes it.
 //!
 //! After a failure nobody knows what state a connection is in. On a full disk SQLite has rolled back by itself when a statement or the
 //! commit fails; then the rollback fails as well, and sqlx, which counts the begins and the rollbacks of each connection, would
@@ -9,11 +10,12 @@ use sqlx::pool::PoolConnection;
 use sqlx::{Any, AnyConnection, AnyPool, Executor};
 use std::ops::{Deref, DerefMut};
 
-/// A transaction. Dropping it rolls back and closes its connection.
+/// A transaction. Dropping it closes its connection, which rolls back.
 #[derive(Debug)]
 pub(super) struct Transaction {
     connection: PoolConnection<Any>,
-    committed: bool,
+    /// Whether it has ended as it should.
+    ended: bool,
 }
 
 impl Transaction {
@@ -21,7 +23,7 @@ impl Transaction {
     pub(super) async fn begin(pool: &AnyPool, statement: &'static str) -> Result<Self, sqlx::Error> {
         let connection = pool.acquire().await?;
         // From now on a failure, or a future that is dropped, closes the connection.
-        let mut transaction = Transaction { connection, committed: false };
+        let mut transaction = Transaction { connection, ended: false };
         transaction.execute(statement).await?;
         Ok(transaction)
     }
@@ -29,7 +31,14 @@ impl Transaction {
     /// Commits.
     pub(super) async fn commit(mut self) -> Result<(), sqlx::Error> {
         self.execute("COMMIT").await?;
-        self.committed = true;
+        self.ended = true;
+        Ok(())
+    }
+
+    /// Rolls back.
+    pub(super) async fn rollback(mut self) -> Result<(), sqlx::Error> {
+        self.execute("ROLLBACK").await?;
+        self.ended = true;
         Ok(())
     }
 }
@@ -50,7 +59,7 @@ impl DerefMut for Transaction {
 
 impl Drop for Transaction {
     fn drop(&mut self) {
-        if !self.committed {
+        if !self.ended {
             self.connection.close_on_drop();
         }
     }
