@@ -18,6 +18,7 @@ task_files = ["own/task.toml"]
 noise = "real"
 sensors_only = ["grasp"]
 hand_spread = true
+scenes = "per_team"
 hands = ["softhand"]
 hand_files = ["own"]
 listen = "[::1]:8080"

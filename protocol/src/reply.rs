@@ -13,7 +13,7 @@ use palmares_models::hand::Hand;
 use palmares_senses::channels::cameras::ImageInfo;
 use palmares_senses::{ChannelInfo, ENCODERS, JOINTS, MOTORS, TAXELS};
 use palmares_tasks::task::GoalInfo;
-use palmares_tasks::{Event, Fault, Noise, Outcome, Reason, Task};
+use palmares_tasks::{Event, Fault, Noise, Outcome, Reason, Scenes, Task};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -97,6 +97,9 @@ pub struct Competition {
     /// Whether the seed of a run draws the numbers of its hand that are known as ranges.
     #[schemars(default)]
     pub hand_spread: bool,
+    /// Whose scene run `k` of a task has, in a competition: one for all teams, or every team's own.
+    #[schemars(default)]
+    pub scenes: Scenes,
 }
 
 /// The program of the server.

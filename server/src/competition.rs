@@ -69,6 +69,7 @@ impl Competition {
             noise: self.sensing.usual_noise(),
             sensors_only: self.sensing.sensors_only().to_vec(),
             hand_spread: self.hand_spread,
+            scenes: self.rules.scenes,
         }
     }
 

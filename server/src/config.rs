@@ -12,6 +12,7 @@ use file::File;
 pub(crate) use file::{CompetitionMode, MAX_SESSION_S};
 pub(crate) use network::Network;
 use palmares_models::measure::HandLimits;
+use palmares_tasks::Scenes;
 use sensing::SensingRules;
 use settings::Settings;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -186,6 +187,8 @@ pub(crate) struct Config {
     pub(crate) sensing: SensingRules,
     /// Whether the seed of a run draws the uncertain numbers of its hand.
     pub(crate) hand_spread: bool,
+    /// Whose scene run k of a task has, in the official mode.
+    pub(crate) scenes: Scenes,
     /// Names of the built-in hands to play; None for all.
     pub(crate) builtin_hands: Option<Vec<String>>,
     /// Files of further hands.
@@ -302,6 +305,7 @@ impl ServeOptions {
             tasks,
             sensing: SensingRules::new(mode, file.noise, file.sensors_only.clone()),
             hand_spread: file.hand_spread,
+            scenes: file.scenes,
             builtin_hands: file.hands.clone(),
             hands,
             hand_limits: file.hand_limits.clone(),

@@ -7,13 +7,15 @@ pub(crate) use crate::store::CompetitionPhase;
 use crate::store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_protocol::{Code, Refusal};
-use palmares_tasks::Seed;
+use palmares_tasks::{Scenes, Seed};
 use std::fmt;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Setting: SHA-256 of the secret, as published at the first start.
 const SECRET_HASH: &str = "seed_secret_sha256";
+/// Setting: whose scene run k of a task has.
+const SCENES: &str = "scenes";
 /// Length of the secret, bytes.
 const SECRET_BYTES: usize = 32;
 
@@ -88,6 +90,8 @@ pub(crate) struct Rules {
     pub(crate) sessions_per_team: u32,
     /// Cost of a reset, s.
     pub(crate) reset_cost_s: f64,
+    /// Whose scene run k of a task has, in the official mode.
+    pub(crate) scenes: Scenes,
     /// Set in the official mode.
     secret: Option<SeedSecret>,
     /// The state as the database last had it.
@@ -107,7 +111,11 @@ impl Rules {
                 }
                 None
             }
-            CompetitionMode::Official => Some(SeedSecret::open(&config.seed_secret, store).await?),
+            CompetitionMode::Official => {
+                let secret = SeedSecret::open(&config.seed_secret, store).await?;
+                keep_scenes(config.scenes, store).await?;
+                Some(secret)
+            }
         };
         Ok(Rules {
             name: config.name.clone(),
@@ -115,6 +123,7 @@ impl Rules {
             session_s: config.session_s,
             sessions_per_team: config.sessions_per_team,
             reset_cost_s: config.reset_cost_s,
+            scenes: config.scenes,
             secret,
             state: Mutex::new(store.competition_state().await?),
         })
@@ -168,9 +177,9 @@ impl Rules {
         Some(hex::encode(secret.0))
     }
 
-    /// The seed of run `k` of a task, in the official mode.
-    pub(crate) fn seed(&self, task: &str, k: u64) -> Option<Seed> {
-        self.secret.as_ref().map(|secret| Seed::for_run(&secret.0, task, k))
+    /// The seed of a team's run `k` of a task, in the official mode.
+    pub(crate) fn seed(&self, task: &str, k: u64, team: &str) -> Option<Seed> {
+        self.secret.as_ref().map(|secret| Seed::for_run(&secret.0, self.scenes, task, k, team))
     }
 
     /// Changes the state by an organizer's command. The caller then applies it to the sessions.
@@ -194,6 +203,23 @@ impl Rules {
             Refusal::new(Code::Internal, "the database does not answer; nothing was changed").retry_after(5.0)
         })?
     }
+}
+
+/// Stores whose scenes are played; once there are runs, refuses a change: their scores and later ones would not be comparable.
+async fn keep_scenes(scenes: Scenes, store: &Store) -> anyhow::Result<()> {
+    if !store.has_official_runs().await? {
+        return Ok(store.store_setting(SCENES, scenes.word()).await?);
+    }
+    // Databases of earlier versions have no such setting.
+    let begun = store.setting(SCENES).await?.unwrap_or_else(|| Scenes::Shared.word().to_owned());
+    if begun != scenes.word() {
+        bail!(
+            "scenes = \"{}\": the runs of this database were played with scenes = \"{begun}\", and scores of both cannot be \
+             compared; put that back, or begin with another data_dir",
+            scenes.word()
+        );
+    }
+    Ok(())
 }
 
 /// Whether a command fits the state of a competition with this number of open sessions; the error is the reason.

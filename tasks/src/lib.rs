@@ -29,7 +29,7 @@ pub use hand_observation::HandObservation;
 pub use observation::{Event, Observation};
 pub use run::{Outcome, Reason, Run};
 pub use scene::Scene;
-pub use seed::Seed;
+pub use seed::{Scenes, Seed};
 pub use sensing::{Noise, Sensing};
 pub use settle::SceneError;
 pub use task::Task;

@@ -47,6 +47,7 @@ mod resets;
 mod resume;
 mod rfc6455;
 mod roles;
+mod scenes;
 mod schedule;
 mod season;
 mod senses;

@@ -53,12 +53,13 @@ const RULES: &[(&str, &str)] = &[
     // With a token, more is visible.
     ("get /v1/hands", OPTIONAL),
     ("get /v1/runs", OPTIONAL),
-    ("get /v1/runs/{id}", OPTIONAL),
     ("get /v1/watch", OPTIONAL),
     // An uploaded hand is its team's.
     ("get /v1/hands/{name}", OWN_HAND),
     ("post /v1/hands/{name}/equilibrium", OWN_HAND),
     ("get /v1/hands/{name}/visuals", OWN_HAND),
+    // Of other teams one sees the leaderboard, until the seeds are public.
+    ("get /v1/runs/{id}", "403 401 401 401 401 . . 403 ."),
     ("get /v1/runs/{id}/replay", "403 401 401 401 401 403 403 403 ."),
     ("get /v1/sessions", "401 401 401 401 401 . . . ."),
     // Only other hosts, with their proof.

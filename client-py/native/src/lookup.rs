@@ -8,7 +8,7 @@ use palmares_models::read::{self, LoadOptions};
 use palmares_protocol::Reply;
 use palmares_protocol::reply::{Competition, HandInfo, Limits, TaskInfo, Welcome};
 use palmares_protocol::specs::Specs;
-use palmares_tasks::{Fault, Noise, Sensing, Task};
+use palmares_tasks::{Fault, Noise, Scenes, Sensing, Task};
 use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -51,6 +51,7 @@ pub(crate) fn welcome(
             noise: Noise::None,
             sensors_only: Vec::new(),
             hand_spread: false,
+            scenes: Scenes::default(),
         },
         server: palmares::version(),
         // Nothing goes over a wire.

@@ -694,6 +694,9 @@ class Competition(Brief, msgspec.Struct, kw_only=True, gc=False):
     """Tasks whose runs must have sensing ``sensors``."""
     hand_spread: bool = False
     """Whether the seed of a run draws the numbers of its hand that are known as ranges."""
+    scenes: str = "shared"
+    """Whose scene run ``k`` of a task has, in a competition: one for all teams, or every team's own.
+    ``shared`` or ``per_team``."""
 
 
 class ServerInfo(Brief, msgspec.Struct, kw_only=True, gc=False):

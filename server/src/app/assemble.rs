@@ -128,7 +128,7 @@ pub(super) fn host(config: &Config, tasks: &[Arc<Task>], hands: &[Arc<Hand>]) ->
     let mode: &str = config.mode.into();
     let common = serde_json::json!({
         "name": config.name, "mode": mode, "session_s": config.session_s, "sessions_per_team": config.sessions_per_team,
-        "reset_cost_s": config.reset_cost_s, "sensors_only": config.sensing.sensors_only(), "tasks": tasks,
+        "reset_cost_s": config.reset_cost_s, "scenes": config.scenes, "sensors_only": config.sensing.sensors_only(), "tasks": tasks,
         "hands": hands, "storage": config.storage,
     });
     Host {

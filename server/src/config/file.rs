@@ -3,7 +3,7 @@
 use super::network::Network;
 use anyhow::{Context, bail};
 use palmares_models::measure::HandLimits;
-use palmares_tasks::Noise;
+use palmares_tasks::{Noise, Scenes};
 use serde::Deserialize;
 use std::fmt::{Debug, Display};
 use std::net::SocketAddr;
@@ -38,6 +38,7 @@ pub(super) struct File {
     pub(super) noise: Option<Noise>,
     pub(super) sensors_only: Vec<String>,
     pub(super) hand_spread: bool,
+    pub(super) scenes: Scenes,
     pub(super) hands: Option<Vec<String>>,
     pub(super) hand_files: Option<Vec<PathBuf>>,
     pub(super) listen: Option<SocketAddr>,
@@ -168,6 +169,11 @@ mod tests {
         let error = parse("name = \"Cup\"\nsesion_s = 3").expect_err("misspelt");
         assert!(error.starts_with("competition.toml, line 2: "), "{error}");
         assert!(error.contains("`sesion_s`") && error.contains("`session_s`"), "{error}");
+        let error = parse("scenes = \"per team\"").expect_err("no scenes");
+        assert!(
+            error.contains("line 1") && error.contains("`shared`") && error.contains("`per_team`"),
+            "{error}"
+        );
         let error = parse("\n\nmode = \"fun\"").expect_err("no mode");
         assert!(
             error.contains("line 3") && error.contains("`practice`") && error.contains("`official`"),

@@ -21,23 +21,33 @@ fn organizer(identity: Option<&Identity>) -> bool {
     identity.is_some_and(|identity| identity.role == Role::Organizer)
 }
 
-/// Removes the fields that the client may not see: hidden seeds, events, which would reveal scenes that others have not played yet, and
-/// sessions of other teams.
+/// Whether it is a run of the client's team.
+fn own(run: &RunRecord, identity: Option<&Identity>) -> bool {
+    identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team))
+}
+
+/// Refuses a run to those who may see only the leaderboard of it: until the seeds are revealed, hand, time, reason and events of a run
+/// tell other teams about a scene that they have not played yet, or how to play it.
+fn may_see(run: &RunRecord, identity: Option<&Identity>, rules: &Rules) -> Result<(), Problem> {
+    let watches = identity.is_some_and(|identity| matches!(identity.role, Role::Viewer | Role::Organizer));
+    if rules.revealed() || watches || own(run, identity) {
+        return Ok(());
+    }
+    let needed = "a token of the run's team, a spectator's or an organizer's, until the seeds are revealed";
+    Err(Problem(forbidden(needed)))
+}
+
+/// Removes the fields that the client may not see: hidden seeds, and sessions of other teams.
 fn redacted_for(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> RunRecord {
     if organizer(identity) || !rules.official() {
         return run;
     }
     (run.similar, run.verify_problem) = (None, None);
     (run.verify_host, run.verify_tries) = (None, None);
-    let own = identity.and_then(|identity| identity.team.as_ref()) == Some(&run.team);
-    let viewer = identity.is_some_and(|identity| identity.role == Role::Viewer);
     if !rules.revealed() {
         (run.seed, run.seed_hex) = (None, None);
-        if !own && !viewer {
-            run.events = None;
-        }
     }
-    if !own {
+    if !own(&run, identity) {
         run.session_id = None;
     }
     run
@@ -52,10 +62,10 @@ pub(super) async fn run(
     headers: HeaderMap,
 ) -> Result<Json<RunRecord>, Problem> {
     let identity = auth.identify(&store, &headers).await?;
-    match store.run(&id).await? {
-        Some(run) => Ok(Json(redacted_for(run, identity.as_ref(), &competition.rules))),
-        None => Err(Problem::new(Code::NotFound, format!("no run `{}`", shortened(&id)))),
-    }
+    let run = store.run(&id).await?;
+    let run = run.ok_or_else(|| Problem::new(Code::NotFound, format!("no run `{}`", shortened(&id))))?;
+    may_see(&run, identity.as_ref(), &competition.rules)?;
+    Ok(Json(redacted_for(run, identity.as_ref(), &competition.rules)))
 }
 
 /// Runs, newest first.
@@ -113,8 +123,8 @@ pub(super) fn may_replay(
         return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
     }
     // The file contains an uploaded hand, which is for its team only.
-    let own = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
-    if run.k.is_none() && app.competition.hand(&run.hand).is_none() && !organizer && !own {
+    let foreign = !organizer && !own(run, identity);
+    if run.k.is_none() && app.competition.hand(&run.hand).is_none() && foreign {
         return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
     }
     Ok(())

@@ -38,7 +38,7 @@ pub(super) async fn run_key(
         return Ok(RunKey { seed: Seed::from_u64(number), number: Some(number), k: None });
     }
     let k = sessions.store.next_k(team, &task.name).await.map_err(store_failed("the run"))?;
-    let seed = sessions.competition.rules.seed(&task.name, k).ok_or_else(|| {
+    let seed = sessions.competition.rules.seed(&task.name, k, team).ok_or_else(|| {
         tracing::error!("an official session without a seed secret");
         Refusal::new(Code::Internal, "server fault: the seed secret is missing")
     })?;

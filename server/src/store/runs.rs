@@ -147,10 +147,10 @@ pub(crate) struct RunRecord {
     pub(crate) verify_problem: Option<String>,
     server_version: String,
     build_hash: String,
-    /// Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none.
+    /// Other teams' runs with the same movements over a long stretch; for organizers only, left out if there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) similar: Option<Vec<SimilarRun>>,
-    /// Events of the referee; until the seeds are revealed, those of an official run are only for clients that may watch it.
+    /// Events of the referee.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) events: Option<Vec<Event>>,
 }
@@ -214,6 +214,12 @@ fn word<T: Serialize>(value: &T) -> Option<String> {
 }
 
 impl Store {
+    /// Whether any team began an official run.
+    pub(crate) async fn has_official_runs(&self) -> Result<bool, StoreError> {
+        let query = sqlx::query("SELECT 1 FROM runs WHERE k IS NOT NULL LIMIT 1");
+        Ok(query.fetch_optional(&self.pool()).await?.is_some())
+    }
+
     /// The number of the team's next run of a task, from 1. Numbers are unique.
     pub(crate) async fn next_k(&self, team: &str, task: &str) -> Result<u64, StoreError> {
         let k: Vec<i64> = sqlx::query_scalar(

@@ -36,6 +36,12 @@ impl Store {
         Ok(query.fetch_one(&self.pool()).await?)
     }
 
+    /// Stores the value of a setting.
+    pub(crate) async fn store_setting(&self, key: &str, value: &str) -> Result<(), StoreError> {
+        sqlx::query(WRITE).bind(key).bind(value).execute(&self.pool()).await?;
+        Ok(())
+    }
+
     /// Stores settings, with an audit entry.
     pub(crate) async fn change_settings(
         &self,

@@ -326,6 +326,8 @@ export interface Competition {
   sensors_only: string[];
   /** Whether the seed of a run draws the numbers of its hand that are known as ranges. */
   hand_spread: boolean;
+  /** Whose scene run `k` of a task has, in a competition: one for all teams, or every team's own. */
+  scenes: Scenes;
 }
 
 /** The reason for an action on the competition. */
@@ -362,6 +364,8 @@ export interface CompetitionResponse {
   sensors_only: string[];
   /** Whether the seed of a run draws the numbers of its hand that are known as ranges. */
   hand_spread: boolean;
+  /** Whose scene run `k` of a task has, in a competition: one for all teams, or every team's own. */
+  scenes: Scenes;
   server: ServerInfo;
   limits: Limits;
   tasks: string[];
@@ -1442,7 +1446,7 @@ export interface RunRecord {
   ended_unix_ms: number | null;
   server_version: string;
   build_hash: string;
-  /** Events of the referee; until the seeds are revealed, those of an official run are only for clients that may watch it. */
+  /** Events of the referee. */
   events?: Event[];
   /** Number of the run among the team's runs of this task; official runs only. */
   k?: number;
@@ -1601,6 +1605,9 @@ export interface SceneUpdate {
   deletions: SceneEntityDeletion[];
   entities: SceneEntity[];
 }
+
+/** Whose scene run `k` of a task has, in a competition. */
+export type Scenes = 'shared' | 'per_team';
 
 /** The schedule. */
 export interface Schedule {
