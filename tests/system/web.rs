@@ -104,7 +104,10 @@ fn the_description_of_a_hand_is_compressed_for_those_who_take_it() {
     let whole = get(&server, "/v1/hands/shadow");
     assert!(!whole.head.contains("content-encoding"), "{}", whole.head);
     let packed = request_head(&server, "/v1/hands/shadow", "gzip");
-    assert!(packed.contains("content-encoding: gzip") && packed.contains("vary: accept-encoding"), "{packed}");
+    assert!(
+        packed.contains("content-encoding: gzip") && packed.contains("vary: accept-encoding"),
+        "{packed}"
+    );
     assert!(3 * length(&packed) < length(&whole.head), "{packed}");
 }
 
