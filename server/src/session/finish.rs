@@ -7,7 +7,7 @@ use super::after_run::AfterRun;
 use super::failure::store_failed;
 use super::finished::{Decision, FinishedRun, RunEnd, RunStatus};
 use super::machine::{Playing, Stopping};
-use super::session::{OpenRun, Session};
+use super::session::{OpenRun, RETRY, Session};
 use crate::archive::stored_path;
 use crate::store::{FinishedRunRow, NewAuditEntry};
 use crate::world::realtime::RealtimeStats;
@@ -68,6 +68,7 @@ impl Session {
                 self.machine.refund_since(before, self.now());
                 self.show_clock();
                 self.unstored = Some(finished);
+                self.try_again_at = self.now() + RETRY;
                 return Err(refusal);
             }
         };

@@ -31,7 +31,7 @@ use std::time::Duration;
 use tokio::sync::{Mutex, oneshot};
 
 /// Time until the next attempt to store a result.
-const RETRY: Duration = Duration::from_secs(1);
+pub(super) const RETRY: Duration = Duration::from_secs(1);
 
 /// Held while sessions are taken over.
 #[derive(Debug, Default)]
@@ -117,6 +117,8 @@ pub(crate) struct Session {
     pub(super) answered: Answered,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<FinishedRun>,
+    /// When the session tries that again by itself.
+    pub(super) try_again_at: Duration,
     inbox: Inbox<Session>,
     /// Refunded runs whose rows are not updated yet.
     pub(super) refunded_runs: Vec<String>,
@@ -205,6 +207,7 @@ impl Session {
             taken_over: false,
             answered: Answered::default(),
             unstored: None,
+            try_again_at: Duration::ZERO,
             inbox,
             refunded_runs: Vec::new(),
             note: None,
@@ -355,7 +358,11 @@ impl Session {
     /// Time until [`Session::expire`] is due, if no request comes until then.
     pub(crate) fn next_change(&self) -> Option<Duration> {
         // A result that could not be stored is tried again after a while.
-        if self.unstored.is_some() { Some(RETRY) } else { self.machine.next_change(self.now()) }
+        match self.unstored {
+            // A fixed moment: requests do not put it off.
+            Some(_) => Some(self.try_again_at.saturating_sub(self.now())),
+            None => self.machine.next_change(self.now()),
+        }
     }
 
     /// The warning that is due.
