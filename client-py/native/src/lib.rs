@@ -7,6 +7,7 @@ mod aligned;
 mod analysis;
 mod base;
 mod batch;
+mod batch_step;
 mod fields;
 mod history;
 mod interrupt;
