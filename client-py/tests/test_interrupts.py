@@ -126,7 +126,7 @@ def test_random_interrupts_cuts_and_resumes_of_a_run(where: str) -> None:
     draw, moves = random.Random(COUNT), []
     with palmares.Client(where) as client, alarms() as alarm:
         client.reset("balls", "softhand", seed=1)
-        longest = 0.03
+        longest, disturbed = 0.03, 0
         for _ in range(COUNT):
             move = draw.random(), draw.choice([1, 1, 3, 10, 30])
             before, cuts = client.tick, []
@@ -134,12 +134,13 @@ def test_random_interrupts_cuts_and_resumes_of_a_run(where: str) -> None:
             kind = draw.choice(["interrupt", "cut", "both", "resume", "twice"])
             if kind == "resume":
                 client._link.abort()
+                disturbed += 1
             if kind in ("cut", "both"):
                 cuts.append(cut(client, draw.uniform(0.0, longest)))
             step = partial(client.step, hand=[move[0]], repeat=move[1])
             began = time.monotonic()
             if kind in ("interrupt", "both", "twice"):
-                alarm(draw.uniform(0.0, longest), step)
+                disturbed += alarm(draw.uniform(0.0, longest), step)
             else:
                 step()
                 longest = max(1e-3, min(longest, 1.5 * (time.monotonic() - began)))
@@ -152,6 +153,8 @@ def test_random_interrupts_cuts_and_resumes_of_a_run(where: str) -> None:
             if now.tick == before:
                 step()  # It was interrupted before it began.
             moves.append(move)
+        print(f"{COUNT} steps, {disturbed} of them interrupted or on a new connection, and random cuts")
+        assert disturbed > COUNT // 4
         same(client.stop(), undisturbed(moves))
 
 

@@ -93,7 +93,7 @@ def test_it_refuses_as_a_server_does() -> None:
         with pytest.raises(palmares.UnknownCameraError):
             client.step(cameras="nose")
         with pytest.raises(palmares.WrongStateError):
-            client.latest()  # Only in real time.
+            client.observations()  # Only in real time.
         with pytest.raises(palmares.WrongStateError):
             client.leaderboard()
         with pytest.raises(palmares.WrongStateError):

@@ -3,7 +3,7 @@
 use crate::harness::{Client, Official, Server, get, request, send};
 use serde_json::{Value, json};
 
-const PAGES: [&str; 14] = [
+const PAGES: [&str; 15] = [
     "/",
     "/live",
     "/live/ses_1",

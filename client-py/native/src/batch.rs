@@ -3,12 +3,13 @@
 
 use crate::aligned::Aligned;
 use crate::base::Base;
+use crate::batch_step::{BatchStep, How};
 use crate::fields::{Field, fields};
-use crate::interrupt::{LOOK, Told, tell};
+use crate::interrupt::{Told, tell};
 use crate::lookup;
 use crate::parameters;
 use crate::pictures;
-use crate::slot::{How, Opened, Slot};
+use crate::slot::{self, Opened, Slot};
 use crate::snapshot::Snapshot;
 use crate::state::{self, Placed};
 use crate::training::{Asked, Training, status};
@@ -19,13 +20,12 @@ use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::SnapshotError;
 use palmares_tasks::training::{Given, Shaper, Terms};
-use palmares_tasks::{Action, Fault, Noise, Reason, Run, Seed, Sensing, Task};
+use palmares_tasks::{Fault, Noise, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::RefCell;
 use std::sync::Arc;
-use std::time::Instant;
 
 thread_local! {
     /// The memory of a thread for the mechanics of a hand.
@@ -47,17 +47,7 @@ pub(crate) struct Batch {
     /// Steps begun.
     begun: u64,
     /// A step that an exception of a signal handler interrupted.
-    unfinished: Option<Unfinished>,
-}
-
-/// A step of which ticks are missing.
-struct Unfinished {
-    /// The actions of all worlds, one after the other, each of this length.
-    actions: Vec<f64>,
-    width: usize,
-    ticks: u32,
-    left: u32,
-    mask: Vec<bool>,
+    unfinished: Option<BatchStep>,
 }
 
 #[pymethods]
@@ -149,7 +139,7 @@ impl Batch {
         self.drop_worlds(&mask);
         let Batch { task, hand, noise, sensing, training, slots, workers, .. } = self;
         let workers = workers.started()?;
-        let how = How { task, hand, noise: *noise, sensing: *sensing, training };
+        let how = slot::How { task, hand, noise: *noise, sensing: *sensing, training };
         let chosen = slots.iter_mut().zip(seeds).zip(given).zip(mask).filter(|(_, chosen)| *chosen);
         let mut chosen: Vec<(&mut Slot, u64, Given, Result<(), String>)> =
             chosen.map(|(((slot, seed), given), _)| (slot, seed, given, Ok(()))).collect();
@@ -212,7 +202,7 @@ impl Batch {
         self.slots.iter_mut().for_each(|slot| (slot.reward, slot.shaping) = (0.0, 0.0));
         self.slots.iter_mut().zip(&mask).filter(|(_, chosen)| **chosen).for_each(|(slot, _)| slot.begin());
         self.begun += 1;
-        self.unfinished = Some(Unfinished { actions, width, ticks, left: ticks, mask });
+        self.unfinished = Some(BatchStep { actions, width, ticks, left: ticks, mask });
         self.finish(py, told)
     }
 
@@ -236,47 +226,14 @@ impl Batch {
     /// Makes the rest of an interrupted step. Calls `told` with the number of ticks done.
     #[pyo3(signature = (told=None))]
     fn finish(&mut self, py: Python<'_>, told: Told<'_>) -> PyResult<()> {
-        let Some(Unfinished { actions, width, ticks, mut left, mask }) = self.unfinished.take() else {
-            return Ok(());
-        };
-        let (sensing, objects, base) = (self.sensing, self.task.objects.count, self.base);
-        let (count, motors) = (self.slots.len(), self.hand.motors.len());
-        let (slots, workers) = (&mut self.slots, self.workers.started()?);
-        let mut moving: Vec<(&mut Slot, Action)> = slots
-            .iter_mut()
-            .zip(actions.chunks(width))
-            .zip(&mask)
-            .filter(|(_, chosen)| **chosen)
-            .map(|((slot, numbers), _)| (slot, action(numbers, motors, base)))
-            .collect();
-        // Small portions, so that Ctrl-C does not wait long.
-        let portion = (500 * workers.count() / count).clamp(1, 10) as u32;
-        let mut interrupted = Ok(());
-        while left > 0 && interrupted.is_ok() {
-            py.detach(|| {
-                let begun = Instant::now();
-                while left > 0 && begun.elapsed() < LOOK {
-                    let some = left.min(portion);
-                    left -= some;
-                    workers.each(&mut moving, |(slot, action)| {
-                        slot.advance(action, some, sensing);
-                        if left == 0 {
-                            slot.end(sensing, objects);
-                        }
-                    });
-                }
-            });
-            interrupted = py.check_signals().and_then(|()| tell(&told, u64::from(ticks - left)));
-            if left > 0 && moving.iter().all(|(slot, _)| slot.is_over()) {
-                left = 0;
-                py.detach(|| workers.each(&mut moving, |(slot, _)| slot.end(sensing, objects)));
-            }
-        }
-        if left > 0 {
-            py.detach(|| workers.each(&mut moving, |(slot, _)| slot.look(sensing, objects)));
-            self.unfinished = Some(Unfinished { actions, width, ticks, left, mask });
-        }
-        interrupted
+        let Batch { slots, workers, hand, task, sensing, base, unfinished, .. } = self;
+        let workers = workers.started()?;
+        let Some(mut step) = unfinished.take() else { return Ok(()) };
+        let how =
+            How { motors: hand.motors.len(), base: *base, sensing: *sensing, objects: task.objects.count };
+        let made = step.go_on(py, slots, workers, &how, &told);
+        *unfinished = Some(step).filter(BatchStep::misses_ticks);
+        made
     }
 
     /// The first action that is clipped under these largest base velocities, m/s and rad/s: its world, and
@@ -587,9 +544,7 @@ impl Batch {
 
     /// An interrupted step does not go on in a world whose state is set.
     fn drop_world(&mut self, world: usize) {
-        if let Some(moving) = self.unfinished.as_mut().and_then(|step| step.mask.get_mut(world)) {
-            *moving = false;
-        }
+        self.unfinished.iter_mut().for_each(|step| step.drop_world(world));
     }
 
     fn drop_worlds(&mut self, mask: &[bool]) {
@@ -609,7 +564,7 @@ impl Batch {
             let shaper = training.shaper(run);
             return Ok(Opened { run: run.fork(), constant, drawn, given: given.clone(), shaper });
         }
-        let how = How { task, hand, noise: *noise, sensing: *sensing, training };
+        let how = slot::How { task, hand, noise: *noise, sensing: *sensing, training };
         Opened::of(&how, seed, given).map_err(PyValueError::new_err)
     }
 
@@ -624,14 +579,4 @@ impl Batch {
 
 fn no_run(world: usize) -> PyErr {
     PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
-}
-
-/// The action of a row: the base, σ of every motor and, in a longer row, the effort of every motor.
-fn action(numbers: &[f64], motors: usize, base: Base) -> Action {
-    let (sigma, effort) = numbers[base.len()..].split_at(motors);
-    Action {
-        base: Some(base.target(numbers)),
-        hand: Some(sigma.to_vec()),
-        effort: (!effort.is_empty()).then(|| effort.to_vec()),
-    }
 }

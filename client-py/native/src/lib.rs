@@ -7,7 +7,11 @@ mod aligned;
 mod analysis;
 mod base;
 mod batch;
+<<<<<<< HEAD
 mod elementary;
+=======
+mod batch_step;
+>>>>>>> w/resume
 mod fields;
 mod history;
 mod interrupt;
