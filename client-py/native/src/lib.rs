@@ -7,11 +7,8 @@ mod aligned;
 mod analysis;
 mod base;
 mod batch;
-<<<<<<< HEAD
-mod elementary;
-=======
 mod batch_step;
->>>>>>> w/resume
+mod elementary;
 mod fields;
 mod history;
 mod interrupt;
