@@ -11,8 +11,8 @@ pub(crate) fn variable(name: &str) -> Option<OsString> {
 /// The command, whose options do not read empty variables.
 pub(crate) fn without_empty_variables(command: Command) -> Command {
     let read = |option: Arg| {
-        let name = option.get_env().map(|name| name.to_string_lossy().into_owned());
-        if name.is_some_and(|name| variable(&name).is_none()) { option.env(None::<&str>) } else { option }
+        let value = option.get_env().and_then(std::env::var_os);
+        if value.is_some_and(|value| value.is_empty()) { option.env(None::<&str>) } else { option }
     };
     command.mut_args(read).mut_subcommands(without_empty_variables)
 }

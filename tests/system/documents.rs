@@ -321,6 +321,11 @@ impl Place {
     /// Runs a command; the answer to every question is the competition's name.
     fn run(&mut self, command: &str) {
         let filled = self.filled(command);
+        if command.contains("schedule move crabs") {
+            // The team has one slot again: a command before has added a second.
+            let again = self.shell("palmares admin schedule import slots.csv --reason again");
+            assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+        }
         if first_word(command) == "export" {
             self.exported += &format!("{filled}; ");
         }
@@ -368,7 +373,8 @@ async fn follow(name: &str, playing: &[&str]) -> usize {
                     section if playing.contains(&section) => &["crabs"],
                     _ => &[],
                 };
-                let teams = if section == "Time slots" { &["crabs", "rays"][..] } else { &[] };
+                let teams =
+                    if ["Time slots", "The day"].contains(&&*section) { &["crabs", "rays"][..] } else { &[] };
                 none.insert(Place::prepare(&organizers, teams, played).await)
             }
         };

@@ -338,7 +338,7 @@ impl Pod {
         let mut command = Command::new("nsenter");
         command.arg("--target").arg(self.process.id().to_string()).arg("--net");
         if what == "--all" {
-            command.args(["--mount", "--root"]);
+            command.args(["--mount", "--root", "--wd"]);
         }
         command.arg("--");
         command

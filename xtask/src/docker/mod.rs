@@ -20,7 +20,7 @@ use images::Source;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
@@ -38,14 +38,17 @@ pub(crate) struct Options {
     /// object store. The last line says what passed, failed and was skipped.
     #[arg(long)]
     fleet: bool,
+    /// With --prebuilt or --fleet: take this program instead of building one.
+    #[arg(long)]
+    program: Option<PathBuf>,
 }
 
 /// `cargo xtask docker`. A missing engine is an error here.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let environment = Environment::prepare()?;
-    let prebuilt = || {
-        viewer::run()?;
-        build_server(false)
+    let prebuilt = || match &options.program {
+        Some(program) => Ok(program.clone()),
+        None => viewer::run().and_then(|()| build_server(false)),
     };
     if options.fleet {
         return fleet::run(&prebuilt()?, &environment);
