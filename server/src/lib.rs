@@ -11,7 +11,6 @@ mod compute;
 mod config;
 mod control;
 mod documents;
-mod fingerprint;
 mod fleet;
 mod hands;
 mod http;

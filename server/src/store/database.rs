@@ -15,7 +15,7 @@ use std::time::Duration;
 use tokio::sync::{Mutex, watch};
 
 /// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
-const MIGRATIONS: [(i64, &str, Statements); 12] = [
+const MIGRATIONS: [(i64, &str, Statements); 13] = [
     (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
     (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
     (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
@@ -46,6 +46,7 @@ const MIGRATIONS: [(i64, &str, Statements); 12] = [
     (10, "schedule", Same(include_str!("../../migrations/0010_schedule.sql"))),
     (11, "objects", Same(include_str!("../../migrations/0011_objects.sql"))),
     (12, "queues of hosts", Same(include_str!("../../migrations/0012_queues.sql"))),
+    (14, "likeness of paths", Same(include_str!("../../migrations/0014_likeness_of_paths.sql"))),
 ];
 
 /// The statements of a migration.
