@@ -8,13 +8,14 @@ use palmares_protocol::utc;
 use palmares_replay::{self as replay, Replay, Trajectory, word};
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
 Examples:
   palmares replay run_7c3d8eb479d7f8ab.mcap
   palmares replay run_7c3d8eb479d7f8ab.mcap --csv > trajectories.csv
+  palmares replay run_7c3d8eb479d7f8ab.mcap --like run_04aa1b0c9d63e711.mcap
   palmares replay run_7c3d8eb479d7f8ab.mcap --cameras wrist,box_a.rgb \\
       --output images.mcap";
 
@@ -28,12 +29,15 @@ pub(crate) struct ReplayOptions {
     /// Print the trajectories as CSV: a line for every body that moved, at 30 frames per second
     #[arg(long, conflicts_with = "cameras")]
     csv: bool,
+    /// Simulate this run and that of another file again, and print how alike their movements are: docs/organizers.md
+    #[arg(long, value_name = "OTHER.mcap", conflicts_with_all = ["csv", "cameras"])]
+    like: Option<PathBuf>,
     /// Simulate the run again and write the images of these cameras to --output: names of cameras of the task or the hand for
     /// depth images, or name.depth, name.rgb, name.bodies
     #[arg(long, value_delimiter = ',', value_name = "CAMERAS", requires = "output")]
     cameras: Vec<String>,
     /// Your own task, if the run is of one: a folder with a task.toml
-    #[arg(long = "task", value_name = "PATH", requires = "cameras")]
+    #[arg(long = "task", value_name = "PATH")]
     tasks: Vec<PathBuf>,
     /// File for the images: MCAP with foxglove.RawImage and foxglove.CameraCalibration
     #[arg(long, short, alias = "out", value_name = "FILE", requires = "cameras")]
@@ -46,11 +50,12 @@ pub(crate) struct ReplayOptions {
 /// Prints a summary or the trajectories, or writes images.
 pub(crate) fn replay(options: &ReplayOptions) -> anyhow::Result<ExitCode> {
     let bytes = load(&options.file)?;
-    match replay::read(&bytes) {
-        Ok(replay) if options.csv => csv(&replay, &bytes)?,
-        Ok(replay) if !options.cameras.is_empty() => return images(&replay, options),
-        Ok(replay) => summary(&replay)?,
-        Err(refused) => {
+    match (replay::read(&bytes), &options.like) {
+        (Ok(replay), Some(other)) => return likeness(&replay, other, options),
+        (Ok(replay), None) if options.csv => csv(&replay, &bytes)?,
+        (Ok(replay), None) if !options.cameras.is_empty() => return images(&replay, options),
+        (Ok(replay), None) => summary(&replay)?,
+        (Err(refused), _) => {
             eprintln!("{}: refused: {}: {refused}", options.file.display(), refused.name());
             return Ok(ExitCode::FAILURE);
         }
@@ -63,6 +68,27 @@ fn rate(text: &str) -> Result<f64, String> {
         Ok(rate) if rate > 0.0 && rate <= 1000.0 => Ok(rate),
         _ => Err("more than 0, at most 1000".into()),
     }
+}
+
+fn likeness(one: &Replay, other: &Path, options: &ReplayOptions) -> anyhow::Result<ExitCode> {
+    let tasks = own_tasks(&options.tasks)?;
+    let compared =
+        replay::read(&load(other)?).and_then(|other| replay::likeness::likeness(one, &other, &tasks));
+    match compared {
+        Ok(Some(found)) => println!(
+            "alike      {:.0} % of the shorter path\ndistance   {:.2} mm\noffset     {:.2} mm\nlater      {:.1} s",
+            (100.0 * found.share).floor(),
+            found.distance_mm,
+            found.offset_mm,
+            found.shift_s
+        ),
+        Ok(None) => println!("alike      0 % of the shorter path"),
+        Err(refused) => {
+            eprintln!("refused: {}: {refused}", refused.name());
+            return Ok(ExitCode::FAILURE);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn images(replay: &Replay, options: &ReplayOptions) -> anyhow::Result<ExitCode> {

@@ -15,6 +15,7 @@ mod hands;
 mod header;
 mod image_export;
 mod item;
+pub mod likeness;
 mod lower_hex;
 mod messages;
 mod pack;

@@ -12,7 +12,6 @@ mod config;
 mod control;
 mod disk_space;
 mod documents;
-mod fingerprint;
 mod fleet;
 mod hands;
 mod http;

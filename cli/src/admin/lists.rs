@@ -68,8 +68,10 @@ impl List {
                 ("note", false, note),
             ],
             List::Similar => vec![
-                ("equal changes", true, |row| text(&row["changes"])),
-                ("of", true, |row| text(&row["of_changes"])),
+                ("alike, %", true, |row| percent(&row["share"])),
+                ("distance, mm", true, |row| length(&row["distance_mm"])),
+                ("offset, mm", true, |row| length(&row["offset_mm"])),
+                ("later, s", true, |row| seconds(&row["shift_s"])),
                 ("task", false, |row| text(&row["task"])),
                 ("k", true, |row| text(&row["k"])),
                 ("first", false, |row| text(&row["runs"][0]["team"])),
@@ -151,17 +153,26 @@ fn minutes(seconds: f64) -> String {
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
-/// The longest common stretch with another team's run.
+/// A part in percent, rounded down.
+fn percent(part: &Value) -> String {
+    part.as_f64().map_or("-".to_owned(), |part| format!("{:.0}", (100.0 * part).floor()))
+}
+
+fn length(mm: &Value) -> String {
+    mm.as_f64().map_or("-".to_owned(), |mm| format!("{mm:.1}"))
+}
+
+/// The greatest likeness to another team's run.
 fn similar(row: &Value) -> String {
     match row["similar"].as_array().map_or(&[][..], Vec::as_slice) {
         [] => "-".to_owned(),
         [longest, others @ ..] => {
             let more = if others.is_empty() { String::new() } else { format!(", {} more", others.len()) };
             format!(
-                "{} of {}: {}{more}",
+                "{} of {}: {} %{more}",
                 text(&longest["run_id"]),
                 text(&longest["team"]),
-                longest["changes"]
+                percent(&longest["share"])
             )
         }
     }
@@ -228,9 +239,15 @@ mod tests {
     fn a_table_says_that_there_is_more() {
         let run = json!({"run_id": "run_1", "team": "crabs", "status": "verified", "score": 4.5,
             "started_unix_ms": 1_795_238_500_000_i64});
-        let pair = json!({"changes": 900, "of_changes": 1000, "task": "balls", "k": 3, "runs": [run, run]});
+        let pair = json!({"share": 0.999, "distance_mm": 0.44, "offset_mm": 2.06, "shift_s": -0.5,
+            "task": "balls", "k": 3, "runs": [run, run]});
         let table = |more: bool| List::Similar.table(&json!({"pairs": [pair], "more": more}));
-        assert!(table(false).lines().nth(1).is_some_and(|line| line.trim().starts_with("900  1000  balls")));
+        assert!(
+            table(false).lines().nth(1).is_some_and(|line| line
+                .split_whitespace()
+                .take(5)
+                .eq(["99", "0.4", "2.1", "-0.5", "balls"]))
+        );
         assert_eq!((table(false).lines().count(), table(true).lines().count()), (2, 3), "{}", table(true));
     }
 

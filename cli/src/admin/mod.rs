@@ -226,7 +226,7 @@ enum Run {
         #[arg(long)]
         task: Option<String>,
     },
-    /// List the pairs of runs of two teams with the same actions, longest common stretch first
+    /// List the pairs of runs of two teams with the same movements, the greatest common share first
     Similar {
         /// Only pairs with a run of this team
         #[arg(long, allow_hyphen_values = true)]
@@ -238,7 +238,7 @@ enum Run {
         #[arg(long, value_name = "N", default_value_t = 100)]
         limit: u32,
     },
-    /// Show a run, and under `similar` other teams' runs with the same actions
+    /// Show a run, and under `similar` other teams' runs with the same movements
     Show {
         /// Its id
         id: String,

@@ -2,7 +2,6 @@
 
 use super::{Archive, Keys, Upload, Verification, stored_path};
 use crate::config::SIGNING_KEY_FILE;
-use crate::fingerprint::tests::{balls, fetching};
 use crate::hands::OwnHands;
 use crate::objects::Objects;
 use crate::store::{
@@ -12,7 +11,7 @@ use palmares_models::hand::Hand;
 use palmares_models::measure::HandLimits;
 use palmares_replay::forge::rewritten;
 use palmares_replay::{Header, Signer};
-use palmares_tasks::{Action, Reason, Run, Seed, Sensing, Task};
+use palmares_tasks::{Action, BaseTarget, Reason, Run, Seed, Sensing, Task};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -297,12 +296,36 @@ async fn another_engine_or_task_is_no_verdict() {
     assert_eq!(place.leaderboard().await, 1);
 }
 
+/// The actions of a controller that visits places (m) in turn and closes and opens the hand there, at 10 mm a tick.
+fn visiting(places: &[[f64; 3]]) -> Vec<Action> {
+    let mut actions = Vec::new();
+    let mut at = [0.0, 0.0, 0.75];
+    for (number, to) in places.iter().enumerate() {
+        let way: f64 = (0..3).map(|k| (to[k] - at[k]) * (to[k] - at[k])).sum::<f64>().sqrt();
+        let ticks = (way / 0.01).ceil() as u32 + 20;
+        for tick in 1..=ticks {
+            let part = (f64::from(tick) / (way / 0.01)).min(1.0);
+            let position = [0, 1, 2].map(|k| at[k] + part * (to[k] - at[k]));
+            let base = BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
+            actions.push(Action { base: Some(base), hand: Some(vec![(number % 2) as f64; 2]), effort: None });
+        }
+        at = *to;
+    }
+    actions
+}
+
 #[tokio::test]
-async fn runs_of_two_teams_with_the_same_actions_are_reported() {
+async fn runs_of_two_teams_with_the_same_movements_are_reported() {
     let place = Place::new().await;
-    let actions = fetching(&balls(1)[..1], 0.01);
-    let later = [vec![actions[0].clone(); 37], actions.clone()].concat();
-    let honest = fetching(&balls(2)[..1], 0.01);
+    let actions = visiting(&[[0.1, 0.1, 0.6], [-0.2, 0.1, 0.6], [0.0, -0.2, 0.7]]);
+    // A copy that comes later, with noise.
+    let mut later = [vec![actions[0].clone(); 37], actions.clone()].concat();
+    for (k, action) in later.iter_mut().enumerate() {
+        if let Some(BaseTarget::Pose { position, .. }) = &mut action.base {
+            position[k % 3] += if k % 2 == 0 { 1.2e-4 } else { -1.2e-4 };
+        }
+    }
+    let honest = visiting(&[[0.2, -0.1, 0.6], [0.2, 0.2, 0.7], [0.0, 0.0, 0.6]]);
     let idle = vec![Action::default(); 50];
     for (team, run_id, k, actions) in [
         ("crabs", "run_1", 1, &actions),

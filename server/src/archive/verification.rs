@@ -9,11 +9,11 @@ use super::retention::apply_retention;
 use crate::auth::{random_hex, sha256_hex};
 use crate::blocking::blocking;
 use crate::compute::{Background, JobPriority};
-use crate::fingerprint::Fingerprint;
 use crate::metrics::METRICS;
-use crate::store::{CLAIM, Claim, MAX_TRIES, RunRecord, Store, StoreError, VerificationStatus};
+use crate::store::{CLAIM, Claim, MAX_TRIES, RunInScene, RunRecord, Store, StoreError, VerificationStatus};
 use crate::watch::Hub;
-use palmares_replay::{Replay, VerifyError, read, verify, word};
+use palmares_replay::likeness::{Path, compare, verified_path};
+use palmares_replay::{Replay, VerifyError, read, word};
 use palmares_tasks::Task;
 use serde_json::{Value, json};
 use std::future::Future;
@@ -141,7 +141,17 @@ impl Verification {
             return Ok(());
         };
         let owned = match checked {
-            Ok(verdict) => self.settle(claim, verdict).await?,
+            Ok(verdict) => {
+                // Before the status: a run with a verdict is not checked again.
+                let compared = tokio::select! {
+                    compared = self.compare(run_id, verdict.path.clone()) => compared?,
+                    () = self.renew(run_id) => None,
+                };
+                match compared {
+                    Some(()) => self.settle(claim, verdict).await?,
+                    None => false,
+                }
+            }
             Err(reason) => {
                 let (tries, pause) = (claim.tries, self.pause(claim.tries));
                 METRICS.inconclusive(reason.name());
@@ -211,12 +221,29 @@ impl Verification {
         }
     }
 
+    /// Compares the path of a run with those of other teams in its scene. None if it cannot be compared here.
+    async fn compare(&self, run_id: &str, path: Path) -> Result<Option<()>, StoreError> {
+        let others = self.answered(self.store.store_path(run_id, &path)).await?;
+        let alike = move || {
+            let likeness = |other: RunInScene| {
+                let likeness = compare(&path, &Path::of_text(&other.path)?)?;
+                Some((other, likeness))
+            };
+            others.into_iter().filter_map(likeness).collect()
+        };
+        match self.background.run(JobPriority::Idle, alike).await {
+            Ok(found) => self.answered(self.store.store_likeness(run_id, found)).await.map(Some),
+            Err(error) => {
+                tracing::error!(%error, run = run_id, "the comparison with other runs failed");
+                Ok(None)
+            }
+        }
+    }
+
     /// Stores a verdict.
     async fn settle(&self, claim: &Claim, verdict: Verdict) -> Result<bool, StoreError> {
-        let Verdict { status, note, fingerprint } = verdict;
+        let Verdict { status, note, path: _ } = verdict;
         let run_id = claim.run_id.as_str();
-        // Before the status: a run with a verdict is not checked again.
-        self.answered(self.store.compare_actions(run_id, &fingerprint)).await?;
         let owned = self.answered(self.store.set_verdict(&self.owner, run_id, status, &note)).await?;
         if owned {
             match status {
@@ -243,8 +270,8 @@ impl Verification {
 struct Verdict {
     status: VerificationStatus,
     note: String,
-    /// Fingerprint of its actions; empty when it is rejected.
-    fingerprint: Fingerprint,
+    /// Path of its hand; empty when it is rejected.
+    path: Path,
 }
 
 /// Reason why a run cannot be judged here.
@@ -290,12 +317,12 @@ fn check(
             ));
         }
         same_run(record, &replay)?;
-        Ok((verify(&replay, tasks)?, Fingerprint::of(replay.actions.iter().map(|tick| &tick.action))))
+        verified_path(&replay, tasks)
     })();
     match result {
-        Ok((verified, fingerprint)) => {
+        Ok((verified, path)) => {
             let note = format!("{} ticks, {} states equal", verified.ticks, verified.states);
-            Ok(Verdict { status: VerificationStatus::Verified, note, fingerprint })
+            Ok(Verdict { status: VerificationStatus::Verified, note, path })
         }
         // The file is the right one, but this server cannot play it.
         Err(
@@ -307,7 +334,7 @@ fn check(
         Err(refused) => Ok(Verdict {
             status: VerificationStatus::Rejected,
             note: format!("{}: {refused}", refused.name()),
-            fingerprint: Fingerprint::default(),
+            path: Path::default(),
         }),
     }
 }

@@ -16,7 +16,7 @@ use std::time::Duration;
 use tokio::sync::{Mutex, watch};
 
 /// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
-const MIGRATIONS: [(i64, &str, Statements); 15] = [
+const MIGRATIONS: [(i64, &str, Statements); 16] = [
     (1, "sessions and runs", Same(include_str!("../../migrations/0001_sessions_and_runs.sql"))),
     (2, "competition", Same(include_str!("../../migrations/0002_competition.sql"))),
     (3, "time given back", Same(include_str!("../../migrations/0003_time_given_back.sql"))),
@@ -57,6 +57,7 @@ const MIGRATIONS: [(i64, &str, Statements); 15] = [
         },
     ),
     (15, "undo", Same(include_str!("../../migrations/0015_undo.sql"))),
+    (16, "likeness of paths", Same(include_str!("../../migrations/0016_likeness_of_paths.sql"))),
 ];
 
 /// The statements of a migration.

@@ -7,7 +7,7 @@ use sqlx::any::{AnyRow, AnyTypeInfoKind};
 use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};
 
 /// The tables, each after the tables that it refers to.
-const TABLES: [&str; 13] = [
+const TABLES: [&str; 12] = [
     "teams",
     "tokens",
     "slots",
@@ -18,9 +18,8 @@ const TABLES: [&str; 13] = [
     "run_counters",
     "sessions",
     "runs",
-    "action_marks",
-    "common_marks",
-    "similar_runs",
+    "run_paths",
+    "alike_runs",
 ];
 
 /// A table's name and rows.
@@ -130,10 +129,6 @@ impl Store {
                 query.execute(&mut *transaction).await?;
             }
         }
-        // Backups of 0.2.0 have marks without k.
-        let marks = "UPDATE action_marks SET k = (SELECT runs.k FROM runs WHERE runs.run_id = action_marks.run_id) \
-                     WHERE k IS NULL";
-        sqlx::query(marks).execute(&mut *transaction).await?;
         transaction.commit().await?;
         Ok(())
     }

@@ -72,7 +72,7 @@ pub(crate) use run_actions::{
 pub(crate) use runs::{FinishedRunRow, InterruptedRun, NewRun, RunRecord};
 pub(crate) use schedule::{PlayingClock, Slot};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
-pub(crate) use similar_runs::SimilarPair;
+pub(crate) use similar_runs::{RunInScene, SimilarPair};
 pub(crate) use teams::TeamRow;
 pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verification::{

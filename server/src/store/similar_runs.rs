@@ -1,23 +1,26 @@
-//! Runs of different teams with the same actions in the same scene.
+//! Runs of different teams with the same movements in the same scene.
 
 use super::database::Store;
 use super::error::StoreError;
-use super::number::signed;
-use crate::fingerprint::{Fingerprint, is_reportable};
+use palmares_replay::likeness::{Likeness, Path};
 use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::AssertSqlSafe;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-/// Rows for each statement: two values each, well below the limits of the databases.
-const BATCH: usize = 500;
-/// A mark that more teams than this have in one scene is common. It says nothing about two of them: it belongs to a published
-/// example, or to something else that the teams share.
+/// Pairs of runs that share less of the shorter path are not listed. The example controllers of one task share at most 0.52 of theirs in
+/// the same scene; copies that still score share 0.58 to 1.
+const LISTED_SHARE: f64 = 0.55;
+/// What so many other teams share with a run says nothing about two of them: they play a published example.
 pub(super) const MAX_TEAMS: usize = 4;
-/// The longest common stretches that are kept for a run.
+/// By how much the share of a pair must exceed what that many teams share.
+const BEYOND_COMMON: f64 = 0.1;
+/// The pairs that are kept for a run.
 pub(super) const MAX_PARTNERS: usize = 8;
+/// A run is compared with at most so many others, the newest ones of its scene.
+const MAX_COMPARED: i64 = 200;
 
-/// Another team's run with the same actions over a long stretch.
+/// Another team's run with the same movements over a long stretch.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct SimilarRun {
     /// The other run.
@@ -26,19 +29,29 @@ pub(crate) struct SimilarRun {
     team: String,
     /// Its number among the team's runs of the task.
     k: Option<i64>,
-    /// Number of consecutive changes of the action that are the same, a lower bound.
-    changes: i64,
+    /// Part of the shorter of both paths that is alike, 0 to 1.
+    share: f64,
+    /// Root mean square of the distance of both hands on that part, without a constant offset, mm.
+    distance_mm: f64,
+    /// The constant offset, mm.
+    offset_mm: f64,
+    /// How much later the other run is at the same place, s.
+    shift_s: f64,
 }
 
-from_row!(SimilarRun { run_id: "other_run_id", team, k, changes });
+from_row!(SimilarRun { run_id: "other_run_id", team, k, share, distance_mm, offset_mm, shift_s });
 
-/// Two runs with the same actions over a long stretch.
+/// Two runs with the same movements over a long stretch.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct SimilarPair {
-    /// Number of consecutive changes of the action that are the same, a lower bound.
-    changes: i64,
-    /// Number of changes of the run with fewer.
-    of_changes: i64,
+    /// Part of the shorter of both paths that is alike, 0 to 1.
+    share: f64,
+    /// Root mean square of the distance of both hands on that part, without a constant offset, mm.
+    distance_mm: f64,
+    /// The constant offset, mm.
+    offset_mm: f64,
+    /// How much later the second run is at the same place, s.
+    shift_s: f64,
     /// Task of both.
     task: String,
     /// Number of each among its team's runs of the task: both have the same scene.
@@ -62,7 +75,7 @@ pub(crate) struct PairedRun {
     started_unix_ms: i64,
 }
 
-from_row!(SimilarPair { changes, of_changes, task, k; row => runs: [
+from_row!(SimilarPair { share, distance_mm, offset_mm, shift_s, task, k; row => runs: [
     PairedRun {
         run_id: row.try_get("run_id")?,
         team: row.try_get("team")?,
@@ -79,105 +92,92 @@ from_row!(SimilarPair { changes, of_changes, task, k; row => runs: [
     },
 ] });
 
-/// A mark shared with another team's run: its hash, id, team and changes of that run, and the places of the mark in both.
-type Shared = (i64, String, String, i64, i64, i64);
+/// A run in the same scene as another one.
+#[derive(Debug)]
+pub(crate) struct RunInScene {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Its team.
+    pub(crate) team: String,
+    /// Its path, as text.
+    pub(crate) path: String,
+}
+
+from_row!(RunInScene { run_id, team, path });
+
+/// The pairs that say something, the greatest share first: those that exceed what [`MAX_TEAMS`] other teams share with the run.
+fn telling(mut found: Vec<(RunInScene, Likeness)>) -> Vec<(RunInScene, Likeness)> {
+    found.retain(|(_, likeness)| likeness.share >= LISTED_SHARE);
+    found.sort_by(|(a, one), (b, other)| other.share.total_cmp(&one.share).then(a.run_id.cmp(&b.run_id)));
+    let mut teams: Vec<&str> = Vec::new();
+    let mut common = 0.0;
+    for (other, likeness) in &found {
+        if !teams.contains(&other.team.as_str()) {
+            teams.push(&other.team);
+            if teams.len() == MAX_TEAMS {
+                common = likeness.share + BEYOND_COMMON;
+            }
+        }
+    }
+    found.retain(|(_, likeness)| likeness.share >= common);
+    found.truncate(MAX_PARTNERS);
+    found
+}
 
 impl Store {
-    /// Stores the fingerprint of a run and compares it with those of other teams' runs in the same scene: of the same task and the same
-    /// k. The longest reportable matches are stored with both runs. The rows that it reads grow with the marks of the run alone: a mark
-    /// of more than [`MAX_TEAMS`] teams is never read again.
-    pub(crate) async fn compare_actions(
-        &self,
-        run_id: &str,
-        fingerprint: &Fingerprint,
-    ) -> Result<(), StoreError> {
-        self.store_marks(run_id, fingerprint).await?;
-        let shared: Vec<Shared> = sqlx::query_as(
-            "SELECT mine.hash, theirs.run_id, other.team, COALESCE(other.action_changes, 0), mine.place, theirs.place \
-             FROM action_marks AS mine JOIN action_marks AS theirs ON theirs.hash = mine.hash AND theirs.k = mine.k \
-             JOIN runs AS own ON own.run_id = mine.run_id JOIN runs AS other ON other.run_id = theirs.run_id \
-             WHERE mine.run_id = $1 AND other.team <> own.team AND other.task = own.task \
-             AND NOT EXISTS (SELECT 1 FROM common_marks WHERE common_marks.hash = mine.hash)",
-        )
-        .bind(run_id)
-        .fetch_all(&self.pool())
-        .await?;
-        let mut teams: BTreeMap<i64, BTreeSet<&str>> = BTreeMap::new();
-        for (hash, _, team, ..) in &shared {
-            teams.entry(*hash).or_default().insert(team);
-        }
-        teams.retain(|_, teams| teams.len() >= MAX_TEAMS);
-        let mut others: BTreeMap<(&str, i64), Vec<(i64, i64)>> = BTreeMap::new();
-        for (hash, other, _, changes, here, there) in &shared {
-            if !teams.contains_key(hash) {
-                others.entry((other, *changes)).or_default().push((*here, *there));
-            }
-        }
-        let mut matches: Vec<(u64, &str)> = others
-            .iter()
-            .map(|((other, changes), places)| (fingerprint.longest(places), *other, changes.unsigned_abs()))
-            .filter(|(longest, _, changes)| is_reportable(*longest, (fingerprint.changes, *changes)))
-            .map(|(longest, other, _)| (longest, other))
-            .collect();
-        matches.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(b.1)));
-        matches.truncate(MAX_PARTNERS);
-        self.store_matches(run_id, &matches, teams.keys().copied()).await
-    }
-
-    /// Replaces the marks of a run. In several statements, so that no other writer waits for all of them; a verification that is
-    /// interrupted in between is repeated.
-    async fn store_marks(&self, run_id: &str, fingerprint: &Fingerprint) -> Result<(), StoreError> {
-        sqlx::query("DELETE FROM action_marks WHERE run_id = $1").bind(run_id).execute(&self.pool()).await?;
-        sqlx::query("UPDATE runs SET action_changes = $1 WHERE run_id = $2")
-            .bind(signed(fingerprint.changes))
-            .bind(run_id)
-            .execute(&self.pool())
-            .await?;
-        for batch in fingerprint.marks.chunks(BATCH) {
-            let row =
-                |k| format!("($1, (SELECT k FROM runs WHERE run_id = $1), ${}, ${})", 2 * k + 2, 2 * k + 3);
-            let rows: Vec<String> = (0..batch.len()).map(row).collect();
-            let sql = format!("INSERT INTO action_marks (run_id, k, hash, place) VALUES {}", rows.join(", "));
-            let mut query = sqlx::query(AssertSqlSafe(sql)).bind(run_id.to_owned());
-            for mark in batch {
-                query = query.bind(mark.hash).bind(mark.place);
-            }
-            query.execute(&self.pool()).await?;
-        }
-        Ok(())
-    }
-
-    /// Stores the matches of a run, of both runs only the longest, and the marks that became common.
-    async fn store_matches(
-        &self,
-        run_id: &str,
-        matches: &[(u64, &str)],
-        common: impl Iterator<Item = i64>,
-    ) -> Result<(), StoreError> {
+    /// Stores the path of a run in place of an earlier one; returns other teams' runs in the same scene, the newest first.
+    pub(crate) async fn store_path(&self, run_id: &str, path: &Path) -> Result<Vec<RunInScene>, StoreError> {
         let mut transaction = self.write().await?;
-        for hash in common {
-            sqlx::query("INSERT INTO common_marks (hash) VALUES ($1) ON CONFLICT (hash) DO NOTHING")
-                .bind(hash)
-                .execute(&mut *transaction)
-                .await?;
+        sqlx::query("DELETE FROM run_paths WHERE run_id = $1")
+            .bind(run_id)
+            .execute(&mut *transaction)
+            .await?;
+        if path.is_comparable() {
+            let insert = "INSERT INTO run_paths (run_id, scene, path) SELECT run_id, seed_hex, $2 FROM runs WHERE run_id = $1";
+            sqlx::query(insert).bind(run_id).bind(path.to_text()).execute(&mut *transaction).await?;
         }
-        for (longest, other) in matches {
-            for (one, another) in [(run_id, *other), (*other, run_id)] {
+        transaction.commit().await?;
+        let others = sqlx::query_as(
+            "SELECT other.run_id, other.team, theirs.path FROM run_paths AS mine \
+             JOIN run_paths AS theirs ON theirs.scene = mine.scene JOIN runs AS own ON own.run_id = mine.run_id \
+             JOIN runs AS other ON other.run_id = theirs.run_id WHERE mine.run_id = $1 AND other.team <> own.team \
+             AND other.task = own.task AND other.k = own.k ORDER BY other.started_at DESC, other.run_id LIMIT $2",
+        );
+        Ok(others.bind(run_id).bind(MAX_COMPARED).fetch_all(&self.pool()).await?)
+    }
+
+    /// Stores how alike a run is to others, in place of earlier results; of every run only the pairs with the greatest share.
+    pub(crate) async fn store_likeness(
+        &self,
+        run_id: &str,
+        found: Vec<(RunInScene, Likeness)>,
+    ) -> Result<(), StoreError> {
+        let found = telling(found);
+        let mut transaction = self.write().await?;
+        let old = "DELETE FROM alike_runs WHERE run_id = $1 OR other_run_id = $1";
+        sqlx::query(old).bind(run_id).execute(&mut *transaction).await?;
+        for (RunInScene { run_id: other, .. }, likeness) in &found {
+            for (one, another, shift_s) in
+                [(run_id, other.as_str(), likeness.shift_s), (other.as_str(), run_id, -likeness.shift_s)]
+            {
                 sqlx::query(
-                    "INSERT INTO similar_runs (run_id, other_run_id, changes) VALUES ($1, $2, $3) \
-                     ON CONFLICT (run_id, other_run_id) DO NOTHING",
+                    "INSERT INTO alike_runs (run_id, other_run_id, share, distance_mm, offset_mm, shift_s) \
+                     VALUES ($1, $2, $3, $4, $5, $6)",
                 )
                 .bind(one)
                 .bind(another)
-                .bind(signed(*longest))
+                .bind(likeness.share)
+                .bind(likeness.distance_mm)
+                .bind(likeness.offset_mm)
+                .bind(shift_s)
                 .execute(&mut *transaction)
                 .await?;
             }
         }
-        for run in matches.iter().map(|(_, other)| *other).chain([run_id]) {
+        for run in found.iter().map(|(other, _)| other.run_id.as_str()).chain([run_id]) {
             sqlx::query(
-                "DELETE FROM similar_runs WHERE run_id = $1 AND other_run_id NOT IN (SELECT other_run_id \
-                 FROM similar_runs WHERE run_id = $1 ORDER BY changes DESC, other_run_id LIMIT $2)",
+                "DELETE FROM alike_runs WHERE run_id = $1 AND other_run_id NOT IN (SELECT other_run_id \
+                 FROM alike_runs WHERE run_id = $1 ORDER BY share DESC, other_run_id LIMIT $2)",
             )
             .bind(run)
             .bind(MAX_PARTNERS as i64)
@@ -197,13 +197,13 @@ impl Store {
             Some([]) => return Ok(BTreeMap::new()),
             Some(runs) => {
                 let numbers: Vec<String> = (1..=runs.len()).map(|k| format!("${k}")).collect();
-                format!("WHERE similar_runs.run_id IN ({})", numbers.join(", "))
+                format!("WHERE alike_runs.run_id IN ({})", numbers.join(", "))
             }
             None => String::new(),
         };
         let sql = format!(
-            "SELECT similar_runs.run_id AS of_run, other_run_id, runs.team, runs.k, changes FROM similar_runs \
-             JOIN runs ON runs.run_id = other_run_id {which} ORDER BY changes DESC, other_run_id"
+            "SELECT alike_runs.run_id AS of_run, other_run_id, runs.team, runs.k, share, distance_mm, offset_mm, shift_s \
+             FROM alike_runs JOIN runs ON runs.run_id = other_run_id {which} ORDER BY share DESC, other_run_id"
         );
         let mut query = sqlx::query(AssertSqlSafe(sql));
         for run_id in of.unwrap_or_default() {
@@ -217,31 +217,34 @@ impl Store {
         Ok(found)
     }
 
-    /// The pairs of similar runs of a team and a task, or of all, longest common stretch first, at most `limit` of them.
+    /// The pairs of similar runs of a team and a task, or of all, the greatest share first, at most `limit` of them.
     pub(crate) async fn similar_pairs(
         &self,
         team: Option<&str>,
         task: Option<&str>,
         limit: u32,
     ) -> Result<Vec<SimilarPair>, StoreError> {
-        // A pair can be stored with one of its runs only: the other may have longer ones.
+        // A pair can be stored with one of its runs only: the other may have better ones.
         let query = sqlx::query_as(
-            "SELECT changes, COALESCE(CASE WHEN run.action_changes < other.action_changes THEN run.action_changes \
-               ELSE other.action_changes END, changes) AS of_changes, run.task, run.k, \
-               run.run_id, run.team, run.status, run.score, run.started_at, \
+            "SELECT share, distance_mm, offset_mm, shift_s, run.task, run.k, \
+             run.run_id, run.team, run.status, run.score, run.started_at, \
                other.run_id AS other_run_id, other.team AS other_team, other.status AS other_status, \
                other.score AS other_score, other.started_at AS other_started_at \
-             FROM similar_runs AS pair JOIN runs AS run ON run.run_id = pair.run_id \
+             FROM alike_runs AS pair JOIN runs AS run ON run.run_id = pair.run_id \
              JOIN runs AS other ON other.run_id = pair.other_run_id \
              WHERE ($1 = '' OR run.team = $1 OR other.team = $1) AND ($2 = '' OR run.task = $2) \
-             AND (pair.run_id < pair.other_run_id OR NOT EXISTS (SELECT 1 FROM similar_runs AS back \
+             AND (pair.run_id < pair.other_run_id OR NOT EXISTS (SELECT 1 FROM alike_runs AS back \
                WHERE back.run_id = pair.other_run_id AND back.other_run_id = pair.run_id)) \
-             ORDER BY changes DESC, run.run_id, other.run_id LIMIT $3",
+             ORDER BY share DESC, distance_mm, run.run_id, other.run_id LIMIT $3",
         );
         let query = query.bind(team.unwrap_or_default().to_owned()).bind(task.unwrap_or_default().to_owned());
         let mut pairs: Vec<SimilarPair> = query.bind(i64::from(limit)).fetch_all(&self.pool()).await?;
         for pair in &mut pairs {
-            pair.runs.sort_by_key(|run| run.started_unix_ms);
+            let [first, second] = &pair.runs;
+            if first.started_unix_ms > second.started_unix_ms {
+                pair.runs.reverse();
+                pair.shift_s = -pair.shift_s;
+            }
         }
         Ok(pairs)
     }

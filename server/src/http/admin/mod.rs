@@ -116,7 +116,7 @@ pub(super) fn routes() -> Routes<AppState> {
         .add(
             get_json::<runs::SimilarRuns>(
                 "/v1/admin/similar",
-                "Pairs of runs of two teams with the same actions, longest common stretch first",
+                "Pairs of runs of two teams with the same movements, the greatest common share first",
             )
             .query("team", "Only pairs with a run of this team")
             .query("task", "Only runs of this task")

@@ -62,7 +62,7 @@ pub(super) struct SimilarFilter {
     limit: Option<u32>,
 }
 
-/// Pairs of similar runs, longest common stretch first.
+/// Pairs of similar runs, the greatest share first.
 #[derive(Serialize, JsonSchema)]
 pub(in crate::http) struct SimilarRuns {
     pairs: Vec<SimilarPair>,
@@ -70,7 +70,7 @@ pub(in crate::http) struct SimilarRuns {
     more: bool,
 }
 
-/// Pairs of runs of two teams with the same actions over a long stretch.
+/// Pairs of runs of two teams with the same movements over a long stretch.
 pub(super) async fn similar(
     State(store): State<Store>,
     Query(filter): Query<SimilarFilter>,

@@ -1,42 +1,53 @@
-//! Fingerprints of runs in both kinds of database.
+//! Likeness of runs in both kinds of database.
 
 use super::*;
-use crate::fingerprint::{Fingerprint, Mark};
 use crate::store::similar_runs::{MAX_PARTNERS, MAX_TEAMS};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use palmares_replay::likeness::{Likeness, Path};
 use serde_json::{Value, json};
 
-/// A fingerprint of `changes` changes, with a mark at every tenth, hashes from `first` on.
-fn marks(first: i64, changes: u64) -> Fingerprint {
-    parts(&[(first, changes)])
+/// A path of 30 points at the origin: long enough to be compared.
+fn moving() -> Path {
+    let bytes = [&10.0_f32.to_le_bytes()[..], &[0; 30 * 22]].concat();
+    Path::of_text(&BASE64_STANDARD.encode(bytes)).expect("a path")
 }
 
-/// A fingerprint of stretches: the first hash and the number of changes of each.
-fn parts(parts: &[(i64, u64)]) -> Fingerprint {
-    let mut fingerprint = Fingerprint::default();
-    for (first, changes) in parts {
-        let begin = fingerprint.changes.cast_signed();
-        let places = (0..changes.cast_signed()).step_by(10);
-        fingerprint.marks.extend(places.map(|place| Mark { hash: first + place, place: begin + place }));
-        fingerprint.changes += changes;
-    }
-    fingerprint
+fn alike(share: f64) -> Likeness {
+    Likeness { share, distance_mm: 1.5, shift_s: 0.5, offset_mm: 3.0 }
 }
 
-/// An official run with this fingerprint. `run_id` is made from team, task and k.
-async fn play(store: &Store, team: &str, task: &str, k: u64, fingerprint: &Fingerprint) -> String {
+/// An official run that shares these parts with earlier runs of the scene, by run; the default is nothing. `run_id` is made from team,
+/// task and k. Returns also the runs with which it was compared.
+async fn play(
+    store: &Store,
+    team: &str,
+    task: &str,
+    k: u64,
+    shares: &[(&str, f64)],
+) -> (String, Vec<String>) {
     let run_id = format!("{team}_{task}_{k}");
     begin_in(store, "official", team, task, &run_id, Some(k), Sensing::Truth).await;
-    store.compare_actions(&run_id, fingerprint).await.expect("compares");
-    run_id
+    (run_id.clone(), verify(store, &run_id, shares).await)
 }
 
-/// The runs that are similar to a run: team, k and changes.
-async fn similar(store: &Store, run_id: &str) -> Vec<(String, u64, u64)> {
+async fn verify(store: &Store, run_id: &str, shares: &[(&str, f64)]) -> Vec<String> {
+    let others = store.store_path(run_id, &moving()).await.expect("stored");
+    let mut compared: Vec<String> = others.iter().map(|other| other.run_id.clone()).collect();
+    compared.sort();
+    let share = |run_id: &str| shares.iter().find(|(other, _)| *other == run_id).map(|(_, share)| *share);
+    let found =
+        others.into_iter().filter_map(|other| share(&other.run_id).map(|share| (other, alike(share))));
+    store.store_likeness(run_id, found.collect()).await.expect("stored");
+    compared
+}
+
+/// The runs that are similar to a run: team and share in percent.
+async fn similar(store: &Store, run_id: &str) -> Vec<(String, u64)> {
     let run = serde_json::to_value(store.run(run_id).await.expect("query").expect("there")).expect("json");
     let others = run["similar"].as_array().cloned().unwrap_or_default();
-    let number = |other: &Value, field: &str| other[field].as_u64().expect("a number");
-    let text = |other: &Value| other["team"].as_str().expect("a name").to_owned();
-    others.iter().map(|other| (text(other), number(other, "k"), number(other, "changes"))).collect()
+    let percent = |other: &Value| (100.0 * other["share"].as_f64().expect("a number")).round() as u64;
+    others.iter().map(|other| (other["team"].as_str().expect("a name").to_owned(), percent(other))).collect()
 }
 
 async fn pairs(store: &Store, team: Option<&str>, task: Option<&str>) -> Vec<Value> {
@@ -45,110 +56,105 @@ async fn pairs(store: &Store, team: Option<&str>, task: Option<&str>) -> Vec<Val
 }
 
 #[tokio::test]
-async fn long_stretches_of_other_teams_in_the_scene_are_found() {
+async fn a_run_is_compared_with_other_teams_runs_in_its_scene() {
     for place in places().await {
         let store = place.open().await;
-        // More marks than one statement takes.
-        let whole = marks(1, 9000);
-        let first = play(&store, "a", "balls", 2, &whole).await;
-        let own = play(&store, "a", "balls", 3, &whole).await;
-        let other_k = play(&store, "b", "balls", 1, &whole).await;
-        let other_task = play(&store, "b", "shelf", 2, &whole).await;
-        let short = play(&store, "c", "balls", 2, &marks(8951, 3000)).await;
-        let copy = play(&store, "b", "balls", 2, &marks(1001, 8000)).await;
-        store.compare_actions(&copy, &marks(1001, 8000)).await.expect("compares again");
-        assert_eq!(similar(&store, &copy).await, [("a".into(), 2, 8006)], "8000 changes from the 1000th on");
-        assert_eq!(similar(&store, &first).await, [("b".into(), 2, 8006)]);
-        for other in [own, other_k, other_task, short] {
-            assert_eq!(similar(&store, &other).await, [], "{other}");
+        let (first, _) = play(&store, "a", "balls", 2, &[]).await;
+        for (team, task, k) in [("a", "balls", 3), ("b", "balls", 1), ("b", "shelf", 2)] {
+            let (_, compared) = play(&store, team, task, k, &[]).await;
+            assert!(!compared.contains(&first), "{team} {task} {k}: {compared:?}");
         }
+        let (copy, compared) = play(&store, "b", "balls", 2, &[(&first, 0.9)]).await;
+        assert_eq!(compared, [first.as_str()]);
+        // Verified again, it is found once.
+        verify(&store, &copy, &[(&first, 0.8)]).await;
+        let (less, compared) = play(&store, "c", "balls", 2, &[(&first, 0.3)]).await;
+        assert_eq!(compared, [first.as_str(), copy.as_str()]);
+        assert_eq!(similar(&store, &copy).await, [("a".into(), 80)]);
+        assert_eq!(similar(&store, &first).await, [("b".into(), 80)]);
+        assert_eq!(similar(&store, &less).await, []);
         let all = store.runs().await.expect("query");
         assert_eq!(all.iter().filter(|run| run.similar.is_some()).count(), 2);
         let found = pairs(&store, None, None).await;
         assert_eq!(found.len(), 1);
         assert_eq!(found[0]["runs"][0]["run_id"], json!(first), "the earlier one: {}", found[0]);
-        assert_eq!((&found[0]["changes"], &found[0]["of_changes"]), (&json!(8006), &json!(8000)));
+        // It was the other run that is 0.5 s later at the same place.
+        assert_eq!((&found[0]["shift_s"], &found[0]["distance_mm"]), (&json!(-0.5), &json!(1.5)));
         for (team, task, count) in
             [(Some("b"), None, 1), (Some("c"), None, 0), (None, Some("balls"), 1), (None, Some("shelf"), 0)]
         {
             assert_eq!(pairs(&store, team, task).await.len(), count, "{team:?} {task:?}");
         }
+        // Without a path, as a rejected run, it is not compared any more.
+        assert!(store.store_path(&copy, &Path::default()).await.expect("stored").is_empty());
+        assert_eq!(verify(&store, &less, &[]).await, [first.as_str()]);
         assert!(store.audit(0, 100).await.expect("query").is_empty());
         store.close().await;
     }
 }
 
 #[tokio::test]
-async fn stretches_of_many_teams_are_not_compared() {
+async fn what_many_teams_share_is_not_listed() {
     for place in places().await {
         let store = place.open().await;
-        // Every team begins each run with the opening of an example; in scene 3 two teams also have the same actions after it.
-        let teams: Vec<String> = (0..12).map(|team| format!("team{team}")).collect();
-        for k in 1..=3_u64 {
-            for (number, team) in teams.iter().enumerate() {
-                let of_its_own = 100_000 * (number as i64 + 1) + 10_000 * k.cast_signed();
-                let copied = k == 3 && [7, 11].contains(&number);
-                let rest = if copied { 77_000 } else { of_its_own };
-                play(&store, team, "balls", k, &parts(&[(1, 500), (rest, 150)])).await;
+        // Every team plays an example; the last one also has the rest of another team's run.
+        let teams: Vec<String> = (0..12).map(|team| format!("team{team:02}")).collect();
+        let mut runs: Vec<(String, f64)> = Vec::new();
+        for (number, team) in teams.iter().enumerate() {
+            let mut shares: Vec<(&str, f64)> =
+                runs.iter().map(|(run, share)| (run.as_str(), *share)).collect();
+            if number == 11 {
+                shares[7].1 = 0.95;
             }
+            let (run, _) = play(&store, team, "balls", 1, &shares).await;
+            runs.push((run, 0.7));
         }
         let found = pairs(&store, None, None).await;
-        // Before the opening was common: each two of the first teams.
-        assert_eq!(found.len(), MAX_TEAMS * (MAX_TEAMS - 1) / 2 + 1);
-        assert!(found[..found.len() - 1].iter().all(|pair| pair["k"] == 1), "{found:?}");
-        let copy = found.last().expect("pairs");
-        let runs = [&copy["runs"][0]["run_id"], &copy["runs"][1]["run_id"]];
-        assert_eq!(runs, [&json!("team7_balls_3"), &json!("team11_balls_3")]);
-        assert_eq!(copy["changes"], 156, "without the opening");
+        // Before the example was common: each two of the first teams.
+        assert_eq!(found.len(), MAX_TEAMS * (MAX_TEAMS - 1) / 2 + 1, "{found:?}");
+        let runs = [&found[0]["runs"][0]["run_id"], &found[0]["runs"][1]["run_id"]];
+        assert_eq!(runs, [&json!("team07_balls_1"), &json!("team11_balls_1")]);
+        assert_eq!(found[0]["share"], 0.95);
         store.close().await;
     }
 }
 
 #[tokio::test]
-async fn a_run_keeps_its_longest_matches() {
+async fn a_run_keeps_its_best_pairs() {
     for place in places().await {
         let store = place.open().await;
-        let stretches: Vec<(i64, u64)> =
-            (0..12).map(|team| (10_000 * (team + 1), 200 + 10 * team as u64)).collect();
-        for (team, stretch) in stretches.iter().enumerate() {
-            play(&store, &format!("team{team:02}"), "balls", 1, &parts(&[*stretch])).await;
-        }
-        let all = play(&store, "copier", "balls", 1, &parts(&stretches)).await;
-        let kept = similar(&store, &all).await;
-        assert_eq!(kept.len(), MAX_PARTNERS);
-        assert_eq!((kept[0].0.as_str(), kept[7].0.as_str()), ("team11", "team04"));
-        assert_eq!(similar(&store, "team11_balls_1").await[0].0, "copier");
-        assert_eq!(similar(&store, "team03_balls_1").await, []);
-        // The other way round: many runs that each have the one as their longest match.
-        let many =
-            parts(&stretches.iter().map(|(first, changes)| (first + 500_000, *changes)).collect::<Vec<_>>());
-        let one = play(&store, "source", "balls", 2, &many).await;
-        for (team, (first, changes)) in stretches.iter().enumerate() {
-            play(&store, &format!("team{team:02}"), "balls", 2, &marks(first + 500_000, *changes)).await;
+        // Many runs that each have the one as their only match.
+        let (one, _) = play(&store, "source", "balls", 2, &[]).await;
+        for team in 0..12 {
+            let share = 0.6 + 0.01 * f64::from(team);
+            play(&store, &format!("team{team:02}"), "balls", 2, &[(&one, share)]).await;
         }
         let kept = similar(&store, &one).await;
-        assert_eq!((kept.len(), kept[7].0.as_str()), (MAX_PARTNERS, "team04"));
-        assert_eq!(similar(&store, "team00_balls_2").await[0].0, "source");
+        assert_eq!((kept.len(), kept[0].0.as_str(), kept[7].0.as_str()), (MAX_PARTNERS, "team11", "team04"));
+        assert_eq!(similar(&store, "team00_balls_2").await, [("source".into(), 60)]);
         assert_eq!(pairs(&store, Some("source"), None).await.len(), 12);
         store.close().await;
     }
 }
 
 #[tokio::test]
-async fn marks_of_a_backup_of_an_older_version_are_compared() {
+async fn paths_are_part_of_a_backup() {
     for (old, new) in places().await.into_iter().zip(places().await) {
         let store = old.open().await;
-        play(&store, "a", "balls", 2, &marks(1, 3000)).await;
+        let (first, _) = play(&store, "a", "balls", 2, &[]).await;
+        play(&store, "b", "balls", 2, &[(&first, 0.9)]).await;
         let mut tables = store.dump().await.expect("dumps");
         store.close().await;
-        let (_, rows) = tables.iter_mut().find(|(name, _)| name == "action_marks").expect("marks");
-        for row in rows {
-            row.remove("k");
-        }
+        // Tables of earlier versions are left out.
+        tables.push((
+            "similar_runs".into(),
+            vec![json!({"changes": 1}).as_object().cloned().expect("an object")],
+        ));
         let store = new.open().await;
         store.fill(&tables).await.expect("restores");
-        let copy = play(&store, "b", "balls", 2, &marks(1, 3000)).await;
-        assert_eq!(similar(&store, &copy).await, [("a".into(), 2, 3006)]);
+        assert_eq!(similar(&store, &first).await, [("b".into(), 90)]);
+        let (_, compared) = play(&store, "c", "balls", 2, &[]).await;
+        assert_eq!(compared.len(), 2);
         store.close().await;
     }
 }
