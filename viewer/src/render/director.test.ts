@@ -124,7 +124,7 @@ describe('the camera', () => {
     for (const height of [0.75, 0.35, 0.25]) {
       // Fingers along −z: the board of the box is below, and the ball beside.
       for (let k = 0; k < 60; k += 1) shot.frame([0, 0, height], [0, 1, 0, 0]);
-      const hides = shot.subject.blockers.filter(({ kind }) => kind !== 'glass');
+      const hides = shot.subject.blockers.filter(({ kind }) => kind !== 'wall');
       const seen = shot.subject.links.filter((link) => !hides.some((blocker) => blocks(blocker, shot.camera.position, link)));
       expect(seen.length, `at ${height}`).toBe(shot.subject.links.length);
     }
