@@ -13,9 +13,11 @@ test.use({ viewport: WIDE, colorScheme: 'light' });
 /** Shows only the 3D view, from nearer: `near` is the share of the camera's distance. */
 async function alone(page: Page, near: number): Promise<void> {
   await page.evaluate((share) => {
-    const { stage } = window.palmares as unknown as { stage: { camera: { position: { lerp(to: unknown, share: number): void } }; controls: { target: unknown; update(): void } } };
+    const { stage } = window.palmares as unknown as { stage: { camera: { position: { lerp(to: unknown, share: number): void } }; controls: { target: unknown; update(): void }; lookAs(other: unknown): void } };
     stage.camera.position.lerp(stage.controls.target, 1 - share);
     stage.controls.update();
+    // The camera stays where it is now.
+    stage.lookAs(stage);
     for (const card of document.querySelectorAll<HTMLElement>('.hud')) card.hidden = true;
   }, near);
   // Shadows and labels appear after a few frames.

@@ -1,5 +1,5 @@
 /** A slider and a number for each motor's target, with its reached position and tension. */
-import { el, name, setText } from '../ui/elements';
+import { el, nameInWords, setText } from '../ui/elements';
 import type { ActuatorObservation, Field } from '../wire/messages';
 
 /** Sent values have three decimals. */
@@ -35,8 +35,8 @@ export class Motors {
     };
     this.element.hidden = motors.length === 0;
     this.element.replaceChildren(el('h2', {}, 'Motors: 0 open, 1 closed'),
-      ...this.rows.flatMap((row, k) => [
-        el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, name(motors[k]?.name ?? '')), row.slider, row.target), row.state]),
+      el('div', { class: 'sliders' }, ...this.rows.flatMap((row, k) => [
+        el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, nameInWords(motors[k]?.name ?? '')), row.slider, row.target), row.state])),
       el('div', { class: 'row' }, el('button', { type: 'button', class: 'small', on: { click: all(least) } }, 'Open all'), el('button', { type: 'button', class: 'small', on: { click: all(most) } }, 'Close all')));
     this.write();
   }

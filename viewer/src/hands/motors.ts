@@ -1,5 +1,5 @@
 /** A slider for each motor: σ from 0 (open) to 1 (closed). */
-import { button, el, name, setText } from '../ui/elements';
+import { button, el, nameInWords, setText } from '../ui/elements';
 import type { MotorDescription } from '../wire/messages';
 
 export class MotorSliders {
@@ -14,7 +14,7 @@ export class MotorSliders {
     });
     const all = (value: number) => (): void => { this.set(motors.map(() => value)); this.tell(); };
     this.element = el('section', { class: 'panel' }, el('h2', {}, motors.length === 1 ? 'Motor: 0 open, 1 closed' : 'Motors: 0 open, 1 closed'),
-      ...motors.map((motor, k) => el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, name(motor.name)), this.rows[k]?.slider, this.rows[k]?.shown)),
+      el('div', { class: 'sliders' }, ...motors.map((motor, k) => el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, nameInWords(motor.name)), this.rows[k]?.slider, this.rows[k]?.shown))),
       el('div', { class: 'row' }, button('Open', all(0), { class: 'small' }), button('Half', all(0.5), { class: 'small' }), button('Close', all(1), { class: 'small' })));
   }
 

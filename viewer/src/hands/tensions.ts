@@ -1,6 +1,6 @@
 /** The tension of every tendon, and its limit. */
 import { figure } from '../ui/format';
-import { el, name, setText } from '../ui/elements';
+import { el, nameInWords, setText } from '../ui/elements';
 import type { TendonDescription } from '../wire/messages';
 
 export class Tensions {
@@ -10,7 +10,7 @@ export class Tensions {
   constructor(private readonly tendons: readonly TendonDescription[]) {
     this.rows = tendons.map((tendon) => ({ meter: el('meter', { min: 0, max: tendon.force_limit, 'aria-label': `Tension of ${tendon.name}` }), shown: el('output', {}, '–') }));
     this.element = el('section', { class: 'panel' }, el('h2', {}, 'Tension of tendons'),
-      ...tendons.map((tendon, k) => el('div', { class: 'slider' }, el('span', {}, name(tendon.name)), this.rows[k]?.meter, this.rows[k]?.shown)));
+      el('div', { class: 'sliders' }, ...tendons.map((tendon, k) => el('div', { class: 'slider' }, el('span', {}, nameInWords(tendon.name)), this.rows[k]?.meter, this.rows[k]?.shown))));
   }
 
   show(tension: readonly number[]): void {

@@ -1,6 +1,6 @@
 /** The hand's telemetry as bars and figures: motors, tensions, contact forces on fingers and patches, sensors, deviation of joints from the prediction. */
 import { points } from '../ui/format';
-import { el, setText } from '../ui/elements';
+import { el, nameInWords, setText } from '../ui/elements';
 import { type Channel, readingsOf } from '../model/channel';
 import type { Telemetry } from '../model/moment';
 import type { HandDescription } from '../wire/messages';
@@ -17,7 +17,11 @@ interface Gauge { row: HTMLElement; meter: HTMLMeterElement; figure: HTMLElement
 function gauge(label: string, max: number, unit: string): Gauge {
   const meter = el('meter', { min: 0, max, 'aria-label': label });
   const figure = el('output', {});
-  return { row: el('div', { class: 'slider' }, el('span', {}, label), meter, figure, el('span', { class: 'visually-hidden' }, unit)), meter, figure };
+  return { row: el('div', { class: 'slider' }, el('span', {}, nameInWords(label)), meter, figure, el('span', { class: 'visually-hidden' }, unit)), meter, figure };
+}
+
+function sliders(gauges: readonly Gauge[]): HTMLElement {
+  return el('div', { class: 'sliders' }, ...gauges.map(({ row }) => row));
 }
 
 export class Gauges {
@@ -41,12 +45,12 @@ export class Gauges {
     this.tendons = hand.tendons.map((tendon) => gauge(`${tendon.name}, tension`, tendon.force_limit, ''));
     this.fingers = (hand.fingers ?? []).map((name) => gauge(name, FINGER_N, 'N'));
     this.patches = (hand.tactile ?? []).map((patch) => gauge(patch.name, PATCH_N, 'N'));
-    const skin = this.patches.length > 0 ? [el('h3', {}, 'Force on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
+    const skin = this.patches.length > 0 ? [el('h3', {}, 'Force on each tactile patch, N'), sliders(this.patches)] : [];
     this.joints = el('dl', { class: 'facts' });
     this.readings = el('dl', { class: 'facts' });
     const sensors = channels.length > 0 ? [el('h3', {}, 'Sensors'), this.readings] : [];
-    this.element.replaceChildren(el('summary', {}, 'Hand: motors and sensors'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
-      el('h3', {}, 'Contact force on each finger, N'), ...this.fingers.map((g) => g.row), ...skin, ...sensors,
+    this.element.replaceChildren(el('summary', {}, 'Hand: motors and sensors'), sliders([...this.motors, ...this.tendons]),
+      el('h3', {}, 'Contact force on each finger, N'), sliders(this.fingers), ...skin, ...sensors,
       el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
   }
 

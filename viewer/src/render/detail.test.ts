@@ -18,9 +18,21 @@ describe('the detail of the 3D view', () => {
     expect(draw(new DetailControl(0), (level) => [0.2, 1, 10, 18][level] ?? 0, 120)).toEqual([0, 2, 3]);
   });
 
-  it('grows again where frames are fast, but not to a level that was too slow', () => {
+  it('grows again where frames are fast, and tries a level that was too slow ever more rarely', () => {
     expect(draw(new DetailControl(2), () => 60, 60)).toEqual([2, 1, 0]);
-    expect(draw(new DetailControl(2), (level) => (level < 1 ? 15 : 60), 300)).toEqual([2, 1, 0, 1]);
+    expect(draw(new DetailControl(2), (level) => (level < 1 ? 15 : 60), 30)).toEqual([2, 1, 0, 1]);
+    const tries = (seconds: number): number => draw(new DetailControl(2), (level) => (level < 1 ? 15 : 60), seconds).filter((level) => level === 0).length;
+    expect([tries(60), tries(130), tries(260)]).toEqual([2, 3, 4]);
+  });
+
+  it('grows again after the machine was busy', () => {
+    const control = new DetailControl(1);
+    let busy = true;
+    draw(control, () => (busy ? 10 : 60), 10);
+    expect(control.index).toBe(3);
+    busy = false;
+    draw(control, () => 60, 60);
+    expect(control.index).toBe(0);
   });
 
   it('ignores a view that stands still, and the first frame of a scene', () => {

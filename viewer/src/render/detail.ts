@@ -26,14 +26,18 @@ export const SOFTWARE_LEVEL = 2;
 const [SLOW, CRAWLS] = [20, 6];
 /** Above this rate, for this number of measurements in a row, the next level has more detail. */
 const [FAST, IN_A_ROW] = [50, 3];
+/** A level that was too slow is tried again after this time, ms: the machine may have been busy. */
+const RETRY_MS = 30_000;
 /** Least duration and number of frames of a measurement. */
 const [WINDOW_MS, FRAMES] = [1000, 2];
 
 /** Chooses the level from the times of drawn frames. */
 export class DetailControl {
   private level: number;
-  /** Levels up to this one were too slow on this page. */
+  /** Levels up to this one were too slow; they are tried again after `wait` ms, which doubles each time. */
   private tooSlow = -1;
+  private wait = RETRY_MS;
+  private slowAt = 0;
   private plain = false;
   private last: number | null = null;
   private sum = 0;
@@ -78,14 +82,19 @@ export class DetailControl {
     if (this.sum < WINDOW_MS || this.count < FRAMES) return false;
     const rate = (1000 * this.count) / this.sum;
     [this.sum, this.count] = [0, 0];
-    return this.judge(rate);
+    return this.judge(rate, now);
   }
 
-  private judge(rate: number): boolean {
+  private judge(rate: number, now: number): boolean {
+    if (this.tooSlow >= 0 && now - this.slowAt > this.wait) {
+      this.tooSlow = -1;
+      this.wait *= 2;
+    }
     this.fast = rate > FAST ? this.fast + 1 : 0;
     let next = this.level;
     if (rate < SLOW) {
       this.tooSlow = Math.max(this.tooSlow, this.level);
+      this.slowAt = now;
       next = Math.min(this.level + (rate < CRAWLS ? 2 : 1), PLAINEST);
     } else if (this.fast >= IN_A_ROW && this.level - 1 > this.tooSlow) {
       next = this.level - 1;

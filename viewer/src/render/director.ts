@@ -21,7 +21,7 @@ const FROM: Record<Exclude<ViewName, 'palm'>, Vector3> = {
 };
 
 /** Share of the half picture that a followed hand fills, and from which on the camera moves. */
-const [CLOSE, CLOSE_MOST] = [0.55, 0.8];
+const [CLOSE, CLOSE_MOST] = [0.68, 0.9];
 /** Space around the hand in a view of the whole scene, m. */
 const AROUND_M = 0.06;
 /** The camera comes nearer if it is farther than needed by the first factor, until it is by the second one. */
@@ -122,7 +122,7 @@ export class Director {
     const axes = new Axes(this.towards);
     const [most, wished] = close
       ? [this.bounds(axes, scaled(pane, CLOSE_MOST)).add(subject.hand), this.bounds(axes, scaled(pane, CLOSE)).add(subject.hand)]
-      : [this.bounds(axes, pane).add(subject.scene).add(subject.hand), this.bounds(axes, pane).add(subject.scene).add(subject.hand, AROUND_M)];
+      : [this.bounds(axes, pane).add(subject.scene).add(subject.hand), this.bounds(axes, pane).add(subject.scene).add(subject.hand, subject.alone ? 0 : AROUND_M)];
     const fit = wished.fit();
     const place = share === null ? fit : most.nearest(this.nearer(axes.placeOf(this.camera.position), fit, wished, share));
     const depth = Math.min((wished.near + wished.far) / 2, place.depth - 0.02);

@@ -1,46 +1,46 @@
-/** Furniture: boards that carry objects are opaque and receive shadows; walls and lids are transparent; the ground is apart. */
-import { Quaternion, Vector3 } from 'three';
-import type { Body, Part } from '../model/scene';
+/** Furniture as single panels: boards carry objects, walls are around them, the ground is below. */
+import { Vector3 } from 'three';
+import type { Body, Part, SceneInfo } from '../model/scene';
+import { bodyBox, matrixOf } from './points';
 
-/** Maximum thickness of a board, as a share of its width. */
+/** Maximum thickness of a panel, as a share of its width. */
 const THIN = 0.25;
 /** A flat part with a larger half extent is the ground, m. */
 const GROUND_M = 0.7;
 
-/** World height of a part's centre, m. */
-function height(body: Body, part: Part): number {
-  return new Vector3(...part.position).applyQuaternion(new Quaternion(...body.quat)).z + body.position[2];
-}
+/** A part of furniture, as a body with an id of its own. Who stands on the side of `outward` looks at its outer face. */
+export interface Panel { body: Body; outward: Vector3 | null; middle: Vector3 }
+export interface Furniture { panels: Panel[]; grounds: Body[] }
 
-/** Whether a part is a horizontal board. */
-function isFlat(body: Body, part: Part): boolean {
-  if (part.shape.type !== 'box') return false;
+/** The unit normal of a thin box in the world; null for other parts. */
+function normalOf(body: Body, part: Part): Vector3 | null {
+  if (part.shape.type !== 'box') return null;
   const half = part.shape.half_extents;
   const thin = half.indexOf(Math.min(...half));
-  const normal = new Vector3().setComponent(thin, 1).applyQuaternion(new Quaternion(...part.quat)).applyQuaternion(new Quaternion(...body.quat));
-  const others = half.filter((_, axis) => axis !== thin);
-  return Math.abs(normal.z) > 0.9 && (half[thin] ?? 0) < THIN * Math.min(...others);
+  if ((half[thin] ?? 0) >= THIN * Math.min(...half.filter((_, axis) => axis !== thin))) return null;
+  return new Vector3().setComponent(thin, 1).transformDirection(matrixOf(part).premultiply(matrixOf(body)));
 }
 
-/** Whether a horizontal board is the ground. */
-function isGround({ shape }: Part): boolean {
-  return shape.type === 'box' && Math.max(...shape.half_extents) >= GROUND_M;
-}
-
-/** Furniture in three kinds, each body with the parts of one kind. */
-export interface Furniture { boards: Body[]; walls: Body[]; grounds: Body[] }
-
-/** Splits furniture into boards, walls and the ground. */
-export function splitFurniture(furniture: readonly Body[]): Furniture {
-  const made: Furniture = { boards: [], walls: [], grounds: [] };
-  for (const body of furniture) {
-    const flat = body.parts.filter((part) => isFlat(body, part)).sort((a, b) => height(body, a) - height(body, b));
-    const ground = flat.filter(isGround);
-    // The lowest board carries objects; a board above it is a lid.
-    const board = flat.filter((part) => !isGround(part)).slice(0, 1);
-    const walls = body.parts.filter((part) => !ground.includes(part) && !board.includes(part));
-    for (const [kind, parts] of [['boards', board], ['walls', walls], ['grounds', ground]] as const) {
-      if (parts.length > 0) made[kind].push({ ...body, parts });
+/** Splits furniture. The lowest board of a body has no outward side: it carries objects; a board above it is a lid. */
+export function splitFurniture(info: SceneInfo): Furniture {
+  const made: Furniture = { panels: [], grounds: [] };
+  for (const body of info.bodies) {
+    if (body.kind !== 'furniture') continue;
+    const parts = body.parts.map((part) => {
+      const normal = normalOf(body, part);
+      const middle = bodyBox({ ...body, parts: [part] }).applyMatrix4(matrixOf(body)).getCenter(new Vector3());
+      const flat = normal !== null && Math.abs(normal.z) > 0.9;
+      return { part, normal, middle, flat, ground: flat && part.shape.type === 'box' && Math.max(...part.shape.half_extents) >= GROUND_M };
+    });
+    const boards = parts.filter(({ flat, ground }) => flat && !ground).sort((a, b) => a.middle.z - b.middle.z);
+    const panels = parts.filter(({ ground }) => !ground);
+    const centre = panels.reduce((sum, { middle }) => sum.add(middle), new Vector3()).divideScalar(Math.max(panels.length, 1));
+    for (const one of parts) {
+      if (one.ground) made.grounds.push({ ...body, parts: [one.part] });
+      else {
+        const out = one === boards[0] || !one.normal ? null : one.normal.multiplyScalar(one.normal.dot(one.middle.clone().sub(centre)) < 0 ? -1 : 1);
+        made.panels.push({ body: { ...body, id: made.panels.length, parts: [one.part] }, outward: out, middle: one.middle });
+      }
     }
   }
   return made;

@@ -18,7 +18,7 @@ export interface Renderer {
 }
 
 /** Without antialiasing: a browser fixes that of a canvas for ever, so a target of its own has it. */
-const CONTEXT = { alpha: true, depth: true, stencil: false, antialias: false, premultipliedAlpha: true } as const;
+const CONTEXT = { alpha: false, depth: true, stencil: false, antialias: false, premultipliedAlpha: true } as const;
 /** Names of programs that draw without a graphics card. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 

@@ -3,8 +3,8 @@ import { type Matrix4, Matrix4 as Transform, Vector3 } from 'three';
 import type { Body } from '../model/scene';
 import { boxOf, matrixOf } from './points';
 
-/** A box that hides what is behind it; glass hides it in part. */
-export interface Blocker { kind: 'board' | 'object' | 'glass'; body: number; half: Vector3; inBody: Matrix4; fromWorld: Matrix4 }
+/** A box that hides what is behind it. A wall becomes glass where it does. `body`: the id of the object, or of the panel. */
+export interface Blocker { kind: 'board' | 'object' | 'wall'; body: number; half: Vector3; inBody: Matrix4; fromWorld: Matrix4 }
 
 /** Angles around the wished direction, and directions at each. */
 const RINGS_DEG = [25, 50, 75, 100];
@@ -92,8 +92,8 @@ export function bestDirection(links: readonly Vector3[], wished: Vector3, distan
     for (const link of links) {
       let [hidden, behindGlass] = [false, false];
       for (const blocker of blockers) {
-        if ((blocker.kind === 'glass' ? behindGlass : hidden) || !blocks(blocker, camera, link)) continue;
-        if (blocker.kind === 'glass') behindGlass = true;
+        if ((blocker.kind === 'wall' ? behindGlass : hidden) || !blocks(blocker, camera, link)) continue;
+        if (blocker.kind === 'wall') behindGlass = true;
         else hidden = true;
       }
       seen += hidden ? 0 : 1;

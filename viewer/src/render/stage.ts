@@ -12,9 +12,9 @@ import { DetailControl, SOFTWARE_LEVEL, keepLevel, lastLevel, wantsPlain } from 
 import { PoseInterpolator } from './interpolation';
 import { Director, type ViewName } from './director';
 import type { Pane } from './framing';
-import { splitFurniture } from './furniture';
+import { type Panel, splitFurniture } from './furniture';
 import { Labels } from './labels';
-import { type Lights, addLights } from './lights';
+import { Lights } from './lights';
 import { Centres, Frames, regionLines } from './overlays';
 import { type Renderer, createRenderer } from './renderer';
 import { blocks } from './sight';
@@ -40,10 +40,10 @@ interface Shown {
   /** Whether its meshes are fine. */
   fine: boolean;
   solid: Batch;
-  boards: Batch;
-  /** The boards again, transparent: those that hide the hand. */
+  /** Furniture without the ground, and again as glass: panels that the camera looks through. */
+  panels: Batch;
   glass: Batch;
-  walls: Batch;
+  furniture: Panel[];
   ghost: Batch | null;
   regions: LineSegments;
   frames: Frames;
@@ -100,7 +100,7 @@ export class Stage {
       if (this.holding) this.director.taken(this.shown?.subject ?? null);
       this.dirty = true;
     });
-    this.lights = addLights(this.three);
+    this.lights = new Lights(this.three);
     this.three.add(this.arrows.mesh);
     this.arrows.mesh.visible = false;
     this.observer = new ResizeObserver(() => { this.resize(); });
@@ -124,35 +124,36 @@ export class Stage {
     const same = this.shown !== null && JSON.stringify(this.shown.info.regions) === JSON.stringify(info.regions);
     this.clear();
     const solid = info.bodies.filter((body) => body.kind !== 'furniture');
-    const { boards, walls } = splitFurniture(info.bodies.filter((body) => body.kind === 'furniture'));
+    const { panels, grounds } = splitFurniture(info);
+    const subject = new Subject(info);
     const links = info.bodies.filter((body) => body.kind === 'hand');
     const paint = (body: Body): Color => new Color().setRGB(...body.color, 'srgb');
     const { fine } = this.control.detail;
     const batch = (of: readonly Body[], roughness: number, color: (body: Body) => Color, more: MeshStandardMaterialParameters = {}): Batch =>
-      new Batch(of, fine ? new MeshStandardMaterial({ roughness, ...more }) : new MeshLambertMaterial(more), fine, color);
+      new Batch(of, fine ? new MeshStandardMaterial({ roughness, fog: false, ...more }) : new MeshLambertMaterial({ fog: false, ...more }), fine, color);
     const shown: Shown = {
       info,
       fine,
       links,
       solid: batch(solid, 0.55, paint),
-      boards: batch(boards, 0.9, paint),
-      glass: batch(boards, 0.9, paint, { transparent: true, opacity: 0.25, depthWrite: false }),
-      walls: batch(walls, 0.9, paint, { transparent: true, opacity: 0.38, depthWrite: false }),
+      panels: batch(panels.map(({ body }) => body), 0.9, paint),
+      glass: batch(panels.map(({ body }) => body), 0.9, paint, { transparent: true, opacity: 0.3, depthWrite: false }),
+      furniture: panels,
       // The ghost has no base: the prediction concerns the links after it.
       ghost: info.hand ? batch(links.slice(1), 1, () => GHOST, { transparent: true, opacity: 0.35, depthWrite: false }) : null,
       regions: regionLines(info.regions),
       frames: new Frames(info.moving.map((id) => links.some((link) => link.id === id))),
       centres: new Centres(links.length + 1),
-      subject: new Subject(info),
+      subject,
     };
     shown.solid.mesh.castShadow = true;
     shown.solid.mesh.receiveShadow = true;
-    shown.boards.mesh.castShadow = true;
-    shown.boards.mesh.receiveShadow = true;
-    shown.walls.mesh.receiveShadow = true;
-    shown.walls.mesh.renderOrder = 1;
-    for (const board of boards) shown.glass.setVisible(board.id, false);
-    this.three.add(shown.boards.mesh, shown.glass.mesh, shown.walls.mesh, shown.solid.mesh, shown.regions, shown.frames.lines, shown.centres.mesh);
+    shown.panels.mesh.castShadow = true;
+    shown.panels.mesh.receiveShadow = true;
+    shown.glass.mesh.receiveShadow = true;
+    shown.glass.mesh.renderOrder = 1;
+    this.lights.show(subject, grounds[0]?.color);
+    this.three.add(shown.panels.mesh, shown.glass.mesh, shown.solid.mesh, shown.regions, shown.frames.lines, shown.centres.mesh);
     if (shown.ghost) this.three.add(shown.ghost.mesh);
     this.shown = shown;
     this.picked = null;
@@ -436,22 +437,26 @@ export class Stage {
     this.scriptMs = performance.now() - begun;
   }
 
-  /** Moves the camera, and makes boards transparent that hide the hand. */
-  private direct({ subject, boards, glass }: Shown, now: number): void {
+  /** Moves the camera; panels become glass that it looks at from outside, or that hide the hand. */
+  private direct({ subject, panels, glass, furniture }: Shown, now: number): void {
     if (this.holding || !this.controls.enabled) this.director.along(subject, !this.controls.enabled);
     else this.dirty = this.director.frame(subject, this.pane, now, this.still.matches);
+    const eye = this.camera.position;
     for (const blocker of subject.blockers) {
-      if (blocker.kind !== 'board') continue;
-      const hidden = subject.links.filter((link) => blocks(blocker, this.camera.position, link)).length > HIDES * subject.links.length;
-      boards.setVisible(blocker.body, !hidden);
-      glass.setVisible(blocker.body, hidden);
+      const panel = blocker.kind === 'object' ? undefined : furniture[blocker.body];
+      if (!panel) continue;
+      const outside = panel.outward !== null && panel.outward.dot(this.scratch.copy(eye).sub(panel.middle)) > 0;
+      const hides = outside || subject.links.filter((link) => blocks(blocker, eye, link)).length > HIDES * subject.links.length;
+      panels.setVisible(blocker.body, !hides);
+      glass.setVisible(blocker.body, hides);
     }
+    if (this.three.background instanceof Color) this.lights.fade(this.three.background, eye);
   }
 
   private clear(): void {
     const { shown } = this;
     if (!shown) return;
-    const gone: (Batch | null)[] = [shown.solid, shown.boards, shown.glass, shown.walls, shown.ghost];
+    const gone: (Batch | null)[] = [shown.solid, shown.panels, shown.glass, shown.ghost];
     for (const batch of gone) {
       if (!batch) continue;
       const material = batch.mesh.material;

@@ -12,6 +12,8 @@ const TESTED = 12;
 export class Subject {
   /** Corners of regions and objects at the start. */
   readonly scene: Vector3[];
+  /** There is nothing but the hand. */
+  readonly alone: boolean;
   /** Corners of the boxes around the hand's links; empty without a hand. */
   readonly hand: Vector3[] = [];
   /** Middles of the links that sight is tested for. */
@@ -32,6 +34,7 @@ export class Subject {
   constructor(info: SceneInfo) {
     const links = info.bodies.filter((body) => body.kind === 'hand');
     this.scene = scenePoints(info);
+    this.alone = info.regions.length === 0 && info.bodies.every((body) => body.kind === 'hand');
     this.palm = palmOf(info.hand);
     this.own = links.flatMap((link) => {
       const box = bodyBox(link);
@@ -41,10 +44,10 @@ export class Subject {
     const step = Math.max(1, Math.ceil(this.own.length / TESTED));
     this.tested = this.own.map((_, k) => k).filter((k) => k % step === 0);
     this.links = this.tested.map(() => new Vector3());
-    const { boards, walls, grounds } = splitFurniture(info.bodies.filter((body) => body.kind === 'furniture'));
+    const { panels, grounds } = splitFurniture(info);
     const objects = info.bodies.filter((body) => body.kind === 'object');
     this.ground = Math.max(...grounds.map((body) => bodyBox(body).applyMatrix4(matrixOf(body)).max.z));
-    this.blockers = [...blockersOf('board', boards), ...blockersOf('object', objects), ...blockersOf('glass', walls)];
+    this.blockers = [...panels.flatMap(({ body, outward }) => blockersOf(outward ? 'wall' : 'board', [body])), ...blockersOf('object', objects)];
     const first = new Map(info.bodies.map((body) => [body.id, body]));
     this.place((id, into) => { const body = first.get(id); return body ? into.copy(matrixOf(body)) : null; });
   }

@@ -127,9 +127,9 @@ export class Chart {
     const { clientWidth: width, clientHeight: height } = this.place;
     if (width === 0 || height === 0) return;
     const [ink, faint] = [themed('soft'), themed('line')];
-    // A narrow chart has numbers but no axis titles; the legend has the names.
-    const narrow = width < 420;
-    const axis = { stroke: ink, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1, size: 4 }, font: '11px system-ui', labelFont: '11px system-ui' };
+    // A narrow or low chart has numbers but no axis titles; title and legend have the names.
+    const small = width < 420 || height < 140;
+    const axis = { stroke: ink, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1, size: 4 }, font: '12px system-ui', labelFont: '12px system-ui' };
     const scales: uPlot.Scales = { x: { time: false, range: () => this.window() } };
     for (const { scale, range } of this.axes) scales[scale] = range ? { range: (_, min, max) => [Math.min(min, range[0]), Math.max(max, range[1])] } : {};
     this.plot = new uPlot({
@@ -138,8 +138,8 @@ export class Chart {
       cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
       axes: [{ ...axis, scale: 'x', size: 26, gap: 2, values: (_, splits) => splits.map((s) => `${figure(s)} s`) },
         ...this.axes.map((wanted, k): uPlot.Axis => ({
-          ...axis, scale: wanted.scale, side: SIDE[wanted.side], size: narrow ? 34 : 42, gap: 2, values: (_, splits) => splits.map((v) => figure(v)), space: 22,
-          grid: { ...axis.grid, show: k === 0 }, ...(this.axes.length > 1 && !narrow ? { label: wanted.label, labelSize: 16 } : {}),
+          ...axis, scale: wanted.scale, side: SIDE[wanted.side], size: 42, gap: 3, values: (_, splits) => splits.map((v) => figure(v)), space: 24,
+          grid: { ...axis.grid, show: k === 0 }, ...(small ? {} : { label: wanted.label, labelSize: 18 }),
         }))],
       series: [{}, ...this.lines.map(({ line, paint, scale }): uPlot.Series => ({
         scale: scale ?? this.axes[0]?.scale ?? 'y', stroke: themed(paint), width: line.dashed ? 1.5 : 2, dash: line.dashed ? [6, 4] : [], points: { show: false },

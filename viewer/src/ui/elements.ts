@@ -39,6 +39,12 @@ export function name(text: string): HTMLElement {
   return el('bdi', {}, printable(text));
 }
 
+/** A name that breaks after its underscores and hyphens rather than inside a word. */
+export function nameInWords(text: string): HTMLElement {
+  const parts = printable(text).split(/(?<=[_.-])/u);
+  return el('bdi', { class: 'in-words' }, ...parts.flatMap((word, k): Child[] => (k === 0 ? [word] : [el('wbr'), word])));
+}
+
 /** A button with its click handler. */
 export function button(text: Child, act: () => void, given: Attributes = {}): HTMLButtonElement {
   return el('button', { type: 'button', ...given, on: { click: act } }, text);
