@@ -116,3 +116,11 @@ def test_a_text_is_shown_as_it_is_where_it_can_be(monkeypatch: pytest.MonkeyPatc
     assert shown("σ … 90° 蟹") == "sigma ... 90 deg ?"
     Terminal.encoding = None
     assert shown("σ") == "σ"
+
+
+def test_the_help_of_the_program_lists_its_commands_in_python(tmp_path: Path) -> None:
+    from palmares.program import COMMANDS
+
+    said = run(tmp_path, "-m", "palmares", "--help").stdout.decode()
+    for command in COMMANDS:
+        assert f"\n  palmares {command} " in said, command
