@@ -10,7 +10,7 @@ const FIRST_TOLERANCE_MM: f64 = 25.0;
 /// Longest constant offset of the base that is taken out, mm.
 const MAX_OFFSET_MM: f64 = 20.0;
 /// Rounds in which the offset is found.
-const OFFSET_ROUNDS: u32 = 8;
+const OFFSET_ROUNDS: u32 = 20;
 /// Loss for a point of one path that the other does not have, in points.
 const GAP: f32 = 0.5;
 /// Largest loss for two points that do not match, in points.
@@ -40,7 +40,7 @@ pub fn compare(one: &Path, other: &Path) -> Option<Likeness> {
     for _ in 0..OFFSET_ROUNDS {
         let left: Vec<_> = found.iter().map(|(i, j)| nearest(&a[*i], &b, *j, offset)).collect();
         for (k, offset) in offset.iter_mut().enumerate() {
-            *offset += middle(left.iter().map(|left| left[k]).collect());
+            *offset += left.iter().map(|left| left[k]).sum::<f64>() / (left.len().max(1) as f64);
         }
     }
     let length = offset.iter().map(|x| x * x).sum::<f64>().sqrt();
