@@ -141,15 +141,15 @@ test('a team has a page with its place, its scores in time and its replays', asy
   const page = await (await browser.newContext({ viewport: { width: 1280, height: 800 } })).newPage();
   const wrong = complaints(page);
   const team = 'the <i>patient</i>/ones?';
-  const control = await Control.open(crowded.url);
   const runs: string[] = [];
   for (const ticks of [1, 60, 2]) {
+    const control = await Control.open(crowded.url);
     runs.push(await control.begin(team, 'grasp', { seed: APPLE }));
     if (ticks > 10) await grasp(control, ticks);
     else await control.step(ticks);
     await control.ask('stop');
+    control.end();
   }
-  control.end();
   await page.goto(`${crowded.url}/`);
   await page.getByRole('rowheader', { name: team }).getByRole('link').click();
   await expect(page.getByRole('heading', { level: 1 })).toHaveText(team);
