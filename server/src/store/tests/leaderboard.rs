@@ -184,7 +184,8 @@ async fn the_ranking_of_an_older_database_is_computed_once() {
         };
         let undo = format!(
             "{undo} DROP TABLE best; DROP INDEX runs_best_official; DROP INDEX runs_best_practice; DROP INDEX runs_session; \
-             CREATE INDEX runs_best ON runs (team, task, score); DELETE FROM _sqlx_migrations WHERE version = 8"
+             CREATE INDEX runs_best ON runs (team, task, score); DROP INDEX runs_ended; \
+             ALTER TABLE runs DROP COLUMN ended_seq; DELETE FROM _sqlx_migrations WHERE version IN (8, 14)"
         );
         sqlx::raw_sql(sqlx::AssertSqlSafe(undo)).execute(&store.pool()).await.expect("undoes");
         store.close().await;
