@@ -19,6 +19,7 @@ from tests.real_server import RealServer, needs_server
 
 pytest.importorskip("cyclonedds", reason="pip install 'palmares[ros2]' enables this test")
 
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -137,6 +138,7 @@ def test_a_node_reads_sensors_and_moves_the_hand(tmp_path: Path) -> None:
         reader("tf", ros.TFMessage),
     )
     wrench = reader("wrist/wrench", ros.WrenchStamped)
+    written_topics = BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
     command, twist = writer("joint_command", ros.JointState), writer("base/target_twist", ros.TwistStamped)
     with RealServer(tmp_path) as server:
         with palmares.Client(server.url, team="look") as client:
@@ -151,6 +153,10 @@ def test_a_node_reads_sensors_and_moves_the_hand(tmp_path: Path) -> None:
             if sys.platform == "linux":
                 # DDS is UDP: a web page, which speaks HTTP and WebSocket, reaches nothing of it.
                 assert tcp_ports(os.getpid()) == tcp_ports(process.pid) == []
+            # The SoftHand has no taxels.
+            topics = {written.topic_name for written in written_topics.take(N=200)}
+            assert "rt/wrist/wrench" in topics
+            assert "rt/tactile" not in topics
             start = until(lambda: newest(frames)).transforms[0]
             assert (start.header.frame_id, start.child_frame_id) == ("world", "hand/base")
 

@@ -47,7 +47,8 @@ class Node:
         self._clock = self._writer("clock", ros.Clock)
         self._joints = self._writer("joint_states", ros.JointState)
         self._wrench = self._writer("wrist/wrench", ros.WrenchStamped)
-        self._tactile = self._writer("tactile", ros.Float64MultiArray)
+        # A topic that never speaks would mislead.
+        self._tactile = self._writer("tactile", ros.Float64MultiArray) if hand.taxels else None
         self._base = self._writer("base/pose", ros.PoseStamped)
         self._frames = self._writer("tf", ros.TFMessage)
         self._score = self._writer("score", ros.Float64)
@@ -71,7 +72,7 @@ class Node:
         self._wrench.write(convert.wrench(hand, now))
         self._base.write(convert.base_pose(hand, now))
         self._score.write(ros.Float64(data=observation.score))
-        if hand.touch.size:
+        if self._tactile is not None:
             self._tactile.write(convert.tactile(hand))
         for name, image in observation.cameras.items():
             self._depth[name].write(convert.depth(image, now))
