@@ -1453,7 +1453,7 @@ export interface RunRecord {
   replay_sha256?: string;
   /** Its session; left out where the client may not know it. */
   session_id?: string;
-  /** Other teams' runs with the same actions over a long stretch; for organizers only, left out if there are none. */
+  /** Other teams' runs with the same movements over a long stretch; for organizers only, left out if there are none. */
   similar?: SimilarRun[];
   verified_unix_ms?: number;
   /** The host that verifies it now; left out if none does, and where there is one server only. For organizers only. */
@@ -1760,12 +1760,16 @@ export interface ShownHand {
   description: HandDescription;
 }
 
-/** Two runs with the same actions over a long stretch. */
+/** Two runs with the same movements over a long stretch. */
 export interface SimilarPair {
-  /** Number of consecutive changes of the action that are the same, a lower bound. */
-  changes: number;
-  /** Number of changes of the run with fewer. */
-  of_changes: number;
+  /** Part of the shorter of both paths that is alike, 0 to 1. */
+  share: number;
+  /** Root mean square of the distance of both hands on that part, without a constant offset, mm. */
+  distance_mm: number;
+  /** The constant offset, mm. */
+  offset_mm: number;
+  /** How much later the second run is at the same place, s. */
+  shift_s: number;
   /** Task of both. */
   task: string;
   /** Number of each among its team's runs of the task: both have the same scene. */
@@ -1774,7 +1778,7 @@ export interface SimilarPair {
   runs: [PairedRun, PairedRun];
 }
 
-/** Another team's run with the same actions over a long stretch. */
+/** Another team's run with the same movements over a long stretch. */
 export interface SimilarRun {
   /** The other run. */
   run_id: string;
@@ -1782,11 +1786,17 @@ export interface SimilarRun {
   team: string;
   /** Its number among the team's runs of the task. */
   k: number | null;
-  /** Number of consecutive changes of the action that are the same, a lower bound. */
-  changes: number;
+  /** Part of the shorter of both paths that is alike, 0 to 1. */
+  share: number;
+  /** Root mean square of the distance of both hands on that part, without a constant offset, mm. */
+  distance_mm: number;
+  /** The constant offset, mm. */
+  offset_mm: number;
+  /** How much later the other run is at the same place, s. */
+  shift_s: number;
 }
 
-/** Pairs of similar runs, longest common stretch first. */
+/** Pairs of similar runs, the greatest share first. */
 export interface SimilarRuns {
   pairs: SimilarPair[];
   /** Whether there are more, which `limit` left out. */
