@@ -185,12 +185,13 @@ fn commands(guide: &str) -> Vec<Line> {
                 admin |= is_row && span.starts_with("palmares admin ");
                 // `palmares verify` is a command's name.
                 let words = span.split(' ').count();
-                if PROGRAMS.contains(&first_word(span))
+                // `export NAME=value` is the shell's.
+                if admin && ADMIN.contains(&first_word(span)) && !span.contains('=') {
+                    add(&section, &format!("palmares admin {span}"));
+                } else if PROGRAMS.contains(&first_word(span))
                     && words > if span.starts_with("palmares ") { 2 } else { 1 }
                 {
                     add(&section, span);
-                } else if admin && ADMIN.contains(&first_word(span)) {
-                    add(&section, &format!("palmares admin {span}"));
                 }
             }
         }

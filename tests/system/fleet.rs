@@ -333,7 +333,8 @@ async fn a_realtime_run_continues_on_another_host() {
     assert!(began.elapsed() < 2 * TAKEN_OVER, "{:?}", began.elapsed());
     // It stood until its client was back.
     let now = next["tick"].as_u64().expect("a tick");
-    assert!(now > tick && now <= tick + 20, "{tick} {now}");
+    // The first tick may be over when the welcome is written.
+    assert!(now >= tick && now <= tick + 20, "{tick} {now}");
     assert_eq!(next["resumed"], true);
     assert!(client.streamed().await.get("resumed").is_none());
     let result = client.ask(json!({"op": "stop"})).await;

@@ -51,7 +51,7 @@ async fn a_missing_key_is_not_made_anew() {
     assert_eq!(after["earlier_replay_keys"], json!([competition["replay_key"]]));
     cup.order("run/reverify", json!({"run_id": obs["run_id"], "reason": "the key was lost"}));
     cup.verified(&obs["run_id"]).await;
-    let run = get(&cup.server, &format!("/v1/runs/{}", obs["run_id"].as_str().expect("an id"))).json();
+    let run = cup.get(&format!("/v1/runs/{}", obs["run_id"].as_str().expect("an id")), &cup.organizer).json();
     assert_eq!(run["status"], "verified", "{run}");
 }
 

@@ -164,8 +164,11 @@ async fn a_run_becomes_a_film_and_a_picture() {
 fn a_film_as_mp4_needs_ffmpeg() {
     let folder = TempDir::new().expect("temporary directory");
     let film = folder.path().join("run.mp4");
+    // The recording is looked for first.
+    let recording = folder.path().join("run.mcap");
+    std::fs::write(&recording, "").expect("written");
     let mut command = Command::new(program());
-    command.args(["render", "run.mcap", "-o", text(&film)]);
+    command.args(["render", text(&recording), "-o", text(&film)]);
     command.env("PATH", folder.path()).env("PALMARES_PYTHON", folder.path().join("no_python"));
     let output = command.output().expect("palmares runs");
     let said = String::from_utf8(output.stderr).expect("UTF-8");

@@ -9,8 +9,11 @@ const TOLERANCE_MM: f64 = 12.0;
 const FIRST_TOLERANCE_MM: f64 = 25.0;
 /// Longest constant offset of the base that is taken out, mm.
 const MAX_OFFSET_MM: f64 = 20.0;
-/// Rounds in which the offset is found.
+/// Alignments in which the offset is found, and rounds with the pairs of each.
+const ALIGNMENTS: u32 = 3;
 const OFFSET_ROUNDS: u32 = 20;
+/// Change of the offset along an axis after which no further alignment is worth its time, mm.
+const SETTLED_MM: f64 = 0.2;
 /// Loss for a point of one path that the other does not have, in points.
 const GAP: f32 = 0.5;
 /// Largest loss for two points that do not match, in points.
@@ -34,13 +37,19 @@ pub fn compare(one: &Path, other: &Path) -> Option<Likeness> {
     let step_mm = one.step_mm.max(other.step_mm);
     let (a, b) = (one.with_step(step_mm), other.with_step(step_mm));
     let shorter = a.len().min(b.len());
-    let found = align(&a, &b, [0.0; 3], FIRST_TOLERANCE_MM);
-    // The nearest place of a path hides the part of the offset along it: several rounds find the whole.
+    // The nearest place of a path hides the part of the offset along it: several rounds, each with new pairs, find the whole.
     let mut offset = [0.0; 3];
-    for _ in 0..OFFSET_ROUNDS {
-        let left: Vec<_> = found.iter().map(|(i, j)| nearest(&a[*i], &b, *j, offset)).collect();
-        for (k, offset) in offset.iter_mut().enumerate() {
-            *offset += left.iter().map(|left| left[k]).sum::<f64>() / (left.len().max(1) as f64);
+    for _ in 0..ALIGNMENTS {
+        let before = offset;
+        let found = align(&a, &b, offset, FIRST_TOLERANCE_MM);
+        for _ in 0..OFFSET_ROUNDS {
+            let left: Vec<_> = found.iter().map(|(i, j)| nearest(&a[*i], &b, *j, offset)).collect();
+            for (k, offset) in offset.iter_mut().enumerate() {
+                *offset += left.iter().map(|left| left[k]).sum::<f64>() / (left.len().max(1) as f64);
+            }
+        }
+        if (0..3).all(|k| (offset[k] - before[k]).abs() < SETTLED_MM) {
+            break;
         }
     }
     let length = offset.iter().map(|x| x * x).sum::<f64>().sqrt();
