@@ -276,7 +276,7 @@ def test_tls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(certificate, key)
     with FakeServer(tls=context) as server:
-        with pytest.raises(palmares.NoServerError, match="not trusted .*SSL_CERT_FILE"):
+        with pytest.raises(palmares.NoServerError, match=r"not trusted .*SSL_CERT_FILE"):
             palmares.Client(server.url)
         monkeypatch.setenv("SSL_CERT_FILE", str(certificate))
         with palmares.Client(server.url) as client:

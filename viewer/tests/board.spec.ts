@@ -154,7 +154,7 @@ test('a team has a page with its place, its scores in time and its replays', asy
   await page.getByRole('rowheader', { name: team }).getByRole('link').click();
   await expect(page.getByRole('heading', { level: 1 })).toHaveText(team);
   await expect(page.getByText('3 runs')).toBeVisible();
-  await expect(page.getByRole('img', { name: 'Scores of 3 runs of grasp; the best is 1.0' })).toBeVisible();
+  await expect(page.getByRole('group', { name: 'Scores of 3 runs of grasp; the best is 1.0' })).toBeVisible();
   await expect(page.locator('.scores circle.run')).toHaveCount(3);
   const best = page.getByRole('row', { name: /^grasp 1\.0/ }).first().getByRole('link', { name: /Replay/ });
   await expect(best).toHaveAttribute('href', `/replay/${runs[1]}`);

@@ -48,7 +48,7 @@ export function runsTab(admin: AdminClient): Tab {
 
   function notes(run: RunRecord): Child[] {
     const texts = [run.note, run.verify_note, verification(run)].filter((text): text is string => text !== null && text !== undefined && text !== '');
-    const similar = (run.similar ?? []).map((other) => el('div', {}, 'similar to ', el('span', { class: 'id' }, other.run_id), ' of ', name(other.team ?? '?'), `: ${String(other['changes'] ?? '')} equal changes`));
+    const similar = (run.similar ?? []).map((other) => el('div', {}, 'similar to ', el('span', { class: 'id' }, other.run_id), ' of ', name(other.team), `: ${Math.round(100 * other.share)} % of the path, ${other.distance_mm.toFixed(1)} mm apart`));
     return [...texts.map((text) => el('div', {}, text)), ...similar, texts.length + similar.length === 0 ? '–' : null];
   }
 

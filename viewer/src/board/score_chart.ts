@@ -44,7 +44,7 @@ export function scoreChart(task: string, runs: readonly Scored[]): HTMLElement {
   const best = bestSoFar(scores);
   const path = best.map((score, k) => k === 0 ? `M${x(0)},${y(score)}` : `H${x(k)}V${y(score)}`).join('');
   const most = best.at(-1) ?? 0;
-  const drawing = svg('svg', { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: 'img', 'aria-label': `Scores of ${runs.length} runs of ${task}; the best is ${points(most)}` },
+  const drawing = svg('svg', { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: 'group', 'aria-label': `Scores of ${runs.length} runs of ${task}; the best is ${points(most)}` },
     ...lines.map((value) => svg('g', { class: 'across' }, svg('line', { x1: LEFT, x2: WIDTH - RIGHT, y1: y(value), y2: y(value) }),
       svg('text', { x: LEFT - 8, y: y(value) + 4, 'text-anchor': 'end' }, points(value).replace(/\.0$/, '')))),
     svg('path', { d: path, class: 'best' }),

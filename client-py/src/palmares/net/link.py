@@ -415,8 +415,8 @@ class Link:
                 raise NoServerError(f"{self._http_url} does not speak TLS; try {plain}") from None
             if bad_certificate:
                 raise NoServerError(
-                    f"the certificate of {self._http_url} is not trusted ({unreachable}); the environment variable "
-                    "SSL_CERT_FILE names a file with it, or with that of its authority"
+                    f"the certificate of {self._http_url} is not trusted ({unreachable}); the environment "
+                    "variable SSL_CERT_FILE names a file with it, or with that of its authority"
                 ) from None
             raise NoServerError(
                 f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
