@@ -60,7 +60,7 @@ def test_it_brings_balls_to_box_b(tmp_path: Path) -> None:
 @needs_server
 def test_a_refusal_of_the_server_is_one_line(tmp_path: Path) -> None:
     with RealServer(tmp_path) as server:
-        done = run("--url", server.url, "--seed", "0.5")
+        done = run("--url", server.url, "--team", "x" * 300)
     assert done.returncode == 1
     assert done.stderr.startswith("bad_request: ")
     assert done.stderr.count("\n") == 1

@@ -127,14 +127,20 @@ fn walk(line: &[Point], step_mm: f64) -> Vec<Point> {
     for ends in line.windows(2) {
         let along = minus(&ends[1].at, &ends[0].at);
         let square = dot(&along, &along);
+        let moves = square > 0.0;
+        if !moves {
+            continue;
+        }
         let mut from = 0.0;
-        while square > 0.0 {
+        loop {
             // The farther of the two places of the line at that distance, if it lies ahead.
             let behind = minus(&std::array::from_fn(|k| ends[0].at[k] + from * along[k]), &last);
             let half = dot(&along, &behind);
             let root = half * half - square * (dot(&behind, &behind) - step_mm * step_mm);
             let further = (root.max(0.0).sqrt() - half) / square;
-            if root < 0.0 || further <= 0.0 || from + further > 1.0 {
+            // Also with numbers that are none.
+            let ahead = root >= 0.0 && further > 0.0 && from + further <= 1.0;
+            if !ahead {
                 break;
             }
             from += further;
