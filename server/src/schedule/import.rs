@@ -56,11 +56,14 @@ pub(crate) fn from_csv(text: &str, known: &BTreeSet<String>) -> Result<Vec<Slot>
     Ok(slots.into_iter().map(|(_, slot)| slot).collect())
 }
 
+/// Slots with the numbers of their lines, and what is wrong with the others.
+type Lines = (Vec<(u64, Slot)>, Vec<Error>);
+
 /// The lines that are slots, and the errors of the others.
 ///
 /// # Errors
 /// The head is not that of a schedule.
-fn lines(text: &str) -> Result<(Vec<(u64, Slot)>, Vec<Error>), String> {
+fn lines(text: &str) -> Result<Lines, String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let head = text.lines().next().unwrap_or_default();
     let delimiter = if head.contains(';') { b';' } else { b',' };
