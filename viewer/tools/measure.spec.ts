@@ -1,6 +1,7 @@
 /**
  * What the pages cost, printed as tables: bytes of a first load, script and draw calls of a frame with everything switched
- * on, bytes a second of a viewer, and the time from a driver's input to the frame that shows it. Nothing is asserted.
+ * on, frames a second of a live page as it opens, bytes a second of a viewer, and the time from a driver's input to the
+ * frame that shows it. Nothing is asserted.
  */
 import { spawn } from 'node:child_process';
 import { type Page } from '@playwright/test';
@@ -8,7 +9,7 @@ import { Example } from '../tests/client';
 import { test } from '../tests/server';
 
 interface Measured {
-  stage: { stats(): { drawCalls: number; triangles: number; scriptMs: number }; setOverlay(name: string, on: boolean): void; onFrame(f: () => void): void; renderer: { render(): void } };
+  stage: { stats(): { drawCalls: number; triangles: number; scriptMs: number }; detail: number; setOverlay(name: string, on: boolean): void; onFrame(f: () => void): void; renderer: { render(...given: unknown[]): void } };
   live: { socket: { received: number }; newest: { tick: number } | null };
 }
 
@@ -76,6 +77,32 @@ test('a frame with everything switched on', async ({ browser, server }) => {
     await example.played;
   }
   console.warn(`| scene | drawn | frames | script, median, ms | script, 95 of 100, ms | draw calls | triangles | bytes a second |\n|---|---|---|---|---|---|---|---|\n${rows.join('\n')}`);
+});
+
+test('frames a second of a live page, as it opens', async ({ browser, server }) => {
+  const rows: string[] = [];
+  for (const task of ['balls', 'shelf']) for (const [width, height] of [[640, 400], [1280, 800], [1920, 1080]] as const) {
+    const example = Example.start(`${task}_softhand.py`, server.url, '--seed', '1');
+    const page = await browser.newPage({ viewport: { width, height } });
+    await page.goto(`${server.url}/live/featured`);
+    await page.waitForFunction(() => ((window.palmares as unknown as Measured | undefined)?.live.newest?.tick ?? 0) > 0);
+    // The level of detail settles first.
+    await page.waitForTimeout(3000);
+    const [drawn, level] = await page.evaluate(async () => {
+      const { stage } = window.palmares as unknown as Measured;
+      const { renderer } = stage;
+      const render = renderer.render.bind(renderer);
+      let count = 0;
+      renderer.render = (...given) => { count += 1; render(...given); };
+      const begun = performance.now();
+      await new Promise((resolve) => setTimeout(resolve, 10_000));
+      return [(1000 * count) / (performance.now() - begun), stage.detail] as const;
+    });
+    rows.push(`| ${task} | ${width}x${height} | ${drawn.toFixed(1)} | ${level} |`);
+    await page.close();
+    await example.played;
+  }
+  console.warn(`| scene | window, px | frames a second | level of detail |\n|---|---|---|---|\n${rows.join('\n')}`);
 });
 
 test('from a driver’s input to the frame that shows it, with fifty viewers', async ({ page, server }) => {

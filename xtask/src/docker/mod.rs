@@ -47,7 +47,8 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> Result<()> {
     let environment = Environment::prepare()?;
     let prebuilt = || match &options.program {
-        Some(program) => Ok(program.clone()),
+        // The commands run in other folders.
+        Some(program) => program.canonicalize().with_context(|| format!("--program {}", program.display())),
         None => viewer::run().and_then(|()| build_server(false)),
     };
     if options.fleet {
