@@ -89,6 +89,9 @@ fn without_rounding(shape: &SharedShape) -> (SharedShape, f64) {
     }
 }
 
+/// Most comparisons of faces with half-spaces for [`Seams`] in a model: two seconds. No shipped scene makes more than 1,100.
+const MOST_SEAM_WORK: u64 = 50_000_000;
+
 /// A block of the solver's unknowns with dense coupling: the base, a finger, or an object.
 #[derive(Clone, Debug)]
 pub struct Cluster {
@@ -106,6 +109,19 @@ pub enum ModelError {
         owner: String,
         /// Index of the shape.
         index: usize,
+    },
+    /// Shapes of one body that overlap so much that their common surface takes too long to find.
+    #[error(
+        "{owner}: its shapes up to number {index} overlap too much: finding their common surface took {work} comparisons, and at \
+         most {MOST_SEAM_WORK} are made for a scene; use fewer shapes, or convex pieces that only touch"
+    )]
+    Overlaps {
+        /// Name of the link, object or furniture.
+        owner: String,
+        /// Index of the shape.
+        index: usize,
+        /// Comparisons made.
+        work: u64,
     },
     /// A mass that is not positive.
     #[error("{owner}: mass is {mass} kg; it must be positive and finite")]
@@ -136,6 +152,8 @@ pub struct Model {
     friction_rows: usize,
     /// Smallest width of the shapes of objects and furniture, m.
     thinnest_m: f64,
+    /// Comparisons made for the seams of the colliders so far.
+    seam_work: u64,
 }
 
 impl Model {
@@ -155,6 +173,7 @@ impl Model {
             }),
             friction_rows: hand.as_ref().map_or(0, |hand| hand.friction_places()),
             thinnest_m: f64::INFINITY,
+            seam_work: 0,
         };
         if let Some(hand) = &hand {
             for (i, link) in hand.links.iter().enumerate() {
@@ -306,6 +325,9 @@ impl Model {
             restitution,
         });
         self.cover_last();
+        if self.seam_work > MOST_SEAM_WORK {
+            return Err(ModelError::Overlaps { owner: name.to_owned(), index, work: self.seam_work });
+        }
         Ok(())
     }
 
@@ -322,8 +344,16 @@ impl Model {
                 continue;
             }
             let other_from_last = last_from_other.inverse();
-            last.seams.cover((&last.solid, last.rounding), (&other.solid, other.rounding), &last_from_other);
-            other.seams.cover((&other.solid, other.rounding), (&last.solid, last.rounding), &other_from_last);
+            self.seam_work += last.seams.cover(
+                (&last.solid, last.rounding),
+                (&other.solid, other.rounding),
+                &last_from_other,
+            );
+            self.seam_work += other.seams.cover(
+                (&other.solid, other.rounding),
+                (&last.solid, last.rounding),
+                &other_from_last,
+            );
         }
     }
 

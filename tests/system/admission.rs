@@ -33,6 +33,17 @@ async fn who_does_not_say_hello_is_asked_to_leave() {
     let mut silent = Client::connect(&server).await;
     assert_error(&silent.next().await, "too_slow", true);
     assert_eq!(silent.closed().await, (4408, "too_slow".to_owned()));
+    let mut unknown = Client::connect(&server).await;
+    let resume =
+        json!({"op": "hello", "id": 1, "client": {"name": "late", "version": "1"}, "resume_token": "gone"});
+    let refused = unknown.ask(resume).await;
+    let (code, why) = (refused["code"].clone(), refused["message"].as_str().expect("a reason").to_owned());
+    let late = unknown.next().await;
+    assert_error(&late, code.as_str().expect("a code"), true);
+    assert!(
+        late["message"].as_str().is_some_and(|said| said == format!("no session within 1 s: {why}")),
+        "{late}"
+    );
     let (mut client, welcome) = Client::playing(&server, "polite").await;
     assert_eq!(welcome["limits"]["hello_timeout_s"], 1.0);
     client.listen_for(Duration::from_millis(1500)).await;

@@ -155,6 +155,8 @@ fn build(
         None => Settings::default(),
     };
     settings.check(&options.limits, at);
+    let described = settings.description.as_deref().map_or(0, str::len);
+    at.keep(at.limit("description", "bytes", described, options.limits.description_bytes));
     let Some(tree) = tree? else { return Ok(None) };
     check_names(&settings, &tree, at);
     let name = settings.name.clone().unwrap_or_else(|| tree.robot.name.clone());

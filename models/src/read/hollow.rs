@@ -9,7 +9,6 @@ use crate::Vec3;
 use crate::error::LoadWarning;
 use crate::pieces::{Surface, TriangleMesh};
 use crate::shape::Shape;
-use crate::shape::hull::{THINNED_DIRECTIONS, thinned};
 use crate::shape::inertia::{volume, volume_of_triangles};
 
 /// Kind of file that names a mesh; it determines the command that decomposes it.
@@ -39,17 +38,17 @@ pub fn tells_of_filled_hollows(warning: &LoadWarning) -> bool {
     warning.message.contains(FILLED)
 }
 
-/// Notes for the author of a mesh on its hull. `points` are the mesh's corners.
+/// Notes for the author of a mesh on its hull. `outer` are the mesh's corners, or those that are farthest along many
+/// directions.
 pub(super) fn notes(
     mesh: &TriangleMesh,
-    points: &[Vec3],
+    outer: &[Vec3],
     played: &Shape,
     name: &str,
     file: &Path,
     of: MeshOf,
 ) -> Vec<String> {
-    let thinned = (points.len() > THINNED_DIRECTIONS).then(|| thinned(points, THINNED_DIRECTIONS));
-    let Ok((vertices, faces)) = try_convex_hull(thinned.as_deref().unwrap_or(points)) else {
+    let Ok((vertices, faces)) = try_convex_hull(outer) else {
         return Vec::new();
     };
     let hull_volume = volume_of_triangles(&vertices, &faces);

@@ -8,6 +8,8 @@
 pub struct Limits {
     /// Bytes of a URDF or `hand.toml`. The published SoftHand's URDF has 60 kB.
     pub text_bytes: u64,
+    /// Bytes of a description in `hand.toml`: everybody who watches a run gets it.
+    pub description_bytes: usize,
     /// Bytes between `<` and `>` of one tag: parsers compare each attribute of a tag with every other.
     pub tag_bytes: usize,
     /// XML nodes of a URDF: elements, texts and comments.
@@ -40,6 +42,10 @@ pub struct Limits {
     pub mesh_vertices: usize,
     /// Corners of all meshes together.
     pub mesh_total_vertices: usize,
+    /// Points of all meshes from which their hulls are made: of a mesh of more than
+    /// [`THINNED_DIRECTIONS`](crate::shape::hull::THINNED_DIRECTIONS), the farthest along as many directions.
+    /// A mesh's hull takes up to 60 ms.
+    pub mesh_hull_points: usize,
     /// Bytes of an archive.
     pub archive_bytes: u64,
     /// Files and folders in an archive.
@@ -61,6 +67,7 @@ impl Default for Limits {
     fn default() -> Limits {
         Limits {
             text_bytes: 1 << 20,
+            description_bytes: 4096,
             tag_bytes: 16 << 10,
             xml_nodes: 100_000,
             xml_depth: 32,
@@ -77,6 +84,7 @@ impl Default for Limits {
             mesh_total_bytes: 64 << 20,
             mesh_vertices: 300_000,
             mesh_total_vertices: 1_500_000,
+            mesh_hull_points: 65_536,
             archive_bytes: 32 << 20,
             archive_entries: 1024,
             archive_unpacked_bytes: 96 << 20,

@@ -231,6 +231,8 @@ fn meshes_are_counted_before_they_are_believed() {
     refused(read_meshed(&good, few), &[file, "link 'tip': 12 vertices; the limit is 11"]);
     let few = Limits { mesh_total_vertices: 3, ..default() };
     refused(read_meshed(&good, few), &["4 mesh vertices up to here; the limit is 3"]);
+    let few = Limits { mesh_hull_points: 3, ..default() };
+    refused(read_meshed(&good, few), &["4 points of mesh hulls up to here; the limit is 3"]);
     let short = Limits { mesh_bytes: 100, ..default() };
     refused(read_meshed(&good, short), &[file, "link 'tip'", "284 bytes; the limit is 100"]);
     let short = Limits { mesh_total_bytes: 0, ..default() };
@@ -242,6 +244,14 @@ fn meshes_are_counted_before_they_are_believed() {
         let bytes = archive(&[("hand.urdf", urdf.as_bytes()), ("m/tip.stl", &good)]);
         refused(read_archive(&bytes, default()), &["link 'tip'"]);
     }
+}
+
+#[test]
+fn a_description_is_a_few_lines() {
+    let described =
+        |bytes: usize| read(SMALL, Some(&format!("description = '{}'\n{SMALL_SETTINGS}", "a".repeat(bytes))));
+    assert_eq!(described(4096).unwrap().hand.description.len(), 4096);
+    refused(described(4097), &["description: 4097 bytes; the limit is 4096"]);
 }
 
 #[test]
@@ -462,6 +472,7 @@ fn the_guide_lists_the_limits() {
     let l = Limits::default();
     let rows = [
         ("of `hand.toml`", format!("{}", l.text_bytes)),
+        ("of `description`", format!("{}", l.description_bytes)),
         ("one XML tag", format!("{}", l.tag_bytes)),
         ("XML nodes", format!("{}", l.xml_nodes)),
         ("nested XML", format!("{}", l.xml_depth)),
@@ -472,6 +483,7 @@ fn the_guide_lists_the_limits() {
         ("mesh files", format!("{}", l.meshes)),
         ("bytes of a mesh", format!("{}, {}", l.mesh_bytes, l.mesh_total_bytes)),
         ("vertices of a mesh", format!("{}, {}", l.mesh_vertices, l.mesh_total_vertices)),
+        ("on their hulls", format!("{}", l.mesh_hull_points)),
         ("entries in it", format!("{}, {}", l.archive_bytes, l.archive_entries)),
         ("archive unpacked", format!("{}", l.archive_unpacked_bytes)),
         ("packed size", format!("{}", l.archive_ratio)),

@@ -113,6 +113,8 @@ struct Connection {
     heard: Instant,
     /// When the connection closes unless a `hello` has come.
     hello_by: Instant,
+    /// Why the last `hello` opened no session.
+    not_greeted: Option<Refusal>,
     /// Released at the end of the connection.
     _caller: Caller,
     _permit: ConnectionPermit,
@@ -152,6 +154,7 @@ pub(super) async fn serve(socket: WebSocket, parts: ConnectionParts) {
         buffer_bytes: BUFFER_BYTES,
         heard,
         hello_by,
+        not_greeted: None,
         _caller: caller,
         _permit: permit,
         _alive: alive,
@@ -380,8 +383,13 @@ impl Connection {
     async fn expire(&mut self) -> ControlFlow<ConnectionEnd> {
         let Some(session) = &mut self.session else {
             let seconds = self.settings().hello_timeout.as_secs_f64();
-            let message = format!("no hello within {seconds} s");
-            return self.refuse(None, &Refusal::new(Code::TooSlow, message).fatal()).await;
+            let late = match self.not_greeted.take() {
+                Some(why) => {
+                    Refusal::new(why.code, format!("no session within {seconds} s: {}", why.message))
+                }
+                None => Refusal::new(Code::TooSlow, format!("no hello within {seconds} s")),
+            };
+            return self.refuse(None, &late.fatal()).await;
         };
         match session.expire().await {
             Some(warning) => self.send(&warning).await,
@@ -499,7 +507,8 @@ impl Connection {
                 }
             }
             (None, Request::Hello(hello)) => {
-                let mut session = self.sessions.greet(&hello, self.identity.as_ref()).await?;
+                let greeted = self.sessions.greet(&hello, self.identity.as_ref()).await;
+                let mut session = greeted.inspect_err(|why| self.not_greeted = Some(why.clone()))?;
                 let welcome = session.welcome(id).await;
                 self.session = Some(session);
                 Ok(welcome)

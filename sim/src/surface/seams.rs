@@ -99,13 +99,13 @@ impl Seams {
     }
 
     /// Removes the area that another part of the same body covers from the faces of `solid`; `from_other`
-    /// maps that part's frame to this.
+    /// maps that part's frame to this. Returns the work: how many half-spaces polygons were compared with.
     pub(crate) fn cover(
         &mut self,
         (solid, rounding): (&Solid, f64),
         other: (&Solid, f64),
         from_other: &Pose,
-    ) {
+    ) -> u64 {
         let cores: Vec<(Vec3, f64)> = half_spaces(other.0)
             .into_iter()
             .map(|(normal, offset)| {
@@ -114,15 +114,16 @@ impl Seams {
             })
             .collect();
         if cores.is_empty() {
-            return;
+            return 0;
         }
         let spaces: Vec<(Vec3, f64)> = cores.iter().map(|(n, d)| (*n, d + other.1 + FLUSH_M)).collect();
-        let mut covers = false;
+        let (mut covers, mut work) = (false, 0);
         for (face, normal, ring) in solid.faces() {
             let outwards = normal * (rounding + OUTSIDE_M);
             let known = self.faces.iter().position(|known| known.face == face);
             let before = known.map_or_else(|| vec![ring], |k| self.faces[k].pieces.clone());
             let mut pieces = Vec::new();
+            work += before.len() as u64 * spaces.len() as u64;
             for piece in &before {
                 subtract(piece, outwards, &spaces, &mut pieces);
             }
@@ -140,6 +141,7 @@ impl Seams {
         if covers {
             self.others.push(Other { spaces: cores, rounding: other.1 });
         }
+        work
     }
 
     /// Whether a point on a face of the core is on the face's remainder, or as far beyond it as bodies sink
@@ -190,8 +192,15 @@ fn subtract(polygon: &[Vec3], aside: Vec3, spaces: &[(Vec3, f64)], out: &mut Vec
         return;
     }
     let mut rest = polygon.to_vec();
+    if !is_area(&rest) {
+        return;
+    }
     for (normal, offset) in spaces {
         let height = |p: Vec3| normal.dot(p + aside) - offset;
+        // Most half-spaces cut nothing off.
+        if rest.iter().all(|p| height(*p) < 0.0) {
+            continue;
+        }
         let (inside, outside) = (half(&rest, |p| -height(p)), half(&rest, height));
         if is_area(&outside) {
             out.push(outside);
@@ -205,7 +214,7 @@ fn subtract(polygon: &[Vec3], aside: Vec3, spaces: &[(Vec3, f64)], out: &mut Vec
 
 /// The part of a convex polygon where `height` is not negative.
 fn half(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
-    let mut out = Vec::new();
+    let mut out = Vec::with_capacity(polygon.len() + 1);
     for k in 0..polygon.len() {
         let (p, q) = (polygon[k], polygon[(k + 1) % polygon.len()]);
         let (a, b) = (height(p), height(q));

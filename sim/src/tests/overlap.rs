@@ -34,3 +34,34 @@ fn deep_overlap_is_taken_back_slowly() {
         assert!(fastest < 0.6, "h {step_s}: {fastest} m/s");
     }
 }
+
+/// Faces of parts that cover each other are cut into ever more pieces: a scene of many such parts is refused, not computed
+/// for minutes.
+#[test]
+fn parts_that_cover_each_other_too_often_are_refused() {
+    let turned = |k: usize| {
+        Pose::from_parts(
+            Vec3::ZERO,
+            palmares_models::Rotation::from_scaled_axis(Vec3::new(0.1, 0.2, 0.3) * k as f64),
+        )
+    };
+    let cylinder = Shape::Cylinder { half_length: 0.05, radius: 0.03 };
+    let round = |points: usize| {
+        let point = |k: usize| {
+            let z = 1.0 - 2.0 * (k as f64 + 0.5) / points as f64;
+            let (sin, cos) = libm::sincos(2.4 * k as f64);
+            let across = 0.05 * (1.0 - z * z).sqrt();
+            [across * cos, across * sin, 0.05 * z]
+        };
+        Shape::Hull { points: (0..points).map(point).collect(), rounding: 0.0 }
+    };
+    let of = |parts: Vec<(Pose, Shape)>| {
+        let mut model = Model::new(Config::default(), None).expect("an empty world");
+        model.add_object(Arc::new(Object::new("burr", parts, 1.0, 0.5, 0.0).expect("a burr"))).map(drop)
+    };
+    of((0..4).map(|k| (turned(k), cylinder.clone())).collect()).expect("few parts are fine");
+    let error = of((0..32).map(|k| (turned(k), round(60))).collect()).expect_err("too much work");
+    let said = error.to_string();
+    assert!(matches!(error, crate::model::ModelError::Overlaps { work, .. } if work < 100_000_000), "{said}");
+    assert!(said.starts_with("burr: its shapes up to number") && said.contains("only touch"), "{said}");
+}
