@@ -52,6 +52,7 @@ const pages = (run: string): [name: string, address: string, ready: (page: Page)
   ['live-featured', '/live/featured', (page) => page.waitForFunction(() => ((window.palmares?.['live'] as { newest?: { tick: number } } | undefined)?.newest?.tick ?? 0) > 0)],
   ['replay', '/replay', (page) => page.getByLabel('Open an MCAP file').waitFor()],
   ['replay-run', `/replay/${run}`, (page) => page.waitForFunction(() => window.palmares?.['player'] !== undefined)],
+  ['replay-closing', `/replay/${run}`, (page) => page.getByRole('button', { name: 'Closing: measured and predicted' }).click()],
   ['drive', '/drive', (page) => page.getByRole('button', { name: 'Start', exact: true }).waitFor()],
   ['hands', '/hands', (page) => page.getByText('softhand').first().waitFor()],
   ['hands-softhand', '/hands/softhand', (page) => page.getByRole('slider').first().waitFor()],

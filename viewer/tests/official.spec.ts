@@ -136,6 +136,8 @@ test('a session is opened, paused, extended and ended; a run is voided; the audi
   await expect(played).toContainText(TEAM);
   await decide(page, played.getByRole('button', { name: 'Void…' }), 'Void', 'the ball was <b>pushed</b>');
   await expect(played.getByText('voided', { exact: true })).toBeVisible();
+  await decide(page, played.getByRole('button', { name: 'Count again…' }), 'Count again', 'nobody pushed it');
+  await expect(played.getByText('verified', { exact: true })).toBeVisible({ timeout: 20_000 });
 
   await tab(page, 'Sessions');
   await decide(page, row.getByRole('button', { name: 'End…' }), 'End', 'the team went home');
@@ -145,7 +147,7 @@ test('a session is opened, paused, extended and ended; a run is voided; the audi
   await tab(page, 'Audit');
   const audit = page.getByRole('table', { name: 'Audit' });
   for (const [action, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant 120 s', 'the alarm'],
-    ['run.void', 'the ball was <b>pushed</b>'], ['session.end', 'the team went home'], ['team.add', 'paid its fee']] as const) {
+    ['run.void', 'the ball was <b>pushed</b>'], ['run.unvoid', 'nobody pushed it'], ['session.end', 'the team went home'], ['team.add', 'paid its fee']] as const) {
     await expect(audit.getByRole('row').filter({ hasText: action }).filter({ hasText: reason }).first()).toBeVisible();
   }
   expect(wrong).toEqual([]);

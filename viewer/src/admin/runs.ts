@@ -1,4 +1,4 @@
-/** Verification of runs: verify again, void, open the replay. */
+/** Verification of runs: verify again, void or take that back, open the replay. */
 import { dateTime, points } from '../ui/format';
 import { button, type Child, el, name } from '../ui/elements';
 import { confirmAction, type ActionDialog } from './dialog';
@@ -42,7 +42,9 @@ export function runsTab(admin: AdminClient): Tab {
         run.ended_unix_ms !== null && el('a', { class: 'button small', href: `/replay/${encodeURIComponent(run.run_id)}` }, 'Replay'),
         run.ended_unix_ms !== null && button('File', () => { void admin.save(`/v1/runs/${encodeURIComponent(run.run_id)}/replay`, `${run.run_id}.mcap`); }, { class: 'small' }),
         ['provisional', 'verified', 'rejected'].includes(run.status) && button('Verify again…', () => { void confirmAction(again(run)); }, { class: 'small' }),
-        !run.status.startsWith('void') && button('Void…', () => { void confirmAction(voided(run)); }, { class: 'small danger' })),
+        run.status === 'voided'
+          ? button('Count again…', () => { void confirmAction(unvoided(run)); }, { class: 'small' })
+          : button('Void…', () => { void confirmAction(voided(run)); }, { class: 'small danger' })),
     ],
     { label: 'Runs', empty: 'Nothing to do: every run is verified, and none resembles another team’s run.' });
 
@@ -60,6 +62,9 @@ export function runsTab(admin: AdminClient): Tab {
   const again = (run: RunRecord): ActionDialog => ({ title: 'Verify again', text: el('span', {}, 'The server replays the run of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: action('reverify', run) });
   const voided = (run: RunRecord): ActionDialog => ({
     title: 'Void a run', text: el('span', {}, 'The run of ', name(run.team), `, ${run.task}, does not count any more; the team gets its time back.`), verb: 'Void', danger: true, needsReason: true, act: action('void', run),
+  });
+  const unvoided = (run: RunRecord): ActionDialog => ({
+    title: 'Count a run again', text: el('span', {}, 'The run of ', name(run.team), `, ${run.task}, counts again once its replay is verified; the time that was given back for it is taken again.`), verb: 'Count again', needsReason: true, act: action('unvoid', run),
   });
 
   function show(): void {

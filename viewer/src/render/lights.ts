@@ -22,7 +22,7 @@ export class Lights {
   private readonly sun = new DirectionalLight('#ffffff', Math.PI * LAMP);
   private readonly sky = new HemisphereLight('#ffffff', new Color().setScalar(FLOOR / SKY), Math.PI * SKY);
   private readonly fog = new Fog('#ffffff');
-  private readonly color = new Color();
+  private readonly color = new Color().setRGB(...GREY, 'srgb');
   private readonly shaded = new MeshLambertMaterial();
   /** Without shadows: the shaded ground has one colour. */
   private readonly plain = new MeshBasicMaterial();

@@ -431,6 +431,7 @@ export class Stage {
     if (!this.dirty) return;
     this.dirty = false;
     if (this.shown) this.direct(this.shown, now);
+    if (this.three.background instanceof Color) this.lights.fade(this.three.background, this.camera.position);
     const { clientWidth, clientHeight } = this.container;
     this.labels.place(this.camera, clientWidth, clientHeight, (id, into) => this.shown?.solid.placeOf(id, into) ?? null);
     this.renderer.render(this.three, this.camera);
@@ -450,7 +451,6 @@ export class Stage {
       panels.setVisible(blocker.body, !hides);
       glass.setVisible(blocker.body, hides);
     }
-    if (this.three.background instanceof Color) this.lights.fade(this.three.background, eye);
   }
 
   private clear(): void {
