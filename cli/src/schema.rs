@@ -11,7 +11,39 @@ pub(crate) fn schema(description: Description) -> anyhow::Result<()> {
 }
 
 fn text(description: Description) -> anyhow::Result<String> {
-    Ok(serde_json::to_string_pretty(&sorted(server::schema(description)?))? + "\n")
+    let mut text = String::new();
+    write(&sorted(server::schema(description)?), 0, &mut text)?;
+    Ok(text + "\n")
+}
+
+/// Levels that have lines of their own. Below them a part of a message has one line.
+const LEVELS: usize = 4;
+
+/// Writes a value as JSON, in few lines whose changes still say which part of which message they are.
+fn write(value: &Value, level: usize, text: &mut String) -> serde_json::Result<()> {
+    let parts: Vec<(String, &Value)> = match value {
+        Value::Object(fields) => {
+            fields.iter().map(|(name, inner)| (format!("{}: ", Value::from(name.as_str())), inner)).collect()
+        }
+        Value::Array(items) => items.iter().map(|inner| (String::new(), inner)).collect(),
+        _ => Vec::new(),
+    };
+    if level == LEVELS || parts.is_empty() {
+        text.push_str(&serde_json::to_string(value)?);
+        return Ok(());
+    }
+    let (open, close) = if value.is_object() { ('{', '}') } else { ('[', ']') };
+    text.push(open);
+    for (k, (name, inner)) in parts.iter().enumerate() {
+        text.push_str(if k == 0 { "\n" } else { ",\n" });
+        text.push_str(&"  ".repeat(level + 1));
+        text.push_str(name);
+        write(inner, level + 1, text)?;
+    }
+    text.push('\n');
+    text.push_str(&"  ".repeat(level));
+    text.push(close);
+    Ok(())
 }
 
 /// With fields in the order of their names, however serde_json was built.
@@ -33,6 +65,15 @@ mod tests {
     use super::*;
     use clap::ValueEnum;
     use std::path::Path;
+
+    #[test]
+    fn what_is_written_is_the_same_value() {
+        let value = serde_json::json!({"a": [1, {"b": [], "c": {"d": {"e": {"f": "\u{e9}\"\n"}}}}], "g": {}, "h": null});
+        let mut text = String::new();
+        write(&value, 0, &mut text).expect("it is written");
+        assert_eq!(serde_json::from_str::<Value>(&text).expect("JSON"), value);
+        assert_eq!(text.lines().count(), 12, "{text}");
+    }
 
     #[test]
     fn docs_schema_describes_the_types_of_this_source() {

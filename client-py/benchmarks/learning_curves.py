@@ -24,6 +24,7 @@ from statistics import fmean as mean
 from typing import Any
 
 import numpy as np
+import figures
 from record import ROOT, controllers, fields, line
 
 from palmares import Training
@@ -301,7 +302,6 @@ def draw(group: str, folder: Path, out: Path) -> None:
     import matplotlib as mpl
 
     mpl.use("agg")
-    mpl.rcParams["svg.hashsalt"] = "palmares"
     from matplotlib import pyplot as plt
 
     figure, (left, right) = plt.subplots(
@@ -332,7 +332,7 @@ def draw(group: str, folder: Path, out: Path) -> None:
     for axis in (left, right):
         axis.grid(alpha=0.3)
     figure.suptitle(TITLES[group])
-    figure.savefig(out, metadata={"Date": None, "Creator": None})
+    figures.save(figure, out)
     plt.close(figure)
 
 

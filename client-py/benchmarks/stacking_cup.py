@@ -121,7 +121,6 @@ def draw(rows: dict[str, Array], out: Path) -> None:
     import matplotlib as mpl
 
     mpl.use("agg")
-    mpl.rcParams["svg.hashsalt"] = "palmares"
     from matplotlib import pyplot as plt
 
     shown = rows["t"] > -0.2
@@ -142,7 +141,7 @@ def draw(rows: dict[str, Array], out: Path) -> None:
         for edge in (0.0, CLOSE_S, CLOSE_S + LIFT_S):
             axis.axvline(edge, color="0.6", linewidth=0.8)
     axes[-1].set_xlabel("s from the beginning of the closing; lines: closed, lifted")
-    figure.savefig(out, metadata={"Date": None, "Creator": None})
+    figures.save(figure, out)
 
 
 if __name__ == "__main__":

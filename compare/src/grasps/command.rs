@@ -131,7 +131,7 @@ pub fn run(options: &Options) -> Result<()> {
     if options.keep_peers {
         table.keep_peers(table::Table::read(&json)?)?;
     }
-    fs::write(&json, serde_json::to_string_pretty(&table)? + "\n")?;
+    fs::write(&json, serde_json::to_string(&table)? + "\n")?;
     let page = page::write(&table);
     fs::write(options.out.join("README.md"), &page)?;
     println!("{page}");

@@ -86,7 +86,7 @@ pub fn run(options: &Options) -> Result<()> {
 fn publish(options: &Options, found: &[Found]) -> Result<()> {
     let table = Table::new(Record::now("search")?, options.steps_ms.clone(), found.to_vec());
     fs::create_dir_all(&options.out).with_context(|| format!("cannot create {}", options.out.display()))?;
-    fs::write(options.out.join("search.json"), serde_json::to_string_pretty(&table)? + "\n")?;
+    fs::write(options.out.join("search.json"), serde_json::to_string(&table)? + "\n")?;
     Ok(fs::write(options.out.join("README.md"), page::write(&table))?)
 }
 
