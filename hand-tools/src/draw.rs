@@ -96,7 +96,9 @@ fn joined(svg: &str) -> String {
     let mut out = String::with_capacity(svg.len());
     let mut open = None;
     for line in svg.lines() {
-        let dash = line.strip_prefix("<polyline ").and_then(|rest| rest.strip_suffix("\"/>")?.split_once("points=\""));
+        let dash = line
+            .strip_prefix("<polyline ")
+            .and_then(|rest| rest.strip_suffix("\"/>")?.split_once("points=\""));
         if open.is_some() && open != dash.map(|(look, _)| look) {
             out.push_str("\"/>\n");
             open = None;
@@ -400,7 +402,9 @@ mod tests {
 
     #[test]
     fn dashes_become_one_path_and_words_one_line() {
-        let dash = |look: &str, points: &str| format!("<polyline fill=\"none\" stroke=\"{look}\" points=\"{points} \"/>\n");
+        let dash = |look: &str, points: &str| {
+            format!("<polyline fill=\"none\" stroke=\"{look}\" points=\"{points} \"/>\n")
+        };
         let svg = [
             "<svg>\n",
             &dash("red", "1,2 3,4"),
@@ -408,8 +412,14 @@ mod tests {
             &dash("blue", "9,9 8,8"),
             "<text x=\"1\">\nopen\n</text>\n</svg>\n",
         ];
-        let path = |look: &str, points: &str| format!("<path fill=\"none\" stroke=\"{look}\" d=\"{points}\"/>\n");
-        let fewer = ["<svg>\n", &path("red", "M1,2 3,4M5,6 7,8"), &path("blue", "M9,9 8,8"), "<text x=\"1\">open</text>\n</svg>\n"];
+        let path =
+            |look: &str, points: &str| format!("<path fill=\"none\" stroke=\"{look}\" d=\"{points}\"/>\n");
+        let fewer = [
+            "<svg>\n",
+            &path("red", "M1,2 3,4M5,6 7,8"),
+            &path("blue", "M9,9 8,8"),
+            "<text x=\"1\">open</text>\n</svg>\n",
+        ];
         assert_eq!(joined(&svg.concat()), fewer.concat());
     }
 

@@ -4,6 +4,7 @@ mod circles;
 mod conflicts;
 mod deployment;
 mod doc_examples;
+mod features;
 mod imports;
 mod map;
 mod modules;

@@ -392,7 +392,7 @@ async fn follow(name: &str, playing: &[&str]) -> usize {
             place.postgres = postgres_database().await;
         }
         if on_postgres && place.postgres.is_none() || !installed(first_word(&line.command)) {
-            println!("SKIP {name}: `{}`: not installed here", line.command);
+            println!("LEFT OUT {name}: `{}`: not installed here", line.command);
             continue;
         }
         // The two ways to restore are alternatives.
@@ -492,15 +492,15 @@ fn the_commands_in_the_heads_of_the_deployment_files_run() {
         for command in &commands {
             let reason = NOT_RUN.iter().find(|(listed, _)| listed == command).map(|(_, reason)| *reason);
             if command.contains("palmares keys /secrets") {
-                println!("SKIP {file}: `{command}`: {}", reason.expect("listed"));
+                println!("LEFT OUT {file}: `{command}`: {}", reason.expect("listed"));
                 script += "palmares keys secrets\n";
             } else if !installed(first_word(command)) {
-                println!("SKIP {file}: `{command}`: not installed here");
+                println!("LEFT OUT {file}: `{command}`: not installed here");
             } else if reason == Some("runs with --dry-run=client") {
                 script += &format!("{command} --dry-run=client\n");
                 ran += 1;
             } else if let Some(reason) = reason {
-                println!("SKIP {file}: `{command}`: {reason}");
+                println!("LEFT OUT {file}: `{command}`: {reason}");
             } else {
                 script += &format!("{command}\n");
                 ran += 1;

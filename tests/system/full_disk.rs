@@ -235,7 +235,7 @@ async fn moments(event: &mut Event) {
     if !replays_are_safe || std::env::var_os("PALMARES_FULL_DISK").is_some() {
         uploads(event).await;
     } else {
-        println!("SKIP the upload of a hand on Postgres; PALMARES_FULL_DISK=all plays it");
+        println!("LEFT OUT: the upload of a hand on Postgres; PALMARES_FULL_DISK=all plays it");
     }
 
     event.fill().await;

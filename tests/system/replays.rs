@@ -360,7 +360,7 @@ fn other_build() -> Result<PathBuf, String> {
 async fn a_run_of_one_build_verifies_in_the_other() {
     let other = match other_build() {
         Ok(other) => other,
-        Err(why) => return println!("skipped: {why}"),
+        Err(why) => return println!("SKIP: {why}"),
     };
     let server = Server::start();
     let (mut client, _) = Client::playing(&server, "crabs").await;
@@ -370,7 +370,7 @@ async fn a_run_of_one_build_verifies_in_the_other() {
     let file = fetch(&server, result["run_id"].as_str().expect("an id"), &folder);
     let (code, out) = with_program(&other, &["verify", text(&file)]);
     if out.contains("refused: other_") || out.contains("unrecognized subcommand") {
-        return println!("skipped: {} was built from another source: {out}", other.display());
+        return println!("SKIP: {} was built from another source: {out}", other.display());
     }
     assert_eq!(code, 0, "{out}");
 }

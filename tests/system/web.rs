@@ -71,7 +71,7 @@ fn files_of_the_pages_are_served_as_what_they_are() {
         page[at..].split('"').next().filter(|address| address.ends_with(end)).map(str::to_owned)
     };
     let Some(script) = of_page("<script type=\"module\" src=\"", ".js") else {
-        println!("skipped: compiled without the viewer; `cargo xtask viewer` builds it");
+        println!("SKIP: compiled without the viewer; `cargo xtask viewer` builds it");
         assert!(page.contains("cargo xtask viewer"), "{page}");
         return;
     };

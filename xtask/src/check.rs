@@ -8,6 +8,7 @@ use crate::python::Environment;
 use crate::tools;
 use crate::viewer::Viewer;
 use anyhow::{Context, Result};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, ExitStatus, Output, Stdio};
@@ -88,7 +89,8 @@ pub(crate) fn run() -> Result<bool> {
     let beside = begin_beside();
     steps.push(step("Rust tests", || {
         let mut tests = cargo();
-        tests.args(["test", "--workspace", "--no-fail-fast"]);
+        // A test that finds no program or data prints so: the output of those that pass is read, too.
+        tests.args(["test", "--workspace", "--no-fail-fast", "--", "--show-output"]);
         if std::env::var_os(TEST_THREADS).is_none() {
             // Tests of servers wait for more than a third of their time.
             let cores = thread::available_parallelism().map_or(1, usize::from);
@@ -97,7 +99,7 @@ pub(crate) fn run() -> Result<bool> {
         if let Some(program) = &server {
             tests.env("PALMARES_SERVER_BIN", program);
         }
-        counted(&mut tests, rust_tests)
+        counted(&mut tests, RustTests::default())
     }));
     if let (Some(viewer), Some(program)) = (&viewer, &server) {
         steps.push(step("pages in Chromium", || {
@@ -109,7 +111,7 @@ pub(crate) fn run() -> Result<bool> {
             if let Some(environment) = &environment {
                 pages.env("PALMARES_CLIENT_PYTHON", environment.interpreter());
             }
-            whole(pages.env("PALMARES_SERVER_BIN", program).env("PALMARES_CHROMIUM", chromium))
+            counted(pages.env("PALMARES_SERVER_BIN", program).env("PALMARES_CHROMIUM", chromium), page_tests)
         }));
     }
     if let Some(environment) = &environment {
@@ -235,16 +237,30 @@ fn of_status(status: ExitStatus) -> Tally {
     Tally { passed, failed: 1 - passed, skipped: 0 }
 }
 
+/// Reads the output of a program of tests, line by line.
+trait Reader {
+    /// The tests that a line reports, and the line to show, if any.
+    fn read(&mut self, line: &str) -> (Tally, Option<String>);
+}
+
+impl<F: Fn(&str) -> Option<Tally>> Reader for F {
+    fn read(&mut self, line: &str) -> (Tally, Option<String>) {
+        (self(line).unwrap_or_default(), Some(line.to_owned()))
+    }
+}
+
 /// Runs a command, shows its standard output meanwhile and counts the tests that it reports.
-fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tally> {
+fn counted(command: &mut Command, mut reader: impl Reader) -> Result<Tally> {
     let mut child =
         command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start {command:?}"))?;
     let mut tally = Tally::default();
     if let Some(output) = child.stdout.take() {
         for line in BufReader::new(output).lines() {
-            let line = line?;
-            println!("{line}");
-            tally = tally.plus(read(&line).unwrap_or_default());
+            let (tests, shown) = reader.read(&line?);
+            tally = tally.plus(tests);
+            if let Some(shown) = shown {
+                println!("{shown}");
+            }
         }
     }
     // Something other than a test failed: a crate does not compile, or a test program crashed.
@@ -254,10 +270,58 @@ fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tal
     Ok(tally)
 }
 
-/// `test result: ok. 3 passed; 0 failed; 1 ignored; 0 measured; …`
-fn rust_tests(line: &str) -> Option<Tally> {
-    let (_, counts) = line.strip_prefix("test result: ")?.split_once(". ")?;
-    Some(read_counts(counts, ';'))
+/// Output of `cargo test -- --show-output`. A test that passes and prints a line that begins with `SKIP` was skipped; other
+/// output of tests that pass is not shown.
+#[derive(Default)]
+struct RustTests {
+    /// Within the output of tests that passed: the present one.
+    passed: Option<String>,
+    /// Those of the present program that were skipped.
+    skipped: BTreeSet<String>,
+}
+
+impl Reader for RustTests {
+    fn read(&mut self, line: &str) -> (Tally, Option<String>) {
+        if let Some(counts) = line.strip_prefix("test result: ").and_then(|rest| rest.split_once(". ")) {
+            let mut tally = read_counts(counts.1, ';');
+            let skipped = std::mem::take(&mut self.skipped).len() as u32;
+            tally.passed = tally.passed.saturating_sub(skipped);
+            tally.skipped += skipped;
+            self.passed = None;
+            let note =
+                if skipped > 0 { format!(" ({skipped} of the passed ones skipped)") } else { String::new() };
+            return (tally, Some(format!("{line}{note}")));
+        }
+        let begins =
+            |of: &str| line.strip_prefix("---- ").and_then(|rest| rest.strip_suffix(of)).map(str::to_owned);
+        match (line, begins(" stdout ----")) {
+            ("successes:", _) => self.passed = Some(String::new()),
+            ("failures:", _) => self.passed = None,
+            (_, Some(name)) if self.passed.is_some() => self.passed = Some(name),
+            (_, _) => {
+                let Some(name) = &self.passed else { return (Tally::default(), Some(line.to_owned())) };
+                if line.starts_with("SKIP") {
+                    self.skipped.insert(name.clone());
+                    return (Tally::default(), Some(format!("{name}: {line}")));
+                }
+                return (Tally::default(), None);
+            }
+        }
+        (Tally::default(), self.passed.is_none().then(|| line.to_owned()))
+    }
+}
+
+/// `  11 passed (3.0m)`, `  1 failed`, `  2 skipped`, `  8 did not run`.
+fn page_tests(line: &str) -> Option<Tally> {
+    let (number, kind) = line.trim().split_once(' ')?;
+    let number = number.parse().ok()?;
+    let none = Tally::default();
+    match kind.split(" (").next()? {
+        "passed" | "flaky" => Some(Tally { passed: number, ..none }),
+        "failed" | "interrupted" => Some(Tally { failed: number, ..none }),
+        "skipped" | "did not run" => Some(Tally { skipped: number, ..none }),
+        _ => None,
+    }
 }
 
 /// `===== 20 passed, 1 skipped in 1.82s =====`, also without the bars.
@@ -288,10 +352,54 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_of_cargo_test_are_read() {
-        let line = "test result: FAILED. 3 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.02s";
-        assert_eq!(rust_tests(line), Some(Tally { passed: 3, failed: 1, skipped: 2 }));
-        assert_eq!(rust_tests("test solver::rests ... ok"), None);
+    fn counts_of_cargo_test_are_read_and_a_test_that_says_skip_has_not_passed() {
+        let printed = "\
+running 3 tests
+test a ... ok
+test b ... ok
+test c ... FAILED
+
+successes:
+
+---- a stdout ----
+SKIP: postgres is not installed
+SKIP: a second time
+
+---- b stdout ----
+noise
+
+successes:
+    a
+    b
+
+failures:
+
+---- c stdout ----
+SKIP is not what a failed test says
+test result: FAILED. 2 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.02s
+running 1 test
+test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.00s";
+        let mut reader = RustTests::default();
+        let (mut tally, mut shown) = (Tally::default(), Vec::new());
+        for line in printed.lines() {
+            let (tests, line) = reader.read(line);
+            tally = tally.plus(tests);
+            shown.extend(line);
+        }
+        assert_eq!(tally, Tally { passed: 2, failed: 1, skipped: 3 });
+        assert!(shown.contains(&"a: SKIP: postgres is not installed".to_owned()), "{shown:#?}");
+        assert!(shown.contains(&"SKIP is not what a failed test says".to_owned()), "{shown:#?}");
+        assert!(!shown.iter().any(|line| line.contains("noise")), "{shown:#?}");
+    }
+
+    #[test]
+    fn counts_of_playwright_are_read() {
+        let read = |line| page_tests(line).unwrap_or_default();
+        assert_eq!(
+            read("  11 passed (3.0m)").plus(read("  1 failed")).plus(read("  8 did not run")),
+            Tally { passed: 11, failed: 1, skipped: 8 }
+        );
+        assert_eq!(page_tests("  \u{2713}  1 tests/board.spec.ts:3:1 \u{203a} a board (1.2s)"), None);
     }
 
     #[test]

@@ -90,11 +90,7 @@ fn hands_of_the_program_are_within_the_defaults() {
 
 #[test]
 fn the_published_softhand_is_within_the_defaults() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/soft_hand_2016");
-    if !folder.join("soft_hand.urdf").is_file() {
-        println!("skipped: the published SoftHand is not at {}", folder.display());
-        return;
-    }
+    let Some(folder) = super::reference::published("soft_hand_2016") else { return };
     let loaded = read::hand(&folder, &LoadOptions::default()).unwrap();
     let figures = loaded.hand.figures();
     for Figure { spec, value, part, .. } in &figures {

@@ -1,4 +1,5 @@
-//! The published SoftHand of 2016, read unchanged from its folder; skipped if the folder does not exist.
+//! The published SoftHand of 2016, read unchanged from its folder. Its files are not ours to distribute: the tests are skipped
+//! unless `PALMARES_PUBLISHED_HANDS` names a folder with them.
 
 use std::path::{Path, PathBuf};
 
@@ -11,13 +12,17 @@ use crate::read::{self, InertiaPolicy, Limits, LoadOptions, Loaded, stl};
 use crate::shape::Shape;
 use crate::{Pose, Vec3};
 
+/// A file or folder of the published hands. A line that begins with `SKIP` counts a test as skipped.
+pub(super) fn published(name: &str) -> Option<PathBuf> {
+    let Some(folder) = std::env::var_os("PALMARES_PUBLISHED_HANDS") else {
+        println!("SKIP: PALMARES_PUBLISHED_HANDS names no folder with {name}");
+        return None;
+    };
+    Some(Path::new(&folder).join(name))
+}
+
 fn folder() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/soft_hand_2016");
-    if folder.join("soft_hand.urdf").is_file() {
-        return Some(folder);
-    }
-    println!("skipped: the published SoftHand is not at {}", folder.display());
-    None
+    published("soft_hand_2016")
 }
 
 fn load(folder: &Path, inertia: InertiaPolicy) -> Loaded {

@@ -1,6 +1,5 @@
-//! The published ReFlex of the 2016 challenge against ours; skipped without its data.
+//! The published ReFlex of the 2016 challenge against ours; skipped without its data, as `reference` says.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::Value;
@@ -11,11 +10,7 @@ use crate::hand::{Geom, Hand};
 use crate::{Mat3, Pose, Rotation, Vec3};
 
 fn published() -> Option<Value> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/hands_2016.json");
-    let Ok(text) = std::fs::read_to_string(&file) else {
-        println!("skipped: the published ReFlex is not at {}", file.display());
-        return None;
-    };
+    let text = std::fs::read_to_string(super::reference::published("hands_2016.json")?).unwrap();
     Some(serde_json::from_str::<Value>(&text).unwrap()["reflex"].clone())
 }
 

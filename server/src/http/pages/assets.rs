@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn the_files_of_every_page_are_there() {
         if MANIFEST.is_empty() {
-            println!("skipped: built without the viewer");
+            println!("SKIP: built without the viewer");
             return;
         }
         for page in ["leaderboard", "live", "replay", "team", "wall", "admin", "docs"] {

@@ -157,7 +157,7 @@ async fn an_open_run_of_an_ended_session_is_left_to_an_owner_that_is_there() {
 #[tokio::test]
 async fn hosts_share_a_database_if_they_fit() {
     let Some(url) = super::postgres::postgres_database().await else {
-        return println!("skipped: no Postgres on this machine");
+        return println!("SKIP: no Postgres on this machine");
     };
     let location = Location::Url(url);
     let host = |name: &str, config: &str| Host {
