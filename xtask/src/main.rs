@@ -60,7 +60,7 @@ enum Task {
     /// Make a version: change its number, build and check the files that are published.
     Release(release::Options),
     /// Run every test: Rust, Python and the viewer, formatting and lints.
-    Test,
+    Test(check::Options),
     /// Repeat published measurements on real hands; write docs/validation.
     Validate(validate::Options),
     /// Build the pages' scripts, which the next build of the server includes.
@@ -82,7 +82,7 @@ fn main() -> ExitCode {
         Task::PagesOfRecord(options) => pages_of_record::run(&options).map(|()| true),
         Task::Release(options) => release::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
-        Task::Test => check::run(),
+        Task::Test(options) => check::run(&options),
         Task::Validate(options) => validate::run(&options).map(|()| true),
         Task::Viewer => viewer::run().map(|()| true),
         Task::Wheel(options) => wheel::run(&options).map(|()| true),
