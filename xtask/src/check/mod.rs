@@ -28,6 +28,9 @@ pub(crate) struct Options {
     /// Keep the verdict of each check whose programs and files are those of an earlier run, and run the others only.
     #[arg(long)]
     quick: bool,
+    /// Make only the checks whose name in the summary contains this, as `models` or `Python`.
+    #[arg(long)]
+    only: Option<String>,
 }
 
 /// The Python of `cargo xtask fleet`, from `client-py`.
@@ -99,13 +102,18 @@ pub(crate) fn run(options: &Options) -> Result<bool> {
     }
     // They need the processors while tests wait for a third of their time. cargo lets one command at a time into the target
     // directory: these are one after another.
+    let mut idle = beside();
+    if let Some(word) = &options.only {
+        jobs.retain(|job| job.name.contains(word.as_str()));
+        idle.retain(|job| job.name.contains(word.as_str()));
+    }
     let idle = thread::scope(|scope| {
-        let beside = scope.spawn(|| job::run(beside(), 1, &verdicts, options.quick));
+        let beside = scope.spawn(|| job::run(idle, 1, &verdicts, options.quick));
         steps.extend(job::run(jobs, 2, &verdicts, options.quick));
         beside.join().unwrap_or_default()
     });
     steps.extend(idle);
-    if let (Some(program), Some(environment)) = (&server, &python) {
+    if let (Some(program), Some(environment), None) = (&server, &python, &options.only) {
         steps.push(step("container", || or_skipped(docker::check(Some(program), environment)?)));
     }
 
