@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,13 +14,11 @@ from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
 from palmares.errors import BadRequestError
 from palmares.gym.images import cameras_of
+from palmares.gym.settings import Noise, Sensing
 from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training
 from palmares.wire import BaseTarget, HandInfo, TaskInfo
-
-Sensing = Literal["sensors", "truth"]
-Noise = Literal["none", "real"]
 
 
 class Player:
