@@ -24,7 +24,6 @@ from palmares.messages import Observation
 from palmares.reproducible import cos, least_squares, mean, norm, norms, sin
 from palmares.rotation import quat_of
 from palmares.skills.balls import BallsSummary, play_balls
-from palmares.skills.motion import RunOverError
 from palmares.skills.runs import play
 
 LEAN = 0.156
@@ -113,9 +112,7 @@ class Senses(SoftHand):
         """Move the hand out of the way; return the points (h, w, 3), m, of the camera above box A."""
         self.to(0.0, array([max(self.position[0], ASIDE[0]), *self.position[1:]]))
         self.wait(0.2)  # An image may be 0.13 s old.
-        self.obs = self.client.step(cameras=["box_a"])
-        if self.obs.done:
-            raise RunOverError(self.obs.reason)
+        self.keep(self.client.step(cameras=["box_a"]))
         return self.obs.cameras["box_a"].points()
 
     def feel_empty(self) -> None:

@@ -106,9 +106,7 @@ class Senses(Mover):
         images: dict[str, list[Array]] = {name: [] for name in CAMERAS}
         for _ in range(IMAGES):
             self.wait(0.03)
-            self.obs = self.client.step(cameras=CAMERAS)
-            if self.obs.done:
-                raise RunOverError(self.obs.reason)
+            self.keep(self.client.step(cameras=CAMERAS))
             for name in CAMERAS:
                 images[name].append(self.obs.cameras[name].points())
         clouds = [mean_reading(stack).reshape(-1, 3) for stack in images.values()]

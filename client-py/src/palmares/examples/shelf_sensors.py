@@ -25,7 +25,6 @@ from palmares.arrays import Array, array
 from palmares.cameras import CameraImage
 from palmares.examples.shelf_softhand import SoftHand
 from palmares.reproducible import cos, norm, norms, sin
-from palmares.skills.motion import RunOverError
 from palmares.skills.objects import ObjectBounds
 from palmares.skills.runs import play
 from palmares.skills.shelf import PICKS, ShelfSummary, play_shelf
@@ -161,9 +160,7 @@ class Senses(SoftHand):
         self.to(0.4, array([self.position[0], min(self.position[1], ASIDE[1]), self.position[2]]))
         self.to(0.5, ASIDE)
         self.wait(SETTLE_S)
-        self.obs = self.client.step(cameras=["shelf", "shelf.rgb"])
-        if self.obs.done:
-            raise RunOverError(self.obs.reason)
+        self.keep(self.client.step(cameras=["shelf", "shelf.rgb"]))
         return self.obs.cameras["shelf"]
 
 
