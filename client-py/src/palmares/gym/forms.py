@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from palmares.arguments import Sensing
 from palmares.gym.fields import LARGEST, Arrays
 from palmares.gym.goals import Goal
 from palmares.gym.images import is_image
-from palmares.gym.settings import Sensing, Settings
+from palmares.gym.settings import Settings
 
 # Fields that no sensor reads, beside the hand's channels of the truth.
 TRUTH = ("joints", "objects", "object_kind", "object_half_extents", "object_mass", "hand_drawn")

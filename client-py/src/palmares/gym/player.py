@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palmares import own_task
+from palmares.arguments import Noise, Sensing
 from palmares.arrays import Array, array
 from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
 from palmares.errors import BadRequestError
 from palmares.gym.images import cameras_of
-from palmares.gym.settings import Noise, Sensing
 from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training

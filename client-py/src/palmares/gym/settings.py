@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from gymnasium.vector import AutoresetMode
 
-from palmares.arguments import one_of, short
+from palmares.arguments import Noise, Sensing, check_sensing, one_of, short
 from palmares.gym.goals import Goal
 from palmares.targets import BaseKind
 from palmares.training import Training
@@ -18,8 +18,6 @@ from palmares.training import Training
 if TYPE_CHECKING:
     from palmares.sim import View
 
-Sensing: TypeAlias = Literal["sensors", "truth"]
-Noise: TypeAlias = Literal["none", "real"]
 Observations: TypeAlias = Literal["fields", "groups", "goal"]
 Shaping: TypeAlias = bool | Literal["info"]
 
@@ -86,10 +84,8 @@ class Settings:
 
     def __post_init__(self) -> None:
         one_of("observations", self.observations, get_args(Observations))
-        one_of("sensing", self.sensing, get_args(Sensing))
         one_of("base", self.base, get_args(BaseKind))
-        if self.noise is not None:
-            one_of("noise", self.noise, get_args(Noise))
+        check_sensing(self.sensing, "none" if self.noise is None else self.noise)
         if self.shaping not in (True, False, "info"):
             raise ValueError(f"shaping: found {self.shaping!r}; wanted True, False or 'info'")
         if self.goal is not None and self.observations != "goal":

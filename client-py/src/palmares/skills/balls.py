@@ -10,10 +10,11 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 
+from palmares.arguments import Noise, Sensing
 from palmares.arrays import Array, array
 from palmares.client import Client
 from palmares.messages import Observation
@@ -112,7 +113,7 @@ class BallMover(Mover):
     """
 
     hand: ClassVar[str]
-    sensing: ClassVar[Literal["truth", "sensors"]] = "truth"
+    sensing: ClassVar[Sensing] = "truth"
     grasps: ClassVar[Sequence[BallGrasp]]
     picks: ClassVar[int]
     tries: ClassVar[float]
@@ -196,7 +197,7 @@ def play_balls(
         picks: Most attempts; those of the hand when left out.
 
     """
-    noise: Literal["real"] | None = None if kind.sensing == "truth" else "real"
+    noise: Noise | None = None if kind.sensing == "truth" else "real"
     mover = kind(client, client.reset("balls", kind.hand, sensing=kind.sensing, noise=noise, seed=seed))
     attempts: list[Attempt] = []
     with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.

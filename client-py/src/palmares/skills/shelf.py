@@ -9,8 +9,9 @@ import contextlib
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
+from palmares.arguments import Noise, Sensing
 from palmares.client import Client
 from palmares.messages import Observation
 from palmares.scene import Region
@@ -53,7 +54,7 @@ class ShelfMover(Mover):
     """
 
     hand: ClassVar[str]
-    sensing: ClassVar[Literal["truth", "sensors"]] = "truth"
+    sensing: ClassVar[Sensing] = "truth"
     looks: ClassVar[int] = 1
 
     def __init__(self, client: Client, first: Observation) -> None:
@@ -79,7 +80,7 @@ class ShelfMover(Mover):
 
 def play_shelf(kind: type[ShelfMover], client: Client, seed: int | None, picks: int = PICKS) -> ShelfSummary:
     """Play one run of at most `picks` attempts with a hand."""
-    noise: Literal["real"] | None = None if kind.sensing == "truth" else "real"
+    noise: Noise | None = None if kind.sensing == "truth" else "real"
     mover = kind(client, client.reset("shelf", kind.hand, sensing=kind.sensing, noise=noise, seed=seed))
     attempts: list[Attempt] = []
     caught = idle = 0
