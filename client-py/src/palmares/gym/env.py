@@ -123,7 +123,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         known = [] if url is None else CLIENTS
         unknown = [name for name in client if name not in known]
         if unknown:
-            where = "for a server only, with url" if url is None else "for FlatEnv or BatchEnv only"
+            of_server = url is None and not REFUSED.intersection(unknown)
+            where = "for a server only, with url" if of_server else "for other environments only"
             raise TypeError(unexpected(unknown, where, REFUSED, known))
         self.render_mode, self._url = mode, url
         if url is None:  # A process without a server has no page.
