@@ -209,3 +209,31 @@ def test_environments_check_their_arguments_when_they_are_made() -> None:
             gymnasium.make_vec("palmares/Balls-SoftHand-v1", num_envs=1, **single)
     with pytest.raises(TypeError, match="argument 'colour': unknown, or for a server only"):
         gymnasium.make("palmares/Balls-SoftHand-v1", colour=1)
+
+
+def test_settings_are_given_at_once_or_by_name() -> None:
+    settings = palmares.gym.Settings(shaping="info", ticks=20, training=palmares.Training(fraction=0.5))
+    one = palmares.gym.FlatEnv("balls", "pinch", settings=settings)
+    many: Any = gymnasium.make_vec("palmares/Balls-Pinch-v1", 1, settings=settings, threads=1)
+    named = palmares.gym.FlatEnv("balls", "pinch", shaping="info", ticks=20, fraction=0.5)
+    for env in (one, named):
+        info = (env.reset(seed=4), env.step(env.action_space.sample() * 0.0))[1][4]
+        assert info["tick"] == 20
+        assert "shaping" in info
+    assert one.inner.observation is not None
+    assert one.world is not None
+    assert named.world is not None
+    assert one.world.state_hash() == named.world.state_hash()
+    assert (one.fraction, named.fraction, many.fraction) == (0.5, 0.5, 0.5)
+    # An argument replaces a setting.
+    assert palmares.gym.BatchEnv("balls", "pinch", settings=settings, fraction=1.0).fraction == 1.0
+    for make in (palmares.gym.FlatEnv, palmares.gym.BatchEnv):
+        with pytest.raises(TypeError, match=r"argument 'tick': unknown, .*; did you mean 'ticks'"):
+            make("balls", "pinch", tick=3)
+    with pytest.raises(TypeError, match=r"argument 'teem': unknown, .*; did you mean 'team'"):
+        palmares.gym.PalmaresEnv("http://127.0.0.1:9", teem="crabs")
+    for refused_one in ({"threads": 2}, {"settings": palmares.gym.Settings(threads=2)}):
+        with pytest.raises(TypeError, match="argument 'threads'"):
+            palmares.gym.FlatEnv("balls", "pinch", **refused_one)
+    with pytest.raises(ValueError, match="shaping is a setting"):
+        palmares.gym.Settings(training=palmares.Training(shaping=True))

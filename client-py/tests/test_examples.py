@@ -15,6 +15,7 @@ import pytest
 
 import palmares
 from palmares.rotation import angle_between
+from palmares.skills.attempts import Attempt
 from palmares.skills.motion import BaseLimits
 from tests.fake_server import FakeServer
 
@@ -55,7 +56,7 @@ def test_realtime_hello_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
 
 def test_a_lone_ball_in_the_middle_has_room() -> None:
     alone = np.array([[0.0, 0.0, 0.05]])
-    choice = balls.choose(alone, [0], 0.05, BOX, [])
+    choice = balls.SoftHand.choose(alone, [0], 0.05, BOX, [])
     assert choice is not None
     assert choice.room_m == 0.0
 
@@ -63,7 +64,7 @@ def test_a_lone_ball_in_the_middle_has_room() -> None:
 def test_the_hand_comes_from_the_free_side() -> None:
     # For a ball at the +x wall the hand's base must be on its -x side.
     by_the_wall = np.array([[0.19, 0.0, 0.05]])
-    choice = balls.choose(by_the_wall, [0], 0.05, BOX, [])
+    choice = balls.SoftHand.choose(by_the_wall, [0], 0.05, BOX, [])
     assert choice is not None
     base = balls.GRASP.base_position(by_the_wall[0], balls.GRASP.rotation(choice.yaw_rad))
     assert base[0] < by_the_wall[0, 0]
@@ -71,7 +72,7 @@ def test_the_hand_comes_from_the_free_side() -> None:
 
 def test_a_neighbour_costs_room_on_its_side() -> None:
     two = np.array([[0.0, 0.0, 0.05], [0.101, 0.0, 0.05]])
-    choice = balls.choose(two, [0], 0.05, BOX, [])
+    choice = balls.SoftHand.choose(two, [0], 0.05, BOX, [])
     assert choice is not None
     assert math.cos(choice.yaw_rad) < 0.99  # not straight over the neighbour
 
@@ -79,18 +80,18 @@ def test_a_neighbour_costs_room_on_its_side() -> None:
 def test_a_failure_turns_the_hand_and_four_give_up() -> None:
     alone = np.array([[0.0, 0.0, 0.05]])
     tried: list[Any] = []
-    for _ in range(balls.TRIES):
-        choice = balls.choose(alone, [0], 0.05, BOX, tried)
+    for _ in range(balls.SoftHand.tries):
+        choice = balls.SoftHand.choose(alone, [0], 0.05, BOX, tried)
         assert choice is not None
         assert all(math.cos(choice.yaw_rad - attempt.yaw_rad) < 0.9 for attempt in tried)
-        tried.append(balls.Attempt(0, alone[0], choice.yaw_rad))
-    assert balls.choose(alone, [0], 0.05, BOX, tried) is None
+        tried.append(Attempt(0, alone[0], choice.yaw_rad, choice.grasp.name))
+    assert balls.SoftHand.choose(alone, [0], 0.05, BOX, tried) is None
     moved = alone + np.array([0.02, 0.0, 0.0])
-    assert balls.choose(moved, [0], 0.05, BOX, tried) is not None
+    assert balls.SoftHand.choose(moved, [0], 0.05, BOX, tried) is not None
 
 
 def test_no_ball_no_choice() -> None:
-    assert balls.choose(np.zeros((0, 3)), [], 0.05, BOX, []) is None
+    assert balls.SoftHand.choose(np.zeros((0, 3)), [], 0.05, BOX, []) is None
 
 
 def test_targets_stay_within_the_base_limits() -> None:
@@ -116,7 +117,7 @@ def test_targets_stay_within_the_base_limits() -> None:
 
 def test_the_reflex_closes_along_the_wall() -> None:
     by_the_wall = np.array([[0.195, 0.0, 0.05]])
-    plan = reflex.choose(by_the_wall, [0], 0.05, BOX, [])
+    plan = reflex.Reflex.choose(by_the_wall, [0], 0.05, BOX, [])
     assert plan is not None
     assert plan.room_m > 0.005
     # Fingers 1 and 2 are at +x of the hand, where the wall is; the housing is on the other side.
@@ -126,7 +127,7 @@ def test_the_reflex_closes_along_the_wall() -> None:
 
 def test_the_reflex_fits_into_a_corner_next_to_another_ball() -> None:
     two = np.array([[0.195, 0.195, 0.05], [0.095, 0.195, 0.05]])
-    plan = reflex.choose(two, [0, 1], 0.05, BOX, [])
+    plan = reflex.Reflex.choose(two, [0, 1], 0.05, BOX, [])
     assert plan is not None
     assert plan.room_m > -0.005
 
@@ -134,13 +135,13 @@ def test_the_reflex_fits_into_a_corner_next_to_another_ball() -> None:
 def test_the_reflex_changes_grasp_or_direction_after_a_failure() -> None:
     alone = np.array([[0.0, 0.0, 0.05]])
     tried: list[Any] = []
-    for _ in range(reflex.TRIES):
-        plan = reflex.choose(alone, [0], 0.05, BOX, tried)
+    for _ in range(reflex.Reflex.tries):
+        plan = reflex.Reflex.choose(alone, [0], 0.05, BOX, tried)
         assert plan is not None
         again = [t for t in tried if t.grasp == plan.grasp.name and math.cos(t.yaw_rad - plan.yaw_rad) > 0.95]
         assert not again
-        tried.append(reflex.Attempt(0, alone[0], plan.yaw_rad, plan.grasp.name))
-    assert reflex.choose(alone, [0], 0.05, BOX, tried) is None
+        tried.append(Attempt(0, alone[0], plan.yaw_rad, plan.grasp.name))
+    assert reflex.Reflex.choose(alone, [0], 0.05, BOX, tried) is None
 
 
 def test_the_reflex_brings_two_balls() -> None:

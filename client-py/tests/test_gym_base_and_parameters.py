@@ -55,7 +55,7 @@ def test_a_quaternion_without_length_is_refused() -> None:
         with pytest.raises(ValueError, match=r"has no arm; wanted .twist. or .pose."):
             make("grasp", "pinch", base="joints")
         with pytest.raises(ValueError, match="base: found 'wrist'; wanted 'twist' or 'pose' or 'joints'"):
-            make("grasp", "pinch", base="wrist")  # type: ignore[arg-type]
+            make("grasp", "pinch", base="wrist")
 
 
 def test_joints_of_an_arm_are_the_target_of_environments_and_of_a_world() -> None:

@@ -59,7 +59,7 @@ def test_a_policy_has_the_sensors_and_a_critic_everything() -> None:
     with pytest.raises(ValueError, match="wanted sensing='truth' for the critic"):
         BatchEnv("grasp", observations="groups", sensing="sensors")
     with pytest.raises(ValueError, match="observations: found 'both'; wanted 'fields' or 'groups' or 'goal'"):
-        FlatEnv("grasp", "softhand", observations="both")  # type: ignore[arg-type]
+        FlatEnv("grasp", "softhand", observations="both")
 
 
 def test_a_goal_is_drawn_by_the_scene_and_rewards_its_neighbourhood() -> None:

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from palmares.arrays import Array
 
+Sensing: TypeAlias = Literal["sensors", "truth"]
+"""What observations have"""
+Noise: TypeAlias = Literal["none", "real"]
+"""Errors of the sensors"""
 MAX_SEED = 2**53 - 1
 """The largest whole number that every JSON reader keeps exactly"""
 MAX_COUNT = 2**32 - 1
@@ -41,6 +45,17 @@ def one_of(name: str, value: Any, words: Sequence[str]) -> None:
     """
     if not isinstance(value, str) or value not in words:
         raise ValueError(f"{name}: found {short(value)}; wanted {' or '.join(map(repr, words))}")
+
+
+def check_sensing(sensing: Any, noise: Any) -> None:
+    """Check the arguments `sensing` and `noise`.
+
+    Raises:
+        ValueError: One of them is no such word.
+
+    """
+    one_of("sensing", sensing, get_args(Sensing))
+    one_of("noise", noise, get_args(Noise))
 
 
 def one_name(name: str, value: Any, note: str = "") -> str:

@@ -12,7 +12,7 @@ from msgspec import structs
 from numpy.typing import ArrayLike
 
 from palmares import own_task
-from palmares.arguments import MAX_SEED
+from palmares.arguments import MAX_SEED, Noise, Sensing
 from palmares.clipping import Clipping
 from palmares.errors import WrongStateError
 from palmares.messages import Observation, Result, Welcome
@@ -128,8 +128,8 @@ class Client:
         hand: str,
         *,
         mode: Literal["lockstep", "realtime"] = "lockstep",
-        sensing: Literal["sensors", "truth"] = "truth",
-        noise: Literal["none", "real"] | None = None,
+        sensing: Sensing = "truth",
+        noise: Noise | None = None,
         seed: int | None = None,
         cameras: Iterable[str] = (),
     ) -> Observation:

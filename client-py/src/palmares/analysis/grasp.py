@@ -97,15 +97,15 @@ class Grasp:
     def __init__(
         self,
         hand: HandModel,
-        base: list[float],
+        base: Numbers,
         q: Array,
         tension: Array,
         contacts: Sequence[Contact],
-        object: list[float],  # noqa: A002
+        object: Numbers,  # noqa: A002
         forces: Numbers | None = None,
     ) -> None:
         given = None if forces is None else [float(x) for x in np.ravel(forces)]
-        found = hand.grasp(base, list(q), list(contacts), object, given)
+        found = hand.grasp(base, q, list(contacts), object, given)
         self._hand, self.q, self.tension, self.object = hand, q, tension, np.array(object)
         self.G, self.J = found["G"], found["J"]
         self.forces = None if given is None else np.array(given)
@@ -117,7 +117,7 @@ class Grasp:
 
     def hand(self, tendons: Tendons = "compliant") -> LinearHand:
         """Return the linear behaviour of the hand in this posture; `tendons` as in `linear`."""
-        found = self._hand.compliant(list(self.q), list(self.tension), fixed(tendons), self._hand_geometric)
+        found = self._hand.compliant(self.q, self.tension, fixed(tendons), self._hand_geometric)
         return linear_hand(found)
 
     def linear(
@@ -137,7 +137,7 @@ class Grasp:
         """
         given = np.asarray(contact_stiffness, float)
         if given.ndim < 2:
-            given = native_contact_stiffness(list(self.contacts), [float(x) for x in np.atleast_1d(given)])
+            given = native_contact_stiffness(self.contacts, np.atleast_1d(given))
         return linear_grasp(hand or self.hand(tendons), self.G, self.J, given, self._object_geometric)
 
     def form_closure(self, *, planar: bool = False) -> Closure:
@@ -145,11 +145,11 @@ class Grasp:
 
         With `planar` it moves along x and y of its frame, and turns about z.
         """
-        return Closure(**native_form_closure(list(self.contacts), list(self.object), planar))
+        return Closure(**native_form_closure(self.contacts, self.object, planar))
 
     def force_closure(self, *, planar: bool = False) -> Closure:
         """Return whether the contacts hold the object with friction, and the hand all inner forces."""
-        return Closure(**native_force_closure(list(self.contacts), list(self.object), self.J, planar))
+        return Closure(**native_force_closure(self.contacts, self.object, self.J, planar))
 
     def quality(
         self,
@@ -172,7 +172,7 @@ class Grasp:
         if length is None:
             points = np.array([c.point for c in self.contacts])
             length = float(norms(points - self.object[:3]).max())
-        return Quality(**native_quality(list(self.contacts), list(self.object), norm, edges, length, planar))
+        return Quality(**native_quality(self.contacts, self.object, norm, edges, length, planar))
 
     def spaces(self) -> dict[str, Array]:
         """Return bases of the spaces that classify a grasp (Prattichizzo and Trinkle).

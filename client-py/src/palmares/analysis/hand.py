@@ -107,7 +107,7 @@ class Hand:
 
     def R(self, q: Numbers | None = None) -> Array:  # noqa: N802
         """Return the moment arms of all tendons at q (default: q₀), m × n."""
-        return self._native.arms([float(x) for x in (self.q0 if q is None else q)])
+        return self._native.arms(self.q0 if q is None else q)
 
     @property
     def W(self) -> Array:  # noqa: N802
@@ -121,7 +121,7 @@ class Hand:
 
     def poses(self, q: Numbers, base: Numbers | None = None) -> Array:
         """Return the pose of every link in the world at coordinates q, links × 7."""
-        return self._native.link_poses(pose_of("base", base), [float(x) for x in q])
+        return self._native.link_poses(pose_of("base", base), q)
 
     def rest(
         self,
@@ -145,7 +145,7 @@ class Hand:
 
         """
         pose = pose_of("base", base)
-        found = self._native.rest(self._sigma(sigma), pose, _points(forces), _points(held))
+        found = self._native.rest(self._sigma(sigma), pose, list(forces), list(held))
         found["beyond_closed_form"] = tuple(found["beyond_closed_form"])
         found["gaps"] = np.array(found["gaps"])
         return Rest(base=np.array(pose), **found)
@@ -207,15 +207,12 @@ class Hand:
         start = np.full(len(self.motors), 0.5) if sigma is None else np.asarray(sigma, dtype=np.float64)
         bases = table("base", np.broadcast_to(bases, (count, 7)), count, 7)
         start = table("sigma", np.broadcast_to(start, (count, len(self.motors))), count, len(self.motors))
-        named = [(link, [float(x) for x in point]) for link, point in points]
-        found = self._native.inverse(
-            named, goals.tolist(), bases.tolist(), start.tolist(), along, bool(move_base)
-        )
-        return Inverse(**found)
+        given = goals.tolist(), bases.tolist(), start.tolist()
+        return Inverse(**self._native.inverse(list(points), *given, along, bool(move_base)))
 
     def linear(self, rest: Rest, tendons: Tendons = "compliant") -> LinearHand:
         """Return the linear behaviour of the free hand at an equilibrium: synergies and stiffness."""
-        return linear_hand(self._native.compliant(list(rest.q), list(rest.tension), fixed(tendons), None))
+        return linear_hand(self._native.compliant(rest.q, rest.tension, fixed(tendons), None))
 
     def grasp(
         self,
@@ -238,11 +235,10 @@ class Hand:
         if not contacts:
             raise ValueError("contacts: found none; wanted at least one")
         at = rest if isinstance(rest, Rest) else self.rest(rest)
-        base = [float(x) for x in at.base]
         if object is None:
-            probe = self._native.grasp(base, list(at.q), list(contacts), pose_of("object", None), None)
+            probe = self._native.grasp(at.base, at.q, list(contacts), pose_of("object", None), None)
             object = mean(probe["points"])  # noqa: A001
-        return Grasp(self._native, base, at.q, at.tension, contacts, pose_of("object", object), forces)
+        return Grasp(self._native, at.base, at.q, at.tension, contacts, pose_of("object", object), forces)
 
     def close(
         self,
@@ -370,13 +366,7 @@ def held(world: World, object: str) -> Grasp:  # noqa: A002
     for contact, force, moment in zip(contacts, found["forces"], found["moments"], strict=True):
         forces += [*force, moment] if contact.model == "soft_finger" else [*force]
     hand = HandModel(world.hand)
-    return Grasp(
-        hand, list(found["base"]), found["q"], found["tension"], contacts, list(found["object"]), forces
-    )
-
-
-def _points(given: Iterable[tuple[str, Numbers, Numbers]]) -> list[tuple[str, list[float], list[float]]]:
-    return [(link, [float(x) for x in point], [float(x) for x in other]) for link, point, other in given]
+    return Grasp(hand, found["base"], found["q"], found["tension"], contacts, found["object"], forces)
 
 
 def _three(given: float | Numbers) -> list[float]:

@@ -13,7 +13,6 @@ base, as far as its joints let it.
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import math
 from pathlib import Path
@@ -24,11 +23,11 @@ import palmares
 from palmares import examples
 from palmares.analysis import RobotArm
 from palmares.arrays import Array, array
-from palmares.examples.grasp_softhand import attempt, grasps_for
+from palmares.examples.grasp_softhand import Grasp, attempt, keep_trying
 from palmares.messages import Observation
-from palmares.skills.holding import GraspSummary, grasp_summary
-from palmares.skills.motion import Line, Mover, RunOverError
-from palmares.skills.objects import upright_box
+from palmares.skills.holding import GraspSummary
+from palmares.skills.motion import Line, Mover
+from palmares.skills.objects import ObjectBounds
 from palmares.skills.runs import play
 
 LOG = logging.getLogger(__name__)
@@ -39,8 +38,6 @@ SHARE_OF_SPEED = 0.9
 """Share of the largest speed of a joint that a motion uses"""
 ANOTHER_BRANCH_RAD = 0.5
 """Change of a joint in a tick that no motion has: the solution is one with another elbow"""
-TRIES = 8
-"""Grasps to try"""
 
 
 class OutOfReachError(palmares.PalmaresError):
@@ -95,31 +92,23 @@ class ArmMover(Mover):
     def _step(self) -> None:
         if self._ahead:
             self.q = self._ahead.pop(0)
-        self.obs = self.client.step(base=palmares.joints(self.q), hand=self.command())
-        if self.obs.done:
-            raise RunOverError(self.obs.reason)
+        self.keep(self.client.step(base=palmares.joints(self.q), hand=self.command()))
+
+
+def attempt_either_way(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: Grasp) -> None:
+    """Grasp, lift and hold the object; a hand that looks the other way grasps as well."""
+    for yaw in (yaw_rad, yaw_rad + math.pi):
+        try:
+            attempt(mover, target, yaw, grasp)
+            break
+        except OutOfReachError as error:
+            LOG.info(str(error))
 
 
 def run(client: palmares.Client, seed: int | None) -> GraspSummary:
     """Play one run."""
-    mover = ArmMover(client, client.reset(TASK, "softhand", sensing="truth", seed=seed), RobotArm(TASK))
-    first, _ = upright_box(client.scene, mover.obs, 0)
-    tries = 0
-    with contextlib.suppress(RunOverError):  # The shake is over.
-        while tries < TRIES:
-            target, yaw_rad = upright_box(client.scene, mover.obs, 0)
-            grasps = grasps_for(target.size, client.scene.free[0].mass)
-            grasp, turn_rad = grasps[tries % len(grasps)]
-            tries += 1
-            # A hand that looks the other way grasps as well.
-            for yaw in (yaw_rad + turn_rad, yaw_rad + turn_rad + math.pi):
-                try:
-                    LOG.info(f"{target.name}: {grasp.name}, turned by {yaw:.2f} rad")
-                    attempt(mover, target, yaw, grasp)
-                    break
-                except OutOfReachError as error:
-                    LOG.info(str(error))
-    return grasp_summary(mover, first, tries)
+    first = client.reset(TASK, "softhand", sensing="truth", seed=seed)
+    return keep_trying(ArmMover(client, first, RobotArm(TASK)), attempt_either_way)
 
 
 if __name__ == "__main__":

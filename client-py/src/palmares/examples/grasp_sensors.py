@@ -13,7 +13,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from palmares.arrays import Array, array
 from palmares.examples.grasp_softhand import CLOSE_S, LIFT_S, Grasp, grasps_for
 from palmares.reproducible import matmul, norm
 from palmares.rotation import quat_of, rot_z
+from palmares.skills.holding import GraspSummary, grasp_summary
 from palmares.skills.motion import UP, Mover, RunOverError
 from palmares.skills.objects import ObjectBounds
-from palmares.skills.runs import Summary, play
+from palmares.skills.runs import play
 
 LOG = logging.getLogger(__name__)
 
@@ -106,9 +107,7 @@ class Senses(Mover):
         images: dict[str, list[Array]] = {name: [] for name in CAMERAS}
         for _ in range(IMAGES):
             self.wait(0.03)
-            self.obs = self.client.step(cameras=CAMERAS)
-            if self.obs.done:
-                raise RunOverError(self.obs.reason)
+            self.keep(self.client.step(cameras=CAMERAS))
             for name in CAMERAS:
                 images[name].append(self.obs.cameras[name].points())
         clouds = [mean_reading(stack).reshape(-1, 3) for stack in images.values()]
@@ -130,19 +129,6 @@ def attempt(hand: Senses, found: FoundObject, grasp: Grasp, turn_rad: float, wei
     return norm(hand.wrist_force(FEEL_S) - empty) > 0.5 * weight_n
 
 
-@dataclass(frozen=True, kw_only=True)
-class GraspSummary(Summary):
-    """Outcome of a run."""
-
-    object: str
-    kept: int
-    """1 if the object is still in the hand after the shake"""
-    tries: int
-    """Attempts made"""
-    events: list[str]
-    """Events of the referee, with their times"""
-
-
 def run(client: palmares.Client, seed: int | None) -> GraspSummary:
     """Play one run."""
     first = client.reset("grasp", "softhand", sensing="sensors", noise="real", seed=seed, cameras=CAMERAS)
@@ -154,7 +140,7 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
     start, upright = hand.position, hand.quat_xyzw
     away = -array([*first.cameras["table"].position[:2], 0.0])
     aside = start + ASIDE_M * away / norm(away)
-    tries = 0
+    tries, seen = 0, None
     with contextlib.suppress(RunOverError):  # The shake is over.
         while tries < TRIES:
             hand.to(0.6, aside, upright, sigma=0.0)
@@ -165,19 +151,13 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
             grasps = grasps_for(size_m, target.mass)
             grasp, turn_rad = grasps[tries % len(grasps)]
             tries += 1
+            seen = seen or replace(found.bounds, name=target.name)
             LOG.info(f"{grasp.name}: {np.round(size_m, 3)} m large at {np.round(found.bounds.middle, 3)} m")
             if attempt(hand, found, grasp, turn_rad, weight_n):
                 hand.wait(10.0)
             hand.to(0.4, sigma=0.0)
             hand.to(0.6, hand.position + 0.1 * UP)
-    result, summary = hand.stop()
-    return GraspSummary(
-        **vars(summary),
-        object=target.name,
-        kept=result.in_goal,
-        tries=tries,
-        events=[f"{event.kind} at {event.tick * client.run.tick_s:.2f} s" for event in result.events],
-    )
+    return grasp_summary(hand, seen or ObjectBounds(0, target.name, start, start, start), tries)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -144,7 +144,16 @@ def run(
     `task` may be another with one object, `only` a single grasp to try, and its turn; `hand` may be
     `softhand_skin`.
     """
-    mover = Mover(client, client.reset(task, hand, sensing="truth", seed=seed))
+    return keep_trying(Mover(client, client.reset(task, hand, sensing="truth", seed=seed)), attempt, only)
+
+
+def keep_trying(
+    mover: Mover,
+    attempt: Callable[[Mover, ObjectBounds, float, Grasp], None],
+    only: tuple[Grasp, float] | None = None,
+) -> GraspSummary:
+    """Make attempts until the run is over, with one grasp after another, or with a single one."""
+    client = mover.client
     first, _ = upright_box(client.scene, mover.obs, 0)
     tries = 0
     with contextlib.suppress(RunOverError):  # The shake is over.

@@ -15,20 +15,16 @@ the mean score was 37.0 of 50; of the ten objects 1.2 fell next to the box and 1
 
 from __future__ import annotations
 
-import contextlib
-import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import palmares
 from palmares.arrays import array
 from palmares.skills import raking
 from palmares.skills.attempts import Attempt
-from palmares.skills.motion import Mover, RunOverError
-from palmares.skills.objects import ObjectBounds, Rolling, object_bounds, rolling
-from palmares.skills.runs import Summary, play
-
-LOG = logging.getLogger(__name__)
+from palmares.skills.objects import ObjectBounds
+from palmares.skills.runs import play
+from palmares.skills.shelf import PICKS, ShelfMover, ShelfSummary, play_shelf
 
 # --------------------------------------------------------------------------------------------------------
 # Constants to tune
@@ -75,95 +71,46 @@ END_Y_M = -0.05
 """y of the base at the end of a pull"""
 PRESS_N = 25.0
 """Force on an object that is pulled forward"""
-PICKS = 100
-"""Attempts per run"""
 
 
-class Reflex(Mover):
+class Reflex(ShelfMover):
     """σ moves fingers 1 and 2; finger 3 stays open, out of the way."""
+
+    hand = "reflex"
 
     def command(self) -> list[float]:
         """Return σ of the four motors."""
         return [self.sigma, self.sigma, 0.0, 0.0]
 
+    def attempt(self, objects: Sequence[ObjectBounds], attempts: Sequence[Attempt]) -> Attempt | None:
+        """Make an attempt by the most careful possible way and return it; `None` if none is left."""
+        for rank, shape in enumerate(RAKES, start=1):
+            plan = raking.choose(objects, self.shelf, shape, attempts, rolls=self.rolls, tries=rank * TRIES)
+            if plan is not None:
+                self.do(plan)
+                return Attempt(plan.target.index, plan.target.middle, plan.yaw_rad, plan.kind)
+        return None
 
-@dataclass(frozen=True, kw_only=True)
-class ShelfSummary(Summary):
-    """Outcome of a run."""
-
-    in_box: int
-    outside: int
-    """Objects that are neither in the shelf nor in the box at the end"""
-    picks: int
-    """Attempts made"""
-    left: list[str]
-    """Objects left in the shelf"""
-
-
-def choose(
-    objects: Sequence[ObjectBounds],
-    shelf: palmares.Region,
-    attempts: Sequence[Attempt],
-    rolls: Rolling,
-) -> raking.RakePlan | None:
-    """Return the next plan, by the most careful possible way; `None` if no object is left to try."""
-    for rank, shape in enumerate(RAKES, start=1):
-        plan = raking.choose(objects, shelf, shape, attempts, rolls=rolls, tries=rank * TRIES)
-        if plan is not None:
-            return plan
-    return None
-
-
-def do(mover: Reflex, plan: raking.RakePlan) -> None:
-    """Carry out a plan."""
-    raking.put_down(
-        mover,
-        plan,
-        outside_y_m=OUTSIDE_Y_M,
-        flat_y_m=FLAT_Y_M,
-        top_m=TOP_M,
-        sigmas=(0.0, SIGMA_HOOKED),
-        hook_s=HOOK_S,
-    )
-    if plan.kind == "rake":
-        raking.rake(mover, plan, end_y_m=END_Y_M, sigma=SIGMA_HOOKED)
-    else:
-        raking.drag(mover, plan, press_n=PRESS_N)
+    def do(self, plan: raking.RakePlan) -> None:
+        """Carry out a plan."""
+        raking.put_down(
+            self,
+            plan,
+            outside_y_m=OUTSIDE_Y_M,
+            flat_y_m=FLAT_Y_M,
+            top_m=TOP_M,
+            sigmas=(0.0, SIGMA_HOOKED),
+            hook_s=HOOK_S,
+        )
+        if plan.kind == "rake":
+            raking.rake(self, plan, end_y_m=END_Y_M, sigma=SIGMA_HOOKED)
+        else:
+            raking.drag(self, plan, press_n=PRESS_N)
 
 
 def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfSummary:
     """Play one run of at most `picks` attempts."""
-    mover = Reflex(client, client.reset("shelf", "reflex", sensing="truth", seed=seed))
-    scene = client.scene
-    shelf, box = scene.region("shelf"), scene.region("box")
-    rolls = rolling(scene.free)
-    attempts: list[Attempt] = []
-
-    def inside(region: palmares.Region) -> list[str]:
-        return [found.name for found in object_bounds(scene, mover.obs) if region.contains(found.com)]
-
-    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
-        while len(attempts) < picks:
-            plan = choose(object_bounds(scene, mover.obs), shelf, attempts, rolls)
-            if plan is None:
-                break
-            target = plan.target
-            attempts.append(Attempt(target.index, target.middle, plan.yaw_rad, plan.kind))
-            do(mover, plan)
-            LOG.info(
-                f"pick {len(attempts):2}: {plan.kind} {target.name:28.28} {len(inside(box))} in the box, "
-                f"{mover.obs.sim_time_s:6.1f} s simulated"
-            )
-        mover.wait(0.5)
-    left = inside(shelf)
-    result, summary = mover.stop()
-    return ShelfSummary(
-        **vars(summary),
-        in_box=result.in_goal,
-        outside=result.outside,
-        picks=len(attempts),
-        left=left,
-    )
+    return play_shelf(Reflex, client, seed, picks)
 
 
 if __name__ == "__main__":

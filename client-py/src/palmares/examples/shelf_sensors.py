@@ -14,11 +14,8 @@ are gone. docs/controllers.md compares the scores with those of `shelf_softhand.
 
 from __future__ import annotations
 
-import contextlib
-import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,19 +23,12 @@ from numpy.typing import NDArray
 import palmares
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage
+from palmares.examples.shelf_softhand import SoftHand
 from palmares.reproducible import cos, norm, norms, sin
-from palmares.skills import clearing
-from palmares.skills.attempts import Attempt
-from palmares.skills.motion import Mover, RunOverError
-from palmares.skills.objects import ObjectBounds, rolling
-from palmares.skills.runs import Summary, play
+from palmares.skills.objects import ObjectBounds
+from palmares.skills.runs import play
+from palmares.skills.shelf import PICKS, ShelfSummary, play_shelf
 
-LOG = logging.getLogger(__name__)
-
-PICKS = 100
-"""Attempts per run"""
-LOOKS = 3
-"""Images in a row without a possible attempt that end the run; they differ by their noise"""
 ASIDE = array([0.0, -0.05, 1.25])
 """Position of the base where the hand does not hide the shelf from the camera, m"""
 SETTLE_S = 0.25
@@ -154,55 +144,29 @@ def find_objects(
     return whole
 
 
-class Senses(Mover):
-    """Moves the hand and takes images."""
+class Senses(SoftHand):
+    """The SoftHand by its sensors."""
+
+    sensing = "sensors"
+    looks = 3
+    """The images differ by their noise"""
+
+    def objects(self) -> list[ObjectBounds]:
+        """Return the bounding boxes of the objects in an image."""
+        return find_objects(self.look(), self.scene.free, self.shelf)
 
     def look(self) -> CameraImage:
         """Move the hand out of the way; return the image of the camera in front of the shelf."""
         self.to(0.4, array([self.position[0], min(self.position[1], ASIDE[1]), self.position[2]]))
         self.to(0.5, ASIDE)
         self.wait(SETTLE_S)
-        self.obs = self.client.step(cameras=["shelf", "shelf.rgb"])
-        if self.obs.done:
-            raise RunOverError(self.obs.reason)
+        self.keep(self.client.step(cameras=["shelf", "shelf.rgb"]))
         return self.obs.cameras["shelf"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ShelfSummary(Summary):
-    """Outcome of a run."""
-
-    in_box: int
-    outside: int
-    """Objects that are neither in the shelf nor in the box at the end"""
-    picks: int
-    """Attempts made"""
 
 
 def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfSummary:
     """Play one run of at most `picks` attempts."""
-    hand = Senses(client, client.reset("shelf", "softhand", sensing="sensors", noise="real", seed=seed))
-    scene = client.scene
-    shelf, box = scene.region("shelf"), scene.region("box")
-    rolls = rolling(scene.free)
-    attempts: list[Attempt] = []
-    idle = 0
-    with contextlib.suppress(RunOverError):  # Complete, or at the time limit: see the result.
-        while len(attempts) < picks and idle < LOOKS:
-            objects = find_objects(hand.look(), scene.free, shelf)
-            tried = clearing.attempt(hand, objects, (shelf, box), rolls, attempts)
-            if tried is None:
-                idle += 1
-                continue
-            idle = 0
-            attempts.append(tried)
-            LOG.info(
-                f"pick {len(attempts):2}: {scene.free[tried.index].name:28.28} {tried.grasp:6} "
-                f"one of {len(objects)}, {hand.obs.sim_time_s:6.1f} s simulated"
-            )
-        hand.wait(0.5)
-    result, summary = hand.stop()
-    return ShelfSummary(**vars(summary), in_box=result.in_goal, outside=result.outside, picks=len(attempts))
+    return play_shelf(Senses, client, seed, picks)
 
 
 if __name__ == "__main__":

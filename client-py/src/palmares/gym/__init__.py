@@ -17,11 +17,12 @@ from palmares.gym.fields import arrays_of
 from palmares.gym.flat import FlatEnv
 from palmares.gym.goals import Goal
 from palmares.gym.ids import register
+from palmares.gym.settings import Settings
 
 if TYPE_CHECKING:
     from palmares.gym.batch import BatchEnv
 
-__all__ = ["BatchEnv", "FlatEnv", "Goal", "PalmaresEnv", "arrays_of"]
+__all__ = ["BatchEnv", "FlatEnv", "Goal", "PalmaresEnv", "Settings", "arrays_of"]
 
 register()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, cast, get_args
+from typing import Any, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -11,18 +11,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.gym.fields import Arrays, base_space, box
-from palmares.gym.forms import Form, Observations
-from palmares.gym.goals import Goal
+from palmares.gym.forms import Form
 from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
-from palmares.gym.infos import events_of, refuse_options, row_of, unexpected
-from palmares.gym.training import Shaping, shaping_of, training_of
+from palmares.gym.infos import events_of, refuse_options, row_of
+from palmares.gym.settings import Settings, settings_of, unexpected
 from palmares.net.requests import names
-from palmares.sim import HANDS, TASKS, Batch, View, welcome
-from palmares.targets import BaseKind
+from palmares.sim import HANDS, TASKS, Batch, welcome
 
 Mask = NDArray[np.bool_]
 
@@ -47,33 +45,9 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         task: Name of the task.
         hand: Name of the hand.
         num_envs: Number of environments.
-        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
-        noise: ``none`` or ``real``.
-        observations: Their form, as of `FlatEnv`.
-        goal: As of `FlatEnv`.
-        cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
-            Colours need ``noise="none"``.
-        ticks: Ticks per step.
-        base: What actions say of the base, as of `FlatEnv`: ``twist``, ``pose`` or ``joints``.
-        threads: Threads that step; one for each core when left out.
-        shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
-            ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
-        discount: γ of the learner; that of the task when left out.
-        randomise: Quantities drawn for every episode: ``True`` for all, or names out of
-            `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
-        fraction: Part of the task's objects in the scene; can be set between episodes.
-        step_ms: Longest step of the integration, as of `palmares.Training`, also the next two.
-        action_delay: Least and most ticks until an action arrives.
-        action_noise: Standard deviation of the error of an action.
-        max_episode_steps: Steps after which an episode is truncated, as by gymnasium's `TimeLimit`; only the
-            task's time limit when left out.
-        render_mode: With ``rgb_array`` `render` returns a picture of each environment.
-        render_camera: Camera of `render`: a name of task or hand, or a `palmares.sim.View`; a place from
-            which fingers and objects of the first environment are seen when left out.
-        render_size: Width and height of the pictures; those of the camera when left out, or 320 × 240.
-        autoreset_mode: The call that resets a run that is over: the next step (``NEXT_STEP``), the same step
-            (``SAME_STEP``), or ``reset(options={"reset_mask": …})`` (``DISABLED``).
-        single: Arguments of a single environment, such as ``url``: a `TypeError` here.
+        settings: The settings.
+        options: Fields of `Settings` and of its `training`; they replace those of `settings`. Arguments of a
+            single environment, such as ``url``, are a `TypeError`.
 
     Attributes:
         batch: The worlds, for snapshots and state hashes.
@@ -91,63 +65,40 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         hand: str = "softhand",
         num_envs: int = 1,
         *,
-        sensing: Literal["sensors", "truth"] = "truth",
-        noise: Literal["none", "real"] = "none",
-        observations: Observations = "fields",
-        goal: Goal | None = None,
-        cameras: Sequence[str] = (),
-        ticks: int = 10,
-        base: BaseKind = "twist",
-        threads: int | None = None,
-        shaping: Shaping | Literal["apart"] = False,
-        discount: float | None = None,
-        randomise: bool | Sequence[str] = False,
-        fraction: float = 1.0,
-        step_ms: float | None = None,
-        action_delay: tuple[int, int] = (0, 0),
-        action_noise: float = 0.0,
-        max_episode_steps: int | None = None,
-        render_mode: str | None = None,
-        render_camera: str | View | None = None,
-        render_size: tuple[int, int] | None = None,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        **single: Any,
+        settings: Settings | None = None,
+        **options: Any,
     ) -> None:
+        chosen, single = settings_of(settings, options, ("objects",))
         if single:
             where = "for a single environment only, of gymnasium.make"
-            raise TypeError(unexpected(single, BatchEnv, where))
-        one_of("base", base, get_args(BaseKind))
-        if render_mode not in (None, "rgb_array"):
-            raise ValueError(f"render_mode: found {render_mode!r}; wanted None or 'rgb_array'")
-        colours = [name for name in names(cameras) if name.endswith(".rgb")]
+            raise TypeError(unexpected(single, where, ("objects",)))
+        if chosen.render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode: found {chosen.render_mode!r}; wanted None or 'rgb_array'")
+        cameras, noise = names(chosen.cameras), chosen.noise or "none"
+        colours = [name for name in cameras if name.endswith(".rgb")]
         if colours and noise != "none":
             raise ValueError(
                 f"cameras: found {colours} with noise={noise!r}; wanted noise='none': only an environment of "
                 "gymnasium.make has the errors of colours"
             )
-        shaping = shaping_of(shaping)
-        self._form = Form(observations, goal, sensing)
-        self._form.refuse_shaping(shaping)
-        training = training_of(
-            shaping,
-            discount=discount,
-            randomise=randomise,
-            fraction=fraction,
-            step_ms=step_ms,
-            action_delay=action_delay,
-            action_noise=action_noise,
-        )
-        seen = self._form.sensing
+        self._form = Form(chosen)
         self.batch = Batch(
-            task, hand, num_envs, sensing=seen, noise=noise, threads=threads, training=training, base=base
+            task,
+            hand,
+            num_envs,
+            sensing=self._form.sensing,
+            noise=noise,
+            threads=chosen.threads,
+            training=chosen.for_learners,
+            base=chosen.base,
         )
-        self._shaping = shaping
+        self._shaping, self._base = chosen.shaping, chosen.base
         # The action space is a box; its corners exceed the limits of the norm.
         self.batch.clipping.mute()
         self._clipping = Clipping()
-        self.num_envs, self._ticks = self.batch.count, whole("ticks", ticks, 1, MAX_COUNT)
+        self.num_envs, self._ticks = self.batch.count, whole("ticks", chosen.ticks, 1, MAX_COUNT)
         self.hand_numbers = self.batch.hand_numbers
-        self.autoreset_mode, self.render_mode = AutoresetMode(autoreset_mode), render_mode
+        self.autoreset_mode, self.render_mode = AutoresetMode(chosen.autoreset_mode), chosen.render_mode
         self.metadata = {
             "autoreset_mode": self.autoreset_mode,
             "render_modes": ["rgb_array"],
@@ -157,11 +108,11 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         task_info = known.task(task) if task in TASKS else known.tasks[-1]
         hand_info = known.hand(hand) if hand in HANDS else known.hands[-1]
         there = cameras_of(task_info, hand_info)
-        self._view = view_of(render_camera, there, local=True)
-        self._render_size = render_size or (FILM_SIZE if self._view == FILM else None)
-        chosen = [name.partition(".") for name in names(cameras)]
-        self._depths = [name for name, _, kind in chosen if kind != "rgb"]
-        self._colours = [name for name, _, kind in chosen if kind == "rgb"]
+        self._view = view_of(chosen.render_camera, there, local=True)
+        self._render_size = chosen.render_size or (FILM_SIZE if self._view == FILM else None)
+        images = [name.partition(".") for name in cameras]
+        self._depths = [name for name, _, kind in images if kind != "rgb"]
+        self._colours = [name for name, _, kind in images if kind == "rgb"]
         fields: dict[str, spaces.Space[Any]] = dict(spaces_of(cameras, there))
         fields |= {name: box(*shape) for name, shape in self.batch.fields.items()}
         hidden = [channel.name for channel in hand_info.channels if channel.truth]
@@ -172,14 +123,13 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         self.single_action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        of_base = base_space(base, known.specs, task_info.arm)
+        of_base = base_space(self._base, known.specs, task_info.arm)
         motors, middle = np.full(length - len(of_base.low), 0.5), 0.5 * (of_base.low + of_base.high)
         self._scale, self._shift = np.append(of_base.high - middle, motors), np.append(middle, motors)
-        self._base: BaseKind = base
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
         self._over = np.zeros(num_envs, dtype=bool)
-        longest = max_episode_steps
+        longest = chosen.max_episode_steps
         self._most_steps = None if longest is None else whole("max_episode_steps", longest, 1, MAX_COUNT)
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._desired = np.zeros((num_envs, 3))

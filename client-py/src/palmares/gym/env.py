@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, cast, get_args
+from inspect import signature
+from typing import TYPE_CHECKING, Any, cast
 
 import gymnasium
 from gymnasium import spaces
 from msgspec import structs
 
-from palmares.arguments import one_of, table, whole
+from palmares.arguments import table, whole
 from palmares.arrays import array
 from palmares.client import LOCAL, Client
 from palmares.errors import WorldFaultError
@@ -24,16 +24,21 @@ from palmares.gym.fields import (
     padded,
 )
 from palmares.gym.images import FILM, FILM_SIZE, spaces_of, view_of
-from palmares.gym.infos import refuse_options, result_of, unexpected
+from palmares.gym.infos import refuse_options, result_of
 from palmares.gym.player import Player
-from palmares.gym.training import Shaping, shaping_of, training_of
+from palmares.gym.settings import OF_BATCH, Settings, settings_of, unexpected
 from palmares.messages import Observation
 from palmares.net.requests import names
-from palmares.targets import BaseKind, joints, pose, twist
+from palmares.targets import joints, pose, twist
 from palmares.wire import BaseTarget
 
 if TYPE_CHECKING:
-    from palmares.sim import View, World
+    from palmares.sim import World
+
+REFUSED = OF_BATCH | {"observations", "goal"}
+"""Settings that it does not have"""
+CLIENTS = [name for name in signature(Client).parameters if name not in ("url", "training")]
+"""Arguments of `Client` without `url` and `training`"""
 
 
 class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
@@ -88,28 +93,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         url: Address of the server; ``None`` or ``local`` to play in this process.
         task: Name of the task, or the folder of your own. A server plays it if it was started with it.
         hand: Name of the hand; in this process also the path of your own.
-        sensing: ``truth`` for the full state, ``sensors`` for the readings of the sensors alone.
-        noise: ``none`` or ``real``: errors of the sensors; that of the server when left out.
-        cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
-        ticks: Ticks per step, under the same action; at most `Limits.repeat`, 100.
-        base: What actions say of the base: ``twist``, ``pose`` or, in a task with an arm, ``joints``.
-        objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
-        shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
-            ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
-        discount: γ of the learner; that of the task when left out.
-        randomise: Quantities drawn for every episode: ``True`` for all, or names out of
-            `palmares.training.QUANTITIES`, ``hand`` and ``hand_NAME``.
-        fraction: Part of the task's objects in the scene; can be set between episodes.
-        step_ms: Longest step of the integration, as of `palmares.Training`, also the next two.
-        action_delay: Least and most ticks until an action arrives.
-        action_noise: Standard deviation of the error of an action.
-        render_mode: With ``rgb_array`` `render` returns a picture. With ``human``, only on a server, the
-            first `reset` opens the page of its worlds.
-        render_camera: Camera of `render`: a name of task or hand, or in this process a `palmares.sim.View`.
-            Left out, a place from which fingers and objects are seen, and on a server the first camera.
-        render_size: Width and height of the picture, only in this process; those of the camera when left out,
-            or 320 × 240.
-        client: Further arguments of `Client`, such as ``team``.
+        settings: The settings, without those of vectors and forms of observations.
+        options: Fields of `Settings` and of its `training`; they replace those of `settings`. With `url` also
+            arguments of `Client`, such as ``team``.
 
     """
 
@@ -124,57 +110,34 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         *,
         task: str = "balls",
         hand: str = "softhand",
-        sensing: Literal["sensors", "truth"] = "truth",
-        noise: Literal["none", "real"] | None = None,
-        cameras: Sequence[str] = (),
-        ticks: int = 10,
-        base: BaseKind = "twist",
-        objects: int | None = None,
-        shaping: Shaping | Literal["apart"] = False,
-        discount: float | None = None,
-        randomise: bool | Sequence[str] = False,
-        fraction: float = 1.0,
-        step_ms: float | None = None,
-        action_delay: tuple[int, int] = (0, 0),
-        action_noise: float = 0.0,
-        render_mode: str | None = None,
-        render_camera: str | View | None = None,
-        render_size: tuple[int, int] | None = None,
-        **client: Any,
+        settings: Settings | None = None,
+        **options: Any,
     ) -> None:
         url = None if url == LOCAL else url
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ValueError(f"render_mode: found {render_mode!r}; wanted None, 'rgb_array' or 'human'")
-        if render_mode == "human" and url is None:
+        chosen, client = settings_of(settings, options, REFUSED)
+        mode, render_camera, sensing = chosen.render_mode, chosen.render_camera, chosen.sensing
+        if mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"render_mode: found {mode!r}; wanted None, 'rgb_array' or 'human'")
+        if mode == "human" and url is None:
             raise ValueError("render_mode='human' opens a server's page: give the server's url as well")
-        if url is None and client:
-            raise TypeError(unexpected(client, PalmaresEnv, "for a server only, with url"))
-        self.render_mode, self._url = render_mode, url
+        known = [] if url is None else CLIENTS
+        unknown = [name for name in client if name not in known]
+        if unknown:
+            of_server = url is None and not REFUSED.intersection(unknown)
+            where = "for a server only, with url" if of_server else "for other environments only"
+            raise TypeError(unexpected(unknown, where, REFUSED, known))
+        self.render_mode, self._url = mode, url
         if url is None:  # A process without a server has no page.
             self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
-        elif render_size is not None or not isinstance(render_camera, str | None):
+        elif chosen.render_size is not None or not isinstance(render_camera, str | None):
             raise ValueError("render_size and a View as render_camera need a world in this process: no url")
-        one_of("sensing", sensing, ("sensors", "truth"))
-        one_of("base", base, get_args(BaseKind))
-        if noise is not None:
-            one_of("noise", noise, ("none", "real"))
-        shaping = shaping_of(shaping)
-        training = training_of(
-            shaping,
-            discount=discount,
-            randomise=randomise,
-            fraction=fraction,
-            step_ms=step_ms,
-            action_delay=action_delay,
-            action_noise=action_noise,
-        )
-        self._player = Player(url, task, hand, sensing, noise, training, **client)
-        self._shaping = shaping
+        self._player = Player(url, task, hand, sensing, chosen.noise, chosen.for_learners, **client)
+        self._shaping, self._base = chosen.shaping, chosen.base
         self._sensing = sensing
-        self._ticks = whole("ticks", ticks, 1, self.client.welcome.limits.repeat)
-        self._objects, self._cameras = objects, tuple(names(cameras))
+        self._ticks = whole("ticks", chosen.ticks, 1, self.client.welcome.limits.repeat)
+        self._objects, self._cameras = chosen.objects, tuple(names(chosen.cameras))
         self._view = view_of(render_camera, self._player.cameras, local=url is None)
-        self._render_size = render_size or (FILM_SIZE if self._view == FILM else None)
+        self._render_size = chosen.render_size or (FILM_SIZE if self._view == FILM else None)
         step_s = self._ticks * self._player.tick_s
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / step_s))}
         self.hand_numbers = self._player.hand_numbers
@@ -183,9 +146,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.observation: Observation | None = None
         self.observation_space = cast(spaces.Space[Arrays], self._observations())
         motors = len(self._player.hand.motors)
-        self._base: BaseKind = base
-        of_base = base_space(base, self._player.specs, self._player.arm)
-        self.action_space = cast(spaces.Space[Arrays], action_space(base, of_base, motors))
+        of_base = base_space(self._base, self._player.specs, self._player.arm)
+        self.action_space = cast(spaces.Space[Arrays], action_space(self._base, of_base, motors))
 
     def _observations(self) -> spaces.Dict:
         objects = self._objects

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import gymnasium
@@ -15,9 +16,8 @@ from palmares.arrays import Array, array
 from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import Arrays
-from palmares.gym.forms import Form, Observations, Sensing
-from palmares.gym.goals import Goal
-from palmares.targets import BaseKind
+from palmares.gym.forms import Form
+from palmares.gym.settings import OF_BATCH, Settings, settings_of
 
 if TYPE_CHECKING:
     from palmares.sim import World
@@ -54,10 +54,9 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         task: Name of the task, or the folder of your own.
         hand: Name of the hand, or the path of your own.
         url: Address of a server; left out, it plays in this process.
-        observations: Their form.
-        goal: Where an object is wanted, with ``observations="goal"``; 10 cm above its place when left out.
-        base: What actions say of the base: ``twist``, ``pose`` or, in a task with an arm, ``joints``.
-        options: Further arguments of `PalmaresEnv`.
+        settings: The settings, without those of vectors.
+        options: Fields of `Settings` and of its `training`; they replace those of `settings`. With `url` also
+            arguments of `Client`, such as ``team``.
 
     Attributes:
         inner: The `PalmaresEnv`, whose actions are a dictionary in SI units.
@@ -81,23 +80,21 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         hand: str,
         *,
         url: str | None = None,
-        sensing: Sensing = "truth",
-        observations: Observations = "fields",
-        goal: Goal | None = None,
-        base: BaseKind = "twist",
+        settings: Settings | None = None,
         **options: Any,
     ) -> None:
-        options.setdefault("objects", _objects(task))
-        self._form = Form(observations, goal, sensing)
-        self._form.refuse_shaping(options.get("shaping"))
-        sensed = self._form.sensing
-        self.inner = PalmaresEnv(url, task=task, hand=hand, sensing=sensed, base=base, **options)
+        chosen, others = settings_of(settings, options, OF_BATCH)
+        if chosen.objects is None and "objects" not in options:
+            chosen = replace(chosen, objects=_objects(task))
+        self._form = Form(chosen)
+        of_fields = replace(chosen, sensing=self._form.sensing, observations="fields", goal=None)
+        self.inner = PalmaresEnv(url, task=task, hand=hand, settings=of_fields, **others)
         self.render_mode, self.metadata = self.inner.render_mode, self.inner.metadata
         self.hand_numbers = self.inner.hand_numbers
         actions = cast(spaces.Dict, self.inner.action_space)
-        of_base, sigma = cast(spaces.Box, actions[base]), cast(spaces.Box, actions["hand"])
+        of_base, sigma = cast(spaces.Box, actions[chosen.base]), cast(spaces.Box, actions["hand"])
         self._clipping = Clipping()
-        self._base: BaseKind = base
+        self._base = chosen.base
         self._middle = array(0.5 * (of_base.low + of_base.high))
         self._half: Array = array(of_base.high) - self._middle
         length = len(self._half) + sigma.shape[0]

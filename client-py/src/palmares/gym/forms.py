@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
-from palmares.arguments import one_of
+from palmares.arguments import Sensing
 from palmares.gym.fields import LARGEST, Arrays
 from palmares.gym.goals import Goal
 from palmares.gym.images import is_image
-
-Observations: TypeAlias = Literal["fields", "groups", "goal"]
-Sensing: TypeAlias = Literal["sensors", "truth"]
+from palmares.gym.settings import Settings
 
 # Fields that no sensor reads, beside the hand's channels of the truth.
 TRUTH = ("joints", "objects", "object_kind", "object_half_extents", "object_mass", "hand_drawn")
@@ -31,34 +29,15 @@ class Form:
 
     """
 
-    def __init__(self, observations: Observations, goal: Goal | None, sensing: Sensing) -> None:
-        one_of("observations", observations, ("fields", "groups", "goal"))
-        one_of("sensing", sensing, ("sensors", "truth"))
-        if goal is not None and observations != "goal":
-            raise ValueError(f"goal: found {goal}; wanted None, or observations='goal' with it")
-        if observations == "groups" and sensing == "sensors":
-            raise ValueError(
-                "observations: found 'groups' with sensing='sensors'; wanted sensing='truth' for the critic; "
-                "the policy has the sensors alone in any case"
-            )
-        self._kind, self._sensing = observations, sensing
-        self.goal = Goal() if observations == "goal" and goal is None else goal
+    def __init__(self, settings: Settings) -> None:
+        self._kind, goal, self._sensing = settings.observations, settings.goal, settings.sensing
+        self.goal = Goal() if self._kind == "goal" and goal is None else goal
         self.layout: dict[str, dict[str, slice]] = {}
 
     @property
     def sensing(self) -> Sensing:
         """The sensing of the fields that it needs."""
         return self._sensing if self._kind == "fields" else "truth"
-
-    def refuse_shaping(self, shaping: Any) -> None:
-        """Check the argument `shaping`.
-
-        Raises:
-            ValueError: The reward of goals would be shaped.
-
-        """
-        if self.goal is not None and shaping is True:
-            raise ValueError("shaping: found True; wanted False or 'info': the reward is that of the goal")
 
     def open(self, fields: spaces.Dict, hidden: Iterable[str]) -> None:
         """Learn the fields.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -63,10 +62,3 @@ def refuse_options(options: dict[str, Any] | None, known: tuple[str, ...]) -> No
             raise ValueError(
                 f"options: found {name!r}; wanted {wanted}: task, hand and training are arguments of make"
             )
-
-
-def unexpected(given: Iterable[str], made: type, elsewhere: str) -> str:
-    """Return the text of a `TypeError` about unknown arguments, with those that there are."""
-    known = [name for name, one in signature(made).parameters.items() if one.kind is one.KEYWORD_ONLY]
-    names = ", ".join(map(repr, given))
-    return f"unexpected keyword argument {names}: unknown, or {elsewhere}; wanted some of {', '.join(known)}"

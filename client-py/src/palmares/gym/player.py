@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from palmares import own_task
+from palmares.arguments import Noise, Sensing
 from palmares.arrays import Array, array
 from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
@@ -18,9 +19,6 @@ from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training
 from palmares.wire import BaseTarget, HandInfo, TaskInfo
-
-Sensing = Literal["sensors", "truth"]
-Noise = Literal["none", "real"]
 
 
 class Player:

@@ -7,11 +7,12 @@ import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import ray
 from tqdm import tqdm
 
+from palmares.arguments import Noise, Sensing
 from palmares.arrays import Array
 from palmares.evaluate import Played, Report
 from palmares.ray.parcel import Parcel, of_files
@@ -51,8 +52,8 @@ def batches(
     hand: str,
     worlds: int,
     *,
-    sensing: Literal["sensors", "truth"] = "truth",
-    noise: Literal["none", "real"] = "none",
+    sensing: Sensing = "truth",
+    noise: Noise = "none",
     training: Training | None = None,
     address: str | None = None,
     **options: Any,
@@ -95,8 +96,8 @@ def rollouts(
     *,
     worlds: int = 16,
     ticks: int = 10,
-    sensing: Literal["sensors", "truth"] = "truth",
-    noise: Literal["none", "real"] = "none",
+    sensing: Sensing = "truth",
+    noise: Noise = "none",
     name: str | None = None,
     address: str | None = None,
     progress: bool = True,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 from palmares._native import Batch as NativeBatch
 from palmares._native import Snapshot
 from palmares._native import welcome as native_welcome
-from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_name, one_of, table, whole
+from palmares.arguments import (
+    MAX_COUNT,
+    MAX_SEED,
+    Noise,
+    Sensing,
+    check_sensing,
+    mask_of,
+    one_name,
+    one_of,
+    table,
+    whole,
+)
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
@@ -100,16 +111,15 @@ class Batch:
         hand: str,
         count: int,
         *,
-        sensing: Literal["sensors", "truth"] = "truth",
-        noise: Literal["none", "real"] = "none",
+        sensing: Sensing = "truth",
+        noise: Noise = "none",
         threads: int | None = None,
         training: Training | None = None,
         base: BaseKind = "twist",
     ) -> None:
         count = whole("count", count, 1, 100_000)
         threads = 0 if threads is None else whole("threads", threads, 1, 1024)
-        one_of("sensing", sensing, ("sensors", "truth"))
-        one_of("noise", noise, ("none", "real"))
+        check_sensing(sensing, noise)
         one_of("base", base, get_args(BaseKind))
         hand = one_name("hand", hand, ": the worlds of a batch have one hand; make a Batch for each hand")
         task = one_name("task", task, ": the worlds of a batch have one task; make a Batch for each task")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
-from palmares.arguments import MAX_COUNT, MAX_SEED, one_name, one_of, short, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, Noise, Sensing, check_sensing, one_name, short, whole
 from palmares.clipping import Clipping
 from palmares.errors import InUseError, PalmaresError, ProtocolError, WrongStateError, error_of
 from palmares.messages import Observation, Result, Welcome
@@ -81,17 +81,16 @@ class World:
         hand: str,
         seed: int = 0,
         *,
-        sensing: Literal["sensors", "truth"] = "truth",
-        noise: Literal["none", "real"] = "none",
+        sensing: Sensing = "truth",
+        noise: Noise = "none",
         cameras: Iterable[str] = (),
         training: Training | None = None,
     ) -> None:
-        one_of("sensing", sensing, ("sensors", "truth"))
-        one_of("noise", noise, ("none", "real"))
+        check_sensing(sensing, noise)
         self._task, self._hand = one_name("task", task), one_name("hand", hand)
         checked(training, self._task)
-        self._sensing: Literal["sensors", "truth"] = sensing
-        self._noise: Literal["none", "real"] = noise
+        self._sensing: Sensing = sensing
+        self._noise: Noise = noise
         self._training = training
         self._clipping = Clipping()
         if training is not None and training.changes_actions:
@@ -171,9 +170,7 @@ class World:
         self._clipping.compare(obs.applied_action, obs.tick, stacklevel=2)
         return obs
 
-    def observe(
-        self, sensing: Literal["sensors", "truth"] | None = None, cameras: Iterable[str] = ()
-    ) -> Observation:
+    def observe(self, sensing: Sensing | None = None, cameras: Iterable[str] = ()) -> Observation:
         """Return the observation of this tick, with the world's sensing or another; nothing changes."""
         raw = self._native.observe(sensing or self._sensing, names(cameras))
         return self._named(read(raw, Observation))

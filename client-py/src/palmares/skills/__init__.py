@@ -13,6 +13,8 @@ there, too.
     tipping     The fingers tip over a tall object at the rear wall
     fetching    The hand grasps an object in the shelf and carries it to the box
     clearing    Clears a shelf with the SoftHand by all of these
+    balls       `BallMover`: plays the task balls with the numbers and motions of any hand
+    shelf       `ShelfMover`: plays the task shelf with the motions of any hand
     recipes     `RECIPES`: a grasp from above for every hand but the SoftHand
     cookbook    `COOKBOOK`: grips of every hand by the kind of object; `pick` plays one
 

@@ -162,6 +162,17 @@ class Mover:
             forces.append(self.obs.hand.wrist.force)
         return mean(forces)
 
+    def keep(self, obs: Observation) -> None:
+        """Keep the observation of a step of the run.
+
+        Raises:
+            RunOverError: The run is over.
+
+        """
+        self.obs = obs
+        if obs.done:
+            raise RunOverError(obs.reason)
+
     def command(self) -> list[float]:
         """Return σ of every motor; a subclass for a hand with several motors overrides this."""
         return [self.sigma]
@@ -185,9 +196,7 @@ class Mover:
         return [smoothstep((tick + 1) / ticks) for tick in range(ticks)]
 
     def _step(self) -> None:
-        self.obs = self.client.step(base=pose(self.position, self.quat_xyzw), hand=self.command())
-        if self.obs.done:
-            raise RunOverError(self.obs.reason)
+        self.keep(self.client.step(base=pose(self.position, self.quat_xyzw), hand=self.command()))
 
 
 ACCELERATION = 3.9
@@ -207,11 +216,8 @@ def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
         t = min((tick + 1) * tick_s, total_s)
         up, down = min(t, speeding_s), max(0.0, t - (total_s - speeding_s))
         gone = ACCELERATION * (up * up - down * down) / 2 + top * max(0.0, t - speeding_s)
-        mover.obs = mover.client.step(
-            base=pose(start + way * (gone / far), mover.quat_xyzw), hand=mover.command()
-        )
-        if mover.obs.done:
-            raise RunOverError(mover.obs.reason)
+        base = pose(start + way * (gone / far), mover.quat_xyzw)
+        mover.keep(mover.client.step(base=base, hand=mover.command()))
     mover.position = position
 
 
