@@ -16,6 +16,7 @@ pub mod error;
 mod exact;
 pub mod hand;
 pub mod measure;
+pub mod mjcf;
 pub mod object;
 pub mod pieces;
 pub mod read;

@@ -54,18 +54,43 @@ pub struct BaseReference {
     pub angular: Vec3,
 }
 
-/// Pose and velocity of the hand one step earlier.
+/// The hand one step earlier.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Earlier {
     /// Whether the motion since was smooth: no contact, no limit acted, and no pose or velocity was set from
     /// outside.
     pub smooth: bool,
+    /// Pose and velocity.
+    pub motion: HandMotion,
+}
+
+/// Pose and velocity of the hand.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct HandMotion {
     /// World pose of the base.
     pub base: Pose,
     /// Joint coordinates.
     pub q: Vec<f64>,
     /// The hand's velocities.
     pub v: Vec<f64>,
+}
+
+impl HandMotion {
+    /// Reads the hand of a state with `n` velocities.
+    pub(crate) fn read(&mut self, state: &State, n: usize) {
+        self.base = state.base;
+        self.q.clear();
+        self.q.extend_from_slice(&state.q);
+        self.v.clear();
+        self.v.extend_from_slice(&state.v[..n]);
+    }
+
+    /// Gives the hand of a state this pose and velocity.
+    pub(crate) fn write(&self, state: &mut State) {
+        state.base = self.base;
+        state.q.copy_from_slice(&self.q);
+        state.v[..self.v.len()].copy_from_slice(&self.v);
+    }
 }
 
 /// A motor between two steps.
@@ -177,9 +202,10 @@ impl State {
         self.friction.clone_from(friction);
         self.locked.clone_from(locked);
         self.sleep.clone_from(sleep);
-        (self.earlier.smooth, self.earlier.base) = (earlier.smooth, earlier.base);
-        self.earlier.q.clone_from(&earlier.q);
-        self.earlier.v.clone_from(&earlier.v);
+        let (before, motion) = (&mut self.earlier.motion, &earlier.motion);
+        (self.earlier.smooth, before.base) = (earlier.smooth, motion.base);
+        before.q.clone_from(&motion.q);
+        before.v.clone_from(&motion.v);
         self.pairs.clone_from(pairs);
     }
 
@@ -189,7 +215,7 @@ impl State {
         let hand = model.hand();
         let joints = hand.map_or(0, |hand| hand.coordinates.len());
         let whole = (joints, model.hand_dofs());
-        let before = (self.earlier.q.len(), self.earlier.v.len());
+        let before = (self.earlier.motion.q.len(), self.earlier.motion.v.len());
         let objects = model.objects().len();
         let shapes = model.colliders().len() as u32;
         self.step < MAX_STEPS
@@ -221,8 +247,8 @@ impl State {
             && linear.to_array().iter().chain(&angular.to_array()).all(near)
             && self.motors.iter().all(is_motor)
             && self.locked.iter().flatten().all(near)
-            && is_pose(&self.earlier.base)
-            && self.earlier.q.iter().chain(&self.earlier.v).all(near)
+            && is_pose(&self.earlier.motion.base)
+            && self.earlier.motion.q.iter().chain(&self.earlier.motion.v).all(near)
     }
 
     /// s since the beginning.
@@ -311,7 +337,7 @@ impl State {
             h.floats(since);
         }
         // The earlier step counts only if the motion was smooth.
-        let Earlier { smooth, base, q, v } = earlier;
+        let Earlier { smooth, motion: HandMotion { base, q, v } } = earlier;
         h.word(u64::from(*smooth));
         if *smooth {
             h.pose(base);

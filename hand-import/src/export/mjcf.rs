@@ -4,9 +4,9 @@
 //! arms where others change with the angle, the name of a link between two joints, effort and velocity of a joint's servo.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use palmares_models::hand::{Coordinate, Hand, Inertia, Tendon};
+use palmares_models::mjcf::{Element, Lines};
 use palmares_models::{Mat3, Pose, Vec3};
 
 use crate::complete::Complete;
@@ -21,49 +21,54 @@ const FAR: f64 = 1e9;
 pub(super) fn document(complete: &Complete, hand: &Hand, log: &mut Log) -> String {
     let draft = &complete.draft;
     let settings = draft.settings.as_deref().and_then(|text| text.parse().ok()).unwrap_or_default();
-    let mut writer =
-        Writer { draft, hand, settings, log, out: String::new(), meshes: BTreeMap::new(), texts: Vec::new() };
+    let mut writer = Writer {
+        draft,
+        hand,
+        settings,
+        log,
+        world: Lines::at(2),
+        rest: Lines::at(1),
+        meshes: BTreeMap::new(),
+        texts: Vec::new(),
+    };
     let children: Vec<&str> = draft.joints.iter().map(|joint| joint.child.as_str()).collect();
     let base = draft.links.iter().find(|link| !children.contains(&link.name.as_str()));
     if let Some(base) = base {
-        writer.body(base, &Pose::IDENTITY, &[], 2);
+        writer.body(base, &Pose::IDENTITY, &[]);
     }
-    let world = std::mem::take(&mut writer.out);
     writer.contacts();
     writer.couplings();
     writer.tendons();
     writer.decide();
-    let Writer { out: rest, meshes, texts, .. } = writer;
-    let mut out = format!("<mujoco model=\"{}\">\n", escaped(&hand.name));
+    let Writer { world, rest, meshes, texts, .. } = writer;
+    let mut out = Lines::at(0);
+    out.open(Element::new("mujoco").text("model", &hand.name));
     for decision in log.of(Kind::Dropped) {
-        // XML comments must not have two hyphens in a row.
-        let text = format!("{}: {}", decision.element, decision.text).replace("--", "- -");
-        let _ = writeln!(out, "  <!-- {text} -->");
+        out.comment(&format!("{}: {}", decision.element, decision.text));
     }
-    out.push_str("  <compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\" balanceinertia=\"true\"/>\n");
+    let compiler = Element::new("compiler").text("angle", "radian").text("autolimits", "true");
+    out.leaf(compiler.text("inertiafromgeom", "false").text("balanceinertia", "true"));
     // Tendons are stiff and links light. The integrator is implicit in position and velocity, limits and couplings are nearly rigid.
-    out.push_str(
-        "  <!-- `discrete` needs MuJoCo 4; with an earlier one: implicitfast, and timestep=\"0.0002\" -->\n",
-    );
-    out.push_str("  <option integrator=\"discrete\" cone=\"elliptic\"/>\n");
-    out.push_str("  <default>\n    <joint solimplimit=\"0.9999 0.9999 0.001\"/>\n");
-    out.push_str("    <equality solimp=\"0.999 0.999 0.001\"/>\n  </default>\n");
-    if !meshes.is_empty() {
-        out.push_str("  <asset>\n");
-        for ((file, scale), name) in &meshes {
-            let _ = writeln!(out, "    <mesh name=\"{name}\" file=\"{}\" scale=\"{scale}\"/>", escaped(file));
-        }
-        out.push_str("  </asset>\n");
+    out.comment("`discrete` needs MuJoCo 4; with an earlier one: implicitfast, and timestep=\"0.0002\"");
+    out.leaf(Element::new("option").text("integrator", "discrete").text("cone", "elliptic"));
+    out.open(Element::new("default"));
+    out.leaf(Element::new("joint").numbers("solimplimit", [0.9999, 0.9999, 0.001]));
+    out.leaf(Element::new("equality").numbers("solimp", [0.999, 0.999, 0.001]));
+    out.close("default");
+    let mut assets = Lines::at(2);
+    for ((file, scale), name) in &meshes {
+        assets.leaf(Element::new("mesh").text("name", name).text("file", file).text("scale", scale));
     }
-    if !texts.is_empty() {
-        out.push_str("  <custom>\n");
-        for (name, data) in &texts {
-            let _ = writeln!(out, "    <text name=\"{}\" data=\"{}\"/>", escaped(name), escaped(data));
-        }
-        out.push_str("  </custom>\n");
+    out.section("asset", assets);
+    let mut custom = Lines::at(2);
+    for (name, data) in &texts {
+        custom.leaf(Element::new("text").text("name", name).text("data", data));
     }
-    let _ = write!(out, "  <worldbody>\n{world}  </worldbody>\n{rest}</mujoco>\n");
-    out
+    out.section("custom", custom);
+    out.section("worldbody", world);
+    out.append(rest);
+    out.close("mujoco");
+    out.into_text()
 }
 
 struct Writer<'a> {
@@ -71,7 +76,10 @@ struct Writer<'a> {
     hand: &'a Hand,
     settings: toml::Table,
     log: &'a mut Log,
-    out: String,
+    /// Bodies.
+    world: Lines,
+    /// The sections behind them.
+    rest: Lines,
     /// Names of meshes by file and scale.
     meshes: BTreeMap<(String, String), String>,
     /// `<custom>` texts.
@@ -112,20 +120,18 @@ impl<'a> Writer<'a> {
         (bare && joint.kind != JointKind::Fixed).then_some(second)
     }
 
-    fn body(&mut self, link: &'a Link, parent_from_body: &Pose, joints: &[Placed<'a>], depth: usize) {
-        let indent = "  ".repeat(depth);
-        let floats = if self.hand.gravity_compensation { " gravcomp=\"1\"" } else { "" };
-        let place = place(parent_from_body);
-        let _ = writeln!(self.out, "{indent}<body name=\"{}\"{place}{floats}>", escaped(&link.name));
+    fn body(&mut self, link: &'a Link, parent_from_body: &Pose, joints: &[Placed<'a>]) {
+        let body = Element::new("body").text("name", &link.name).pose(parent_from_body);
+        self.world.open(if self.hand.gravity_compensation { body.text("gravcomp", "1") } else { body });
         for placed in joints {
-            self.joint(placed, &indent);
+            self.joint(placed);
         }
-        self.inertial(link, &indent);
+        self.inertial(link);
         for part in &link.collisions {
-            self.geom(link, part, true, &indent);
+            self.geom(link, part, true);
         }
         for part in &link.visuals {
-            self.geom(link, part, false, &indent);
+            self.geom(link, part, false);
         }
         let draft = self.draft;
         for joint in draft.joints.iter().filter(|joint| joint.parent == link.name) {
@@ -149,19 +155,14 @@ impl<'a> Writer<'a> {
             let placed: Vec<Placed<'a>> = placed
                 .map(|(joint, frame)| Placed { joint, body_from_joint: body.inverse() * *frame })
                 .collect();
-            self.body(child, &body, &placed, depth + 1);
+            self.body(child, &body, &placed);
         }
-        let _ = writeln!(self.out, "{indent}</body>");
+        self.world.close("body");
     }
 
-    fn joint(&mut self, placed: &Placed<'_>, indent: &str) {
+    fn joint(&mut self, placed: &Placed<'_>) {
         let Placed { joint, body_from_joint } = placed;
         let kind = if joint.kind == JointKind::Prismatic { "slide" } else { "hinge" };
-        let axis = body_from_joint.rotation * Vec3::from_array(joint.axis);
-        let _ = write!(self.out, "{indent}  <joint name=\"{}\" type=\"{kind}\"", escaped(&joint.name));
-        if body_from_joint.translation != Vec3::ZERO {
-            let _ = write!(self.out, " pos=\"{}\"", vector(body_from_joint.translation));
-        }
         let limits = [("effort", joint.effort), ("velocity", joint.velocity)];
         let limits =
             limits.into_iter().filter_map(|(name, x)| Some(format!("{name}={:?}", x.filter(|x| *x > 0.0)?)));
@@ -169,28 +170,29 @@ impl<'a> Writer<'a> {
         if !limits.is_empty() {
             self.texts.push((format!("limit:{}", joint.name), limits.join(" ")));
         }
-        let _ = write!(self.out, " axis=\"{}\"", vector(axis));
-        match joint.limits.filter(|_| joint.kind != JointKind::Continuous) {
-            Some([low, high]) => {
-                let _ = write!(self.out, " range=\"{low:?} {high:?}\"");
-            }
-            None => self.out.push_str(" limited=\"false\""),
+        let mut out = Element::new("joint").text("name", &joint.name).text("type", kind);
+        if body_from_joint.translation != Vec3::ZERO {
+            out = out.vector("pos", body_from_joint.translation);
         }
+        out = out.vector("axis", body_from_joint.rotation * Vec3::from_array(joint.axis));
+        out = match joint.limits.filter(|_| joint.kind != JointKind::Continuous) {
+            Some(range) => out.numbers("range", range),
+            None => out.text("limited", "false"),
+        };
         if let Some(coordinate) = self.coordinate(&joint.name) {
-            let _ = write!(self.out, " damping=\"{:?}\"", coordinate.damping);
+            out = out.number("damping", coordinate.damping);
             if coordinate.friction > 0.0 {
-                let _ = write!(self.out, " frictionloss=\"{:?}\"", coordinate.friction);
+                out = out.number("frictionloss", coordinate.friction);
             }
             if coordinate.stiffness != 0.0 || coordinate.rest != 0.0 {
-                let (stiffness, rest) = (coordinate.stiffness, coordinate.rest);
-                let _ = write!(self.out, " stiffness=\"{stiffness:?}\" springref=\"{rest:?}\"");
+                out = out.number("stiffness", coordinate.stiffness).number("springref", coordinate.rest);
             }
         }
-        self.out.push_str("/>\n");
+        self.world.leaf(out);
     }
 
     /// The loaded hand's inertia where a link is a link of its own, else what its URDF states.
-    fn inertial(&mut self, link: &Link, indent: &str) {
+    fn inertial(&mut self, link: &Link) {
         let fixed = |joint: &&Joint| {
             joint.kind == JointKind::Fixed && (joint.parent == link.name || joint.child == link.name)
         };
@@ -202,51 +204,32 @@ impl<'a> Writer<'a> {
                 Mat3::from_cols(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz));
             Inertia { mass: inertial.mass, com: Vec3::ZERO, about_com }.moved(&inertial.origin.pose())
         });
-        let Some(inertia) = loaded.or(stated).filter(|inertia| inertia.mass > 0.0) else { return };
-        let (x, y, z) = (inertia.about_com.x_axis, inertia.about_com.y_axis, inertia.about_com.z_axis);
-        let _ = writeln!(
-            self.out,
-            "{indent}  <inertial pos=\"{}\" mass=\"{:?}\" fullinertia=\"{:?} {:?} {:?} {:?} {:?} {:?}\"/>",
-            vector(inertia.com),
-            inertia.mass,
-            x.x,
-            y.y,
-            z.z,
-            x.y,
-            x.z,
-            y.z
-        );
+        if let Some(inertia) = loaded.or(stated).filter(|inertia| inertia.mass > 0.0) {
+            self.world.leaf(Element::inertial(&inertia));
+        }
     }
 
-    fn geom(&mut self, link: &Link, part: &Part, collides: bool, indent: &str) {
+    fn geom(&mut self, link: &Link, part: &Part, collides: bool) {
         let shape = match &part.geometry {
-            Geometry::Box(size) => format!("type=\"box\" size=\"{}\"", vector(Vec3::from_array(*size) * 0.5)),
-            Geometry::Sphere { radius } => format!("type=\"sphere\" size=\"{radius:?}\""),
-            Geometry::Cylinder { radius, length } => {
-                format!("type=\"cylinder\" size=\"{radius:?} {:?}\"", 0.5 * length)
-            }
-            Geometry::Capsule { radius, length } => {
-                format!("type=\"capsule\" size=\"{radius:?} {:?}\"", 0.5 * length)
-            }
-            Geometry::Ellipsoid(radii) => {
-                format!("type=\"ellipsoid\" size=\"{}\"", vector(Vec3::from_array(*radii)))
-            }
+            Geometry::Box(size) => Element::geom("box", size.map(|x| x * 0.5)),
+            Geometry::Sphere { radius } => Element::geom("sphere", [*radius]),
+            Geometry::Cylinder { radius, length } => Element::geom("cylinder", [*radius, 0.5 * length]),
+            Geometry::Capsule { radius, length } => Element::geom("capsule", [*radius, 0.5 * length]),
+            Geometry::Ellipsoid(radii) => Element::geom("ellipsoid", *radii),
             Geometry::Mesh(mesh) => {
                 let Triangles::File(file) = &mesh.triangles else { return };
-                let key =
-                    (file.display().to_string().replace('\\', "/"), vector(Vec3::from_array(mesh.scale)));
+                let scale = mesh.scale.map(|x| format!("{x:?}")).join(" ");
+                let key = (file.display().to_string().replace('\\', "/"), scale);
                 let next = format!("mesh_{}", self.meshes.len());
-                format!("type=\"mesh\" mesh=\"{}\"", self.meshes.entry(key).or_insert(next))
+                Element::geom_of_mesh(self.meshes.entry(key).or_insert(next))
             }
         };
-        let surface = if collides {
-            let friction = self.friction(&link.name);
-            format!(" friction=\"{friction:?} 0.005 0.0001\" group=\"3\"")
+        let placed = shape.pose(&part.origin.pose());
+        self.world.leaf(if collides {
+            placed.numbers("friction", [self.friction(&link.name), 0.005, 0.0001]).text("group", "3")
         } else {
-            " contype=\"0\" conaffinity=\"0\" group=\"2\" density=\"0\"".to_owned()
-        };
-        let place = place(&part.origin.pose());
-        let _ = writeln!(self.out, "{indent}  <geom {shape}{place}{surface}/>");
+            placed.attributes("contype=\"0\" conaffinity=\"0\" group=\"2\" density=\"0\"")
+        });
     }
 
     /// Coefficient of a link's surface: that of `hand.toml`, else the source's.
@@ -261,73 +244,54 @@ impl<'a> Writer<'a> {
 
     /// Pairs that never touch.
     fn contacts(&mut self) {
-        let mut out = String::new();
-        for &[a, b] in &self.hand.no_collision {
-            let [a, b] = [a, b].map(|index| escaped(&self.hand.links[index].name));
-            let _ = writeln!(out, "    <exclude body1=\"{a}\" body2=\"{b}\"/>");
+        let mut out = Lines::at(2);
+        for pair in &self.hand.no_collision {
+            let [a, b] = pair.map(|index| self.hand.links[index].name.as_str());
+            out.leaf(Element::exclude(a, b));
         }
-        self.section("contact", &out);
-    }
-
-    fn section(&mut self, name: &str, content: &str) {
-        if !content.is_empty() {
-            let _ = write!(self.out, "  <{name}>\n{content}  </{name}>\n");
-        }
+        self.rest.section("contact", out);
     }
 
     fn couplings(&mut self) {
-        let mut out = String::new();
+        let mut out = Lines::at(2);
         for coupling in &self.draft.couplings {
-            let mut c = coupling.coefficients.clone();
-            c.resize(5, 0.0);
-            let _ = writeln!(
-                out,
-                "    <joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{:?} {:?} {:?} {:?} {:?}\"/>",
-                escaped(&coupling.joint),
-                escaped(&coupling.leader),
-                c[0],
-                c[1],
-                c[2],
-                c[3],
-                c[4]
-            );
+            let coefficient = |k: usize| coupling.coefficients.get(k).copied().unwrap_or(0.0);
+            let polynomial = std::array::from_fn(coefficient);
+            out.leaf(Element::coupling(&coupling.joint, &coupling.leader, polynomial));
         }
-        let hand = self.hand;
-        for pin in &hand.linkages {
-            let [a, b] = pin.links.map(|link| escaped(&hand.links[link].name));
-            let (name, anchor) = (escaped(&pin.name), vector(pin.points[0]));
-            let _ = writeln!(
-                out,
-                "    <connect name=\"{name}\" body1=\"{a}\" body2=\"{b}\" anchor=\"{anchor}\"/>"
-            );
+        for pin in &self.hand.linkages {
+            let [a, b] = pin.links.map(|link| self.hand.links[link].name.as_str());
+            let connect = Element::new("connect").text("name", &pin.name).text("body1", a).text("body2", b);
+            out.leaf(connect.vector("anchor", pin.points[0]));
         }
-        self.section("equality", &out);
+        self.rest.section("equality", out);
     }
 
     fn tendons(&mut self) {
-        let (mut tendons, mut actuators) = (String::new(), String::new());
+        let (mut tendons, mut actuators) = (Lines::at(2), Lines::at(2));
         let hand = self.hand;
         for tendon in &hand.tendons {
             let arms = self.arms(tendon);
-            let limit = tendon.force_limit;
-            let more = if tendon.motors.is_empty() {
+            let (limit, damping) = (tendon.force_limit, tendon.damping);
+            let named = Element::new("fixed").text("name", &tendon.name);
+            if tendon.motors.is_empty() {
                 let far = if tendon.both_ways { tendon.rest } else { FAR };
-                return_spring(tendon.stiffness, tendon.damping, tendon.rest, far)
+                return_spring(&mut tendons, named, &arms, (tendon.stiffness, damping), [tendon.rest, far]);
             } else {
                 // The damping is the tendon's: MuJoCo would clamp an actuator's before its implicit step, and oscillate.
-                let (low, damping) = (if tendon.both_ways { -limit } else { 0.0 }, tendon.damping);
-                let damping =
-                    if damping == 0.0 { String::new() } else { format!(" damping=\"{damping:?}\"") };
-                (1.0, format!(" actuatorfrclimited=\"true\" actuatorfrcrange=\"{low:?} {limit:?}\"{damping}"))
-            };
-            fixed(&mut tendons, &tendon.name, &arms, more);
+                let low = if tendon.both_ways { -limit } else { 0.0 };
+                let limited =
+                    named.text("actuatorfrclimited", "true").numbers("actuatorfrcrange", [low, limit]);
+                let damped = if damping == 0.0 { limited } else { limited.number("damping", damping) };
+                tendons.fixed(damped, arms);
+            }
             self.actuators(tendon, &mut actuators);
         }
         for spring in &hand.springs {
             let arms: Vec<(&str, f64)> =
                 spring.arms.iter().map(|&(c, r)| (hand.coordinates[c].name.as_str(), r)).collect();
-            let more = return_spring(spring.stiffness, spring.damping, spring.rest, spring.rest);
-            fixed(&mut tendons, &spring.name, &arms, more);
+            let named = Element::new("fixed").text("name", &spring.name);
+            return_spring(&mut tendons, named, &arms, (spring.stiffness, spring.damping), [spring.rest; 2]);
         }
         let drawn = |name: &str| self.draft.tendons.iter().any(|tendon| tendon.name == name);
         // Servos are imported as what they are.
@@ -337,8 +301,8 @@ impl<'a> Writer<'a> {
         if !stated.is_empty() {
             self.texts.push((STATED.to_owned(), stated.join(" ")));
         }
-        self.section("tendon", &tendons);
-        self.section("actuator", &actuators);
+        self.rest.section("tendon", tendons);
+        self.rest.section("actuator", actuators);
     }
 
     /// Moment arms; those that change with the angle by their mean over the joint's range.
@@ -377,7 +341,7 @@ impl<'a> Writer<'a> {
     }
 
     /// ctrl is σ: f = K (rest + Σ w scaling (σ − offset) − s). The first motor has the cable's law, the others only pull.
-    fn actuators(&mut self, tendon: &Tendon, out: &mut String) {
+    fn actuators(&mut self, tendon: &Tendon, out: &mut Lines) {
         let hand = self.hand;
         let drawn = self.draft.tendons.iter().find(|other| other.name == tendon.name);
         let of_tendon: Vec<&str> = tendon.motors.iter().map(|&(m, _)| hand.motors[m].name.as_str()).collect();
@@ -395,18 +359,13 @@ impl<'a> Writer<'a> {
             let motor = &hand.motors[m];
             let name =
                 if alone(m) { motor.name.clone() } else { format!("{}_of_{}", motor.name, tendon.name) };
-            let law = if place == 0 {
-                format!(" biastype=\"affine\" biasprm=\"{:?} {:?} 0\"", k * start, -k)
+            let pulls = Element::new("general").text("name", &name).text("tendon", &tendon.name);
+            let pulls = pulls.text("ctrlrange", "0 1").number("gainprm", k * weight * motor.scaling);
+            out.leaf(if place == 0 {
+                pulls.text("biastype", "affine").text("biasprm", &format!("{:?} {:?} 0", k * start, -k))
             } else {
-                String::new()
-            };
-            let _ = writeln!(
-                out,
-                "    <general name=\"{}\" tendon=\"{}\" ctrlrange=\"0 1\" gainprm=\"{:?}\"{law}/>",
-                escaped(&name),
-                escaped(&tendon.name),
-                k * weight * motor.scaling,
-            );
+                pulls
+            });
         }
         if !tendon.guides.is_empty() {
             let text = "friction of a cable on its guides, which grows with the tension (capstan), is not in MJCF: a tendon's frictionloss is constant; hand.toml has it";
@@ -447,41 +406,17 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// A spring that pulls at lengths below the first and above the second; MuJoCo's lengths are positive. The factor of the moment
-/// arms, and the attributes.
-fn return_spring(stiffness: f64, damping: f64, low: f64, high: f64) -> (f64, String) {
+/// A spring that pulls at lengths below the first and above the second; MuJoCo's lengths are positive.
+fn return_spring(
+    out: &mut Lines,
+    tendon: Element,
+    arms: &[(&str, f64)],
+    (stiffness, damping): (f64, f64),
+    [low, high]: [f64; 2],
+) {
     let (factor, low, high) =
         if low < 0.0 { (-1.0, if high == low { -low } else { 0.0 }, -low) } else { (1.0, low, high) };
-    let text =
-        format!(" stiffness=\"{stiffness:?}\" damping=\"{damping:?}\" springlength=\"{low:?} {high:?}\"");
-    (factor, text)
-}
-
-/// A fixed tendon.
-fn fixed(out: &mut String, name: &str, arms: &[(&str, f64)], (factor, more): (f64, String)) {
-    let _ = writeln!(out, "    <fixed name=\"{}\"{more}>", escaped(name));
-    for (joint, arm) in arms {
-        let _ = writeln!(out, "      <joint joint=\"{}\" coef=\"{:?}\"/>", escaped(joint), factor * arm);
-    }
-    out.push_str("    </fixed>\n");
-}
-
-fn vector(v: Vec3) -> String {
-    format!("{:?} {:?} {:?}", v.x, v.y, v.z)
-}
-
-fn place(pose: &Pose) -> String {
-    let mut out = String::new();
-    if pose.translation != Vec3::ZERO {
-        let _ = write!(out, " pos=\"{}\"", vector(pose.translation));
-    }
-    let q = pose.rotation;
-    if q != palmares_models::Rotation::IDENTITY {
-        let _ = write!(out, " quat=\"{:?} {:?} {:?} {:?}\"", q.w, q.x, q.y, q.z);
-    }
-    out
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let spring = tendon.number("stiffness", stiffness).number("damping", damping);
+    let arms = arms.iter().map(|(joint, arm)| (*joint, factor * arm));
+    out.fixed(spring.numbers("springlength", [low, high]), arms);
 }

@@ -10,7 +10,7 @@
 //! along n plus the allowed overlap, divided by this rate, is a part of the step in which the limit cannot be
 //! exceeded. Then the direction is computed again.
 
-use super::narrow_phase::apart;
+use super::pair_points::apart;
 use crate::bounds::MANIFOLD_WORK;
 use crate::model::Collider;
 use palmares_models::{Pose, Rotation, Vec3};

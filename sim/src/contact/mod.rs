@@ -9,4 +9,6 @@ pub mod impact_candidate;
 pub mod impact_sequence;
 pub mod manifold;
 pub mod narrow_phase;
+pub(crate) mod pair_points;
+pub(crate) mod reach;
 pub mod restitution;

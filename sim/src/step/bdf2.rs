@@ -6,18 +6,20 @@
 //! exceed [`LATE_J`].
 
 use super::assemble::assemble;
+use super::method::Attempt;
 use super::solve::solve;
 use super::torque_free::turned;
 use super::work::Work;
 use super::{contact_memory, integrate};
 use crate::actuation::base::shortest_turn;
+use crate::actuation::slowed;
 use crate::dynamics::pattern::{columns, row_sum};
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
-use crate::state::{Earlier, State};
+use crate::state::{HandMotion, State};
 use palmares_models::Pose;
 
 /// Part of the last displacement by which the starting point is ahead: x₀ + ⅓ of it.
@@ -36,74 +38,88 @@ const AT_REST: f64 = 1e-6;
 #[derive(Default)]
 pub(crate) struct History {
     /// The hand at the start of the step.
-    now: Earlier,
+    pub(super) now: HandMotion,
+    /// The point from which the step of implicit Euler goes.
+    ahead: HandMotion,
     /// Change of the velocities beyond the change in the step before.
     change: Vec<f64>,
 }
 
-/// Steps a hand that has no contact, and had none in the step before. Returns false without effect when a
-/// contact or a limit acts or the motion is not smooth: implicit Euler takes steps with jumps.
+/// Steps a hand that has no contact, and had none in the step before. Declines when a contact or a limit acts or the motion is not
+/// smooth: implicit Euler takes steps with jumps.
 pub(super) fn step(
     model: &Model,
     state: &mut State,
     work: &mut Work,
-    History { now, change }: &mut History,
+    history: &mut History,
     island: &Island,
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
-) -> bool {
+) -> Attempt {
     let n = model.hand_dofs();
-    let rests = state.v[..n].iter().all(|v| v.abs() < AT_REST);
-    if rests || !(state.earlier.smooth && work.drive.servo_on) {
-        return false;
+    if rests(&state.v[..n]) || !(state.earlier.smooth && work.drive.servo_on) {
+        return Attempt::Declined;
     }
-    copy_hand(model, state, now);
-    let earlier = &state.earlier;
-    let travel = (now.base.translation - earlier.base.translation) * AHEAD;
-    let turn = shortest_turn(earlier.base.rotation, now.base.rotation) * AHEAD;
-    state.base = Pose::from_parts(now.base.translation + travel, turned(now.base.rotation, turn));
-    for ((q, now), before) in state.q.iter_mut().zip(&now.q).zip(&earlier.q) {
-        *q = now + (now - before) * AHEAD;
-    }
-    for ((v, now), before) in state.v[..n].iter_mut().zip(&now.v).zip(&earlier.v) {
-        *v = now + (now - before) * AHEAD;
-    }
+    history.now.read(state, n);
+    extrapolate(&state.earlier.motion, &history.now, &mut history.ahead);
+    history.ahead.write(state);
     let h = (1.0 - AHEAD) * model.config().step_s;
     assemble(&work.input(model, state), island, h, problem, v);
     let first = if problem.bolted { 6 } else { 0 };
-    v[first..n].copy_from_slice(&now.v[first..]);
+    v[first..n].copy_from_slice(&history.now.v[first..]);
     solve(model, work, problem, newton, v);
-    let limited = |term: &AxisTerm| term.dof >= 6 && term.law.impulse(term.sign * v[term.dof]).0 != 0.0;
-    change.clear();
-    change.extend(
-        v[..n]
-            .iter()
-            .zip(&now.v)
-            .zip(&state.earlier.v)
-            .map(|((after, now), before)| after - 2.0 * now + before),
-    );
-    let late = late_energy(model, &work.dynamics.mass, v, change);
-    let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
-    if touches || problem.axis_terms.iter().any(limited) || late > LATE_J {
-        state.base = now.base;
-        state.q.copy_from_slice(&now.q);
-        state.v[..n].copy_from_slice(&now.v);
-        return false;
+    if jumps(problem, v)
+        || late_energy(model, &work.dynamics.mass, v, &state.earlier.motion, history) > LATE_J
+    {
+        history.now.write(state);
+        return Attempt::Declined;
     }
     let Work { collision, forces, impacts, drive, .. } = work;
     let impacts = &mut impacts.of_objects;
     contact_memory::remember(model, collision, island, problem, &mut state.pairs, impacts, forces);
     forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
     integrate::move_hand(model, state, drive.bolted, v, h);
-    std::mem::swap(&mut state.earlier, now);
-    state.earlier.smooth = true;
-    true
+    slowed::follow(model, problem, newton, state);
+    std::mem::swap(&mut state.earlier.motion, &mut history.now);
+    Attempt::Taken
 }
 
-/// Energy that a change of the acceleration brings early or late, J, at velocity `v`; `change` is the change
-/// of the velocities beyond the change in the step before, and `mass` the hand's mass matrix.
-fn late_energy(model: &Model, mass: &[f64], v: &[f64], change: &[f64]) -> f64 {
+/// Whether the hand comes to rest.
+fn rests(v: &[f64]) -> bool {
+    v.iter().all(|v| v.abs() < AT_REST)
+}
+
+/// The point `x₀ + (x₀ − x₋₁)/3`, positions and velocities, from `before` and `now`; the base turns about the axis of its last turn.
+fn extrapolate(before: &HandMotion, now: &HandMotion, ahead: &mut HandMotion) {
+    let travel = (now.base.translation - before.base.translation) * AHEAD;
+    let turn = shortest_turn(before.base.rotation, now.base.rotation) * AHEAD;
+    ahead.base = Pose::from_parts(now.base.translation + travel, turned(now.base.rotation, turn));
+    let each = |(now, before): (&f64, &f64)| now + (now - before) * AHEAD;
+    ahead.q.clear();
+    ahead.q.extend(now.q.iter().zip(&before.q).map(each));
+    ahead.v.clear();
+    ahead.v.extend(now.v.iter().zip(&before.v).map(each));
+}
+
+/// Whether a contact or a limit bears at the end of the step, with the solution `v` of `problem`.
+fn jumps(problem: &Problem, v: &[f64]) -> bool {
+    let limited = |term: &AxisTerm| term.dof >= 6 && term.law.impulse(term.sign * v[term.dof]).0 != 0.0;
+    problem.points.iter().any(|point| point.impulse[2] > 0.0) || problem.axis_terms.iter().any(limited)
+}
+
+/// Energy that a change of the acceleration brings early or late, J: `|vᵀ M (v − 2 v₀ + v₋₁)| / 3` with the velocities `v` at the end
+/// of the step, those at its start, and those of one step `before`; M is the hand's `mass` matrix.
+fn late_energy(
+    model: &Model,
+    mass: &[f64],
+    v: &[f64],
+    before: &HandMotion,
+    History { now, change, .. }: &mut History,
+) -> f64 {
     let n = model.hand_dofs();
+    change.clear();
+    let velocities = v[..n].iter().zip(&now.v).zip(&before.v);
+    change.extend(velocities.map(|((after, now), before)| after - 2.0 * now + before));
     let clusters = &model.clusters()[..model.hand_clusters()];
     let mut power = 0.0;
     for (block, cluster) in clusters.iter().enumerate() {
@@ -115,20 +131,32 @@ fn late_energy(model: &Model, mass: &[f64], v: &[f64], change: &[f64]) -> f64 {
     power.abs() * AHEAD
 }
 
-/// Copies the hand's present pose and velocities.
-pub(super) fn copy_hand(model: &Model, state: &State, to: &mut Earlier) {
-    to.base = state.base;
-    to.q.clear();
-    to.q.extend_from_slice(&state.q);
-    to.v.clear();
-    to.v.extend_from_slice(&state.v[..model.hand_dofs()]);
-}
-
 #[cfg(test)]
 mod tests {
+    use super::{AHEAD, HandMotion, extrapolate};
     use crate::{Command, Config, Model, State, World};
-    use palmares_models::Pose;
     use palmares_models::hand::Hand;
+    use palmares_models::{Pose, Rotation, Vec3};
+
+    /// From the point ahead, a step of implicit Euler over 2 h/3 is exact for constant velocity, and for constant acceleration in
+    /// the velocities.
+    #[test]
+    fn the_point_ahead_makes_the_formula_of_second_order() {
+        let (h, speed, spin, acceleration) = (0.01, 0.3, 2.0, 5.0);
+        let at = |t: f64| HandMotion {
+            base: Pose::from_parts(Vec3::X * (speed * t), Rotation::from_rotation_z(spin * t)),
+            q: vec![speed * t],
+            v: vec![acceleration * t],
+        };
+        let mut ahead = HandMotion::default();
+        extrapolate(&at(-h), &at(0.0), &mut ahead);
+        let (rest, end) = ((1.0 - AHEAD) * h, at(h));
+        assert!((ahead.q[0] + rest * speed - end.q[0]).abs() < 1e-15);
+        assert!((ahead.v[0] + rest * acceleration - end.v[0]).abs() < 1e-15);
+        assert!((ahead.base.translation.x + rest * speed - end.base.translation.x).abs() < 1e-15);
+        let turned = Rotation::from_rotation_z(rest * spin) * ahead.base.rotation;
+        assert!(turned.dot(end.base.rotation) > 1.0 - 1e-15);
+    }
 
     /// Coordinates of the SoftHand's fingers with a slack tendon, 50 ms after release, in steps of h.
     fn springing_back(h: f64) -> Vec<f64> {

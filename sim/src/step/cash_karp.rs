@@ -4,6 +4,7 @@
 //! stage is the dynamics at the start of the step; the difference of two orders gives the number of substeps.
 
 use super::drive::Drive;
+use super::method::Attempt;
 use super::momentum;
 use super::torque_free::{rate, turned};
 use super::work::Work;
@@ -12,7 +13,7 @@ use crate::bounds::{MAX_SUBSTEPS, STEP_WORK, hand_work};
 use crate::dynamics::forward::accelerations;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::Model;
-use crate::state::{BaseReference, State};
+use crate::state::{BaseReference, HandMotion, State};
 use palmares_models::hand::{Hand, Motor};
 use palmares_models::{Pose, Rotation, Vec3};
 
@@ -75,10 +76,10 @@ const MAX_WORK: u64 = STEP_WORK / 10;
 #[derive(Default)]
 pub(crate) struct Stages {
     /// Coordinates and velocities at the start of the step, and of the substep.
-    start: Place,
-    from: Place,
+    start: HandMotion,
+    from: HandMotion,
     /// A stage's coordinates and velocities.
-    at: Place,
+    at: HandMotion,
     /// Velocities and accelerations of the stages, and the rotation of their base.
     rates: [Vec<f64>; STAGES],
     changes: [Vec<f64>; STAGES],
@@ -87,50 +88,34 @@ pub(crate) struct Stages {
     weights: Vec<f64>,
 }
 
-/// The hand's configuration and velocities.
-#[derive(Default)]
-struct Place {
-    base: Pose,
-    q: Vec<f64>,
-    v: Vec<f64>,
-}
-
-impl Place {
-    fn set(&mut self, base: Pose, q: &[f64], v: &[f64]) {
-        self.base = base;
-        self.q.clear();
-        self.q.extend_from_slice(q);
-        self.v.clear();
-        self.v.extend_from_slice(v);
-    }
-}
-
-/// Steps a hand without dampers that has no contact. Returns false without effect when a tendon or a limit
-/// acts, when a bolted base moves, or when the motion is too stiff.
-pub(super) fn step(model: &Model, state: &mut State, work: &mut Work, stages: &mut Stages) -> bool {
-    let Some(hand) = model.hand() else { return false };
+/// Steps a hand without dampers that has no contact. Declines when a tendon or a limit acts, when a bolted base moves, or when the
+/// motion is too stiff.
+pub(super) fn step(model: &Model, state: &mut State, work: &mut Work, stages: &mut Stages) -> Attempt {
+    let Some(hand) = model.hand() else { return Attempt::Declined };
     if work.drive.bolted && !base_stands(state) || acts(hand, state) {
-        return false;
+        return Attempt::Declined;
     }
     stages.resize(model.hand_dofs());
-    let done = substeps(model, hand, state, work, stages);
-    if done {
-        if work.drive.bolted {
-            state.base = state.reference.pose;
-            state.v[..6].fill(0.0);
+    stages.start.read(state, model.hand_dofs());
+    let attempt = substeps(model, hand, state, work, stages);
+    match attempt {
+        Attempt::Taken => {
+            if work.drive.bolted {
+                state.base = state.reference.pose;
+                state.v[..6].fill(0.0);
+            }
+            state.tension.fill(0.0);
+            state.earlier.smooth = false;
         }
-        state.tension.fill(0.0);
-        state.earlier.smooth = false;
-    } else {
-        let start = &stages.start;
-        state.substeps = 0;
-        state.base = start.base;
-        state.q.copy_from_slice(&start.q);
-        state.v[..start.v.len()].copy_from_slice(&start.v);
-        work.dynamics.update(model, false, start.base, &start.q, &start.v);
-        work.dynamics.add_pushes(model, &work.drive.pushes);
+        Attempt::Declined => {
+            state.substeps = 0;
+            stages.start.write(state);
+            let HandMotion { base, q, v } = &stages.start;
+            work.dynamics.update(model, false, *base, q, v);
+            work.dynamics.add_pushes(model, &work.drive.pushes);
+        }
     }
-    done
+    attempt
 }
 
 /// Whether the set point of a bolted base is at rest, and the base at it.
@@ -144,9 +129,8 @@ fn base_stands(state: &State) -> bool {
 }
 
 /// Divides the step into as many substeps as its error needs.
-fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stages: &mut Stages) -> bool {
+fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stages: &mut Stages) -> Attempt {
     let (n, h, bolted) = (model.hand_dofs(), model.config().step_s, work.drive.bolted);
-    stages.start.set(state.base, &state.q, &state.v[..n]);
     stages.weights.clear();
     stages.weights.extend((0..n).map(|i| work.dynamics.mass[i * (n + 1)]));
     let free = !work.drive.servo_on && work.drive.pushes.is_empty();
@@ -156,13 +140,13 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
     while done < parts {
         let (part, left) = (h / f64::from(parts), h * f64::from(parts - done) / f64::from(parts));
         if !known {
-            stages.from.set(state.base, &state.q, &state.v[..n]);
-            stages.at.set(state.base, &state.q, &state.v[..n]);
+            stages.from.read(state, n);
+            stages.at.read(state, n);
             if done > 0 {
                 stage_dynamics(model, work, &stages.at);
             }
             if !stage_slopes(model, hand, state, work, stages, 0, left) {
-                return false;
+                return Attempt::Declined;
             }
             if done == 0 {
                 report_mount(model, work, stages);
@@ -173,11 +157,11 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
             stages.go(&COUPLINGS[stage][..stage], part, bolted);
             work.outcome.work += hand_work(hand.links.len(), n) + (n * n * n / 6) as u64;
             if work.outcome.work > MAX_WORK {
-                return false;
+                return Attempt::Declined;
             }
             stage_dynamics(model, work, &stages.at);
             if !stage_slopes(model, hand, state, work, stages, stage, left - NODES[stage] * part) {
-                return false;
+                return Attempt::Declined;
             }
             if stage == 1 && stages.difference(&STEADY_DIFFERENCES, part, bolted) < STEADY {
                 (weights, differences) = (&STEADY_WEIGHTS, &STEADY_DIFFERENCES);
@@ -188,16 +172,14 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
         if difference > 1.0 {
             (parts, done, known) = (2 * parts, 2 * done, true);
             if parts > MAX_SUBSTEPS {
-                return false;
+                return Attempt::Declined;
             }
             continue;
         }
         stages.go(weights, part, bolted);
-        state.base = stages.at.base;
-        state.q.copy_from_slice(&stages.at.q);
-        state.v[..n].copy_from_slice(&stages.at.v);
+        stages.at.write(state);
         if acts(hand, state) || difference.is_nan() {
-            return false;
+            return Attempt::Declined;
         }
         (done, known) = (done + 1, false);
         if difference < AMPLE && done % 2 == 0 && parts > 1 {
@@ -208,7 +190,7 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
     if let Some(due) = due {
         momentum::keep(model, state, &mut work.dynamics, due, stages.start.base.translation);
     }
-    true
+    Attempt::Taken
 }
 
 /// Whether a tendon, a limit, a spring across joints or a pin acts, or may act with a motor that its load slows.
@@ -228,7 +210,7 @@ fn acts(hand: &Hand, state: &State) -> bool {
 }
 
 /// Mass matrix and bias at a stage.
-fn stage_dynamics(model: &Model, work: &mut Work, at: &Place) {
+fn stage_dynamics(model: &Model, work: &mut Work, at: &HandMotion) {
     work.dynamics.update(model, work.drive.bolted, at.base, &at.q, &at.v);
     work.dynamics.add_pushes(model, &work.drive.pushes);
 }

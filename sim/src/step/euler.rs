@@ -1,11 +1,20 @@
 //! Implicit Euler: `M (v₁ − v₀) = h f(x₀ + h v₁, v₁)`, forces and velocities of the end of the step. Stable for any
 //! stiffness and contact; its error is of the first order.
+//!
+//! 1. [`solve_with_rebounds`]: the solution, with the speeds at which bodies rebound.
+//! 2. [`support_transfer::transfer`]: a lone object that tips onto another support.
+//! 3. [`slip_passes::settle`]: where slip begins or ends, unless supports have changed.
+//! 4. [`friction_passes::settle`]: cables that rub on their guides.
+//! 5. [`contact_memory::remember`]: anchors for the next step.
+//! 6. [`move_hand`], [`integrate::move_objects`]: positions.
 
 use super::assemble::assemble;
+use super::impacts::Rebounds;
 use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
-use super::{contact_memory, friction_passes, impacts, integrate, momentum, slip_correction};
+use super::{contact_memory, friction_passes, impacts, integrate, momentum, slip_passes};
+use crate::actuation::slowed;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -22,52 +31,62 @@ pub(super) fn step(
     v: &mut Vec<f64>,
     support: &mut SupportTransfer,
 ) {
-    let config = model.config();
-    let h = config.step_s;
-    let Work { collision, impacts, outcome, .. } = work;
-    let sequence = impacts::find(model, state, &mut collision.contacts, island, impacts, &mut outcome.work);
-    assemble(&work.input(model, state), island, h, problem, v);
-    solve(model, work, problem, newton, v);
-    if sequence
-        && !impacts::keep_sequence(model, state, &mut work.collision, island, problem, &mut work.impacts)
-    {
-        assemble(&work.input(model, state), island, h, problem, v);
-        solve(model, work, problem, newton, v);
-    }
+    solve_with_rebounds(model, state, work, island, (problem, newton), v);
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
-    let alone = island.is_lone_object();
-    // The loop terminates: after the last pass there is no tolerance left.
-    for pass in 0.. {
-        // The lag covers slip that changes evenly, for contacts of any stiffness. Later passes are for
-        // rebounds only.
-        let finer = slip_correction::finer(config, pass);
-        let is_over = transferred || finer.is_none() && !(alone && pass < slip_correction::REBOUND_PASSES);
-        if is_over || !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {
-            break;
-        }
-        solve(model, work, problem, newton, v);
+    if !transferred {
+        slip_passes::settle(model, work, island, (problem, newton), v);
     }
     if island.hand && !state.friction.is_empty() {
         friction_passes::settle(model, work, (problem, newton), v, &state.tension);
     }
-    let Work { collision, impacts, forces, dynamics, drive, .. } = work;
-    contact_memory::remember(
-        model,
-        collision,
-        island,
-        problem,
-        &mut state.pairs,
-        &mut impacts.of_objects,
-        forces,
-    );
+    let Work { collision, impacts, forces, .. } = work;
+    let impacts = &mut impacts.of_objects;
+    contact_memory::remember(model, collision, island, problem, &mut state.pairs, impacts, forces);
     if island.hand {
-        forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
-        let due = (!drive.servo_on)
-            .then(|| (momentum::due_after_step(model, dynamics, &drive.pushes, v), dynamics.kin.origin));
-        integrate::move_hand(model, state, drive.bolted, v, h);
-        if let Some((due, from)) = due {
-            momentum::keep(model, state, dynamics, due, from);
-        }
+        move_hand(model, state, work, (problem, newton), v);
     }
-    integrate::move_objects(model, state, island, problem, v, &mut impacts.of_objects);
+    integrate::move_objects(model, state, island, problem, v, &mut work.impacts.of_objects);
+}
+
+/// Solves the step with its rebounds. If those of a sequence would add energy, it is solved again with each point's own.
+fn solve_with_rebounds(
+    model: &Model,
+    state: &State,
+    work: &mut Work,
+    island: &Island,
+    (problem, newton): (&mut Problem, &mut Newton),
+    v: &mut Vec<f64>,
+) {
+    let h = model.config().step_s;
+    let Work { collision, impacts, outcome, .. } = work;
+    let rebounds = impacts::find(model, state, &mut collision.contacts, island, impacts, &mut outcome.work);
+    assemble(&work.input(model, state), island, h, problem, v);
+    solve(model, work, problem, newton, v);
+    let Work { collision, impacts, .. } = work;
+    if rebounds == Rebounds::Sequence
+        && impacts::settle_sequence(model, state, collision, island, problem, impacts) == Rebounds::Own
+    {
+        assemble(&work.input(model, state), island, h, problem, v);
+        solve(model, work, problem, newton, v);
+    }
+}
+
+/// Moves the hand with the solution `v`: `q₁ = q₀ + h v₁`. A hand that nothing holds keeps its momentum ([`momentum`]).
+fn move_hand(
+    model: &Model,
+    state: &mut State,
+    work: &mut Work,
+    (problem, newton): (&Problem, &Newton),
+    v: &[f64],
+) {
+    let h = model.config().step_s;
+    let Work { forces, dynamics, drive, .. } = work;
+    forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
+    let due = (!drive.servo_on)
+        .then(|| (momentum::due_after_step(model, dynamics, &drive.pushes, v), dynamics.kin.origin));
+    integrate::move_hand(model, state, drive.bolted, v, h);
+    if let Some((due, from)) = due {
+        momentum::keep(model, state, dynamics, due, from);
+    }
+    slowed::follow(model, problem, newton, state);
 }

@@ -46,6 +46,15 @@ impl ObjectImpact {
     }
 }
 
+/// How the rebounds of an island's points are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rebounds {
+    /// Each point has its own.
+    Own,
+    /// Several impacts within the step, one after the other, went into them.
+    Sequence,
+}
+
 /// The impacts of a step.
 #[derive(Default)]
 pub(crate) struct Impacts {
@@ -55,8 +64,7 @@ pub(crate) struct Impacts {
     sequence: ImpactSequence,
 }
 
-/// Finds the rebounds of an island's points. True if more than one impact within the step went into them:
-/// they are then in `impacts`. Its computing is added to `spent`.
+/// Finds the rebounds of an island's points; a sequence of them is in `impacts`. Its computing is added to `spent`.
 pub(super) fn find(
     model: &Model,
     state: &State,
@@ -64,7 +72,7 @@ pub(super) fn find(
     island: &Island,
     impacts: &mut Impacts,
     spent: &mut u64,
-) -> bool {
+) -> Rebounds {
     let (mut due, mut able) = (false, 0);
     // A body that turns far within a step does not reach the surface where its velocity predicts.
     let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > MAX_TURN;
@@ -91,22 +99,21 @@ pub(super) fn find(
     }
     // A lone object meets only furniture, all at once.
     if !(due && able > 1 && island.objects.len() > 1) {
-        return false;
+        return Rebounds::Own;
     }
-    let several = play(model, state, contacts, island, &mut impacts.sequence);
+    let rebounds = play(model, state, contacts, island, &mut impacts.sequence);
     *spent += impacts.sequence.work;
-    several
+    rebounds
 }
 
-/// Plays the impacts of an island's free bodies; true if there were several. Then every point has the rebound
-/// that it ends with.
+/// Plays the impacts of an island's free bodies. If there were several, every point has the rebound that it ends with.
 fn play(
     model: &Model,
     state: &State,
     contacts: &mut Contacts,
     island: &Island,
     sequence: &mut ImpactSequence,
-) -> bool {
+) -> Rebounds {
     let config = model.config();
     let h = config.step_s;
     sequence.clear();
@@ -158,7 +165,7 @@ fn play(
                 time_s.map(|time_s| with_slip(model, state, pair, point, Rebound::new(time_s, velocity)));
         }
     }
-    several
+    if several { Rebounds::Sequence } else { Rebounds::Own }
 }
 
 fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
@@ -174,20 +181,41 @@ fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
     ImpactBody::new(center, 1.0 / object.mass, r * inverse * r.transpose(), [linear, angular])
 }
 
-/// Moves the objects along the paths of the sequence, if its rebounds added no energy in the step's solution.
-/// Bodies outside the sequence, such as a hand or a loaded wall behind a ball, may have raised the load
-/// beyond the correct one: then every point has its own rebound, and the answer is false.
-pub(super) fn keep_sequence(
+/// Keeps a sequence if its rebounds added no energy in the solution of `problem`: then the objects move along its paths. Bodies
+/// outside the sequence, such as a hand or a loaded wall behind a ball, may have raised the load beyond the correct one: then
+/// every point has its own rebound.
+pub(super) fn settle_sequence(
     model: &Model,
     state: &State,
     collision: &mut Collision,
     island: &Island,
     problem: &Problem,
     impacts: &mut Impacts,
+) -> Rebounds {
+    let contacts = &mut collision.contacts;
+    if adds_energy(model, contacts, island, problem, &impacts.sequence) {
+        for &index in &island.pairs {
+            let pair = &contacts.pairs[index];
+            for point in &mut contacts.points[pair.points.clone()] {
+                point.rebound = rebound_of(model, state, pair, point);
+            }
+        }
+        return Rebounds::Own;
+    }
+    follow_paths(model, collision, island, impacts);
+    Rebounds::Sequence
+}
+
+/// Whether the impulses of a sequence do more than [`GAIN`] of the work that they exchange. The work of an impulse uses the mean of
+/// the velocities before and after; gravity acted until then.
+fn adds_energy(
+    model: &Model,
+    contacts: &Contacts,
+    island: &Island,
+    problem: &Problem,
+    sequence: &ImpactSequence,
 ) -> bool {
     let (h, gravity) = (model.config().step_s, model.config().gravity);
-    let Impacts { of_objects, sequence } = impacts;
-    let contacts = &mut collision.contacts;
     let (mut given, mut exchanged) = (0.0, 0.0);
     let mut candidates = sequence.candidates.iter();
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
@@ -204,8 +232,6 @@ pub(super) fn keep_sequence(
             }
             let ([t1, t2, n], [g1, g2, gn, _], [v1, v2, vn, _]) = (point.axes, point.impulse, point.velocity);
             let [start, _] = sequence.velocities(candidate, h);
-            // The work of an impulse uses the mean of the velocities before and after; gravity acted until
-            // then.
             let pull = gravity * (falls(pair.b) - falls(pair.a));
             let after = t1 * v1 + t2 * v2 + n * vn - pull * h;
             let mean = (start + after) * 0.5 + pull * candidate.hit().unwrap_or(h);
@@ -213,15 +239,14 @@ pub(super) fn keep_sequence(
             exchanged += 0.5 * gn * (start.dot(n).abs() + after.dot(n).abs());
         }
     }
-    if given > GAIN * exchanged {
-        for &index in &island.pairs {
-            let pair = &contacts.pairs[index];
-            for point in &mut contacts.points[pair.points.clone()] {
-                point.rebound = rebound_of(model, state, pair, point);
-            }
-        }
-        return false;
-    }
+    given > GAIN * exchanged
+}
+
+/// Gives the objects the paths of a sequence. Cached gaps rely on no body moving farther than the faster of its velocities allows:
+/// a detour beyond [`DETOUR`] discards them.
+fn follow_paths(model: &Model, collision: &mut Collision, island: &Island, impacts: &mut Impacts) {
+    let h = model.config().step_s;
+    let Impacts { of_objects, sequence } = impacts;
     let mut astray = false;
     for (&k, body) in island.objects.iter().zip(&sequence.bodies) {
         if let Some((time_s, detour)) = body.detour() {
@@ -229,12 +254,11 @@ pub(super) fn keep_sequence(
             astray |= detour.length() > DETOUR * h * body.start[0].length();
         }
     }
-    // Cached gaps rely on no body moving farther than the faster of its velocities allows.
     if astray {
         collision.distances.clear(model.colliders().len());
     }
-    true
 }
+
 /// The object of a body, if it is one.
 pub(super) fn on_object(owner: Owner) -> Option<usize> {
     match owner {

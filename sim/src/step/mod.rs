@@ -3,8 +3,8 @@
 //! 1. [`prepare`]: dynamics of the hand, then [`collide`].
 //! 2. `actuate`: motors and the base's set point follow the command; external forces act.
 //! 3. Islands: bodies that touch each other are solved together.
-//! 4. For each island, [`island::step`]: assemble the problem, solve it, integrate; or free flight without
-//!    contact.
+//! 4. For each island, [`island::step`]: the integrator of the highest order that takes the step; or free flight of an object
+//!    without contact.
 //! 5. [`sleep::update`]: an island that has been still for long enough falls asleep.
 //! 6. [`continuous::stop_short`]: fast bodies stop before they pass through others.
 
@@ -21,11 +21,13 @@ mod friction_passes;
 mod impacts;
 mod integrate;
 mod island;
+mod method;
 mod midpoint_correction;
 mod momentum;
 mod scratch;
 mod sleep;
 mod slip_correction;
+mod slip_passes;
 mod solve;
 mod support_transfer;
 mod torque_free;

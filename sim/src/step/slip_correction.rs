@@ -17,33 +17,11 @@ use crate::contact::restitution::Rebound;
 use crate::solver::island::Island;
 use crate::solver::problem::{Point, Problem};
 
-/// Largest number of repeated solves after a change of slip: each leaves about a tenth of the error. In
-/// islands of several objects, or with the hand, the tolerance is coarser, because some contact begins to
-/// slide at nearly every step.
-const PASSES: usize = 2;
-
-/// Stiffness, N/m, up to which contacts float so little that these passes are enough. Harder contacts carry
-/// no load at a proportionally smaller gap: a tenth for every further pass.
-const SOFT_STIFFNESS: f64 = 2e5;
-
-/// Largest number of repeated solves with slipping rebounds. The first guess is right for a body that meets
-/// another in one point; with several points it takes more.
-pub(super) const REBOUND_PASSES: usize = 6;
-
 /// A rebound has converged when it is off by this part of its slip, or by this, m/s.
 const REBOUND_TOLERANCE: f64 = 1e-3;
 
 /// Time, s, over which the lift of a surface counts even with shorter steps.
 const MIN_S: f64 = 1e-3;
-
-/// Divisor of the term's tolerance in the `pass`-th check of a step, from 0 on; `None` if the step is not to
-/// be solved again for the term.
-pub(super) fn finer(config: &Config, pass: usize) -> Option<f64> {
-    let harder = (config.contact_stiffness / SOFT_STIFFNESS).max(1.0);
-    // The logarithm only where it is needed: most steps end before.
-    let is_due = pass < PASSES || pass < PASSES + libm::log10(harder).ceil() as usize;
-    is_due.then_some(if pass == 0 { 1.0 } else { harder })
-}
 
 /// Normal velocity at which a contact point without slip carries no load, m/s, and its dissipation time, s.
 pub(super) fn rest_target(config: &Config, pair: &ContactPair, point: &ContactPoint) -> (f64, f64) {
@@ -128,4 +106,18 @@ fn correct_rebound(friction: f64, rebound: &Rebound, point: &mut Point) -> bool 
     // A target that is too low makes the impulse, and so the remaining slip, too small.
     point.law.target[2] = rebound.velocity - friction * (thought + off * rebound.gain).max(0.0);
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dissipation_sets_in_evenly_where_surfaces_come_near() {
+        let onset = 1e-4;
+        let found = [2e-4, 1e-4, 7.5e-5, 0.0, -1e-3].map(|gap| nearness(gap, onset));
+        for (found, expected) in found.iter().zip([0.0, 0.0, 0.25, 1.0, 1.0]) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
 }

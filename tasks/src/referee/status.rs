@@ -33,7 +33,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    pub(super) fn new(rule: &str, holds: bool, value: Option<f64>, limit: f64, unit: &str) -> Self {
+    pub(crate) fn new(rule: &str, holds: bool, value: Option<f64>, limit: f64, unit: &str) -> Self {
         // JSON has no infinity and no NaN.
         let value = value.filter(|value| value.is_finite());
         Measured { rule: rule.to_owned(), holds, value, limit, unit: unit.to_owned() }

@@ -47,13 +47,13 @@ pub use view::{View, ViewError};
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
 use crate::observation::Event;
-use crate::referee::{Count, ObjectSnapshot, Referee};
+use crate::referee::{Count, ObjectSnapshot};
 use crate::scene::Scene;
 use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::settle::SceneError;
 use crate::start::hand_start;
-use crate::task::{REST_SPEED, Task, Variation};
+use crate::task::{AnyReferee, REST_SPEED, Task, Variation};
 use cameras::{Cameras, ImageCache, PoseHistory};
 use carrying::Carrying;
 use palmares_models::Pose;
@@ -84,7 +84,7 @@ pub struct Run {
     cameras: Arc<Cameras>,
     pose_history: PoseHistory,
     image_cache: ImageCache,
-    referee: Referee,
+    referee: AnyReferee,
     tick: u64,
     target: Target,
     /// The arm that carries the hand.
@@ -140,7 +140,7 @@ impl Run {
             cameras: Arc::default(),
             pose_history: PoseHistory::default(),
             image_cache: ImageCache::default(),
-            referee: Referee::new(&task, &sightings),
+            referee: task.referee(&sightings),
             telemetry_model: Arc::new(telemetry_model),
             scene: Arc::new(built.scene),
             body_names: built.body_names.into(),
@@ -339,8 +339,8 @@ impl Run {
                 }
                 work += self.advance();
                 self.tick += 1;
-                let news = self.referee.watch(self.tick, &self.sightings());
-                self.history.extend(news);
+                let objects = self.sightings();
+                self.history.extend(self.referee.watch(self.tick, &objects));
             }
         }
         let fault = self.fault();

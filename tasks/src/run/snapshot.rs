@@ -6,8 +6,8 @@ use super::run_key::RunKey;
 use super::targets::{Pushing, Target};
 use crate::action::{Action, BaseTarget};
 use crate::observation::Event;
-use crate::referee;
 use crate::seed::Seed;
+use crate::task::RefereeState;
 use flate2::Compression;
 use flate2::read::DeflateDecoder;
 use flate2::write::DeflateEncoder;
@@ -33,7 +33,7 @@ pub struct Snapshot {
     pub(super) key: Arc<RunKey>,
     pub(super) world: palmares_sim::Snapshot,
     pub(super) sensors: palmares_senses::SensorState,
-    pub(super) referee: referee::RefereeState,
+    pub(super) referee: RefereeState,
     pub(super) pose_history: PoseHistory,
     pub(super) tick: u64,
     pub(super) target: Target,

@@ -5,12 +5,10 @@
 use super::Run;
 use super::targets::Target;
 use crate::action::{Action, ActionError, ActionLimits, BaseTarget, clipped, unit};
-use crate::task::{Rules, Shake};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::shortest_turn;
 use palmares_sim::state::BaseReference;
 use palmares_sim::{BaseCommand, Command};
-use std::f64::consts::TAU;
 
 impl Run {
     /// Whether [`Run::step`] would take this action.
@@ -41,7 +39,8 @@ impl Run {
         self.sensors.tick(&self.world, self.tick);
         self.remember_poses();
         self.push_on();
-        self.news = self.referee.watch(self.tick, &self.sightings());
+        let objects = self.sightings();
+        self.news = self.referee.watch(self.tick, &objects);
         self.history.extend(self.news.iter().cloned());
         Ok(())
     }
@@ -119,9 +118,8 @@ impl Run {
         }
         let swing = if shaking.is_none() { self.swing() } else { None };
         for k in 1..=steps {
-            if let (Some(since), Some(at), Rules::Hold(rules)) = (shaking, self.shaken_at, &self.task.rules) {
-                let t = since + k as f64 * self.task.step_s;
-                let (offset, velocity) = shake(&rules.shake, t);
+            if let (Some((since_s, shake)), Some(at)) = (shaking, self.shaken_at) {
+                let (offset, velocity) = shake.motion(since_s + k as f64 * self.task.step_s);
                 command.base = BaseCommand::Exact(BaseReference {
                     pose: Pose::from_parts(at.translation + offset, at.rotation),
                     linear: velocity,
@@ -151,37 +149,5 @@ impl Run {
             work += self.world.step(&command).work;
         }
         work
-    }
-}
-
-/// Offset and velocity of a shake at a time since its start; zero at both ends of each axis' part and after the last.
-fn shake(shake: &Shake, t: f64) -> (Vec3, Vec3) {
-    let axis = (t / shake.axis_s).floor();
-    let t = t - axis * shake.axis_s;
-    let (w, envelope) = (TAU * shake.frequency_hz, TAU / shake.axis_s);
-    let (sin, cos) = libm::sincos(w * t);
-    let (envelope_sin, envelope_cos) = libm::sincos(envelope * t);
-    let window = 0.5 * (1.0 - envelope_cos);
-    let offset = shake.amplitude_m * sin * window;
-    let speed = shake.amplitude_m * (w * cos * window + sin * 0.5 * envelope * envelope_sin);
-    let direction = [Vec3::X, Vec3::Y, Vec3::Z].get(axis as usize).copied().unwrap_or(Vec3::ZERO);
-    (direction * offset, direction * speed)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_velocity_of_a_shake_is_the_derivative_of_its_path() {
-        let it = Shake { amplitude_m: 0.02, frequency_hz: 2.5, axis_s: 1.0 };
-        for k in 0..3300 {
-            let (t, h) = (f64::from(k) * 1e-3 + 5e-4, 1e-6);
-            let numeric = (shake(&it, t + h).0 - shake(&it, t - h).0) / (2.0 * h);
-            assert!((numeric - shake(&it, t).1).length() < 1e-6, "{t}");
-        }
-        for end in [0.0, 1.0, 2.0, 3.0, 4.0] {
-            assert_eq!(shake(&it, end).0, Vec3::ZERO);
-        }
     }
 }

@@ -11,9 +11,10 @@ mod training;
 mod variation;
 
 pub(crate) use objects::Kind;
-pub(crate) use rules::{Aim, LOST_FROM, REST_SPEED, Target};
+pub(crate) use rules::REST_SPEED;
 pub(crate) use variation::Variation;
 
+use crate::referee::{ObjectSnapshot, RunStart};
 use objects::ObjectError;
 
 pub use action_errors::{ActionErrors, MAX_DELAY};
@@ -22,7 +23,10 @@ pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use given::Given;
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
-pub use rules::{Arrange, Collect, Goal, GoalInfo, Hold, HoldPoints, Rules, Shake, Within};
+pub use rules::{
+    Aim, AnyReferee, Arrange, Collect, Goal, GoalInfo, Hold, HoldPoints, RefereeState, RuleKind, Rules,
+    Target, Within,
+};
 pub use training::{
     Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
 };
@@ -362,6 +366,21 @@ impl Task {
     /// The region of a name. Those that the task's own fields name are there.
     pub fn region(&self, name: &str) -> Option<([f64; 3], [f64; 3])> {
         self.regions().find(|(known, _)| *known == name).map(|(_, corners)| corners)
+    }
+
+    /// The referee of a run at tick 0, with the objects at these poses.
+    pub fn referee(&self, objects: &[ObjectSnapshot]) -> AnyReferee {
+        AnyReferee::new(&self.rules, &self.at_start(objects))
+    }
+
+    /// A run at tick 0, as a referee gets it.
+    fn at_start<'a>(&'a self, objects: &'a [ObjectSnapshot]) -> RunStart<'a> {
+        RunStart {
+            tick_s: self.tick_s,
+            regions: self.regions().collect(),
+            names: self.objects.certain().unwrap_or_default(),
+            objects,
+        }
     }
 
     /// Physics steps in a tick.

@@ -1,11 +1,17 @@
-//! Rules `arrange`, as data: goals for objects, one after the other.
+//! Rules `arrange`: objects reach goals, one after the other.
 
-use super::goal_info::{GoalInfo, Within};
-use super::kind::{Aim, RuleKind, Target, mm};
-use super::limits::{MAX_POINTS, REST_SPEED, settle_s};
+use super::goal::Goal;
+use super::goal_info::GoalInfo;
+use super::kind::{Aim, RuleKind, Target};
+use super::limits::{REST_SPEED, settle_s};
+use crate::observation::Event;
+use crate::referee::space::{Corners, away, contains};
+use crate::referee::{Count, Measured, ObjectSnapshot, ObjectStatus, Referee, RunStart, Stateful};
 use crate::task::objects::Objects;
 use crate::task::placing::plain_name;
-use serde::Deserialize;
+use palmares_models::Vec3;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Goals that are reached one after the other. A goal that has been reached stays so.
 #[derive(Clone, Debug, Deserialize)]
@@ -15,42 +21,6 @@ pub struct Arrange {
     pub goals: Vec<Goal>,
     /// Maximum settling time after a run, with the hand frozen, s.
     pub settle_s: f64,
-}
-
-/// A goal of an object. All given conditions must hold at the same time, for `for_s`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Goal {
-    /// Name of the goal, and kind of its event.
-    pub name: String,
-    /// Name of the object.
-    pub object: String,
-    /// The measured point of the object, in its own frame, m; omitted, its centre of mass.
-    #[serde(default)]
-    pub point: Option<[f64; 3]>,
-    /// Name of the region that must contain the point.
-    #[serde(default)]
-    pub inside: Option<String>,
-    /// A box in another object's frame that must contain the point.
-    #[serde(default)]
-    pub within: Option<Within>,
-    /// Required rise of the point above its height at tick 0, m.
-    #[serde(default)]
-    pub above_m: Option<f64>,
-    /// Maximum angle of the object's z from the vertical, degrees.
-    #[serde(default)]
-    pub upright_deg: Option<f64>,
-    /// Whether the object must be at rest.
-    #[serde(default)]
-    pub at_rest: bool,
-    /// Minimum distance of the object's centre of mass from the hand's base, m: the hand has released it.
-    #[serde(default)]
-    pub hand_off_m: Option<f64>,
-    /// Time for which all conditions must hold without a break, s.
-    #[serde(default)]
-    pub for_s: f64,
-    /// Points for reaching it.
-    pub points: f64,
 }
 
 /// Maximum number of goals of a task.
@@ -110,7 +80,8 @@ impl RuleKind for Arrange {
         self.settle_s
     }
 
-    fn aims(&self, _: usize, names: &[String]) -> Vec<Aim<'_>> {
+    fn aims(&self, objects: &Objects) -> Vec<Aim<'_>> {
+        let names = objects.certain().unwrap_or_default();
         let index = |name: &str| names.iter().position(|known| known == name);
         let aims = self.goals.iter().filter_map(|goal| {
             let within = goal.within.as_ref().and_then(|within| {
@@ -135,123 +106,306 @@ impl RuleKind for Arrange {
     }
 }
 
-impl From<&Goal> for GoalInfo {
-    fn from(goal: &Goal) -> Self {
-        let Goal {
-            name,
-            object,
-            point,
-            inside,
-            within,
-            above_m,
-            upright_deg,
-            at_rest,
-            hand_off_m,
-            for_s,
-            points,
-        } = goal;
-        GoalInfo {
-            name: name.clone(),
-            object: Some(object.clone()),
-            points: *points,
-            point: *point,
-            inside: inside.clone(),
-            within: within.clone(),
-            above_m: *above_m,
-            upright_deg: *upright_deg,
-            rest_m_s: at_rest.then_some(REST_SPEED),
-            hand_off_m: *hand_off_m,
-            for_s: *for_s,
-            ..GoalInfo::default()
+/// A goal, with its names resolved.
+#[derive(Clone, Debug)]
+struct ResolvedGoal {
+    goal: Goal,
+    /// In scene order.
+    object: usize,
+    region: Option<Corners>,
+    /// Index of the object in whose frame the goal is given, in scene order.
+    other: Option<usize>,
+    /// Height of the measured point at tick 0, m.
+    start_m: f64,
+}
+
+/// Watches the objects of a run.
+#[derive(Clone, Debug)]
+pub(super) struct ArrangeReferee {
+    aims: Arc<[ResolvedGoal]>,
+    tick_s: f64,
+    state: ArrangeState,
+}
+
+/// State of the referee.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct ArrangeState {
+    /// Goals that have been reached, the first ones.
+    reached: usize,
+    /// The tick since which the next one holds.
+    since: Option<u64>,
+}
+
+impl ResolvedGoal {
+    /// The measured point, m.
+    fn point(&self, seen: &ObjectSnapshot) -> Vec3 {
+        match self.goal.point {
+            Some(point) => seen.frame * Vec3::from_array(point),
+            None => Vec3::from_array(seen.position),
+        }
+    }
+
+    /// Every condition of the goal, measured. `speed` of the object, m/s.
+    fn measure(&self, objects: &[ObjectSnapshot], speed: Option<f64>) -> Vec<Measured> {
+        let Some(seen) = objects.get(self.object) else { return Vec::new() };
+        let (goal, point) = (&self.goal, self.point(seen));
+        let mut out = Vec::new();
+        if let Some(region) = self.region {
+            let at = point.to_array();
+            out.push(Measured::new("inside", contains(region, at), Some(away(region, at)), 0.0, "m"));
+        }
+        if let (Some(within), Some(other)) = (&goal.within, self.other.and_then(|k| objects.get(k))) {
+            let (at, corners) =
+                (other.frame.inverse().transform_point(point).to_array(), (within.min, within.max));
+            out.push(Measured::new("within", contains(corners, at), Some(away(corners, at)), 0.0, "m"));
+        }
+        if let Some(above_m) = goal.above_m {
+            let risen = point.z - self.start_m;
+            out.push(Measured::new("above", risen >= above_m, Some(risen), above_m, "m"));
+        }
+        if let Some(most_deg) = goal.upright_deg {
+            let up = (seen.frame.rotation * Vec3::Z).z.clamp(-1.0, 1.0);
+            let tilt_deg = libm::acos(up).to_degrees();
+            out.push(Measured::new("upright", tilt_deg <= most_deg, Some(tilt_deg), most_deg, "deg"));
+        }
+        if goal.at_rest {
+            out.push(Measured::new("at_rest", seen.at_rest, speed, REST_SPEED, "m/s"));
+        }
+        if let Some(hand_off_m) = goal.hand_off_m {
+            let apart = Vec3::from_array(seen.in_hand).length();
+            out.push(Measured::new("let_go", apart >= hand_off_m, Some(apart), hand_off_m, "m"));
+        }
+        out
+    }
+}
+
+impl ArrangeReferee {
+    /// A referee at tick 0, with the objects at these poses.
+    pub(super) fn new(rules: &Arrange, start: &RunStart<'_>) -> Self {
+        // The task has been checked: every name is there.
+        let aim = |goal: &Goal| {
+            let mut aim = ResolvedGoal {
+                object: start.object(&goal.object)?,
+                region: goal.inside.as_deref().and_then(|name| start.region(name)),
+                other: goal.within.as_ref().and_then(|within| start.object(&within.object)),
+                start_m: 0.0,
+                goal: goal.clone(),
+            };
+            aim.start_m = aim.point(start.objects.get(aim.object)?).z;
+            Some(aim)
+        };
+        ArrangeReferee {
+            aims: rules.goals.iter().filter_map(aim).collect(),
+            tick_s: start.tick_s,
+            state: ArrangeState::default(),
         }
     }
 }
 
-impl Goal {
-    fn describe(&self) -> String {
-        let mut conditions = Vec::new();
-        if let Some(region) = &self.inside {
-            conditions.push(format!("in `{region}`"));
-        }
-        if let Some(within) = &self.within {
-            let (min, max) = (mm(within.min), mm(within.max));
-            conditions.push(format!("within ({min}) to ({max}) mm of `{}`", within.object));
-        }
-        if let Some(above_m) = self.above_m {
-            conditions.push(format!("raised by {} mm", above_m * 1e3));
-        }
-        if let Some(upright_deg) = self.upright_deg {
-            conditions.push(format!("upright within {upright_deg}°"));
-        }
-        if self.at_rest {
-            conditions.push("at rest".to_owned());
-        }
-        if let Some(hand_off_m) = self.hand_off_m {
-            conditions.push(format!("{} mm or more from the hand's base", hand_off_m * 1e3));
-        }
-        if self.for_s > 0.0 {
-            conditions.push(format!("for {} s", self.for_s));
-        }
-        let point = self.point.map_or(String::new(), |point| format!(", its point ({}) mm", mm(point)));
-        let (name, object, conditions) = (&self.name, &self.object, conditions.join(", "));
-        format!("{name}: `{object}`{point} {conditions}: {} points", self.points)
+impl Stateful for ArrangeReferee {
+    type State = ArrangeState;
+
+    fn state(&self) -> &ArrangeState {
+        &self.state
     }
 
-    fn check(&self) -> Result<(), String> {
-        let Goal {
-            object,
-            point,
-            inside,
-            within,
-            above_m,
-            upright_deg,
-            at_rest,
-            hand_off_m,
-            for_s,
-            points,
-            ..
-        } = self;
-        let poses = [inside.is_some(), within.is_some(), above_m.is_some(), upright_deg.is_some()];
-        let asks = poses.contains(&true) || *at_rest || hand_off_m.is_some();
-        if !asks {
-            return Err("asks for nothing; give inside, within, above_m, upright_deg, at_rest or hand_off_m"
-                .to_owned());
-        }
-        if !(0.0..=MAX_POINTS).contains(points) {
-            return Err(format!("points = {points}; they must be in [0, {MAX_POINTS}]"));
-        }
-        if let Some(point) = point
-            && !point.iter().all(|x| x.abs() <= 10.0)
-        {
-            return Err(format!("point = {point:?}; three numbers within 10 m"));
-        }
-        if let Some(within) = within {
-            let (min, max) = (within.min, within.max);
-            if !(0..3).all(|k| min[k].is_finite() && max[k].is_finite() && min[k] < max[k]) {
-                return Err(format!("within from {min:?} to {max:?} has no size"));
+    fn state_mut(&mut self) -> &mut ArrangeState {
+        &mut self.state
+    }
+
+    /// It has reached at most as many goals as there are.
+    fn fits(&self, state: &ArrangeState) -> bool {
+        state.reached <= self.aims.len()
+    }
+}
+
+impl Referee for ArrangeReferee {
+    fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
+        let mut events = Vec::new();
+        // The state that reaches one goal may also reach the next one.
+        while let Some(aim) = self.aims.get(self.state.reached) {
+            if !aim.measure(objects, None).iter().all(|rule| rule.holds) {
+                self.state.since = None;
+                break;
             }
-            if within.object == *object {
-                return Err(format!("within.object = `{object}` is the object itself; name another one"));
+            let since = *self.state.since.get_or_insert(tick);
+            if tick.saturating_sub(since) < (aim.goal.for_s / self.tick_s).round() as u64 {
+                break;
             }
+            events.push(Event { tick, kind: aim.goal.name.clone(), object: Some(aim.object) });
+            self.state = ArrangeState { reached: self.state.reached + 1, since: None };
         }
-        if let Some(above_m) = above_m
-            && !(-10.0..=10.0).contains(above_m)
-        {
-            return Err(format!("above_m = {above_m}; it must be in [-10, 10]"));
-        }
-        if let Some(upright_deg) = upright_deg
-            && !(0.0..=180.0).contains(upright_deg)
-        {
-            return Err(format!("upright_deg = {upright_deg}; it must be in [0, 180]"));
-        }
-        if let Some(hand_off_m) = hand_off_m
-            && !(*hand_off_m > 0.0 && *hand_off_m <= 10.0)
-        {
-            return Err(format!("hand_off_m = {hand_off_m}; it must be in (0, 10]"));
-        }
-        if !(0.0..=600.0).contains(for_s) {
-            return Err(format!("for_s = {for_s}; it must be in [0, 600]"));
-        }
-        Ok(())
+        events
+    }
+
+    /// Number of reached goals.
+    fn count(&self) -> Count {
+        Count { in_goal: self.state.reached as u32, outside: 0 }
+    }
+
+    /// Points of the goals that have been reached.
+    fn score(&self) -> f64 {
+        // An empty sum is -0.
+        self.aims.iter().take(self.state.reached).fold(0.0, |sum, aim| sum + aim.goal.points)
+    }
+
+    /// All goals have been reached.
+    fn complete(&self) -> bool {
+        self.state.reached == self.aims.len()
+    }
+
+    /// The status of each object by its first goal that is not reached.
+    fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
+        let verdict = |object: usize| {
+            let mut own = self.aims.iter().enumerate().filter(|(_, aim)| aim.object == object).peekable();
+            let concerned = own.peek().is_some();
+            let Some((k, aim)) = own.find(|(k, _)| *k >= self.state.reached) else {
+                let place = if concerned { "done" } else { "none" };
+                return ObjectStatus {
+                    object,
+                    counts: concerned,
+                    place: place.to_owned(),
+                    reasons: Vec::new(),
+                };
+            };
+            let now = k == self.state.reached;
+            let mut reasons = aim.measure(objects, speeds.get(object).copied());
+            if aim.goal.for_s > 0.0 {
+                let since = self.state.since.filter(|_| now);
+                let held_s = since.map_or(0.0, |since| tick.saturating_sub(since) as f64 * self.tick_s);
+                let (holds, limit) = (held_s >= aim.goal.for_s, aim.goal.for_s);
+                reasons.push(Measured::new("held", holds, Some(held_s), limit, "s"));
+            }
+            let place = if now { aim.goal.name.clone() } else { "later".to_owned() };
+            ObjectStatus { object, counts: false, place, reasons }
+        };
+        (0..objects.len()).map(verdict).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::{Rules, Task};
+    use palmares_models::{Pose, Rotation};
+
+    /// A cube that is to be lifted for 0.1 s, then put upright and at rest into a tray, then next to a post, and the post.
+    fn start() -> ArrangeReferee {
+        let text = include_str!("../../../tests/cube.toml");
+        let task = Task::parse("cube.toml", text).expect("valid");
+        let Rules::Arrange(rules) = &task.rules else { panic!("cubes are arranged") };
+        ArrangeReferee::new(rules, &task.at_start(&scene(at([0.0, 0.0, 0.02]))))
+    }
+
+    fn at(position: [f64; 3]) -> ObjectSnapshot {
+        let frame = Pose::from_translation(Vec3::from_array(position));
+        ObjectSnapshot { position, in_hand: [0.0, 0.0, 0.5], at_rest: true, frame }
+    }
+
+    fn turned(seen: ObjectSnapshot, rotation: Rotation) -> ObjectSnapshot {
+        ObjectSnapshot { frame: Pose::from_parts(seen.frame.translation, rotation), ..seen }
+    }
+
+    /// The cube, and the post at its place.
+    fn scene(cube: ObjectSnapshot) -> Vec<ObjectSnapshot> {
+        vec![cube, at([0.3, 0.0, 0.05])]
+    }
+
+    fn play(
+        referee: &mut ArrangeReferee,
+        ticks: std::ops::Range<u64>,
+        cube: ObjectSnapshot,
+    ) -> Vec<(u64, String)> {
+        let events = ticks.flat_map(|tick| referee.watch(tick, &scene(cube)));
+        events.map(|event| (event.tick, event.kind)).collect()
+    }
+
+    const UP: [f64; 3] = [0.0, 0.0, 0.13];
+    const TRAY: [f64; 3] = [0.0, 0.3, 0.02];
+    const POST: [f64; 3] = [0.25, 0.0, 0.02];
+
+    #[test]
+    fn goals_are_reached_one_after_the_other() {
+        let mut referee = start();
+        // Out of order: nothing.
+        assert_eq!(play(&mut referee, 1..50, at(TRAY)), []);
+        assert_eq!((referee.score().to_bits(), referee.count()), (0, Count::default()), "not -0");
+        assert_eq!(play(&mut referee, 50..80, at(UP)), [(60, "up".to_owned())]);
+        assert_eq!((referee.score(), referee.count().in_goal), (1.0, 1));
+        assert_eq!(play(&mut referee, 80..90, at(TRAY)), [(80, "in_tray".to_owned())]);
+        // A goal that was reached stays so.
+        assert_eq!(play(&mut referee, 90..100, at(UP)), []);
+        assert_eq!((referee.score(), referee.complete()), (3.0, false));
+        assert_eq!(play(&mut referee, 100..110, at(POST)), [(100, "at_post".to_owned())]);
+        assert_eq!((referee.score(), referee.complete(), referee.count().in_goal), (6.0, true, 3));
+        assert_eq!(play(&mut referee, 110..120, at(UP)), [], "it is over");
+    }
+
+    #[test]
+    fn what_does_not_last_starts_again() {
+        let mut referee = start();
+        assert_eq!(play(&mut referee, 1..11, at(UP)), []);
+        assert_eq!(play(&mut referee, 11..12, at([0.0, 0.0, 0.1])), []);
+        assert_eq!(play(&mut referee, 12..23, at(UP)), [(22, "up".to_owned())]);
+    }
+
+    #[test]
+    fn what_leans_moves_or_lies_aside_does_not_count() {
+        let mut referee = start();
+        let _ = play(&mut referee, 1..20, at(UP));
+        let leaning = turned(at(TRAY), Rotation::from_rotation_x(0.3));
+        assert_eq!(play(&mut referee, 20..30, leaning), []);
+        assert_eq!(play(&mut referee, 30..40, ObjectSnapshot { at_rest: false, ..at(TRAY) }), []);
+        assert_eq!(play(&mut referee, 40..50, at([0.0, 0.36, 0.02])), []);
+        assert_eq!(play(&mut referee, 50..51, at(TRAY)).len(), 1);
+        // The point that is looked at is a corner of the cube: 2 cm towards the post, wherever that is.
+        assert_eq!(play(&mut referee, 51..52, at([0.21, 0.0, 0.02])), []);
+        let back = turned(at(POST), Rotation::from_rotation_z(std::f64::consts::PI));
+        assert_eq!(play(&mut referee, 52..53, back), []);
+        assert_eq!(play(&mut referee, 53..54, at(POST)).len(), 1);
+    }
+
+    #[test]
+    fn it_says_how_far_each_object_is() {
+        let mut referee = start();
+        let told = |referee: &ArrangeReferee, tick, cube| referee.explain(tick, &scene(cube), &[0.1, 0.0]);
+        let verdicts = told(&referee, 0, at([0.0, 0.0, 0.07]));
+        let [cube, post] = verdicts.as_slice() else { panic!("{verdicts:?}") };
+        // An object of no goal.
+        assert_eq!((post.counts, post.place.as_str(), post.reasons.len()), (false, "none", 0));
+        assert_eq!((cube.counts, cube.place.as_str(), cube.reasons.len()), (false, "up", 2));
+        let risen = &cube.reasons[0];
+        assert_eq!((risen.rule.as_str(), risen.holds, risen.limit), ("above", false, 0.1));
+        assert!(risen.value.is_some_and(|m| (m - 0.05).abs() < 1e-12), "{risen:?}");
+        let _ = play(&mut referee, 1..6, at(UP));
+        let held = &told(&referee, 5, at(UP))[0].reasons[1];
+        assert_eq!((held.rule.as_str(), held.value, held.unit.as_str()), ("held", Some(0.04), "s"));
+        let _ = play(&mut referee, 6..20, at(UP));
+        let cube = told(&referee, 20, turned(at(TRAY), Rotation::from_rotation_x(0.3))).remove(0);
+        let rules: Vec<(&str, bool)> = cube.reasons.iter().map(|r| (r.rule.as_str(), r.holds)).collect();
+        assert_eq!(rules, [("inside", true), ("upright", false), ("at_rest", true), ("let_go", true)]);
+        assert_eq!(cube.reasons[2].value, Some(0.1));
+        let _ = play(&mut referee, 20..22, at(TRAY));
+        let _ = play(&mut referee, 22..24, at(POST));
+        let cube = told(&referee, 24, at(POST)).remove(0);
+        assert_eq!((cube.counts, cube.place.as_str()), (true, "done"));
+    }
+
+    #[test]
+    fn what_is_still_in_the_hand_has_not_been_let_go() {
+        let mut referee = start();
+        let _ = play(&mut referee, 1..20, at(UP));
+        let held = ObjectSnapshot { in_hand: [0.0, 0.0, 0.2], ..at(TRAY) };
+        assert_eq!(play(&mut referee, 20..40, held), []);
+        let reason =
+            referee.explain(40, &scene(held), &[0.0, 0.0]).remove(0).reasons.pop().expect("the last rule");
+        assert_eq!((reason.rule.as_str(), reason.value, reason.limit), ("let_go", Some(0.2), 0.3));
+        assert_eq!(play(&mut referee, 40..41, at(TRAY)).len(), 1);
+    }
+
+    #[test]
+    fn a_place_that_is_no_number_reaches_nothing() {
+        let mut referee = start();
+        assert_eq!(play(&mut referee, 1..50, at([f64::NAN; 3])), []);
     }
 }

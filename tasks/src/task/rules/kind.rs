@@ -3,8 +3,8 @@
 use super::goal_info::GoalInfo;
 use crate::task::objects::Objects;
 
-/// Everything outside of the referee that depends on the kind of rules.
-pub(super) trait RuleKind {
+/// Rules of one kind, as data. Their referee is in the same file.
+pub trait RuleKind {
     /// Checks the numbers.
     fn check(&self) -> Result<(), String>;
 
@@ -28,15 +28,20 @@ pub(super) trait RuleKind {
         0.0
     }
 
-    /// Aims of the objects, from which shaped rewards are computed. `names` of the objects, if every seed has the same ones.
-    fn aims(&self, count: usize, names: &[String]) -> Vec<Aim<'_>>;
+    /// Aims of the objects, from which shaped rewards are computed.
+    fn aims(&self, objects: &Objects) -> Vec<Aim<'_>>;
+
+    /// Whether an object has a destination.
+    fn has_destination(&self, objects: &Objects) -> bool {
+        self.aims(objects).iter().any(|aim| aim.target.is_some())
+    }
 
     /// Whether the aims are reached in their order, and each concerns an object by its name.
     fn in_order(&self) -> bool {
         false
     }
 
-    /// The goals with their points and tolerances.
+    /// The goals with their points and tolerances, in the order in which they are reached.
     fn goals(&self) -> Vec<GoalInfo>;
 
     /// The rules in words, for `palmares task show`: one line or more.
@@ -45,7 +50,7 @@ pub(super) trait RuleKind {
 
 /// Aim of an object.
 #[derive(Clone, Debug)]
-pub(crate) struct Aim<'a> {
+pub struct Aim<'a> {
     /// The object, in scene order.
     pub object: usize,
     /// The point of the object that must reach the target, in the object's frame, m; None: the centre of mass.
@@ -56,7 +61,7 @@ pub(crate) struct Aim<'a> {
 
 /// Target of an object.
 #[derive(Clone, Debug)]
-pub(crate) enum Target<'a> {
+pub enum Target<'a> {
     /// A region of the task, by its name.
     Region(&'a str),
     /// A box in the frame of another object.

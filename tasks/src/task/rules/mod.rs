@@ -1,106 +1,132 @@
-//! Rules of a task: conditions and points.
+//! Rules of a task: conditions and points. Each kind has one file with its fields and its referee.
 
 mod arrange;
 mod collect;
+mod goal;
 mod goal_info;
 mod hold;
 mod kind;
 mod limits;
 
-pub use arrange::{Arrange, Goal};
+pub use arrange::Arrange;
 pub use collect::Collect;
+pub use goal::Goal;
 pub use goal_info::{GoalInfo, Within};
-pub(crate) use hold::LOST_FROM;
-pub use hold::{Hold, HoldPoints, Shake};
-pub(crate) use kind::{Aim, Target};
+pub use hold::{Hold, HoldPoints};
+pub use kind::{Aim, RuleKind, Target};
 pub(crate) use limits::REST_SPEED;
 
-use super::objects::Objects;
-use kind::RuleKind;
-use serde::Deserialize;
+use crate::referee::{Referee, RunStart, Stateful};
+use arrange::ArrangeReferee;
+use collect::CollectReferee;
+use hold::HoldReferee;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
-/// The rules of a task, by `kind`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Rules {
+/// Makes the enums of rules, of referees and of their states from the table of kinds.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:literal => $Rules:ident, $Referee:ident;)*) => {
+        /// The rules of a task, by `kind`.
+        #[derive(Clone, Debug, Deserialize)]
+        #[serde(tag = "kind")]
+        pub enum Rules {
+            $($(#[$doc])* #[serde(rename = $kind)] $Rules($Rules),)*
+        }
+
+        #[derive(Clone, Debug)]
+        enum EachReferee {
+            $($Rules($Referee),)*
+        }
+
+        #[derive(Clone, Serialize, Deserialize)]
+        enum EachState {
+            $($Rules(<$Referee as Stateful>::State),)*
+        }
+
+        impl Deref for Rules {
+            type Target = dyn RuleKind;
+
+            fn deref(&self) -> &Self::Target {
+                match self { $(Rules::$Rules(rules) => rules,)* }
+            }
+        }
+
+        impl Deref for AnyReferee {
+            type Target = dyn Referee;
+
+            fn deref(&self) -> &Self::Target {
+                match &self.0 { $(EachReferee::$Rules(referee) => referee,)* }
+            }
+        }
+
+        impl DerefMut for AnyReferee {
+            fn deref_mut(&mut self) -> &mut Self::Target {
+                match &mut self.0 { $(EachReferee::$Rules(referee) => referee,)* }
+            }
+        }
+
+        impl AnyReferee {
+            /// The referee of these rules.
+            pub(super) fn new(rules: &Rules, start: &RunStart<'_>) -> Self {
+                AnyReferee(match rules {
+                    $(Rules::$Rules(rules) => EachReferee::$Rules($Referee::new(rules, start)),)*
+                })
+            }
+
+            /// The present state.
+            pub fn state(&self) -> RefereeState {
+                RefereeState(match &self.0 {
+                    $(EachReferee::$Rules(referee) => EachState::$Rules(referee.state().clone()),)*
+                })
+            }
+
+            /// Whether a state fits this referee: the same kind of rules, with the same numbers of objects and goals.
+            pub fn fits(&self, state: &RefereeState) -> bool {
+                match (&self.0, &state.0) {
+                    $((EachReferee::$Rules(referee), EachState::$Rules(state)) => referee.fits(state),)*
+                    _ => false,
+                }
+            }
+
+            /// Continues from a state; one of another kind of rules changes nothing.
+            pub fn restore(&mut self, state: &RefereeState) {
+                match (&mut self.0, &state.0) {
+                    $((EachReferee::$Rules(referee), EachState::$Rules(state)) => {
+                        referee.state_mut().clone_from(state);
+                    })*
+                    _ => {}
+                }
+            }
+        }
+
+        /// The error of a file whose rules are read as `kind`.
+        fn error_of(kind: &str, text: &str) -> Option<toml::de::Error> {
+            match kind {
+                $($kind => error::<$Rules>(text),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+// A new kind is one line here, and one file with the two types that the line names.
+kinds! {
     /// Objects must move from one region to another.
-    Collect(Collect),
+    "collect" => Collect, CollectReferee;
     /// One object must be lifted, held and kept during a shake.
-    Hold(Hold),
+    "hold" => Hold, HoldReferee;
     /// Objects must reach goals in a given order.
-    Arrange(Arrange),
+    "arrange" => Arrange, ArrangeReferee;
 }
 
-impl Rules {
-    fn kind(&self) -> &dyn RuleKind {
-        match self {
-            Rules::Collect(rules) => rules,
-            Rules::Hold(rules) => rules,
-            Rules::Arrange(rules) => rules,
-        }
-    }
+/// The referee of a run.
+#[derive(Clone, Debug)]
+pub struct AnyReferee(EachReferee);
 
-    /// The error of a file whose rules are read as `kind`.
-    fn error_of(kind: &str, text: &str) -> Option<toml::de::Error> {
-        match kind {
-            "collect" => error::<Collect>(text),
-            "hold" => error::<Hold>(text),
-            "arrange" => error::<Arrange>(text),
-            _ => None,
-        }
-    }
-
-    /// Maximum settling time after a run, s.
-    pub fn settle_s(&self) -> f64 {
-        self.kind().settle_s()
-    }
-
-    /// Role of a region: `start` or `goal`.
-    pub fn role(&self, region: &str) -> Option<&'static str> {
-        self.kind().role(region)
-    }
-
-    /// The goals with their points and tolerances, in the order in which they are reached.
-    pub fn goals(&self) -> Vec<GoalInfo> {
-        self.kind().goals()
-    }
-
-    /// The rules in words, one line or more.
-    pub fn describe(&self) -> Vec<String> {
-        self.kind().describe()
-    }
-
-    /// Whether an object has a destination; `objects` of the task.
-    pub(crate) fn has_destination(&self, objects: &Objects) -> bool {
-        self.aims(objects).iter().any(|aim| aim.target.is_some())
-    }
-
-    /// Aims of the objects, from which shaped rewards are computed.
-    pub(crate) fn aims(&self, objects: &Objects) -> Vec<Aim<'_>> {
-        self.kind().aims(objects.count, &objects.certain().unwrap_or_default())
-    }
-
-    /// Whether the aims are reached in their order, and each concerns an object by its name.
-    pub(crate) fn in_order(&self) -> bool {
-        self.kind().in_order()
-    }
-
-    /// Regions that the rules name, each with its field.
-    pub(crate) fn regions(&self) -> Vec<(&'static str, &str)> {
-        self.kind().regions()
-    }
-
-    /// Checks the numbers.
-    pub(crate) fn check(&self) -> Result<(), String> {
-        self.kind().check()
-    }
-
-    /// Checks the rules against the objects of the task.
-    pub(crate) fn check_objects(&self, objects: &Objects) -> Result<(), String> {
-        self.kind().check_objects(objects)
-    }
-}
+/// The state of a referee.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct RefereeState(EachState);
 
 #[derive(Deserialize)]
 struct File<R> {
@@ -124,5 +150,5 @@ pub(super) fn place_of_error(text: &str) -> Option<toml::de::Error> {
         return None;
     }
     let blank = " ".repeat(line.len());
-    Rules::error_of(kind.get_ref(), &[&text[..line.start], &blank, &text[line.end..]].concat())
+    error_of(kind.get_ref(), &[&text[..line.start], &blank, &text[line.end..]].concat())
 }

@@ -1,0 +1,64 @@
+//! How near two shapes must be to touch within a step.
+//!
+//! Two surfaces that approach at speed u, m/s, may use up a gap of `2 h u + w` in a step of length h: twice the present approach,
+//! and the way w that a step may add from rest ([`Config::from_rest`]).
+
+use crate::config::Config;
+
+/// Gaps of two shapes that matter in a step, m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reach {
+    /// Largest approach at the present speeds.
+    pub approach: f64,
+    /// Largest approach from rest, w.
+    pub from_rest: f64,
+    /// Gap up to which contact points are found.
+    pub margin: f64,
+    /// Gap that this step can use up, at most the margin.
+    pub reachable: f64,
+}
+
+impl Reach {
+    /// Of two shapes whose points have at most these speeds, m/s; `within_hand` if both are links.
+    #[inline]
+    pub(super) fn new(config: &Config, within_hand: bool, speed_a: f64, speed_b: f64) -> Self {
+        let approach = config.step_s * (speed_a + speed_b);
+        let from_rest = config.from_rest(within_hand);
+        let margin = config.margin(within_hand) + approach;
+        Reach { approach, from_rest, margin, reachable: (from_rest + 2.0 * approach).min(margin) }
+    }
+
+    /// Gap that no two points can use up whose relative speed is at most `fastest`, m/s.
+    #[inline]
+    pub(super) fn beyond(&self, config: &Config, fastest: f64) -> f64 {
+        1.001 * (self.from_rest + 2.0 * config.step_s * fastest)
+    }
+
+    /// Whether two points at a gap, m, cannot touch in this step; their normal velocity is `approach`, m/s.
+    #[inline]
+    pub(super) fn is_beyond(&self, config: &Config, gap: f64, approach: f64) -> bool {
+        gap > self.from_rest + 2.0 * approach.abs() * config.step_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_counts_up_to_twice_the_approach_and_the_way_from_rest() {
+        let config = Config::with_step(1e-3);
+        let still = Reach::new(&config, false, 0.0, 0.0);
+        assert_eq!((still.approach, still.reachable), (0.0, still.from_rest));
+        assert!(still.margin > still.reachable, "points are found before they can touch");
+        let way = still.from_rest;
+        assert!(!still.is_beyond(&config, way, 0.0) && still.is_beyond(&config, 1.01 * way, 0.0));
+        // At 2 m/s and 1 m/s towards each other, 3 mm in a step.
+        let fast = Reach::new(&config, false, 2.0, 1.0);
+        assert_eq!(fast.approach, 3e-3);
+        let beyond = [0.99, 1.01].map(|part| fast.is_beyond(&config, part * (way + 6e-3), -3.0));
+        assert_eq!(beyond, [false, true]);
+        // No point that may touch is beyond the bound of its pair.
+        assert!(fast.beyond(&config, 3.0) > way + 6e-3);
+    }
+}
