@@ -23,7 +23,6 @@ mod new_keys;
 mod objects;
 mod private_files;
 mod problem;
-mod process_metrics;
 #[cfg(test)]
 mod random_schedules;
 mod readiness;

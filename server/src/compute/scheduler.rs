@@ -224,7 +224,7 @@ impl Scheduler {
             // The sender exists until the permit is sent.
             Err(waiting) => waiting.await.unwrap_or_else(|_| self.unlimited(urgency)).start(),
         };
-        METRICS.waited(permit.since - requested);
+        METRICS.permit_wait.observe(permit.since - requested);
         permit
     }
 
@@ -235,7 +235,7 @@ impl Scheduler {
             Ok(permit) => permit,
             Err(waiting) => waiting.blocking_recv().unwrap_or_else(|_| self.unlimited(urgency)).start(),
         };
-        METRICS.waited(permit.since - requested);
+        METRICS.permit_wait.observe(permit.since - requested);
         permit
     }
 

@@ -312,7 +312,7 @@ impl Rounds {
     fn lose(&self, followed: &Arc<Followed>) {
         let OwnedRun { run_id, held } = &followed.run;
         tracing::warn!(run = run_id, session = held.session_id, "the session has another owner");
-        METRICS.refused_stale_write();
+        METRICS.stale_writes.inc();
         held.lose();
         self.shared.remove(followed);
         followed.backlog.lose();

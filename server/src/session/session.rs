@@ -14,7 +14,6 @@ use crate::compute::Compute;
 use crate::fleet::lease::Lease;
 use crate::fleet::shipper::Shipper;
 use crate::lifecycle::Lifecycle;
-use crate::metrics::Gauges;
 use crate::store::{Held, ResumableSession, Store, unix_ms};
 use crate::version;
 use crate::watch::Hub;
@@ -66,21 +65,6 @@ pub(crate) struct Sessions {
     pub(crate) adopting: Adopting,
     /// Held while the clocks are saved, and while a clock loses time that was given back: a late save must not give it back again.
     pub(crate) saving: Mutex<()>,
-}
-
-impl Sessions {
-    /// The gauges of the metrics; `unverified` comes from the database.
-    pub(crate) fn gauges(&self, unverified: usize) -> Gauges {
-        let worlds = self.compute.admission.open();
-        Gauges {
-            worlds: worlds.with_idle(),
-            idle_worlds: worlds.idle,
-            waiting: self.compute.admission.waiting().len(),
-            sessions: self.registry.len(),
-            viewers: self.hub.viewers(),
-            unverified,
-        }
-    }
 }
 
 /// A team's session.

@@ -144,7 +144,7 @@ impl RankingCache {
         let read = self.store.read_leaderboard(self.official, &mut teams).await;
         let revision = teams.revision();
         drop(teams);
-        METRICS.ranking_read(began.elapsed());
+        METRICS.ranking_read.observe(began.elapsed());
         {
             let mut reader = self.reader();
             *reader = Reader { running: false, not_before: Instant::now() + PERIOD };
