@@ -2,7 +2,7 @@
 
 use super::command::{Command, PendingCommand};
 use super::failure::store_failed;
-use super::session::{OpenRun, Session};
+use super::session::Session;
 use crate::compute::queue::WAIT;
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
@@ -90,7 +90,7 @@ impl Session {
 
     /// Stops a realtime world.
     pub(super) fn stand(&mut self) {
-        if let OpenRun::Realtime(live) = &self.open_run {
+        if let Some(live) = self.realtime() {
             live.pause();
         }
     }
@@ -99,7 +99,7 @@ impl Session {
     pub(super) async fn follow_clock(&mut self) {
         if self.machine.clock().is_paused() {
             self.stand();
-        } else if let OpenRun::Realtime(live) = &self.open_run {
+        } else if let Some(live) = self.realtime() {
             let (live, compute) = (live.clone(), self.shared.compute.clone());
             // Blocks while a tick is in progress.
             let resumed = spawn_blocking(move || live.resume(&compute.pacer)).await;
