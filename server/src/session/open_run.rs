@@ -64,15 +64,7 @@ pub(super) struct Stream {
 
 impl OpenRun {
     /// A lockstep run that is played.
-    pub(super) fn lockstep(&self) -> Option<&LockstepRun> {
-        match &self.stage {
-            Stage::Played(PlayedWorld::Lockstep(run), _) => Some(run),
-            _ => None,
-        }
-    }
-
-    /// The same, to change it.
-    pub(super) fn lockstep_mut(&mut self) -> Option<&mut LockstepRun> {
+    pub(super) fn lockstep(&mut self) -> Option<&mut LockstepRun> {
         match &mut self.stage {
             Stage::Played(PlayedWorld::Lockstep(run), _) => Some(run),
             _ => None,

@@ -379,7 +379,7 @@ impl Session {
         let made = self.made_elsewhere(&step);
         let ticks =
             self.machine.may_step(self.now(), step.tick + u64::from(made), step.repeat, MAX_REPEAT)?;
-        let lockstep = self.open_run.as_mut().and_then(OpenRun::lockstep_mut);
+        let lockstep = self.open_run.as_mut().and_then(OpenRun::lockstep);
         let (Some(lockstep), Some(run)) = (lockstep, self.machine.playing()) else { return Err(ended()) };
         let run_id = run.run_id.clone();
         let shots = lockstep.world.shots(&step.cameras).map_err(bad_camera)?;
@@ -416,10 +416,11 @@ impl Session {
 
     /// Ticks of a step that another host has made before this one took the run over. Its client has missed their observation and sends
     /// the step again.
-    fn made_elsewhere(&self, step: &Step) -> u32 {
+    fn made_elsewhere(&mut self, step: &Step) -> u32 {
         let now = self.machine.playing().map_or(0, |run| run.tick);
         let made = now.checked_sub(step.tick).and_then(|made| u32::try_from(made).ok());
-        let taken_over = self.open_run.as_ref().and_then(OpenRun::lockstep).is_some_and(|run| run.taken_over);
+        let lockstep = self.open_run.as_mut().and_then(OpenRun::lockstep);
+        let taken_over = lockstep.is_some_and(|run| run.taken_over);
         made.filter(|made| taken_over && *made <= step.repeat).unwrap_or(0)
     }
 
@@ -442,7 +443,7 @@ impl Session {
     /// upcoming images.
     pub(crate) fn after_reply(&mut self) {
         let compute = &self.shared.compute;
-        if let Some(run) = self.open_run.as_mut().and_then(OpenRun::lockstep_mut) {
+        if let Some(run) = self.open_run.as_mut().and_then(OpenRun::lockstep) {
             run.world.notify_observers();
             if let Some(permit) = compute.scheduler.spare() {
                 run.world.prepare(&permit);
