@@ -2,10 +2,10 @@
 
 use super::keys::Keys;
 use crate::auth::sha256_hex;
-use crate::blocking::assert_may_block;
-use crate::objects::{Objects, replay_key, write_whole};
-use crate::private_files;
-use crate::stored_path::{REPLAYS, checked};
+use crate::files::blocking::assert_may_block;
+use crate::files::objects::{Objects, replay_key, write_whole};
+use crate::files::private_files;
+use crate::files::stored_path::{REPLAYS, checked};
 use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{

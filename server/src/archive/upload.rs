@@ -2,10 +2,10 @@
 
 use super::folder::Archive;
 use crate::auth::sha256_hex;
-use crate::blocking::blocking;
-use crate::hands::OwnHands;
+use crate::competition::hands::OwnHands;
+use crate::files::blocking::blocking;
+use crate::files::objects::{Objects, hand_key, replay_key};
 use crate::metrics::METRICS;
-use crate::objects::{Objects, hand_key, replay_key};
 use crate::store::{Store, UnstoredReplay};
 use std::collections::BTreeSet;
 use std::future::Future;

@@ -1,13 +1,13 @@
 //! Health checks, and metrics for Prometheus.
 
-use crate::disk_space;
+use crate::files::disk_space;
 use crate::fleet::lease::Lease;
-use crate::lifecycle::Lifecycle;
+use crate::http::readiness::Readiness;
 use crate::metrics::METRICS;
-use crate::problem::{Problem, not_ready};
-use crate::readiness::Readiness;
+use crate::process::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
+use crate::transport::problem::{Problem, not_ready};
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};

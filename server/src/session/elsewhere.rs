@@ -77,7 +77,7 @@ impl Session {
             // Others take it when this server's lease ends.
             tracing::warn!(
                 why = refusal.message,
-                session = self.session_id,
+                session = self.held.session_id,
                 "the session was not handed over"
             );
         }

@@ -13,7 +13,7 @@ impl Session {
     pub(crate) async fn execute(&mut self, pending: PendingCommand) -> (bool, Option<Reply>) {
         self.catch_up();
         let PendingCommand { command, done } = pending;
-        tracing::info!(session = self.session_id, ?command, "an organizer's command");
+        tracing::info!(session = self.held.session_id, ?command, "an organizer's command");
         let (mut over, mut reply) = (matches!(command, Command::End { .. }), None);
         let result = match command {
             Command::Pause => {
@@ -26,7 +26,7 @@ impl Session {
             }
             Command::PauseCompetition(paused) => {
                 self.machine.set_competition_paused(paused, self.now());
-                if !paused && self.shared.compute.admission.place_in_queue(&self.session_id).is_some() {
+                if !paused && self.shared.compute.admission.place_in_queue(&self.held.session_id).is_some() {
                     // It waits for a world: its client has time to ask again.
                     self.machine.hold(self.now() + WAIT, self.now());
                 }
@@ -56,7 +56,8 @@ impl Session {
 
     /// Does what the session's row says. Returns whether the session is over, and the message for its client.
     async fn follow_row(&mut self) -> Result<(bool, Option<Reply>), Refusal> {
-        let row = self.shared.store.session(&self.session_id).await.map_err(store_failed("the session"))?;
+        let row =
+            self.shared.store.session(&self.held.session_id).await.map_err(store_failed("the session"))?;
         let Some(row) = row else { return Ok((false, None)) };
         if row.status != "open" {
             let reason = if row.status == "voided" { Reason::Voided } else { Reason::Stopped };

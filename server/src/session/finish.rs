@@ -119,7 +119,7 @@ impl Session {
         };
         let decision = Decision::on(end, note);
         let outcome = outcome.unwrap_or_else(|failure| {
-            log(&self.session_id, &run, &failure);
+            log(&self.held.session_id, &run, &failure);
             nothing(&run, failure.fault)
         });
         Ok(FinishedRun { run, outcome, decision, stats, replay: replay.unwrap_or(None) })

@@ -12,8 +12,8 @@ use crate::compute::background::JobError;
 use crate::compute::open_worlds::WorldRequest;
 use crate::compute::queue::WAIT;
 use crate::config::settings::MAX_REPEAT;
+use crate::process::version;
 use crate::store::{NewRun, unix_ms};
-use crate::version;
 use crate::watch::messages::WatchRun;
 use crate::world::RunObserver;
 use crate::world::backlog::Gate;
@@ -180,7 +180,7 @@ impl Session {
 
     /// Takes a place for a world. The clock is stopped while the session waits for one.
     fn place(&mut self, mode: Mode) -> Result<Admitted, Refusal> {
-        let request = WorldRequest { session_id: &self.session_id, mode, official: self.official };
+        let request = WorldRequest { session_id: &self.held.session_id, mode, official: self.official };
         let admitted = self.shared.compute.admit(request);
         let now = self.now();
         self.machine.hold(if admitted.is_ok() { now } else { now + WAIT }, now);
@@ -234,7 +234,7 @@ impl Session {
     fn watch_run(&self, new: &NewWorld) -> WatchRun {
         WatchRun {
             run_id: new.run_id.clone(),
-            session_id: self.session_id.clone(),
+            session_id: self.held.session_id.clone(),
             team: self.team.clone(),
             task: new.task.name.clone(),
             hand: new.hand.name.clone(),
@@ -344,7 +344,7 @@ impl Session {
         self.machine.opened(playing, self.now());
         self.save(true).await;
         tracing::info!(
-            session = self.session_id,
+            session = self.held.session_id,
             run = run_id,
             task = task.name,
             hand = hand.name,

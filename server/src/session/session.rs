@@ -13,9 +13,9 @@ use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::fleet::lease::Lease;
 use crate::fleet::shipper::Shipper;
-use crate::lifecycle::Lifecycle;
+use crate::process::lifecycle::Lifecycle;
+use crate::process::version;
 use crate::store::{Held, ResumableSession, Store, unix_ms};
-use crate::version;
 use crate::watch::Hub;
 use crate::world::backlog::Gate;
 use crate::world::realtime::RealtimeWorld;
@@ -69,7 +69,6 @@ pub(crate) struct Sessions {
 #[derive(Debug)]
 pub(crate) struct Session {
     pub(super) shared: Arc<Sessions>,
-    pub(super) session_id: String,
     /// This process's ownership of the session in the database.
     pub(super) held: Held,
     /// The secret that resumes the session.
@@ -84,7 +83,7 @@ pub(crate) struct Session {
     pub(super) open_run: Option<OpenRun>,
     /// The observations of the last realtime run, until `stop` or another run.
     pub(super) stream: Option<Stream>,
-    /// The clock of a session that was taken over with its run stands until the client is back; then whether an organizer has paused it.
+    /// While the clock of a session with a continued run stands until its client is back: whether an organizer has paused it.
     pub(super) standing: Option<bool>,
     /// For a client that has missed a reply.
     pub(super) answered: Answered,
@@ -147,7 +146,6 @@ impl Session {
         machine.set_competition_paused(rules.is_paused(), shared.lifecycle.now());
         Box::new(Session {
             shared: shared.clone(),
-            session_id: held.session_id.clone(),
             held,
             resume_token,
             token_hash,
@@ -250,7 +248,7 @@ impl Session {
         self.catch_up();
         Reply::Welcome(Box::new(Welcome {
             id,
-            session_id: self.session_id.clone(),
+            session_id: self.held.session_id.clone(),
             resume_token: self.resume_token.clone(),
             team: self.team.clone(),
             session_left_s: self.left_s(),
@@ -295,8 +293,11 @@ impl Session {
         }
         self.forget_run(AfterRun::Leave);
         self.shared.registry.remove(&self.held);
-        self.shared.clocks.remove(&self.session_id, self.held.epoch);
-        tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
+        self.shared.clocks.remove(&self.held.session_id, self.held.epoch);
+        tracing::info!(
+            session = self.held.session_id,
+            "the session ends here; it continues with another owner"
+        );
     }
 
     /// The realtime world whose observations the client gets.
@@ -366,7 +367,7 @@ impl Session {
             Some(before) => Saving::BeforeRun(before),
             None => Saving::Present,
         };
-        self.shared.clocks.show(&self.session_id, self.held.epoch, self.machine.clock(), saving);
+        self.shared.clocks.show(&self.held.session_id, self.held.epoch, self.machine.clock(), saving);
     }
 
     /// Shows the clock. Saves it for a later process, with `now` or while refunds are not saved yet.
@@ -384,7 +385,7 @@ impl Session {
             }
             // Without refunds the next save of all clocks tries again; otherwise the next request.
             Err(error) => {
-                tracing::error!(%error, session = self.session_id, "the session's clock could not be saved");
+                tracing::error!(%error, session = self.held.session_id, "the session's clock could not be saved");
             }
         }
     }
@@ -398,13 +399,13 @@ impl Session {
         // Even when the session is over: it may get time again.
         self.save(true).await;
         if self.official && self.shared.lifecycle.is_stopping() && self.outlasts_absence() {
-            tracing::debug!(session = self.session_id, "the session continues after the restart");
+            tracing::debug!(session = self.held.session_id, "the session continues after the restart");
         } else if let Err(error) = self.shared.store.end_session(&self.held).await {
-            tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
+            tracing::error!(%error, session = self.held.session_id, "the session's end could not be stored");
         }
         self.shared.registry.remove(&self.held);
-        self.shared.clocks.remove(&self.session_id, self.held.epoch);
-        tracing::info!(session = self.session_id, "session ended");
+        self.shared.clocks.remove(&self.held.session_id, self.held.epoch);
+        tracing::info!(session = self.held.session_id, "session ended");
         result.map(|result| Reply::Result(Box::new(result)))
     }
 }

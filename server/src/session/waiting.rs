@@ -22,7 +22,7 @@ impl Session {
 
     /// Lets the session wait for its client after a lost connection.
     pub(crate) fn park(self: Box<Self>) {
-        tracing::info!(session = self.session_id, "connection lost; the session waits");
+        tracing::info!(session = self.held.session_id, "connection lost; the session waits");
         self.wait();
     }
 

@@ -2,7 +2,7 @@
 
 use crate::auth::sha256_hex;
 use crate::config::{CompetitionMode, Config};
-use crate::private_files;
+use crate::files::private_files;
 pub(crate) use crate::store::CompetitionPhase;
 use crate::store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
 use anyhow::{Context, bail};

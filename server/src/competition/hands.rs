@@ -1,12 +1,12 @@
 //! Hands that teams upload: checked, stored by their hash, loaded when they are played.
 
 use crate::auth::{random_hex, sha256_hex};
-use crate::blocking::{assert_may_block, blocking};
 use crate::compute::{Background, JobPriority};
+use crate::files::blocking::{assert_may_block, blocking};
+use crate::files::objects::{Objects, hand_key, write_whole};
+use crate::files::stored_path::{self, HANDS, checked};
 use crate::names;
-use crate::objects::{Objects, hand_key, write_whole};
 use crate::store::{HandRow, NewHand, Store, StoreError};
-use crate::stored_path::{self, HANDS, checked};
 use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
