@@ -3,6 +3,20 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// A lock with the methods of parking_lot's, which tries schedules.
+#[derive(Debug, Default)]
+pub(crate) struct Mutex<T>(shuttle::sync::Mutex<T>);
+
+impl<T> Mutex<T> {
+    pub(crate) fn new(value: T) -> Self {
+        Mutex(shuttle::sync::Mutex::new(value))
+    }
+
+    pub(crate) fn lock(&self) -> shuttle::sync::MutexGuard<'_, T> {
+        self.0.lock().expect("no schedule panics while it holds the lock")
+    }
+}
+
 /// Tries `number` schedules, or as many as `PALMARES_SCHEDULES` says, and prints their number.
 pub(crate) fn try_schedules(name: &str, number: usize, schedule: fn()) {
     let wanted = std::env::var("PALMARES_SCHEDULES").ok().and_then(|number| number.parse().ok());

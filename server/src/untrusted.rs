@@ -1,6 +1,8 @@
 //! The readers of bytes that may come from anybody, for the fuzz targets.
 
-use crate::{config, hands, restore, watch};
+use crate::backup::restore;
+use crate::competition::hands;
+use crate::{config, watch};
 use palmares_models::measure::HandLimits;
 use palmares_tasks::Task;
 use std::io::Cursor;

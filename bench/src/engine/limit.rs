@@ -8,9 +8,10 @@ use cpu_time::{ProcessTime, ThreadTime};
 use palmares_models::Vec3;
 use palmares_sim::{Command, Model, State};
 use palmares_sim::{ContactForce, StepOutcome};
+use parking_lot::Mutex;
 use std::cell::Cell;
 use std::process::exit;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::thread::{sleep, spawn};
 use std::time::Duration;
 
@@ -60,7 +61,7 @@ pub fn enforce() {
     spawn(|| {
         loop {
             sleep(LOOK_EVERY);
-            let end_s = *END_S.lock().unwrap_or_else(PoisonError::into_inner);
+            let end_s = *END_S.lock();
             if end_s.is_some_and(|end_s| cpu_s() > end_s + GRACE_S) {
                 exit(EXIT_CODE);
             }
@@ -71,7 +72,7 @@ pub fn enforce() {
 /// Sets the limit of this thread and returns the one before.
 fn replace(limit: Option<Limit>) -> Option<Limit> {
     let end_s = limit.map(|limit| cpu_s() + limit.allowed_s - limit.spent_s);
-    *END_S.lock().unwrap_or_else(PoisonError::into_inner) = end_s;
+    *END_S.lock() = end_s;
     LIMIT.replace(limit)
 }
 

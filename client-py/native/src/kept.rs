@@ -1,8 +1,8 @@
 //! Tasks and hands of one's own that were read before, for as long as their files stay as they are.
 
+use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
 /// Most entries, and most files of one.
@@ -24,7 +24,7 @@ impl<T: Clone> Kept<T> {
     pub(crate) fn read<E>(&self, path: &Path, read: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let folder = if path.is_dir() { Some(path) } else { path.parent() };
         let Some(stamp) = folder.and_then(stamp) else { return read() };
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.0.lock();
         let kept = kept.get_or_insert_default();
         if let Some((_, value)) = kept.get(path).filter(|(known, _)| *known == stamp) {
             return Ok(value.clone());

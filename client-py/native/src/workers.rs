@@ -5,12 +5,13 @@
 //! its last item: two threads took 19.6 µs for a tick of one of 64 worlds of the ReFlex in the air when they
 //! slept, and take 18.6 µs awake. A waiting thread yields, so that other programs get the core.
 
+use parking_lot::Mutex;
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::num::NonZero;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The longest time that a thread waits awake.
@@ -53,7 +54,7 @@ impl Workers {
     /// Does `work` for every item, each by the thread that is free first; returns when all are done.
     pub(crate) fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
         let queue = Mutex::new(items.iter_mut());
-        let next = || lock(&queue).next();
+        let next = || queue.lock().next();
         let run = || {
             while let Some(item) = next() {
                 work(item);
@@ -97,9 +98,4 @@ fn stay_awake(for_it: impl Fn() -> bool) {
     while for_it() && begun.elapsed() < AWAKE {
         std::thread::yield_now();
     }
-}
-
-/// A panic leaves the queue sound: an item is taken out before its work begins.
-fn lock<T>(queue: &Mutex<T>) -> MutexGuard<'_, T> {
-    queue.lock().unwrap_or_else(PoisonError::into_inner)
 }

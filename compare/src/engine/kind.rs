@@ -7,8 +7,9 @@ use palmares_bench::engine::limit::Limited;
 use palmares_bench::engine::{Engine, EngineFactory, OwnFactory};
 use palmares_models::hand::Hand;
 use palmares_sim::{Model, State};
+use parking_lot::Mutex;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// An engine with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +89,7 @@ impl EngineKind {
             return Ok(base);
         }
         static MADE: Mutex<BTreeMap<(&str, &str), EngineKind>> = Mutex::new(BTreeMap::new());
-        let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut made = MADE.lock();
         if let Some(known) = made.get(&(base.name(), wanted)) {
             return Ok(*known);
         }

@@ -2,8 +2,8 @@
 //! has blanks, the name has commas.
 
 use anyhow::{Context, Result};
+use parking_lot::Mutex;
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
 
 /// Options by their names; of one that is named twice the last value counts.
 pub type Options = &'static [(&'static str, &'static str)];
@@ -41,7 +41,7 @@ pub(super) fn parse(name: &'static str) -> Result<(&'static str, Options)> {
 /// A text that lives as long as the program; each is kept once.
 pub(super) fn kept(text: &str) -> &'static str {
     static KEPT: Mutex<BTreeMap<String, &'static str>> = Mutex::new(BTreeMap::new());
-    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut all = KEPT.lock();
     all.entry(text.to_owned()).or_insert_with(|| text.to_owned().leak())
 }
 

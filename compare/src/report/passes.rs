@@ -10,9 +10,9 @@ use palmares_bench::case_report::Times;
 use palmares_bench::cases::{Case, Setup};
 use palmares_bench::engine::limit;
 use palmares_bench::recorder::Recorder;
+use parking_lot::Mutex;
 use std::io::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Scenes with chaotic outcomes: a tenth of a millimetre in the start changes them. They are judged by many starts. In the
@@ -81,23 +81,23 @@ pub(super) fn outcomes(
         while let Some(at) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|at| *at < jobs.len()) {
             let Job { case, kind, scene } = &jobs[at];
             let runs = conduct.steps_ms.iter().map(|dt_ms| {
-                let known = locked(&kept).get(case.name, *kind, *dt_ms, scene).cloned();
+                let known = kept.lock().get(case.name, *kind, *dt_ms, scene).cloned();
                 let run = match known {
                     Some(run) => run,
                     None => {
                         let mut run = outcome(&jobs[at], *dt_ms, conduct)?;
                         run.starts = from_starts(case, *kind, &run, conduct)?;
-                        locked(&kept).add(&run)?;
+                        kept.lock().add(&run)?;
                         run
                     }
                 };
-                locked(progress).line("error", &run, &said(&run));
+                progress.lock().line("error", &run, &said(&run));
                 Ok(run)
             });
             match runs.collect() {
-                Ok(runs) => *locked(&done[at]) = runs,
+                Ok(runs) => *done[at].lock() = runs,
                 Err(error) => {
-                    *locked(&failed) = Some(error);
+                    *failed.lock() = Some(error);
                     next.store(jobs.len(), Ordering::Relaxed);
                 }
             }
@@ -109,15 +109,10 @@ pub(super) fn outcomes(
             scope.spawn(work);
         }
     });
-    if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+    if let Some(error) = failed.into_inner() {
         return Err(error);
     }
-    Ok(done.into_iter().map(|runs| runs.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
-}
-
-/// The value is as good as before a panic elsewhere.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+    Ok(done.into_iter().map(|runs| runs.into_inner()).collect())
 }
 
 /// One run for its outcome, with a reference run where it needs one.
@@ -181,11 +176,11 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
             let here = of_case.iter_mut().map(|(job, runs)| (*job, &mut runs[step]));
             // The time to lose an object is of no interest.
             let (mut timed, others): (Vec<_>, Vec<_>) = here.partition(|(_, run)| run.does_it());
-            locked(progress).done += others.len();
+            progress.lock().done += others.len();
             while !timed.is_empty() {
                 let rest = timed.split_off(timed.len().min(TURNS));
                 for run in turns(timed, conduct) {
-                    locked(progress).line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
+                    progress.lock().line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
                 }
                 timed = rest;
             }

@@ -12,9 +12,9 @@ use clap::Args;
 use palmares_bench::cases::{self, Case};
 use palmares_bench::machine;
 use palmares_bench::record::Record;
+use parking_lot::Mutex;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::Instant;
 
 /// Content and output of a report.

@@ -8,10 +8,10 @@ use crate::engine::{EngineKind, mujoco, rapier};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use palmares_bench::record::Record;
+use parking_lot::Mutex;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Scenes, extent and output of a search.
@@ -150,7 +150,7 @@ impl Search<'_> {
                 }
                 match self.try_one(*kind, plays) {
                     Ok(score) => {
-                        let (climb, done) = &mut *locked(&shared);
+                        let (climb, done) = &mut *shared.lock();
                         *done += 1;
                         let left_min =
                             begin.elapsed().as_secs_f64() / *done as f64 * (all - *done) as f64 / 60.0;
@@ -164,7 +164,7 @@ impl Search<'_> {
                         climb.known(name, score);
                     }
                     Err(error) => {
-                        *locked(&failed) = Some(error);
+                        *failed.lock() = Some(error);
                         next.store(all, Ordering::Relaxed);
                     }
                 }
@@ -175,7 +175,7 @@ impl Search<'_> {
                 scope.spawn(work);
             }
         });
-        failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+        failed.into_inner().map_or(Ok(()), Err)
     }
 
     /// The plays of one set: the others only if one of the first solves the scene. Of a case the first is one start, of
@@ -192,12 +192,12 @@ impl Search<'_> {
                 let limit_s = self.options.run_limit_s;
                 let (scene, version, step_ms) = (self.scene, self.version, *step_ms);
                 let wanted = Wanted { scene, number, kind, version, step_ms, limit_s };
-                let known = locked(plays).get(&wanted);
+                let known = plays.lock().get(&wanted);
                 seen.push(match known {
                     Some(play) => play,
                     None => {
                         let play = wanted.play()?;
-                        locked(plays).add(&wanted, play.clone())?;
+                        plays.lock().add(&wanted, play.clone())?;
                         play
                     }
                 });
@@ -205,9 +205,4 @@ impl Search<'_> {
         }
         Ok(Score::of(&seen))
     }
-}
-
-/// The value is as good as before a panic elsewhere.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -2,7 +2,7 @@
 //! gives sessions to the hosts where their clients are, and reads what other hosts have changed.
 
 use crate::fleet::lease::{Lease, Moment};
-use crate::state::AppState;
+use crate::http::state::AppState;
 use crate::store::{LEASE, OwnedSession, Renewal, StoreError};
 use sqlx::AnyConnection;
 use std::sync::Arc;

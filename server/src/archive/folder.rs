@@ -2,10 +2,10 @@
 
 use super::keys::Keys;
 use crate::auth::sha256_hex;
-use crate::blocking::assert_may_block;
-use crate::objects::{Objects, replay_key, write_whole};
-use crate::private_files;
-use crate::stored_path::{REPLAYS, checked};
+use crate::files::blocking::assert_may_block;
+use crate::files::objects::{Objects, replay_key, write_whole};
+use crate::files::private_files;
+use crate::files::stored_path::{REPLAYS, checked};
 use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{
@@ -13,11 +13,12 @@ use palmares_replay::{
 };
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};
+use parking_lot::Mutex;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use tokio::sync::{Notify, oneshot};
 
 /// Content hash of a hand, and the hash of the ranges from which its numbers are drawn, if they are.
@@ -127,7 +128,7 @@ impl Archive {
 
     /// Adds the files of a hand that is not built in: its replays include them.
     pub(crate) fn add_hand(&self, hand: &Hand, files: Arc<Vec<u8>>) {
-        let mut known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.hand_files.lock();
         known.insert((hand.content_hash(), None), files.clone());
         known.insert((hand.content_hash(), Some(hand.uncertain_hash())), files);
     }
@@ -142,7 +143,7 @@ impl Archive {
     pub(crate) fn record(&self, header: Header) -> (RecordingObserver, Recording) {
         let (done, file) = oneshot::channel();
         let (folder, signer) = (self.folder(), self.signer.clone());
-        let known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = self.hand_files.lock();
         let hand_files = known.get(&(header.hand_hash.clone(), header.hand_drawn.clone())).cloned();
         let unopened = Some(Unopened { folder, header, signer, hand_files });
         (

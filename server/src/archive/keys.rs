@@ -3,7 +3,7 @@
 //! The database expects one signing key, which its first server made. Another key would make every stored replay look forged. So a
 //! server whose file is missing or holds another key does not start.
 
-use crate::private_files;
+use crate::files::private_files;
 use crate::store::{NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_replay::{PublicKey, Signer};

@@ -2,8 +2,8 @@
 //! unknown runs.
 
 use super::folder::Archive;
-use crate::blocking::blocking;
-use crate::objects::replay_key;
+use crate::files::blocking::blocking;
+use crate::files::objects::replay_key;
 use crate::store::{RecordedReplay, Store, StoreError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! Official runs in the database, and their verification.
 
 use super::{Archive, Keys, Upload, Verification, stored_path};
+use crate::competition::hands::OwnHands;
 use crate::config::SIGNING_KEY_FILE;
-use crate::hands::OwnHands;
-use crate::objects::Objects;
+use crate::files::objects::Objects;
 use crate::store::{
     FIRST_EPOCH, FinishedRunRow, Held, Host, Location, NewAuditEntry, NewRun, NewSession, Store,
 };

@@ -2,10 +2,10 @@
 
 use super::folder::Archive;
 use crate::auth::sha256_hex;
-use crate::blocking::blocking;
-use crate::hands::OwnHands;
+use crate::competition::hands::OwnHands;
+use crate::files::blocking::blocking;
+use crate::files::objects::{Objects, hand_key, replay_key};
 use crate::metrics::METRICS;
-use crate::objects::{Objects, hand_key, replay_key};
 use crate::store::{Store, UnstoredReplay};
 use std::collections::BTreeSet;
 use std::future::Future;
@@ -48,7 +48,7 @@ impl Upload {
                         let _ = tokio::time::timeout(ROUND_PERIOD, self.archive.finished.notified()).await;
                     }
                     Err(error) => {
-                        METRICS.upload_failed();
+                        METRICS.upload_failures.inc();
                         tracing::error!(%error, "files wait for the shared storage; tried again after {pause:?}");
                         tokio::time::sleep(pause).await;
                         pause = (pause * 2).min(ROUND_PERIOD);
@@ -67,7 +67,7 @@ impl Upload {
         let waiting = self.store.unstored_replays().await?;
         let usable = waiting.iter().filter(|replay| !self.unusable.contains(&replay.run_id));
         let mut left = usable.count();
-        METRICS.uploads_waiting(left);
+        METRICS.uploads_waiting.set(left as u64);
         for replay in &waiting {
             let known = self.unusable.contains(&replay.run_id);
             // A file that was missing may be there by now.
@@ -87,7 +87,7 @@ impl Upload {
                 }
             }
             left -= usize::from(!known);
-            METRICS.uploads_waiting(left);
+            METRICS.uploads_waiting.set(left as u64);
         }
         for sha256 in self.store.unstored_hands().await? {
             if let Ok(bytes) = self.hands.local_archive(&sha256).await {

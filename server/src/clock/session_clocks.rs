@@ -1,8 +1,8 @@
 //! The clocks of all open sessions, for spectators and organizers. Each session writes its own, without waiting for a reader.
 
 use super::session_clock::{ClockState, SessionClock};
+use parking_lot::Mutex;
 use std::collections::HashMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// The clock from which a later process continues.
@@ -43,14 +43,9 @@ pub(crate) struct Unsaved {
 pub(crate) struct SessionClocks(Mutex<HashMap<String, Shown>>);
 
 impl SessionClocks {
-    fn lock(&self) -> MutexGuard<'_, HashMap<String, Shown>> {
-        // Nothing panics while it holds the lock; if something did, the map would still be whole.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Shows a session's clock.
     pub(crate) fn show(&self, session_id: &str, epoch: i64, clock: &SessionClock, saving: Saving) {
-        let mut clocks = self.lock();
+        let mut clocks = self.0.lock();
         match clocks.get_mut(session_id) {
             // Of an owner that does not know yet that it is none.
             Some(shown) if shown.epoch > epoch => {}
@@ -67,13 +62,13 @@ impl SessionClocks {
 
     /// The clock of an open session.
     pub(crate) fn get(&self, session_id: &str) -> Option<SessionClock> {
-        self.lock().get(session_id).map(|shown| shown.clock.clone())
+        self.0.lock().get(session_id).map(|shown| shown.clock.clone())
     }
 
     /// The clocks that have changed since they were saved last; with `within_runs` also those within an open run.
     pub(crate) fn unsaved(&self, now: Duration, within_runs: bool) -> Vec<Unsaved> {
         let mut unsaved: Vec<Unsaved> = Vec::new();
-        for (session_id, shown) in &*self.lock() {
+        for (session_id, shown) in &*self.0.lock() {
             let (state, in_run) = match shown.saving {
                 Saving::Own => continue,
                 Saving::Present => (shown.clock.state(now), false),
@@ -92,7 +87,7 @@ impl SessionClocks {
 
     /// These clocks are saved.
     pub(crate) fn saved(&self, clocks: &[Unsaved]) {
-        let mut shown = self.lock();
+        let mut shown = self.0.lock();
         for Unsaved { session_id, state, in_run, .. } in clocks {
             if let Some(shown) = shown.get_mut(session_id) {
                 shown.saved = Some((*state, *in_run));
@@ -102,7 +97,7 @@ impl SessionClocks {
 
     /// The session has ended, or has another owner.
     pub(crate) fn remove(&self, session_id: &str, epoch: i64) {
-        let mut clocks = self.lock();
+        let mut clocks = self.0.lock();
         if clocks.get(session_id).is_some_and(|shown| shown.epoch == epoch) {
             clocks.remove(session_id);
         }

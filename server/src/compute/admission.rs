@@ -10,9 +10,10 @@ use super::open_worlds::{OpenWorlds, WorldRequest};
 use super::pausable_clock::PausableClock;
 use super::queue::Queue;
 use palmares_protocol::Mode;
+use parking_lot::Mutex;
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Part of the cores that worlds may keep busy; the rest is for the network and for bursts.
@@ -154,11 +155,6 @@ pub(crate) struct Admitted {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Places> {
-        // Nothing panics while it holds the lock; if something did, the places would still be whole.
-        self.places.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn open(&self, places: &Places, now: Instant) -> OpenWorlds {
         let idle_since = self.clock.at(now).checked_sub(IDLE.as_millis() as u64);
         let mut open = OpenWorlds::default();
@@ -187,25 +183,31 @@ impl Default for Admission {
 impl Admission {
     /// The worlds that are open now.
     pub(crate) fn open(&self) -> OpenWorlds {
-        self.0.open(&self.0.lock(), Instant::now())
+        self.0.open(&self.0.places.lock(), Instant::now())
     }
 
     /// The competition is paused, or continues. In a pause no world becomes idle and no session leaves the queue: nobody can ask.
     pub(crate) fn set_paused(&self, paused: bool) {
-        let _one_at_a_time = self.0.lock();
+        let _one_at_a_time = self.0.places.lock();
         self.0.clock.set_paused(paused, Instant::now());
     }
 
     /// The sessions that wait for a world, in the order of the queue.
     pub(crate) fn waiting(&self) -> Vec<String> {
         let now = self.0.clock.at(Instant::now());
-        self.0.lock().queue.sessions(now).map(str::to_owned).collect()
+        self.0.places.lock().queue.sessions(now).map(str::to_owned).collect()
     }
 
     /// The place of a session in the queue, from 1; None if it does not wait.
     pub(crate) fn place_in_queue(&self, session_id: &str) -> Option<usize> {
         let now = self.0.clock.at(Instant::now());
-        self.0.lock().queue.sessions(now).position(|waiting| waiting == session_id).map(|ahead| ahead + 1)
+        self.0
+            .places
+            .lock()
+            .queue
+            .sessions(now)
+            .position(|waiting| waiting == session_id)
+            .map(|ahead| ahead + 1)
     }
 
     /// Takes a place if `may` accepts the worlds that are open or will be opened by sessions before this one in the queue. A refused
@@ -216,7 +218,7 @@ impl Admission {
         now: Instant,
         may: impl FnOnce(OpenWorlds) -> Result<(), AdmissionError>,
     ) -> Result<Admitted, NoPlace> {
-        let mut places = self.0.lock();
+        let mut places = self.0.places.lock();
         let time = self.0.clock.at(now);
         places.queue.expire(time);
         let mut open = self.0.open(&places, now);
@@ -231,7 +233,7 @@ impl Admission {
 
     /// Takes a place without a question.
     pub(crate) fn force(&self, request: WorldRequest<'_>, now: Instant) -> Admitted {
-        self.open_world(&mut self.0.lock(), request, now)
+        self.open_world(&mut self.0.places.lock(), request, now)
     }
 
     fn open_world(&self, places: &mut Places, request: WorldRequest<'_>, now: Instant) -> Admitted {
@@ -258,7 +260,7 @@ impl Admitted {
 
 impl Drop for Admitted {
     fn drop(&mut self) {
-        self.shared.lock().worlds.remove(&self.id);
+        self.shared.places.lock().worlds.remove(&self.id);
         self.shared.count.fetch_sub(1, Ordering::Relaxed);
     }
 }
@@ -425,15 +427,15 @@ mod tests {
         assert_eq!(take(&admission, "b", now + IDLE / 2, 1).err(), Some(0));
         let later = now + IDLE + Duration::from_secs(1);
         let busy = take(&admission, "b", later, 1).expect("the other world is idle");
-        let open = admission.0.open(&admission.0.lock(), later);
+        let open = admission.0.open(&admission.0.places.lock(), later);
         assert_eq!((open.all(), open.idle, open.with_idle(), busy.has_others()), (1, 1, 2, true));
         // It is used by the clock of the system; the test's clock is ahead.
         idle.used.store(admission.0.clock.at(later), Ordering::Relaxed);
-        assert_eq!(admission.0.open(&admission.0.lock(), later).lockstep, 2);
+        assert_eq!(admission.0.open(&admission.0.places.lock(), later).lockstep, 2);
         let request = WorldRequest { session_id: "c", mode: Mode::Realtime, official: true };
         let realtime = admission.take(request, now, |_| Ok(())).expect("free");
         let much_later = later + 2 * IDLE;
-        let open = admission.0.open(&admission.0.lock(), much_later);
+        let open = admission.0.open(&admission.0.places.lock(), much_later);
         assert_eq!((open.realtime, open.idle), (1, 2), "a realtime world is never idle");
         drop((idle, busy, realtime));
     }

@@ -1,8 +1,9 @@
 //! Jobs in the background: building scenes, scoring runs, verifying replays, checking hands. Each job has a thread of its own, below
 //! the priority of the ticks. The number of jobs at once is limited.
 
+use parking_lot::Mutex;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 use thread_priority::{ThreadPriority, ThreadPriorityValue};
 use tokio::sync::{Semaphore, oneshot};
@@ -71,7 +72,7 @@ impl Background {
         let permit = Arc::new(Mutex::new(permit));
         let release = {
             let permit = permit.clone();
-            move || drop(permit.lock().unwrap_or_else(PoisonError::into_inner).take())
+            move || drop(permit.lock().take())
         };
         let (done, mut result) = oneshot::channel();
         let release_when_done = release.clone();

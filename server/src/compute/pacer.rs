@@ -6,9 +6,10 @@
 use super::background::STACK_BYTES;
 use super::scheduler::OVERRUN;
 use super::tick_phase::{TickPhase, TickPhases};
+use parking_lot::{Condvar, Mutex};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
@@ -78,13 +79,8 @@ struct Shared {
 }
 
 impl Shared {
-    fn queue(&self) -> MutexGuard<'_, Queue> {
-        // Nothing panics while it holds the lock; if something did, the queue would still be whole.
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn enlist(&self, due: Instant, generation: u64, paced: Arc<dyn Paced>) {
-        let mut queue = self.queue();
+        let mut queue = self.queue.lock();
         queue.arrivals += 1;
         let entry = Entry { key: Reverse((due, queue.arrivals)), generation, paced };
         let sooner = queue.next_due().is_none_or(|next| due < next);
@@ -98,14 +94,14 @@ impl Shared {
 
     /// The thread of this number has made its tick. Returns whether it is still needed: not after it was replaced.
     fn done(&self, number: u64) -> bool {
-        let mut queue = self.queue();
+        let mut queue = self.queue.lock();
         let place = queue.busy.iter().position(|&(busy, _)| busy == number);
         place.map(|place| queue.busy.swap_remove(place)).is_some()
     }
 
     /// Waits for the next tick that is due, for the thread of this number. None after the pacer was dropped.
     fn next(&self, number: u64) -> Option<Entry> {
-        let mut queue = self.queue();
+        let mut queue = self.queue.lock();
         loop {
             if queue.closed {
                 return None;
@@ -118,16 +114,14 @@ impl Shared {
                 queue.busy.push((number, now));
                 return Some(entry);
             }
-            queue = match queue.next_due() {
+            match queue.next_due() {
                 Some(due) if !queue.watched => {
                     queue.watched = true;
-                    let wait = self.changed.wait_timeout(queue, due - now);
-                    let mut queue = wait.unwrap_or_else(PoisonError::into_inner).0;
+                    self.changed.wait_until(&mut queue, due);
                     queue.watched = false;
-                    queue
                 }
-                _ => self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner),
-            };
+                _ => self.changed.wait(&mut queue),
+            }
         }
     }
 
@@ -147,7 +141,7 @@ impl Shared {
     /// Starts another thread.
     fn start_thread(self: &Arc<Self>) {
         let number = {
-            let mut queue = self.queue();
+            let mut queue = self.queue.lock();
             queue.started += 1;
             queue.started
         };
@@ -193,7 +187,7 @@ impl Pacer {
 
     /// Starts new threads in place of those whose tick has overrun.
     pub(crate) fn replace_overrun(&self, now: Instant) {
-        let mut queue = self.shared.queue();
+        let mut queue = self.shared.queue.lock();
         let before = queue.busy.len();
         queue.busy.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
         let lost = before - queue.busy.len();
@@ -214,7 +208,7 @@ impl Pacer {
 
 impl Drop for Pacer {
     fn drop(&mut self) {
-        self.shared.queue().closed = true;
+        self.shared.queue.lock().closed = true;
         self.shared.changed.notify_all();
     }
 }
@@ -240,7 +234,7 @@ mod tests {
         }
         fn tick(&self, generation: u64) -> Option<Instant> {
             let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-            let report = self.report.lock().expect("whole");
+            let report = self.report.lock();
             report.send((generation, self.start.elapsed())).expect("the test reads");
             (done < self.ticks).then(|| self.start + Duration::from_millis(done + 1))
         }
@@ -273,7 +267,7 @@ mod tests {
             true
         }
         fn tick(&self, _: u64) -> Option<Instant> {
-            let _ = self.0.lock().expect("whole").recv();
+            let _ = self.0.lock().recv();
             None
         }
     }
@@ -289,7 +283,7 @@ mod tests {
                 end
             })
             .collect();
-        while pacer.shared.queue().busy.len() < 2 {
+        while pacer.shared.queue.lock().busy.len() < 2 {
             std::thread::sleep(Duration::from_millis(1));
         }
         let (report, ticks) = mpsc::channel();

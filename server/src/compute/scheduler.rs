@@ -6,9 +6,10 @@
 
 use super::load::{Load, PermitUse};
 use crate::metrics::METRICS;
+use parking_lot::{Mutex, MutexGuard};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
@@ -105,19 +106,10 @@ struct Shared {
 }
 
 impl Shared {
-    fn queue(&self) -> MutexGuard<'_, Queue> {
-        // Nothing panics while it holds the lock; if something did, the queue would still be whole.
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn load(&self) -> MutexGuard<'_, Load> {
-        self.load.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Gives a released permit to the next waiting tick.
     fn pass_on(self: &Arc<Self>) {
         loop {
-            let mut queue = self.queue();
+            let mut queue = self.queue.lock();
             let Some(next) = queue.waiting.pop() else {
                 queue.free += 1;
                 return;
@@ -131,7 +123,7 @@ impl Shared {
                 // The waiter was dropped: the next one gets the permit.
                 Err(mut unwanted) => {
                     unwanted.shared = None;
-                    self.queue().release(number);
+                    self.queue.lock().release(number);
                 }
             }
         }
@@ -173,19 +165,19 @@ impl Scheduler {
 
     /// Whether no tick computes or waits.
     pub(crate) fn is_idle(&self) -> bool {
-        self.0.queue().is_idle(self.0.cores)
+        self.0.queue.lock().is_idle(self.0.cores)
     }
 
     /// Whether all permits are held and a tick waits.
     #[cfg(test)]
     pub(crate) fn is_exhausted(&self) -> bool {
-        let queue = self.0.queue();
+        let queue = self.0.queue.lock();
         queue.free == 0 && !queue.waiting.is_empty()
     }
 
     /// A permit for work between two ticks, if no tick computes or waits.
     pub(crate) fn spare(&self) -> Option<Permit> {
-        let mut queue = self.0.queue();
+        let mut queue = self.0.queue.lock();
         if !queue.is_idle(self.0.cores) {
             return None;
         }
@@ -197,7 +189,7 @@ impl Scheduler {
 
     /// Gives the permits of ticks that have overrun to other threads.
     pub(crate) fn replace_overrun(&self, now: Instant) {
-        let mut queue = self.0.queue();
+        let mut queue = self.0.queue.lock();
         let before = queue.held.len();
         queue.held.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
         let lost = before - queue.held.len();
@@ -213,7 +205,7 @@ impl Scheduler {
 
     /// The load of the last seconds.
     pub(crate) fn load(&self) -> MutexGuard<'_, Load> {
-        self.0.load()
+        self.0.load.lock()
     }
 
     /// Waits for a permit; returns at once when one is free.
@@ -224,7 +216,7 @@ impl Scheduler {
             // The sender exists until the permit is sent.
             Err(waiting) => waiting.await.unwrap_or_else(|_| self.unlimited(urgency)).start(),
         };
-        METRICS.waited(permit.since - requested);
+        METRICS.permit_wait.observe(permit.since - requested);
         permit
     }
 
@@ -235,12 +227,12 @@ impl Scheduler {
             Ok(permit) => permit,
             Err(waiting) => waiting.blocking_recv().unwrap_or_else(|_| self.unlimited(urgency)).start(),
         };
-        METRICS.waited(permit.since - requested);
+        METRICS.permit_wait.observe(permit.since - requested);
         permit
     }
 
     fn take(&self, urgency: Urgency) -> Result<Permit, oneshot::Receiver<Permit>> {
-        let mut queue = self.0.queue();
+        let mut queue = self.0.queue.lock();
         if queue.free > 0 {
             queue.free -= 1;
             let since = Instant::now();
@@ -277,8 +269,8 @@ impl Drop for Permit {
     fn drop(&mut self) {
         let Some(shared) = self.shared.take() else { return };
         let now = Instant::now();
-        shared.load().computed(now, self.permit_use, now - self.since);
-        let mut queue = shared.queue();
+        shared.load.lock().computed(now, self.permit_use, now - self.since);
+        let mut queue = shared.queue.lock();
         if queue.release(self.number) {
             drop(queue);
             shared.pass_on();

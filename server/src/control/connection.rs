@@ -5,21 +5,21 @@
 //! fills its own socket. A client that reads slowly misses observations of its realtime run, the oldest first, but no other
 //! message. A client that reads nothing is dropped.
 
+use super::end::ConnectionEnd;
 use super::rate::RateLimit;
 use crate::auth::{Auth, Identity};
 use crate::compute::STACK_BYTES;
 use crate::config::settings::{MESSAGE_BYTES, Settings};
-use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
+use crate::process::lifecycle::Alive;
 use crate::session::{Handover, InboxMessage, PendingCommand, Session, Sessions, changed};
 use crate::store::Held;
 use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
-use crate::transport::{Caller, ConnectionPermit, FrameError, answer_close, close_handshake};
+use crate::transport::{Caller, ConnectionPermit, FrameError};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
 use palmares_protocol::encoding::Payload;
 use palmares_protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
-use palmares_tasks::Reason;
 use std::future::ready;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -28,46 +28,11 @@ use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
-/// Normal closure, RFC 6455.
-const CLOSE_NORMAL: u16 = 1000;
-/// The server is going away, RFC 6455.
-const CLOSE_AWAY: u16 = 1001;
-
-/// The server restarts, or another one continues: connect again. RFC 6455's registry.
-const CLOSE_RESTART: u16 = 1012;
-
-/// Reason why a connection ends or moves to a thread of its own.
-enum ConnectionEnd {
-    /// A session has begun.
-    Greeted,
-    /// The client is gone.
-    Lost,
-    /// The client closed the connection.
-    Closed,
-    /// The client broke the WebSocket protocol: code and reason of the close frame.
-    Violation(u16, String),
-    /// The client said `bye`.
-    Bye,
-    /// A fatal error that was sent to the client.
-    Fatal(Code),
-    /// The server shuts down.
-    Stopping,
-    /// An organizer ended the session.
-    Ended,
-    /// The session continues with another owner.
-    Moved,
-    /// The client has a new connection, which gets the session.
-    Replaced(Handover),
-}
-
 /// A timer within this distance of the wanted moment is kept: recomputed moments differ by rounding.
 const ALARM_SLACK: Duration = Duration::from_millis(2);
 
 /// Initial buffer for a message, bytes.
 const BUFFER_BYTES: usize = 1024;
-
-/// Longest wait for a client to take the error that another connection has its session: it is probably gone.
-const REPLACED_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The next message from an organizer or a new connection; never without a session.
 async fn inbox_message(session: Option<&mut Session>) -> InboxMessage {
@@ -190,76 +155,14 @@ impl Connection {
     /// Parks or ends the session, then closes the socket.
     async fn end(mut self, end: ConnectionEnd) {
         let session = self.session.take();
+        let (fate, socket_end) = end.decide(session.as_ref().is_some_and(|session| session.moves_on()));
         // In this order: a client that reconnects at once finds its session waiting.
-        match end {
-            ConnectionEnd::Greeted => {}
-            ConnectionEnd::Lost => {
-                if let Some(session) = session {
-                    session.park();
-                }
-            }
-            ConnectionEnd::Closed => {
-                if let Some(session) = session {
-                    session.park();
-                }
-                answer_close(self.socket).await;
-            }
-            ConnectionEnd::Violation(code, reason) => {
-                if let Some(session) = session {
-                    session.park();
-                }
-                close_handshake(self.socket, code, reason).await;
-            }
-            ConnectionEnd::Fatal(code) => {
-                if let Some(session) = session {
-                    session.park();
-                }
-                close_handshake(self.socket, code.close_code(), code.name()).await;
-            }
-            ConnectionEnd::Bye => {
-                if let Some(session) = session {
-                    session.leave().await;
-                }
-                close_handshake(self.socket, CLOSE_NORMAL, "bye").await;
-            }
-            ConnectionEnd::Ended => {
-                if let Some(session) = session {
-                    session.end(Reason::Stopped, None).await;
-                }
-                close_handshake(self.socket, CLOSE_NORMAL, "session_over").await;
-            }
-            ConnectionEnd::Moved => {
-                if let Some(session) = session {
-                    session.part();
-                }
-                close_handshake(self.socket, CLOSE_RESTART, "session_moved").await;
-            }
-            ConnectionEnd::Replaced(to) => {
-                if let Some(session) = session {
-                    session.give(to);
-                }
-                let message = "a new connection has resumed this session with its resume_token";
-                let refusal = Refusal::new(Code::SessionTaken, message).fatal();
-                let _ = timeout(REPLACED_TIMEOUT, self.send(&Reply::refused(None, &refusal))).await;
-                close_handshake(self.socket, Code::SessionTaken.close_code(), Code::SessionTaken.name())
-                    .await;
-            }
-            ConnectionEnd::Stopping if session.as_ref().is_some_and(|session| session.moves_on()) => {
-                if let Some(session) = session {
-                    session.hand_over().await;
-                }
-                close_handshake(self.socket, CLOSE_RESTART, "server_restart").await;
-            }
-            ConnectionEnd::Stopping => {
-                if let Some(session) = session
-                    && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await
-                {
-                    // Stored already: the client may have disconnected.
-                    let _ = self.send(&result).await;
-                }
-                close_handshake(self.socket, CLOSE_AWAY, "server_shutdown").await;
-            }
+        if let Some(session) = session
+            && let Some((message, patience)) = fate.fulfil(session, self.settings().ping_timeout).await
+        {
+            let _ = timeout(patience, self.send(&message)).await;
         }
+        socket_end.end(self.socket).await;
     }
 
     async fn run(&mut self) -> ConnectionEnd {

@@ -1,6 +1,7 @@
 //! The control socket: its handshake, and the connection that serves one client's session.
 
 mod connection;
+mod end;
 mod handshake;
 mod rate;
 

@@ -1,7 +1,7 @@
 //! The hosts of a fleet, as this one read them last: with every beat, so that a request needs no query.
 
 use crate::store::HostRow;
-use std::sync::{PoisonError, RwLock};
+use parking_lot::RwLock;
 
 /// The other hosts whose leases are valid.
 #[derive(Debug, Default)]
@@ -10,12 +10,12 @@ pub(crate) struct OtherHostRows(RwLock<Vec<HostRow>>);
 impl OtherHostRows {
     /// Notes what was read.
     pub(crate) fn set(&self, rows: Vec<HostRow>) {
-        *self.0.write().unwrap_or_else(PoisonError::into_inner) = rows;
+        *self.0.write() = rows;
     }
 
     /// A value of each.
     pub(crate) fn each<T>(&self, value: impl Fn(&HostRow) -> T) -> Vec<T> {
-        self.0.read().unwrap_or_else(PoisonError::into_inner).iter().map(value).collect()
+        self.0.read().iter().map(value).collect()
     }
 
     /// The place of a session in the queue of its host, from 1.

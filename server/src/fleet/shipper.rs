@@ -12,10 +12,11 @@ use crate::world::{RunObserver, Ticked};
 use futures_util::FutureExt;
 use palmares_tasks::run::Snapshot;
 use palmares_tasks::{Outcome, Run};
+use parking_lot::Mutex;
 use std::collections::BTreeMap;
 use std::panic::AssertUnwindSafe;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, watch};
 use tokio::time::sleep;
@@ -36,7 +37,7 @@ pub(crate) struct Shipper {
 
 impl std::fmt::Debug for Shipper {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Shipper of {} runs", self.shared.runs().len())
+        write!(f, "Shipper of {} runs", self.shared.runs.lock().len())
     }
 }
 
@@ -59,22 +60,12 @@ struct Followed {
     ended: AtomicBool,
 }
 
-impl Followed {
-    fn snapshot(&self) -> MutexGuard<'_, Option<Snapshot>> {
-        // Nothing panics while it holds the lock.
-        self.snapshot.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
+impl Followed {}
 
 impl Shared {
-    fn runs(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Followed>>> {
-        // Nothing panics while it holds the lock.
-        self.runs.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Stops following a run. This host may follow the run again by now, as its next owner.
     fn remove(&self, followed: &Arc<Followed>) {
-        let mut runs = self.runs();
+        let mut runs = self.runs.lock();
         if runs.get(&followed.run.run_id).is_some_and(|known| Arc::ptr_eq(known, followed)) {
             runs.remove(&followed.run.run_id);
         }
@@ -120,7 +111,7 @@ impl Shipper {
         let run = OwnedRun { run_id: run_id.to_owned(), held: held.clone() };
         let (snapshot, ended) = (Mutex::default(), AtomicBool::new(false));
         let followed = Arc::new(Followed { run, backlog, snapshot, ended });
-        self.shared.runs().insert(run_id.to_owned(), followed.clone());
+        self.shared.runs.lock().insert(run_id.to_owned(), followed.clone());
         let observer = ShippingObserver {
             shared: self.shared.clone(),
             followed,
@@ -146,7 +137,7 @@ impl Shipper {
     /// # Errors
     /// The session has another owner.
     pub(crate) async fn all_stored(&self, run_id: &str) -> Result<(), Lost> {
-        let followed = self.shared.runs().get(run_id).cloned();
+        let followed = self.shared.runs.lock().get(run_id).cloned();
         let Some(followed) = followed else { return Ok(()) };
         self.shared.wake.notify_one();
         followed.backlog.all_stored().await
@@ -155,7 +146,7 @@ impl Shipper {
     /// Stops following a run. When this returns, no statement with its ticks is under way: its rows can be deleted.
     pub(crate) async fn forget(&self, run_id: &str, held: &Held) {
         let known = {
-            let mut runs = self.shared.runs();
+            let mut runs = self.shared.runs.lock();
             // This host may follow the run again, as its next owner.
             let known = runs.get(run_id).is_some_and(|followed| followed.run.held.epoch == held.epoch);
             if known {
@@ -203,7 +194,7 @@ impl RunObserver for ShippingObserver {
         if now_due {
             (self.snapshot_at, self.snapped) = (run.tick() + SNAPSHOT_TICKS, Some(Instant::now()));
             let snapshot = run.snapshot();
-            *self.followed.snapshot() = Some(snapshot);
+            *self.followed.snapshot.lock() = Some(snapshot);
         }
     }
 
@@ -258,7 +249,7 @@ impl Rounds {
 
     /// Sends the new ticks of all runs, then new snapshots.
     async fn round(&mut self) -> Result<(), StoreError> {
-        let runs: Vec<Arc<Followed>> = self.shared.runs().values().cloned().collect();
+        let runs: Vec<Arc<Followed>> = self.shared.runs.lock().values().cloned().collect();
         let mut sent = Vec::new();
         for followed in &runs {
             if let Some(group) = followed.backlog.take() {
@@ -288,7 +279,7 @@ impl Rounds {
         let mut sent = Vec::new();
         for followed in runs {
             let stored = followed.backlog.gate().stored();
-            let snapshot = followed.snapshot().take_if(|snapshot| snapshot.tick() <= stored);
+            let snapshot = followed.snapshot.lock().take_if(|snapshot| snapshot.tick() <= stored);
             if let Some(snapshot) = snapshot {
                 let (tick, body) = (snapshot.tick(), snapshot.to_bytes());
                 sent.push(SentSnapshot { run: followed.run.clone(), tick, body });
@@ -312,7 +303,7 @@ impl Rounds {
     fn lose(&self, followed: &Arc<Followed>) {
         let OwnedRun { run_id, held } = &followed.run;
         tracing::warn!(run = run_id, session = held.session_id, "the session has another owner");
-        METRICS.refused_stale_write();
+        METRICS.stale_writes.inc();
         held.lose();
         self.shared.remove(followed);
         followed.backlog.lose();

@@ -1,7 +1,7 @@
 //! Announcements of organizers.
 
-use crate::problem::Problem;
 use crate::store::{Announcement, Store};
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::CACHE_CONTROL;

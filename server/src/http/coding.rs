@@ -1,6 +1,6 @@
 //! Content codings: which ones a client takes, and JSON as gzip for those that take it.
 
-use crate::problem::Problem;
+use crate::transport::problem::Problem;
 use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_TYPE, VARY};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse, Response};

@@ -2,10 +2,10 @@
 
 use super::places::{self, Places, ScheduleSummary};
 use crate::competition::Competition;
-use crate::problem::Problem;
-use crate::rules::CompetitionPhase;
-use crate::state::AppState;
-use crate::version;
+use crate::competition::rules::CompetitionPhase;
+use crate::http::state::AppState;
+use crate::process::version;
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::reply::{self, Limits, ServerInfo, TaskInfo};

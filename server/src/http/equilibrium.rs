@@ -3,9 +3,9 @@
 use super::extract::{Path, Query};
 use super::hands::{TeamQuery, find};
 use crate::compute::JobPriority;
-use crate::problem::Problem;
-use crate::state::AppState;
+use crate::http::state::AppState;
 use crate::transport::Caller;
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{ConnectInfo, State};

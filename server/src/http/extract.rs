@@ -1,6 +1,6 @@
 //! Extractors for parts of an address, whose errors are problems.
 
-use crate::problem::Problem;
+use crate::transport::problem::Problem;
 use axum::extract::{self, FromRequestParts};
 use axum::http::request::Parts;
 use palmares_protocol::Code;

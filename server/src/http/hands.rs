@@ -3,11 +3,11 @@
 use super::coding;
 use super::extract::{Path, Query};
 use crate::auth::{Identity, Role, forbidden};
-use crate::hands::max_archive_bytes;
-use crate::problem::Problem;
+use crate::competition::hands::max_archive_bytes;
+use crate::http::state::AppState;
 use crate::session::practice_team;
-use crate::state::AppState;
 use crate::transport::Caller;
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{ConnectInfo, State};

@@ -1,13 +1,13 @@
 //! Health checks, and metrics for Prometheus.
 
-use crate::disk_space;
+use crate::files::disk_space;
 use crate::fleet::lease::Lease;
-use crate::lifecycle::Lifecycle;
+use crate::http::readiness::Readiness;
 use crate::metrics::METRICS;
-use crate::problem::{Problem, not_ready};
-use crate::readiness::Readiness;
+use crate::process::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
+use crate::transport::problem::{Problem, not_ready};
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
@@ -42,12 +42,23 @@ pub(super) async fn metrics(
     State(readiness): State<Arc<Readiness>>,
 ) -> Result<impl IntoResponse, Problem> {
     match disk_space::space(readiness.data_dir()) {
-        Ok(space) => METRICS.data_space(space),
+        Ok(space) => {
+            METRICS.data_free.set(space.free_bytes);
+            METRICS.data_size.set(space.size_bytes);
+        }
         Err(error) => tracing::warn!(%error, "the space of the data directory is not known"),
     }
     let queue = store.verification_queue().await?;
-    METRICS.verification(queue.oldest(), usize::try_from(queue.stuck).unwrap_or_default());
-    let unverified = usize::try_from(queue.waiting).unwrap_or_default();
+    METRICS.verification_oldest.set(queue.oldest().as_secs_f64());
+    METRICS.verification_stuck.set(u64::try_from(queue.stuck).unwrap_or_default());
+    METRICS.unverified.set(u64::try_from(queue.waiting).unwrap_or_default());
+    let admission = &sessions.compute.admission;
+    let worlds = admission.open();
+    METRICS.worlds.set(worlds.with_idle() as u64);
+    METRICS.idle_worlds.set(worlds.idle as u64);
+    METRICS.waiting.set(admission.waiting().len() as u64);
+    METRICS.sessions.set(sessions.registry.len() as u64);
+    METRICS.viewers.set(sessions.hub.viewers() as u64);
     let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-    Ok(([(CONTENT_TYPE, format)], METRICS.text(sessions.gauges(unverified))))
+    Ok(([(CONTENT_TYPE, format)], METRICS.text()))
 }

@@ -2,8 +2,8 @@
 
 use super::csv;
 use crate::competition::Competition;
-use crate::problem::Problem;
 use crate::store::{LeaderboardRow, unix_ms};
+use crate::transport::problem::Problem;
 use crate::watch::RankingCache;
 use axum::Json;
 use axum::extract::State;

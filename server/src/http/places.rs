@@ -1,7 +1,7 @@
 //! The places of a competition: who plays, who waits, and when a place is free at the latest.
 
+use crate::http::state::AppState;
 use crate::schedule::{Forecast, PlayingSession};
-use crate::state::AppState;
 use crate::store::{PlayingClock, Slot, StoreError, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -2,9 +2,9 @@
 
 use super::extract::Path;
 use super::runs::may_replay;
-use crate::blocking::blocking;
-use crate::problem::Problem;
-use crate::state::AppState;
+use crate::files::blocking::blocking;
+use crate::http::state::AppState;
+use crate::transport::problem::Problem;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};

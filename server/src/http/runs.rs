@@ -3,11 +3,11 @@
 use super::extract::{Path, Query};
 use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::competition::Competition;
+use crate::competition::rules::Rules;
+use crate::http::state::AppState;
 use crate::names::printable;
-use crate::problem::Problem;
-use crate::rules::Rules;
-use crate::state::AppState;
 use crate::store::{ListFilter, RunRecord, SessionRow, Store};
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;

@@ -3,8 +3,8 @@
 use super::coding;
 use super::extract::{Path, Query};
 use super::hands::{TeamQuery, find, team};
-use crate::problem::Problem;
-use crate::state::AppState;
+use crate::http::state::AppState;
+use crate::transport::problem::Problem;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;

@@ -132,7 +132,8 @@ impl Sessions {
             let run_id = run.run_id.clone();
             match self.continued(row, held, run).await {
                 Ok(session) => {
-                    METRICS.took_session(true);
+                    METRICS.sessions_taken.inc();
+                    METRICS.runs_continued.inc();
                     if row.open {
                         session.wait();
                     } else {
@@ -168,7 +169,7 @@ impl Sessions {
         match row {
             Some(row) if row.open => {
                 if let Some(session) = Session::restored(self, row) {
-                    METRICS.took_session(false);
+                    METRICS.sessions_taken.inc();
                     session.wait();
                 }
             }

@@ -31,7 +31,7 @@ impl Sessions {
         identity: Option<&Identity>,
     ) -> Result<Box<Session>, Refusal> {
         if let Some(session) = entry::resume_by_team(self, identity).await? {
-            tracing::info!(session = session.session_id, "session resumed by its team's token");
+            tracing::info!(session = session.held.session_id, "session resumed by its team's token");
             return Ok(session);
         }
         let Entry { team, client_version, limit_s, mode, max_sessions, note } =
@@ -73,7 +73,7 @@ impl Sessions {
         let ids = SessionIds { held, resume_token, token_hash, team };
         let mut session = Session::new(self, ids, official, Machine::new(limit_s), inbox);
         session.note = note;
-        tracing::info!(session = session.session_id, team = session.team, "session opened");
+        tracing::info!(session = session.held.session_id, team = session.team, "session opened");
         Ok(session)
     }
 
@@ -90,7 +90,7 @@ impl Sessions {
         session.go_on().await;
         session.keep_last_observation();
         session.answered.client_is_back();
-        tracing::info!(session = session.session_id, "session resumed");
+        tracing::info!(session = session.held.session_id, "session resumed");
         Ok(session)
     }
 }

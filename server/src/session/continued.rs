@@ -5,8 +5,9 @@
 
 use super::after_run::AfterRun;
 use super::machine::{Machine, Playing};
+use super::open_run::{LockstepRun, OpenRun, PlayedWorld, Stage, Stream};
 use super::run_inputs;
-use super::session::{OpenRun, Session, SessionIds, Sessions};
+use super::session::{Session, SessionIds, Sessions};
 use crate::clock::{ClockState, Spent};
 use crate::compute::background::JobError;
 use crate::compute::open_worlds::WorldRequest;
@@ -136,20 +137,19 @@ impl Sessions {
             team: row.team.clone(),
         };
         let mut session = Session::new(self, ids, true, machine, inbox);
-        session.recording = Some(recording);
-        session.gate = Some(gate.clone());
         session.standing = Some(row.paused);
-        session.went_back = mode == Mode::Realtime;
-        session.taken_over = true;
-        session.open_run = match mode {
-            Mode::Lockstep => OpenRun::Lockstep(Box::new(opened.world)),
+        let gate = Some(gate);
+        let world = match mode {
+            Mode::Lockstep => PlayedWorld::Lockstep(LockstepRun::new(opened.world, true)),
             Mode::Realtime => {
+                let gate = gate.clone();
                 let live =
-                    RealtimeWorld::standing(opened.world, hand, task.tick_s, true, Some(gate), &self.compute);
-                session.stream = Some(live.clone());
-                OpenRun::Realtime(live)
+                    RealtimeWorld::standing(opened.world, hand, task.tick_s, true, gate, &self.compute);
+                session.stream = Some(Stream { live: live.clone(), went_back: true });
+                PlayedWorld::Realtime(live)
             }
         };
+        session.open_run = Some(OpenRun { stage: Stage::Played(world, Some(recording)), gate });
         session.show_clock();
         tracing::warn!(
             session = held.session_id,
@@ -162,19 +162,16 @@ impl Sessions {
 }
 
 impl Session {
-    /// Stores no more ticks of the open run.
-    pub(super) fn forget_ticks(&mut self, after: AfterRun) {
-        if let Some(run) = self.machine.playing() {
-            let run_id = run.run_id.clone();
-            self.forget_ticks_of(&run_id, after);
+    /// Drops the open run, and stores no more ticks of it.
+    pub(super) fn forget_run(&mut self, after: AfterRun) {
+        let gate = self.open_run.take().and_then(|run| run.gate);
+        if let (Some(_), Some(run)) = (gate, self.machine.playing()) {
+            self.forget_ticks(&run.run_id, after);
         }
     }
 
-    /// The same for a run of this id.
-    pub(super) fn forget_ticks_of(&mut self, run_id: &str, after: AfterRun) {
-        if self.gate.take().is_none() {
-            return;
-        }
+    /// Stores no more ticks of a run.
+    pub(super) fn forget_ticks(&self, run_id: &str, after: AfterRun) {
         let (sessions, held, run_id) = (self.shared.clone(), self.held.clone(), run_id.to_owned());
         // It waits for a statement in progress; nobody waits for this.
         tokio::spawn(async move {

@@ -2,7 +2,7 @@
 
 use super::failure::store_failed;
 use super::registry::Registry;
-use super::session::{OpenRun, Session, Sessions};
+use super::session::{Session, Sessions};
 use crate::compute::admission::RETRY_S;
 use crate::world::run::World;
 use palmares_protocol::{Code, Refusal};
@@ -77,7 +77,7 @@ impl Session {
             // Others take it when this server's lease ends.
             tracing::warn!(
                 why = refusal.message,
-                session = self.session_id,
+                session = self.held.session_id,
                 "the session was not handed over"
             );
         }
@@ -89,14 +89,12 @@ impl Session {
         self.stand();
         self.catch_up();
         if let (Some(shipper), Some(run)) = (&self.shared.shipper, self.machine.playing())
-            && self.gate.is_some()
+            && let Some(open) = &mut self.open_run
+            && open.gate.is_some()
         {
             let run_id = run.run_id.clone();
-            match &mut self.open_run {
-                OpenRun::Lockstep(world) => world.notify_observers(),
-                OpenRun::Realtime(live) => drop(live.with_world(World::notify_observers)),
-                OpenRun::None => {}
-            }
+            // A run that has ended has reported all its ticks.
+            let _ = open.with_world(World::notify_observers);
             let lost = |_| Refusal::new(Code::Internal, "the session has another owner");
             shipper.flush(&run_id).await.map_err(lost)?;
         }

@@ -2,7 +2,7 @@
 
 use super::command::{Command, PendingCommand};
 use super::failure::store_failed;
-use super::session::{OpenRun, Session};
+use super::session::Session;
 use crate::compute::queue::WAIT;
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
@@ -13,7 +13,7 @@ impl Session {
     pub(crate) async fn execute(&mut self, pending: PendingCommand) -> (bool, Option<Reply>) {
         self.catch_up();
         let PendingCommand { command, done } = pending;
-        tracing::info!(session = self.session_id, ?command, "an organizer's command");
+        tracing::info!(session = self.held.session_id, ?command, "an organizer's command");
         let (mut over, mut reply) = (matches!(command, Command::End { .. }), None);
         let result = match command {
             Command::Pause => {
@@ -26,7 +26,7 @@ impl Session {
             }
             Command::PauseCompetition(paused) => {
                 self.machine.set_competition_paused(paused, self.now());
-                if !paused && self.shared.compute.admission.place_in_queue(&self.session_id).is_some() {
+                if !paused && self.shared.compute.admission.place_in_queue(&self.held.session_id).is_some() {
                     // It waits for a world: its client has time to ask again.
                     self.machine.hold(self.now() + WAIT, self.now());
                 }
@@ -56,7 +56,8 @@ impl Session {
 
     /// Does what the session's row says. Returns whether the session is over, and the message for its client.
     async fn follow_row(&mut self) -> Result<(bool, Option<Reply>), Refusal> {
-        let row = self.shared.store.session(&self.session_id).await.map_err(store_failed("the session"))?;
+        let row =
+            self.shared.store.session(&self.held.session_id).await.map_err(store_failed("the session"))?;
         let Some(row) = row else { return Ok((false, None)) };
         if row.status != "open" {
             let reason = if row.status == "voided" { Reason::Voided } else { Reason::Stopped };
@@ -90,7 +91,7 @@ impl Session {
 
     /// Stops a realtime world.
     pub(super) fn stand(&mut self) {
-        if let OpenRun::Realtime(live) = &self.open_run {
+        if let Some(live) = self.realtime() {
             live.pause();
         }
     }
@@ -99,7 +100,7 @@ impl Session {
     pub(super) async fn follow_clock(&mut self) {
         if self.machine.clock().is_paused() {
             self.stand();
-        } else if let OpenRun::Realtime(live) = &self.open_run {
+        } else if let Some(live) = self.realtime() {
             let (live, compute) = (live.clone(), self.shared.compute.clone());
             // Blocks while a tick is in progress.
             let resumed = spawn_blocking(move || live.resume(&compute.pacer)).await;

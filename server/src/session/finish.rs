@@ -7,8 +7,9 @@ use super::after_run::AfterRun;
 use super::failure::store_failed;
 use super::finished::{Decision, FinishedRun, RunEnd, RunStatus};
 use super::machine::{Playing, Stopping};
-use super::session::{OpenRun, RETRY, Session};
-use crate::archive::stored_path;
+use super::open_run::{OpenRun, PlayedWorld, Stage};
+use super::session::{RETRY, Session};
+use crate::archive::{Recording, stored_path};
 use crate::store::{FinishedRunRow, NewAuditEntry};
 use crate::world::realtime::RealtimeStats;
 use palmares_protocol::reply::{ReplayInfo, RunResult};
@@ -56,9 +57,13 @@ impl Session {
 
     /// Finishes the open run, stores its result, then returns it.
     pub(super) async fn finish(&mut self, reason: Reason, note: Option<&str>) -> Result<RunResult, Refusal> {
-        let finished = match self.unstored.take() {
-            Some(finished) => finished,
-            None => self.close(reason, note).await?,
+        self.catch_up();
+        let finished = match self.open_run.as_mut().map(OpenRun::close) {
+            Some(Stage::Unstored(finished, _)) => finished,
+            Some(Stage::Played(world, recording)) => {
+                Box::new(self.close(Some(world), recording, reason, note).await?)
+            }
+            Some(Stage::Closing) | None => Box::new(self.close(None, None, reason, note).await?),
         };
         let before = self.machine.clock().spent(self.now());
         let stored = match self.store(&finished).await {
@@ -67,8 +72,10 @@ impl Session {
                 // The attempt costs nothing. The time until the next request is the team's.
                 self.machine.refund_since(before, self.now());
                 self.show_clock();
-                self.unstored = Some(finished);
-                self.try_again_at = self.now() + RETRY;
+                let try_again_at = self.now() + RETRY;
+                if let Some(run) = &mut self.open_run {
+                    run.stage = Stage::Unstored(finished, try_again_at);
+                }
                 return Err(refusal);
             }
         };
@@ -77,19 +84,24 @@ impl Session {
         if let Some(archive) = &self.shared.archive {
             archive.wake();
         }
-        self.forget_ticks(AfterRun::of(finished.replay.is_some()));
+        self.forget_run(AfterRun::of(finished.replay.is_some()));
         self.machine.ended(self.now(), stored.refund);
         self.save(true).await;
-        Ok(result(finished, &stored))
+        Ok(result(*finished, &stored))
     }
 
-    /// Closes the world of the open run and decides on the run's status.
-    async fn close(&mut self, reason: Reason, note: Option<&str>) -> Result<FinishedRun, Refusal> {
-        self.catch_up();
+    /// Closes the world of the open run and decides on the run's status. The world is missing if this was interrupted before.
+    async fn close(
+        &mut self,
+        world: Option<PlayedWorld>,
+        recording: Option<Recording>,
+        reason: Reason,
+        note: Option<&str>,
+    ) -> Result<FinishedRun, Refusal> {
         let Some(run) = self.machine.playing().cloned() else {
             return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
         };
-        let (outcome, stats) = self.close_world(reason).await;
+        let (outcome, stats) = self.close_world(world, reason).await;
         let sessions = self.shared.clone();
         let last_ticks = async {
             // Without its last ticks the replay cannot be written again if this host is lost before the upload.
@@ -97,7 +109,7 @@ impl Session {
                 let _ = tokio::time::timeout(LAST_TICKS, shipper.all_stored(&run.run_id)).await;
             }
         };
-        let (replay, ()) = tokio::join!(self.keep_replay(&run, &outcome), last_ticks);
+        let (replay, ()) = tokio::join!(keep_replay(recording, &run, &outcome), last_ticks);
         let end = RunEnd {
             reason,
             official: self.official,
@@ -107,20 +119,24 @@ impl Session {
         };
         let decision = Decision::on(end, note);
         let outcome = outcome.unwrap_or_else(|failure| {
-            log(&self.session_id, &run, &failure);
+            log(&self.held.session_id, &run, &failure);
             nothing(&run, failure.fault)
         });
         Ok(FinishedRun { run, outcome, decision, stats, replay: replay.unwrap_or(None) })
     }
 
-    /// Takes the world, lets it settle and scores the run.
-    async fn close_world(&mut self, reason: Reason) -> (Result<Outcome, Failure>, RealtimeStats) {
+    /// Lets the world settle and scores the run.
+    async fn close_world(
+        &mut self,
+        world: Option<PlayedWorld>,
+        reason: Reason,
+    ) -> (Result<Outcome, Failure>, RealtimeStats) {
         let tick = self.machine.playing().map_or(0, |run| run.tick);
         let lost = Failure { fault: Fault::Crashed, tick, step: None };
-        let (world, stats) = match std::mem::take(&mut self.open_run) {
-            OpenRun::None => (None, RealtimeStats::default()),
-            OpenRun::Lockstep(world) => (Some(*world), RealtimeStats::default()),
-            OpenRun::Realtime(live) => {
+        let (world, stats) = match world {
+            None => (None, RealtimeStats::default()),
+            Some(PlayedWorld::Lockstep(run)) => (Some(run.world), RealtimeStats::default()),
+            Some(PlayedWorld::Realtime(live)) => {
                 let by_us = matches!(reason, Reason::SessionOver | Reason::Voided);
                 // Blocks while a tick is in progress.
                 let taken = move || (live.take(by_us.then_some(reason)), live.stats());
@@ -134,19 +150,6 @@ impl Session {
             None => Err(lost),
         };
         (outcome, stats)
-    }
-
-    /// Waits for the replay of a scored run. A run without a tick has none, which is no loss.
-    async fn keep_replay(
-        &mut self,
-        run: &Playing,
-        outcome: &Result<Outcome, Failure>,
-    ) -> Result<Option<ReplayFile>, ReplayLost> {
-        let (Some(recording), Ok(_)) = (self.recording.take(), outcome) else { return Err(ReplayLost) };
-        recording.file().await.map_err(|error| {
-            tracing::error!(error, run = run.run_id, "no replay");
-            ReplayLost
-        })
     }
 
     /// Stores the result, the replay's digest and the clock.
@@ -189,6 +192,19 @@ impl Session {
             tracing::error!(%error, run = subject, "{what} is not in the audit");
         }
     }
+}
+
+/// Waits for the replay of a scored run. A run without a tick has none, which is no loss.
+async fn keep_replay(
+    recording: Option<Recording>,
+    run: &Playing,
+    outcome: &Result<Outcome, Failure>,
+) -> Result<Option<ReplayFile>, ReplayLost> {
+    let (Some(recording), Ok(_)) = (recording, outcome) else { return Err(ReplayLost) };
+    recording.file().await.map_err(|error| {
+        tracing::error!(error, run = run.run_id, "no replay");
+        ReplayLost
+    })
 }
 
 /// The result for the client.

@@ -20,6 +20,7 @@ mod finish;
 mod finished;
 mod lost_replay;
 mod machine;
+mod open_run;
 mod refunds;
 mod registry;
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::clock_rows::saved_row;
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
 use crate::clock::{ClockState, SessionClock, Spent};
-use crate::rules::CompetitionPhase;
+use crate::competition::rules::CompetitionPhase;
 use crate::store::{ClockRow, NewAuditEntry, RefundedClock, RunCost, StoreError};
 use palmares_protocol::{Code, Refusal};
 use std::time::{Duration, Instant};
@@ -38,7 +38,7 @@ impl Session {
 
     /// Refunds the void runs of this session.
     pub(super) async fn refund_void_runs(&mut self) -> Result<(), Refusal> {
-        let pending = self.shared.store.pending_refunds(&self.session_id).await;
+        let pending = self.shared.store.pending_refunds(&self.held.session_id).await;
         let now = self.now();
         for cost in pending.map_err(store_failed("the refund"))? {
             if !self.refunded_runs.contains(&cost.run_id) {

@@ -2,7 +2,7 @@
 //! connections. It is generic over the session.
 
 use super::command::{Command, PendingCommand};
-use super::sync::{Mutex, MutexGuard, PoisonError};
+use super::sync::Mutex;
 use crate::store::Held;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
@@ -77,18 +77,9 @@ impl<S> Default for Registry<S> {
 }
 
 impl<S> Registry<S> {
-    fn holders(&self) -> MutexGuard<'_, HashMap<String, Holder<S>>> {
-        // Nothing panics while it holds the lock; if something did, the map would still be whole.
-        self.holders.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn channels(&self) -> MutexGuard<'_, HashMap<String, Channel>> {
-        self.commands.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Number of open sessions.
     pub(crate) fn len(&self) -> usize {
-        self.holders().len()
+        self.holders.lock().len()
     }
 
     /// Adds a session, held by a connection, unless it is open already. One that this process has lost and taken again replaces the
@@ -96,33 +87,33 @@ impl<S> Registry<S> {
     pub(super) fn insert(&self, token_hash: &str, held: &Held) -> Option<Inbox<S>> {
         let (channel, commands) = Channel::new(held);
         let (sender, claims) = mpsc::unbounded_channel();
-        let mut channels = self.channels();
+        let mut channels = self.commands.lock();
         if let Some(earlier) = channels.get(&held.session_id) {
             if earlier.held.epoch >= held.epoch {
                 return None;
             }
             earlier.held.lose();
-            self.holders().retain(|_, holder| holder.held.session_id != held.session_id);
+            self.holders.lock().retain(|_, holder| holder.held.session_id != held.session_id);
         }
         channels.insert(held.session_id.clone(), channel);
         let holder = Holder { held: held.clone(), waiting: false, claims: sender };
-        self.holders().insert(token_hash.to_owned(), holder);
+        self.holders.lock().insert(token_hash.to_owned(), holder);
         Some(Inbox { commands, claims })
     }
 
     /// Removes a session that has ended.
     pub(super) fn remove(&self, held: &Held) {
-        let mut channels = self.channels();
+        let mut channels = self.commands.lock();
         if channels.get(&held.session_id).is_some_and(|channel| channel.held.epoch == held.epoch) {
             channels.remove(&held.session_id);
-            self.holders().retain(|_, holder| holder.held.session_id != held.session_id);
+            self.holders.lock().retain(|_, holder| holder.held.session_id != held.session_id);
         }
     }
 
     /// Sends a command to a session and waits for its result.
     pub(crate) async fn command(&self, session_id: &str, command: Command) -> Result<(), Refusal> {
         let gone = || Refusal::new(Code::NotFound, format!("no open session `{}`", shortened(session_id)));
-        let channel = self.channels().get(session_id).cloned().ok_or_else(gone)?;
+        let channel = self.commands.lock().get(session_id).cloned().ok_or_else(gone)?;
         let (done, result) = oneshot::channel();
         channel.commands.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
         result.await.map_err(|_| gone())?
@@ -130,7 +121,7 @@ impl<S> Registry<S> {
 
     /// Replaces the resume token of a session that a connection holds.
     pub(super) fn rekey(&self, held: &Held, old: &str, new: &str) {
-        let mut holders = self.holders();
+        let mut holders = self.holders.lock();
         if holders.get(old).is_some_and(|holder| holder.is_of(held))
             && let Some(holder) = holders.remove(old)
         {
@@ -140,27 +131,27 @@ impl<S> Registry<S> {
 
     /// The sessions that are open here.
     pub(crate) fn held(&self) -> Vec<Held> {
-        self.channels().values().map(|channel| channel.held.clone()).collect()
+        self.commands.lock().values().map(|channel| channel.held.clone()).collect()
     }
 
     /// Gives up all sessions: they end here, and continue elsewhere.
     pub(crate) fn lose_all(&self) {
-        self.channels().values().for_each(|channel| channel.held.lose());
+        self.commands.lock().values().for_each(|channel| channel.held.lose());
     }
 
     /// Whether a connection holds the session of this id.
     pub(super) fn is_connected(&self, token_hash: &str) -> bool {
-        self.holders().get(token_hash).is_some_and(|holder| !holder.waiting)
+        self.holders.lock().get(token_hash).is_some_and(|holder| !holder.waiting)
     }
 
     /// Whether the session with this token is open here.
     pub(super) fn has(&self, token_hash: &str) -> bool {
-        self.holders().get(token_hash).is_some_and(|holder| !holder.held.is_lost())
+        self.holders.lock().get(token_hash).is_some_and(|holder| !holder.held.is_lost())
     }
 
     /// Whether a session is open here, under any token.
     pub(super) fn knows(&self, session_id: &str) -> bool {
-        self.channels().get(session_id).is_some_and(|channel| !channel.held.is_lost())
+        self.commands.lock().get(session_id).is_some_and(|channel| !channel.held.is_lost())
     }
 
     /// The refusal for a session that another connection holds.
@@ -186,7 +177,7 @@ impl<S> Registry<S> {
         };
         let (to, session) = oneshot::channel();
         {
-            let mut holders = self.holders();
+            let mut holders = self.holders.lock();
             let holder = holders.get_mut(token_hash).ok_or_else(gone)?;
             if !holder.waiting && !held {
                 return Err(Self::taken());
@@ -200,14 +191,14 @@ impl<S> Registry<S> {
 
     /// A task keeps the session while its client is away.
     pub(super) fn wait(&self, held: &Held, token_hash: &str) {
-        if let Some(holder) = self.holders().get_mut(token_hash).filter(|holder| holder.is_of(held)) {
+        if let Some(holder) = self.holders.lock().get_mut(token_hash).filter(|holder| holder.is_of(held)) {
             holder.waiting = true;
         }
     }
 
     /// Removes the session unless a connection has claimed it. Returns whether no connection can claim it any more.
     pub(super) fn withdraw(&self, held: &Held, token_hash: &str) -> bool {
-        let mut holders = self.holders();
+        let mut holders = self.holders.lock();
         let Some(holder) = holders.get(token_hash).filter(|holder| holder.is_of(held)) else { return true };
         if holder.waiting {
             holders.remove(token_hash);

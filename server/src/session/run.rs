@@ -3,18 +3,20 @@
 use super::after_run::AfterRun;
 use super::failure::{random_hex, store_failed};
 use super::machine::Playing;
+use super::open_run::{LockstepRun, OpenRun, PlayedWorld, Stage, Stream};
 use super::run_inputs::{self, RunKey};
-use super::session::{OpenRun, Session};
+use super::session::Session;
 use crate::archive::Recording;
 use crate::compute::admission::Admitted;
 use crate::compute::background::JobError;
 use crate::compute::open_worlds::WorldRequest;
 use crate::compute::queue::WAIT;
 use crate::config::settings::MAX_REPEAT;
+use crate::process::version;
 use crate::store::{NewRun, unix_ms};
-use crate::version;
 use crate::watch::messages::WatchRun;
 use crate::world::RunObserver;
+use crate::world::backlog::Gate;
 use crate::world::images::{self, StepImages};
 use crate::world::realtime::{RealtimeWorld, StreamedObservation};
 use crate::world::run::{Missing, OpenError, OpenedWorld, StepError, World, WorldSetup};
@@ -50,6 +52,13 @@ struct NewWorld {
     hand_drawn: Option<String>,
     /// Camera images of tick 0.
     shots: Vec<Shot>,
+}
+
+/// A world that was built for a run that is stored as open.
+struct Built {
+    opened: OpenedWorld,
+    recording: Option<Recording>,
+    gate: Option<Gate>,
 }
 
 impl Session {
@@ -154,10 +163,10 @@ impl Session {
         };
         let built = self.build(&new, admitted, length_s).await;
         if built.is_err() {
-            self.forget_ticks_of(&new.run_id, AfterRun::Leave);
+            self.forget_ticks(&new.run_id, AfterRun::Leave);
         }
         match built {
-            Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
+            Ok(built) => Ok(self.begin(id, new, built).await),
             // The scene was not shown: the next run gets the number.
             Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
                 match run_inputs::give_back_number(&shared, &team, &task, k).await {
@@ -171,7 +180,7 @@ impl Session {
 
     /// Takes a place for a world. The clock is stopped while the session waits for one.
     fn place(&mut self, mode: Mode) -> Result<Admitted, Refusal> {
-        let request = WorldRequest { session_id: &self.session_id, mode, official: self.official };
+        let request = WorldRequest { session_id: &self.held.session_id, mode, official: self.official };
         let admitted = self.shared.compute.admit(request);
         let now = self.now();
         self.machine.hold(if admitted.is_ok() { now } else { now + WAIT }, now);
@@ -185,7 +194,7 @@ impl Session {
         new: &NewWorld,
         admitted: Admitted,
         length_s: Option<f64>,
-    ) -> Result<(OpenedWorld, Option<Recording>), Refusal> {
+    ) -> Result<Built, Refusal> {
         let NewWorld { task, hand, key, .. } = new;
         run_inputs::provide(&self.shared, hand, new.hand_sha256.as_deref()).await?;
         let hub = &self.shared.hub;
@@ -199,7 +208,7 @@ impl Session {
         let shipper = self.shared.shipper.as_ref().filter(|_| self.official);
         let shipped = shipper.map(|shipper| shipper.follow(&new.run_id, &self.held));
         let stored_header = shipped.as_ref().map(|_| header.to_json());
-        self.gate = shipped.map(|(observer, gate)| {
+        let gate = shipped.map(|(observer, gate)| {
             observers.push(Box::new(observer));
             gate
         });
@@ -218,14 +227,14 @@ impl Session {
             self.shorten(length_s).await?;
         }
         self.store_opened(new, stored_header).await?;
-        Ok((opened, recording))
+        Ok(Built { opened, recording, gate })
     }
 
     /// The run for spectators.
     fn watch_run(&self, new: &NewWorld) -> WatchRun {
         WatchRun {
             run_id: new.run_id.clone(),
-            session_id: self.session_id.clone(),
+            session_id: self.held.session_id.clone(),
             team: self.team.clone(),
             task: new.task.name.clone(),
             hand: new.hand.name.clone(),
@@ -307,13 +316,8 @@ impl Session {
     }
 
     /// Starts the run's clock, and a realtime world.
-    async fn begin(
-        &mut self,
-        id: u64,
-        new: NewWorld,
-        opened: OpenedWorld,
-        recording: Option<Recording>,
-    ) -> Reply {
+    async fn begin(&mut self, id: u64, new: NewWorld, built: Built) -> Reply {
+        let Built { opened, recording, gate } = built;
         let NewWorld { run_id, task, hand, .. } = new;
         let playing = Playing {
             run_id: run_id.clone(),
@@ -337,33 +341,29 @@ impl Session {
             tick_s: task.tick_s,
             time_limit_s: task.time_limit_s,
         };
-        self.recording = recording;
         self.machine.opened(playing, self.now());
         self.save(true).await;
-        self.stream = None;
         tracing::info!(
-            session = self.session_id,
+            session = self.held.session_id,
             run = run_id,
             task = task.name,
             hand = hand.name,
             mode = new.mode.as_str(),
             "run opened"
         );
-        self.open_run = match new.mode {
-            Mode::Lockstep => OpenRun::Lockstep(Box::new(opened.world)),
+        self.stream = None;
+        let world = match new.mode {
+            Mode::Lockstep => PlayedWorld::Lockstep(LockstepRun::new(opened.world, false)),
             Mode::Realtime => {
-                let live = RealtimeWorld::start(
-                    opened.world,
-                    hand,
-                    task.tick_s,
-                    self.official,
-                    self.gate.clone(),
-                    &self.shared.compute,
-                );
-                self.stream = Some(live.clone());
-                OpenRun::Realtime(live)
+                let compute = &self.shared.compute;
+                let gate = gate.clone();
+                let live =
+                    RealtimeWorld::start(opened.world, hand, task.tick_s, self.official, gate, compute);
+                self.stream = Some(Stream { live: live.clone(), went_back: false });
+                PlayedWorld::Realtime(live)
             }
         };
+        self.open_run = Some(OpenRun { stage: Stage::Played(world, recording), gate });
         let (run, scene) = (Some(run), Some(opened.scene));
         Reply::Obs(Box::new(Obs { run, scene, ..self.obs(Some(id), run_id, opened.observation) }))
     }
@@ -379,15 +379,14 @@ impl Session {
         let made = self.made_elsewhere(&step);
         let ticks =
             self.machine.may_step(self.now(), step.tick + u64::from(made), step.repeat, MAX_REPEAT)?;
-        let (OpenRun::Lockstep(world), Some(run)) = (&mut self.open_run, self.machine.playing()) else {
-            return Err(ended());
-        };
+        let lockstep = self.open_run.as_mut().and_then(OpenRun::lockstep);
+        let (Some(lockstep), Some(run)) = (lockstep, self.machine.playing()) else { return Err(ended()) };
         let run_id = run.run_id.clone();
-        let shots = world.shots(&step.cameras).map_err(bad_camera)?;
+        let shots = lockstep.world.shots(&step.cameras).map_err(bad_camera)?;
         let scheduler = &self.shared.compute.scheduler;
         let rest = step.repeat.saturating_sub(made);
         let missing = Missing { ticks: ticks.max(1).min(rest), since: step.tick };
-        let stepped = match world.step(scheduler, self.official, &step.action, missing).await {
+        let stepped = match lockstep.world.step(scheduler, self.official, &step.action, missing).await {
             Ok(stepped) => stepped,
             Err(StepError::Action(error)) => return Err(Refusal::new(Code::BadAction, error.to_string())),
             Err(StepError::Failed(failure)) => {
@@ -396,10 +395,10 @@ impl Session {
                 return Err(Refusal::new(Code::Internal, message).by(failure.fault));
             }
         };
-        self.taken_over = false;
+        lockstep.taken_over = false;
         let mut observation = stepped.observation;
-        let StepImages { requested, upcoming } = world.expose(&shots);
-        self.upcoming = upcoming;
+        let StepImages { requested, upcoming } = lockstep.world.expose(&shots);
+        lockstep.upcoming = upcoming;
         self.machine.stepped(observation.tick, self.now());
         if let Some(reason) = stepped.over {
             self.close_run(reason, None).await;
@@ -417,15 +416,17 @@ impl Session {
 
     /// Ticks of a step that another host has made before this one took the run over. Its client has missed their observation and sends
     /// the step again.
-    fn made_elsewhere(&self, step: &Step) -> u32 {
+    fn made_elsewhere(&mut self, step: &Step) -> u32 {
         let now = self.machine.playing().map_or(0, |run| run.tick);
         let made = now.checked_sub(step.tick).and_then(|made| u32::try_from(made).ok());
-        made.filter(|made| self.taken_over && *made <= step.repeat).unwrap_or(0)
+        let lockstep = self.open_run.as_mut().and_then(OpenRun::lockstep);
+        let taken_over = lockstep.is_some_and(|run| run.taken_over);
+        made.filter(|made| taken_over && *made <= step.repeat).unwrap_or(0)
     }
 
     /// Waits until so few ticks are unstored that the client may see this one. The time is given back.
     async fn pass_gate(&mut self, tick: u64) -> Result<(), Refusal> {
-        let Some(gate) = &self.gate else { return Ok(()) };
+        let Some(gate) = self.gate() else { return Ok(()) };
         let opened = tokio::select! {
             biased;
             opened = gate.open(tick) => opened.map_err(|lost| lost.to_string()),
@@ -441,19 +442,20 @@ impl Session {
     /// After a reply, while the controller computes: notifies the observers, and on a free core prepares the next tick and renders
     /// upcoming images.
     pub(crate) fn after_reply(&mut self) {
-        if let OpenRun::Lockstep(world) = &mut self.open_run {
-            world.notify_observers();
-            if let Some(permit) = self.shared.compute.scheduler.spare() {
-                world.prepare(&permit);
+        let compute = &self.shared.compute;
+        if let Some(run) = self.open_run.as_mut().and_then(OpenRun::lockstep) {
+            run.world.notify_observers();
+            if let Some(permit) = compute.scheduler.spare() {
+                run.world.prepare(&permit);
             }
+            images::render_ahead(compute, std::mem::take(&mut run.upcoming));
         }
-        images::render_ahead(&self.shared.compute, std::mem::take(&mut self.upcoming));
     }
 
     /// Sets the next action of a realtime world.
     pub(super) fn act(&mut self, id: u64, act: Act) -> Result<Reply, Refusal> {
         self.machine.may_act(self.now())?;
-        let OpenRun::Realtime(live) = &self.open_run else { return Err(ended()) };
+        let live = self.realtime().ok_or_else(ended)?;
         let shots = live.shots(&act.cameras).map_err(bad_camera)?;
         let accepted = live.act(act.action, shots);
         let tick = accepted.map_err(|error| Refusal::new(Code::BadAction, error.to_string()))?;
@@ -471,33 +473,27 @@ impl Session {
         let wrench = Wrench { force: push.wrench.force, torque: push.wrench.torque };
         let work =
             |world: &mut World| world.push(&push.link, wrench, push.duration_s).map(|()| world.next_tick());
-        let pushed = match &mut self.open_run {
-            OpenRun::None => return Err(ended()),
-            OpenRun::Lockstep(world) => work(world),
-            OpenRun::Realtime(live) => live.with_world(work).ok_or_else(ended)?,
-        };
+        let pushed = self.open_run.as_mut().and_then(|run| run.with_world(work)).ok_or_else(ended)?;
         let tick = pushed.map_err(|error| Refusal::new(Code::BadRequest, error.to_string()))?;
         Ok(Reply::Ack(Ack { id, tick }))
     }
 
     /// The next observation of a realtime world.
     pub(crate) async fn next_streamed(&mut self) -> Option<Reply> {
-        let StreamedObservation { mut observation, images, due } = self.stream.as_ref()?.pop()?;
+        let StreamedObservation { mut observation, images, due } = self.stream()?.pop()?;
         let StepImages { requested, upcoming } = images;
         observation.cameras = images::render(&self.shared.compute, requested).await;
         images::render_ahead(&self.shared.compute, upcoming);
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
-        let resumed = std::mem::take(&mut self.went_back);
+        let resumed = self.stream.as_mut().is_some_and(|stream| std::mem::take(&mut stream.went_back));
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());
         Some(Reply::Obs(Box::new(Obs { late_s, resumed, ..self.obs(None, run_id, observation) })))
     }
 
     /// Closes a realtime run whose world is over.
     pub(crate) async fn close_if_world_over(&mut self) {
-        if let OpenRun::Realtime(live) = &self.open_run
-            && let Some(reason) = live.over()
-        {
+        if let Some(reason) = self.realtime().and_then(|live| live.over()) {
             self.close_run(reason, None).await;
         }
         self.save(false).await;

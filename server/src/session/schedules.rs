@@ -7,8 +7,7 @@ use super::command;
 
 /// The module's copy with locks that try schedules.
 mod sync {
-    pub(super) use shuttle::sync::{Mutex, MutexGuard};
-    pub(super) use std::sync::PoisonError;
+    pub(super) use crate::random_schedules::Mutex;
 }
 
 #[expect(clippy::duplicate_mod, reason = "this copy has other locks")]

@@ -4,28 +4,25 @@ use super::after_run::AfterRun;
 use super::answered::Answered;
 use super::clock_rows::saved_row;
 use super::command::PendingCommand;
-use super::finished::FinishedRun;
 use super::machine::Machine;
+use super::open_run::{OpenRun, Stage, Stream};
 use super::registry::{Claims, Inbox, Registry};
-use crate::archive::{Archive, Recording};
+use crate::archive::Archive;
 use crate::clock::{ClockState, Saving, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::fleet::lease::Lease;
 use crate::fleet::shipper::Shipper;
-use crate::lifecycle::Lifecycle;
-use crate::metrics::Gauges;
+use crate::process::lifecycle::Lifecycle;
+use crate::process::version;
 use crate::store::{Held, ResumableSession, Store, unix_ms};
-use crate::version;
 use crate::watch::Hub;
 use crate::world::backlog::Gate;
 use crate::world::realtime::RealtimeWorld;
-use crate::world::run::World;
 use palmares_protocol::Reply;
 use palmares_protocol::reply::{TimeReport, Warning, Welcome};
 use palmares_protocol::specs::Specs;
 use palmares_tasks::Reason;
-use palmares_tasks::run::Exposure;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Mutex, oneshot};
@@ -68,26 +65,10 @@ pub(crate) struct Sessions {
     pub(crate) saving: Mutex<()>,
 }
 
-impl Sessions {
-    /// The gauges of the metrics; `unverified` comes from the database.
-    pub(crate) fn gauges(&self, unverified: usize) -> Gauges {
-        let worlds = self.compute.admission.open();
-        Gauges {
-            worlds: worlds.with_idle(),
-            idle_worlds: worlds.idle,
-            waiting: self.compute.admission.waiting().len(),
-            sessions: self.registry.len(),
-            viewers: self.hub.viewers(),
-            unverified,
-        }
-    }
-}
-
 /// A team's session.
 #[derive(Debug)]
 pub(crate) struct Session {
     pub(super) shared: Arc<Sessions>,
-    pub(super) session_id: String,
     /// This process's ownership of the session in the database.
     pub(super) held: Held,
     /// The secret that resumes the session.
@@ -98,44 +79,19 @@ pub(crate) struct Session {
     /// Official sessions have priority, and outlive the server.
     pub(super) official: bool,
     pub(super) machine: Machine,
-    pub(super) open_run: OpenRun,
-    /// The realtime world whose stream may still have observations.
-    pub(super) stream: Option<Arc<RealtimeWorld>>,
-    /// Images that the controller of a lockstep run will probably ask for next.
-    pub(super) upcoming: Vec<Arc<Exposure>>,
-    /// The open run's replay.
-    pub(super) recording: Option<Recording>,
-    /// Bounds the ticks of the open run that a failure of this host takes back; None if no other host can continue the run.
-    pub(super) gate: Option<Gate>,
-    /// A continued run stands until its client is back; then whether an organizer has paused the session.
+    /// The run that the machine plays.
+    pub(super) open_run: Option<OpenRun>,
+    /// The observations of the last realtime run, until `stop` or another run.
+    pub(super) stream: Option<Stream>,
+    /// While the clock of a session with a continued run stands until its client is back: whether an organizer has paused it.
     pub(super) standing: Option<bool>,
-    /// Whether the run has gone back to its last stored tick since the last observation of a realtime run.
-    pub(super) went_back: bool,
-    /// Whether the open run was continued from another host and no step was made here yet.
-    pub(super) taken_over: bool,
     /// For a client that has missed a reply.
     pub(super) answered: Answered,
-    /// A finished run that could not be stored: `stop` tries again.
-    pub(super) unstored: Option<FinishedRun>,
-    /// When the session tries that again by itself.
-    pub(super) try_again_at: Duration,
     inbox: Inbox<Session>,
     /// Refunded runs whose rows are not updated yet.
     pub(super) refunded_runs: Vec<String>,
     /// A remark on the team's name, for the first `welcome`.
     pub(super) note: Option<String>,
-}
-
-/// The open run's world.
-#[derive(Debug, Default)]
-pub(super) enum OpenRun {
-    /// No run is open, or it has ended but is not stored yet.
-    #[default]
-    None,
-    /// A world that waits for steps.
-    Lockstep(Box<World>),
-    /// A world that follows the clock.
-    Realtime(Arc<RealtimeWorld>),
 }
 
 /// Hands a session to its client's new connection.
@@ -190,24 +146,16 @@ impl Session {
         machine.set_competition_paused(rules.is_paused(), shared.lifecycle.now());
         Box::new(Session {
             shared: shared.clone(),
-            session_id: held.session_id.clone(),
             held,
             resume_token,
             token_hash,
             team,
             official,
             machine,
-            open_run: OpenRun::None,
+            open_run: None,
             stream: None,
-            upcoming: Vec::new(),
-            recording: None,
-            gate: None,
             standing: None,
-            went_back: false,
-            taken_over: false,
             answered: Answered::default(),
-            unstored: None,
-            try_again_at: Duration::ZERO,
             inbox,
             refunded_runs: Vec::new(),
             note: None,
@@ -244,8 +192,8 @@ impl Session {
 
     /// Drops all streamed observations but the last, for a client that reconnects.
     pub(super) fn keep_last_observation(&self) {
-        if let Some(live) = &self.stream {
-            live.keep_last();
+        if let Some(stream) = &self.stream {
+            stream.live.keep_last();
         }
     }
 
@@ -258,7 +206,30 @@ impl Session {
     /// Whether its time is over and all its results are stored.
     pub(super) fn is_spent(&self) -> bool {
         let over = self.machine.clock().is_over(self.now());
-        over && self.machine.playing().is_none() && self.unstored.is_none()
+        over && self.machine.playing().is_none()
+    }
+
+    /// The world of an open realtime run.
+    pub(super) fn realtime(&self) -> Option<&Arc<RealtimeWorld>> {
+        self.open_run.as_ref()?.realtime()
+    }
+
+    /// The gate of the open run.
+    pub(super) fn gate(&self) -> Option<&Gate> {
+        self.open_run.as_ref()?.gate.as_ref()
+    }
+
+    /// When the result that could not be stored is tried again.
+    fn try_again_at(&self) -> Option<Duration> {
+        match self.open_run.as_ref()?.stage {
+            Stage::Unstored(_, try_again_at) => Some(try_again_at),
+            Stage::Played(..) | Stage::Closing => None,
+        }
+    }
+
+    /// Whether the result of the open run could not be stored.
+    pub(super) fn is_unstored(&self) -> bool {
+        self.try_again_at().is_some()
     }
 
     pub(super) fn left_s(&self) -> Option<f64> {
@@ -277,7 +248,7 @@ impl Session {
         self.catch_up();
         Reply::Welcome(Box::new(Welcome {
             id,
-            session_id: self.session_id.clone(),
+            session_id: self.held.session_id.clone(),
             resume_token: self.resume_token.clone(),
             team: self.team.clone(),
             session_left_s: self.left_s(),
@@ -316,28 +287,33 @@ impl Session {
 
     /// Ends the session here without a write: another owner continues it. Its world and its recording end.
     pub(crate) fn part(mut self: Box<Self>) {
-        if let OpenRun::Realtime(live) = std::mem::take(&mut self.open_run) {
+        if let Some(live) = self.realtime() {
             // Dropped: it ticks no more.
             drop(live.take(None));
         }
-        self.forget_ticks(AfterRun::Leave);
+        self.forget_run(AfterRun::Leave);
         self.shared.registry.remove(&self.held);
-        self.shared.clocks.remove(&self.session_id, self.held.epoch);
-        tracing::info!(session = self.session_id, "the session ends here; it continues with another owner");
+        self.shared.clocks.remove(&self.held.session_id, self.held.epoch);
+        tracing::info!(
+            session = self.held.session_id,
+            "the session ends here; it continues with another owner"
+        );
     }
 
     /// The realtime world whose observations the client gets.
     pub(crate) fn stream(&self) -> Option<&Arc<RealtimeWorld>> {
-        self.stream.as_ref()
+        self.stream.as_ref().map(|stream| &stream.live)
     }
 
     /// Gives back the time for which the run stood at its gate, and updates the machine to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
-        if let Some(gate) = &self.gate {
-            self.machine.stood(gate.take_stood(), self.now());
+        let now = self.now();
+        let Some(run) = &self.open_run else { return };
+        if let Some(gate) = &run.gate {
+            self.machine.stood(gate.take_stood(), now);
         }
-        if let OpenRun::Realtime(live) = &self.open_run {
-            self.machine.stepped(live.tick_now(), self.now());
+        if let Some(live) = run.realtime() {
+            self.machine.stepped(live.tick_now(), now);
         }
     }
 
@@ -357,10 +333,9 @@ impl Session {
 
     /// Time until [`Session::expire`] is due, if no request comes until then.
     pub(crate) fn next_change(&self) -> Option<Duration> {
-        // A result that could not be stored is tried again after a while.
-        match self.unstored {
+        match self.try_again_at() {
             // A fixed moment: requests do not put it off.
-            Some(_) => Some(self.try_again_at.saturating_sub(self.now())),
+            Some(moment) => Some(moment.saturating_sub(self.now())),
             None => self.machine.next_change(self.now()),
         }
     }
@@ -375,7 +350,7 @@ impl Session {
     /// Closes the run if the session's time is spent or its result could not be stored, or returns the warning that is due.
     pub(crate) async fn expire(&mut self) -> Option<Reply> {
         let warning = self.warning();
-        if warning.is_none() && self.unstored.is_some() {
+        if warning.is_none() && self.is_unstored() {
             // It keeps the reason for which it has ended.
             self.close_run(Reason::Stopped, None).await;
         } else if warning.is_none() {
@@ -392,7 +367,7 @@ impl Session {
             Some(before) => Saving::BeforeRun(before),
             None => Saving::Present,
         };
-        self.shared.clocks.show(&self.session_id, self.held.epoch, self.machine.clock(), saving);
+        self.shared.clocks.show(&self.held.session_id, self.held.epoch, self.machine.clock(), saving);
     }
 
     /// Shows the clock. Saves it for a later process, with `now` or while refunds are not saved yet.
@@ -410,7 +385,7 @@ impl Session {
             }
             // Without refunds the next save of all clocks tries again; otherwise the next request.
             Err(error) => {
-                tracing::error!(%error, session = self.session_id, "the session's clock could not be saved");
+                tracing::error!(%error, session = self.held.session_id, "the session's clock could not be saved");
             }
         }
     }
@@ -424,13 +399,13 @@ impl Session {
         // Even when the session is over: it may get time again.
         self.save(true).await;
         if self.official && self.shared.lifecycle.is_stopping() && self.outlasts_absence() {
-            tracing::debug!(session = self.session_id, "the session continues after the restart");
+            tracing::debug!(session = self.held.session_id, "the session continues after the restart");
         } else if let Err(error) = self.shared.store.end_session(&self.held).await {
-            tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
+            tracing::error!(%error, session = self.held.session_id, "the session's end could not be stored");
         }
         self.shared.registry.remove(&self.held);
-        self.shared.clocks.remove(&self.session_id, self.held.epoch);
-        tracing::info!(session = self.session_id, "session ended");
+        self.shared.clocks.remove(&self.held.session_id, self.held.epoch);
+        tracing::info!(session = self.held.session_id, "session ended");
         result.map(|result| Reply::Result(Box::new(result)))
     }
 }

@@ -13,7 +13,7 @@ impl Session {
             self.close_run(Reason::Stopped, note).await;
         }
         // A result that could not be stored is tried again.
-        if (self.official && !self.machine.clock().is_over(self.now())) || self.unstored.is_some() {
+        if (self.official && !self.machine.clock().is_over(self.now())) || self.is_unstored() {
             self.park();
         } else {
             self.end(Reason::Stopped, note).await;
@@ -22,7 +22,7 @@ impl Session {
 
     /// Lets the session wait for its client after a lost connection.
     pub(crate) fn park(self: Box<Self>) {
-        tracing::info!(session = self.session_id, "connection lost; the session waits");
+        tracing::info!(session = self.held.session_id, "connection lost; the session waits");
         self.wait();
     }
 
@@ -62,7 +62,7 @@ async fn keep(mut session: Box<Session>) {
             () = until(change) => {
                 // The warning is for a connected client.
                 session.expire().await;
-                if grace.is_none() && !session.outlasts_absence() && session.unstored.is_none() {
+                if grace.is_none() && !session.outlasts_absence() && !session.is_unstored() {
                     break Reason::SessionOver;
                 }
             }
@@ -75,7 +75,7 @@ async fn keep(mut session: Box<Session>) {
                 if session.machine.playing().is_some() {
                     session.close_run(Reason::Disconnected, None).await;
                 }
-                if !outlasts && session.unstored.is_none() {
+                if !outlasts && !session.is_unstored() {
                     break Reason::Disconnected;
                 }
                 grace = None;

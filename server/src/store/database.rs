@@ -5,13 +5,14 @@ use super::host::{Host, HostKey};
 use super::location::{Dialect, Location, Lock, Target};
 use super::transaction::Transaction;
 use Statements::{Each, Same};
+use parking_lot::RwLock;
 use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::{AnyConnection, AnyPool, Executor, SqlSafeStr};
 use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::num::NonZero;
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Mutex, watch};
 
@@ -132,7 +133,7 @@ impl Store {
 
     /// The connections. They are replaced after an outage.
     pub(super) fn pool(&self) -> AnyPool {
-        self.pool.read().unwrap_or_else(PoisonError::into_inner).clone()
+        self.pool.read().clone()
     }
 
     /// Replaces all connections: those that were open when a network failed can hang for minutes after its repair.
@@ -141,7 +142,7 @@ impl Store {
     /// The database cannot be opened.
     pub(crate) async fn reconnect(&self) -> Result<(), StoreError> {
         let pool = connect(&self.target).await?;
-        let old = std::mem::replace(&mut *self.pool.write().unwrap_or_else(PoisonError::into_inner), pool);
+        let old = std::mem::replace(&mut *self.pool.write(), pool);
         self.replaced.send_modify(|count| *count += 1);
         // Waits for connections in use, which may be those that hang.
         tokio::spawn(async move { old.close().await });

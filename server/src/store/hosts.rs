@@ -249,7 +249,7 @@ impl Store {
         if locked.rows_affected() == 1 {
             return Ok(transaction);
         }
-        METRICS.refused_stale_write();
+        METRICS.stale_writes.inc();
         held.lose();
         Err(StoreError::Stale { session_id: held.session_id.clone() })
     }

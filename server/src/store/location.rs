@@ -1,7 +1,7 @@
 //! The location of the database, and the lock that one server holds on it.
 
 use super::error::StoreError;
-use crate::private_files;
+use crate::files::private_files;
 use sqlx::any::AnyConnectOptions;
 use sqlx::{AnyConnection, Connection};
 use std::fmt::Write;

@@ -2,7 +2,7 @@
 
 use super::caller::Caller;
 use super::inbound_limits::InboundLimits;
-use crate::problem::Problem;
+use crate::transport::problem::Problem;
 use axum::extract::{ConnectInfo, Request, State};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};

@@ -9,6 +9,7 @@ pub(crate) mod guard;
 mod guard_layer;
 mod inbound_limits;
 pub(crate) mod low_latency;
+pub(crate) mod problem;
 mod quota;
 mod serve;
 mod socket_limits;

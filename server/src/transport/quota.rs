@@ -1,8 +1,9 @@
 //! Quotas: an amount for each key, never above a limit.
 
+use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::hash::Hash;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 /// The amount in use, by key.
 #[derive(Debug)]
@@ -38,19 +39,14 @@ impl<K: Eq + Hash + Clone> Quotas<K> {
 impl<K> Quotas<K> {
     /// The amount of all keys.
     pub(crate) fn total(&self) -> usize {
-        self.lock().values().sum()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, HashMap<K, usize>> {
-        // Nothing panics while it holds the lock; if something did, the map would still be whole.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().values().sum()
     }
 }
 
 impl<K: Eq + Hash + Clone> Quota<K> {
     /// Takes more, if all quotas of the key together stay at or below `max`.
     pub(crate) fn grow(&mut self, amount: usize, max: usize) -> bool {
-        let mut counts = self.counts.lock();
+        let mut counts = self.counts.0.lock();
         let all = counts.get(&self.key).copied().unwrap_or(0).saturating_add(amount);
         if all > max {
             return false;
@@ -63,7 +59,7 @@ impl<K: Eq + Hash + Clone> Quota<K> {
 
 impl<K: Eq + Hash> Drop for Quota<K> {
     fn drop(&mut self) {
-        let mut counts = self.counts.lock();
+        let mut counts = self.counts.0.lock();
         if let Some(all) = counts.get_mut(&self.key) {
             *all = all.saturating_sub(self.amount);
             if *all == 0 {
@@ -87,6 +83,6 @@ mod tests {
         drop(first);
         assert!(second.grow(2, 3));
         drop((second, other));
-        assert!(counts.lock().is_empty());
+        assert!(counts.0.lock().is_empty());
     }
 }

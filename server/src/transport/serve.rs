@@ -2,7 +2,7 @@
 
 use super::caller::{Caller, Peer};
 use super::inbound_limits::InboundLimits;
-use crate::lifecycle::Lifecycle;
+use crate::process::lifecycle::Lifecycle;
 use axum::Router;
 use axum::extract::{ConnectInfo, Request};
 use axum::serve::Listener;

@@ -1,6 +1,6 @@
 //! The opening handshake of a WebSocket (RFC 6455, section 4.2): the same checks for all sockets.
 
-use crate::problem::{Problem, wrong_websocket_version};
+use crate::transport::problem::{Problem, wrong_websocket_version};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::http::HeaderMap;

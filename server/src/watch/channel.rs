@@ -11,8 +11,9 @@ use super::sample::{OverlayCounts, Overlays, WatchSample};
 use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::Sensing;
 use palmares_tasks::run::TelemetryModel;
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{broadcast, watch};
 use tokio::time::{Instant, sleep_until};
@@ -95,14 +96,13 @@ impl Channel {
     /// The session's clock as another host has sent it; None for a run of this host.
     pub(super) fn linked_clock(&self) -> Option<LinkClock> {
         let Source::Host { clock } = &self.source else { return None };
-        // An assignment cannot panic.
-        *clock.lock().unwrap_or_else(PoisonError::into_inner)
+        *clock.lock()
     }
 
     /// Notes the session's clock as another host has sent it.
     pub(super) fn set_linked_clock(&self, newest: Option<LinkClock>) {
         if let Source::Host { clock } = &self.source {
-            *clock.lock().unwrap_or_else(PoisonError::into_inner) = newest;
+            *clock.lock() = newest;
         }
     }
 

@@ -10,7 +10,7 @@ use super::request::Target;
 use crate::auth::Auth;
 use crate::clock::SessionClocks;
 use crate::competition::Competition;
-use crate::lifecycle::Lifecycle;
+use crate::process::lifecycle::Lifecycle;
 use crate::store::Store;
 use std::sync::Arc;
 

@@ -10,9 +10,10 @@ use super::sample::{Overlays, WatchSample};
 use crate::store::Announcement;
 use crate::world::{RunObserver, Ticked};
 use palmares_tasks::{Event, Fault, Outcome, Run, Sensing};
+use parking_lot::Mutex;
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{broadcast, watch};
 
@@ -77,11 +78,6 @@ impl Default for Hub {
 }
 
 impl Hub {
-    fn open(&self) -> MutexGuard<'_, OpenRuns> {
-        // FindError panics while it holds the lock; if something did, the maps would still be whole.
-        self.open.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// The observer that publishes a run. `own_hand`: the team uploaded the hand.
     pub(crate) fn publisher(self: &Arc<Self>, info: WatchRun, sensing: Sensing, own_hand: bool) -> Publisher {
         let now = Instant::now();
@@ -110,7 +106,7 @@ impl Hub {
             info,
         });
         {
-            let mut open = self.open();
+            let mut open = self.open.lock();
             open.channels.insert(channel.info.run_id.clone(), channel.clone());
             if !open.sessions.contains(&channel.info.session_id) {
                 if open.sessions.len() == MAX_SESSIONS {
@@ -135,7 +131,7 @@ impl Hub {
 
     /// Whether a run is open here.
     pub(super) fn has(&self, run_id: &str) -> bool {
-        self.open().channels.contains_key(run_id)
+        self.open.lock().channels.contains_key(run_id)
     }
 
     /// Counts a possible change of the ranking: readers get it from the database again.
@@ -181,14 +177,14 @@ impl Hub {
 
     /// The open runs that this watcher may watch.
     pub(super) fn list(&self, watcher: &Watcher) -> Vec<WatchRun> {
-        let open = self.open();
+        let open = self.open.lock();
         let allowed = open.channels.values().filter(|channel| watcher.may_watch(&channel.access()));
         allowed.map(|channel| channel.info.clone()).collect()
     }
 
     /// Follows the run that a target names.
     pub(super) fn find(&self, target: &Target, watcher: &Watcher) -> Result<Following, FindError> {
-        let open = self.open();
+        let open = self.open.lock();
         let allowed = |channel: &Arc<Channel>| watcher.may_watch(&channel.access());
         let channel = match target {
             Target::Run(id) => open.channels.get(id).ok_or(FindError::Unknown)?,
@@ -349,7 +345,7 @@ impl Publisher {
         let run_id = channel.info.run_id.clone();
         {
             // This host may show the run again, as its next owner.
-            let mut open = self.hub.open();
+            let mut open = self.hub.open.lock();
             if open.channels.get(&run_id).is_some_and(|known| Arc::ptr_eq(known, &channel)) {
                 open.channels.remove(&run_id);
             }

@@ -16,9 +16,10 @@ use crate::store::{OpenRun, Store};
 use anyhow::{Context, bail};
 use futures_util::{SinkExt, StreamExt};
 use palmares_tasks::Sensing;
+use parking_lot::Mutex;
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::sync::{broadcast, watch};
@@ -112,11 +113,6 @@ enum LinkEnd {
 
 type Link = WebSocketStream<TcpStream>;
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Nothing panics while it holds a lock; if something did, the maps would still be whole.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl OtherHosts {
     /// The other hosts of the fleet, which have the same key.
     pub(crate) fn new(store: Store, competition: Arc<Competition>, hub: Arc<Hub>, key: FleetKey) -> Self {
@@ -177,7 +173,7 @@ impl OtherHosts {
         let places = |runs: &[ForeignRun]| -> Vec<_> {
             runs.iter().map(|run| (run.info.run_id.clone(), run.host.clone())).collect()
         };
-        let before = std::mem::replace(&mut *lock(&self.runs), Arc::new(runs.clone()));
+        let before = std::mem::replace(&mut *self.runs.lock(), Arc::new(runs.clone()));
         if places(&before) != places(&runs) {
             self.hub.look_again();
         }
@@ -186,7 +182,7 @@ impl OtherHosts {
     /// The runs of other hosts that can be reached.
     async fn runs(&self) -> Vec<ForeignRun> {
         self.refresh().await;
-        let all = lock(&self.runs).clone();
+        let all = self.runs.lock().clone();
         let here = self.store.host_name();
         let elsewhere =
             |run: &&ForeignRun| run.host.is_some() && run.host.as_deref() != here && run.url.is_some();
@@ -278,7 +274,7 @@ impl OtherHosts {
     /// Follows a run; its first viewer opens the connection. None if its host cannot be reached, or the run is over.
     async fn follow(self: &Arc<Self>, run: &ForeignRun) -> Option<Following> {
         let run_id = &run.info.run_id;
-        let slot = lock(&self.shared).entry(run_id.clone()).or_default().clone();
+        let slot = self.shared.lock().entry(run_id.clone()).or_default().clone();
         let mut shared = slot.lock().await;
         if let Some(channel) = &shared.channel {
             return Some(Following::new(channel));
@@ -355,7 +351,7 @@ impl OtherHosts {
         let mut shared = slot.lock().await;
         // A follower that has the slot already must not connect at once again.
         *shared = Shared { channel: None, failed: Some(Instant::now()) };
-        lock(&self.shared).remove(&channel.info.run_id);
+        self.shared.lock().remove(&channel.info.run_id);
     }
 
     /// Forgets a run that nobody watches. Under the lock: a viewer that comes now finds it, or opens it anew.
@@ -364,7 +360,7 @@ impl OtherHosts {
         let left = !channel.is_watched();
         if left {
             *shared = Shared::default();
-            lock(&self.shared).remove(&channel.info.run_id);
+            self.shared.lock().remove(&channel.info.run_id);
         }
         left
     }

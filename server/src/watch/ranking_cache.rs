@@ -6,8 +6,9 @@ use super::messages::{Ranking, WatchReply};
 use crate::metrics::METRICS;
 use crate::store::{LeaderboardRow, ReadTeams, Store, StoreError};
 use axum::extract::ws::Utf8Bytes;
+use parking_lot::Mutex;
 use sqlx::AnyConnection;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
@@ -104,7 +105,7 @@ impl RankingCache {
 
     /// Reads the ranking soon, if it has changed since the last reading.
     pub(super) fn refresh(self: &Arc<Self>) {
-        let mut reader = self.reader();
+        let mut reader = self.reader.lock();
         if reader.running || !self.is_stale() {
             return;
         }
@@ -144,9 +145,9 @@ impl RankingCache {
         let read = self.store.read_leaderboard(self.official, &mut teams).await;
         let revision = teams.revision();
         drop(teams);
-        METRICS.ranking_read(began.elapsed());
+        METRICS.ranking_read.observe(began.elapsed());
         {
-            let mut reader = self.reader();
+            let mut reader = self.reader.lock();
             *reader = Reader { running: false, not_before: Instant::now() + PERIOD };
         }
         self.readings.send_modify(|readings| match read {
@@ -160,10 +161,6 @@ impl RankingCache {
                 readings.failed += 1;
             }
         });
-    }
-
-    fn reader(&self) -> MutexGuard<'_, Reader> {
-        self.reader.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -8,7 +8,7 @@ use super::link::{CLOCK_PERIOD, LinkClock, Opened, PROOF, ToViewerHost, encoded}
 use super::request::Target;
 use super::sample::Overlays;
 use crate::metrics::METRICS;
-use crate::problem::Problem;
+use crate::transport::problem::Problem;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Path, State};

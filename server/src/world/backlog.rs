@@ -4,7 +4,7 @@
 //! database; the shipper takes them and confirms those that are stored. If the host fails, the other ticks are lost. So a client
 //! sees at most [`MAX_UNSTORED`] of them: otherwise the answer of a lockstep step waits at the gate, and a realtime world stands.
 
-use super::sync::{Arc, AtomicBool, AtomicU64, Mutex, MutexGuard, Ordering, PoisonError};
+use super::sync::{Arc, AtomicBool, AtomicU64, Mutex, Ordering};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
@@ -71,11 +71,6 @@ impl<T> Backlog<T> {
         Backlog { ticks: Arc::new(Mutex::new(ticks)), gate }
     }
 
-    fn ticks(&self) -> MutexGuard<'_, Ticks<T>> {
-        // Nothing panics while it holds the lock.
-        self.ticks.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// The run's gate.
     pub(crate) fn gate(&self) -> &Gate {
         &self.gate
@@ -83,13 +78,13 @@ impl<T> Backlog<T> {
 
     /// The run is at this tick, which is stored; nothing was added before.
     pub(crate) fn begin(&self, tick: u64) {
-        self.ticks().from = tick;
+        self.ticks.lock().from = tick;
         self.gate.0.stored.store(tick, Ordering::Release);
     }
 
     /// Adds the run's next tick. Returns how many ticks no statement has.
     pub(crate) fn add(&self, tick: T) -> usize {
-        let mut ticks = self.ticks();
+        let mut ticks = self.ticks.lock();
         ticks.waiting.push(tick);
         ticks.waiting.len()
     }
@@ -99,7 +94,7 @@ impl<T> Backlog<T> {
     /// A statement without an answer may succeed later all the same. With other ticks in the same row, it would then replace the
     /// row of its successor.
     pub(crate) fn take(&self) -> Option<Group<T>> {
-        let mut ticks = self.ticks();
+        let mut ticks = self.ticks.lock();
         if ticks.sent.is_none() && !ticks.waiting.is_empty() {
             // The next ones fit without another allocation.
             let next = Vec::with_capacity(ticks.waiting.len());
@@ -113,7 +108,7 @@ impl<T> Backlog<T> {
 
     /// The ticks that [`Backlog::take`] has returned last are in the database.
     pub(crate) fn confirm(&self) {
-        let Some(group) = self.ticks().sent.take() else { return };
+        let Some(group) = self.ticks.lock().sent.take() else { return };
         self.gate.0.stored.store(group.through(), Ordering::Release);
         self.gate.0.changed.notify_waiters();
     }
@@ -130,7 +125,7 @@ impl<T> Backlog<T> {
     /// The session has another owner.
     pub(crate) async fn all_stored(&self) -> Result<(), Lost> {
         let all_stored = || {
-            let ticks = self.ticks();
+            let ticks = self.ticks.lock();
             ticks.waiting.is_empty() && ticks.sent.is_none()
         };
         self.gate.until(all_stored).await

@@ -15,8 +15,9 @@ use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
 use palmares_tasks::run::{Shot, ShotError};
 use palmares_tasks::{Action, ActionError, Observation, Reason};
+use parking_lot::Mutex;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::Notify;
 
@@ -90,11 +91,6 @@ impl std::fmt::Debug for RealtimeWorld {
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Panics of a world are caught before; the locked data stays whole.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl RealtimeWorld {
     /// Starts a world.
     pub(crate) fn start(
@@ -166,7 +162,7 @@ impl RealtimeWorld {
     /// which it takes effect.
     pub(crate) fn act(&self, action: Action, shots: Vec<Shot>) -> Result<u64, ActionError> {
         action.check(&self.hand)?;
-        let mut inbox = lock(&self.inbox);
+        let mut inbox = self.inbox.lock();
         if !shots.is_empty() {
             inbox.shots = shots;
         }
@@ -185,12 +181,12 @@ impl RealtimeWorld {
 
     /// Calls `work` with the world, between two ticks. None after the run was closed.
     pub(crate) fn with_world<T>(&self, work: impl FnOnce(&mut World) -> T) -> Option<T> {
-        lock(&self.ticking).world.as_mut().map(work)
+        self.ticking.lock().world.as_mut().map(work)
     }
 
     /// The current tick.
     pub(crate) fn tick_now(&self) -> u64 {
-        lock(&self.inbox).tick
+        self.inbox.lock().tick
     }
 
     /// Returns when an observation is in the stream, or the run is over.
@@ -200,19 +196,19 @@ impl RealtimeWorld {
 
     /// Takes the oldest observation from the stream.
     pub(crate) fn pop(&self) -> Option<StreamedObservation> {
-        lock(&self.stream).waiting.pop_front()
+        self.stream.lock().waiting.pop_front()
     }
 
     /// Makes [`RealtimeWorld::changed`] return again if the stream is not empty.
     pub(crate) fn renotify(&self) {
-        if !lock(&self.stream).waiting.is_empty() {
+        if !self.stream.lock().waiting.is_empty() {
             self.notify.notify_one();
         }
     }
 
     /// Drops all observations in the stream but the last, for a client that reconnects.
     pub(crate) fn keep_last(&self) {
-        let mut stream = lock(&self.stream);
+        let mut stream = self.stream.lock();
         let old = stream.waiting.len().saturating_sub(1);
         stream.waiting.drain(..old);
         drop(stream);
@@ -221,11 +217,11 @@ impl RealtimeWorld {
 
     /// Reason why the run is over, if it is; then it ticks no more.
     pub(crate) fn over(&self) -> Option<Reason> {
-        lock(&self.stream).over
+        self.stream.lock().over
     }
 
     fn push(&self, streamed: StreamedObservation, over: Option<Reason>) {
-        let mut stream = lock(&self.stream);
+        let mut stream = self.stream.lock();
         if stream.waiting.len() >= STREAM_LENGTH {
             stream.waiting.pop_front();
             stream.dropped += 1;
@@ -239,15 +235,15 @@ impl RealtimeWorld {
 
     /// Stops the world until [`RealtimeWorld::resume`].
     pub(crate) fn pause(&self) {
-        let mut inbox = lock(&self.inbox);
+        let mut inbox = self.inbox.lock();
         inbox.paused = true;
         inbox.generation += 1;
     }
 
     /// Continues the world; the pause does not count. Blocks until a tick in progress has ended.
     pub(crate) fn resume(self: &Arc<Self>, pacer: &Pacer) {
-        let mut ticking = lock(&self.ticking);
-        let mut inbox = lock(&self.inbox);
+        let mut ticking = self.ticking.lock();
+        let mut inbox = self.inbox.lock();
         if !inbox.paused || ticking.world.is_none() {
             return;
         }
@@ -262,8 +258,8 @@ impl RealtimeWorld {
     /// Takes the world: it ticks no more. A run that is cut short streams a last observation with the reason. Blocks until a tick
     /// in progress has ended.
     pub(crate) fn take(&self, cut_short: Option<Reason>) -> Option<World> {
-        lock(&self.inbox).generation += 1;
-        let mut ticking = lock(&self.ticking);
+        self.inbox.lock().generation += 1;
+        let mut ticking = self.ticking.lock();
         let mut world = ticking.world.take()?;
         if let Some(reason) = cut_short
             && let Ok(mut observation) = world.observe()
@@ -283,13 +279,13 @@ impl RealtimeWorld {
 
     /// The run's timing.
     pub(crate) fn stats(&self) -> RealtimeStats {
-        RealtimeStats { tempo: lock(&self.ticking).pace.tempo(), dropped: lock(&self.stream).dropped }
+        RealtimeStats { tempo: self.ticking.lock().pace.tempo(), dropped: self.stream.lock().dropped }
     }
 
     /// The world failed: streams the last observation again with the reason, or readers of the stream would wait forever.
     fn fail(&self) {
         let over = Some(Reason::WorldFault);
-        let last = lock(&self.stream).last.take();
+        let last = self.stream.lock().last.take();
         if let Some(last) = last {
             let reason = over.map(|reason| reason.as_str().into());
             let observation =
@@ -298,7 +294,7 @@ impl RealtimeWorld {
                 StreamedObservation { observation, images: StepImages::default(), due: Instant::now() };
             self.push(streamed, over);
         }
-        lock(&self.stream).over = over;
+        self.stream.lock().over = over;
         self.notify.notify_one();
     }
 
@@ -332,9 +328,9 @@ impl Paced for RealtimeWorld {
 
     fn tick(&self, generation: u64) -> Option<Instant> {
         let due = {
-            let mut ticking = lock(&self.ticking);
+            let mut ticking = self.ticking.lock();
             ticking.world.as_ref()?;
-            if lock(&self.inbox).generation != generation {
+            if self.inbox.lock().generation != generation {
                 return None;
             }
             if let Err(later) = self.pass_gate(&mut ticking.pace) {
@@ -343,10 +339,10 @@ impl Paced for RealtimeWorld {
             ticking.pace.due()
         };
         let permit = self.scheduler.permit_blocking(Urgency::realtime(self.official, due));
-        let mut ticking = lock(&self.ticking);
+        let mut ticking = self.ticking.lock();
         let Ticking { world: Some(world), pace } = &mut *ticking else { return None };
         let (fresh, shots) = {
-            let mut inbox = lock(&self.inbox);
+            let mut inbox = self.inbox.lock();
             if inbox.generation != generation {
                 return None;
             }

@@ -4,9 +4,9 @@
 
 /// The module's copy with locks and atomics that try schedules.
 mod sync {
+    pub(super) use crate::random_schedules::Mutex;
+    pub(super) use shuttle::sync::Arc;
     pub(super) use shuttle::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-    pub(super) use shuttle::sync::{Arc, Mutex, MutexGuard};
-    pub(super) use std::sync::PoisonError;
 }
 
 #[expect(clippy::duplicate_mod, reason = "this copy has other locks")]

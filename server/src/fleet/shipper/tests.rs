@@ -78,7 +78,7 @@ async fn ticks_and_snapshots_of_all_runs_are_stored() {
     shipper.flush("b").await.expect("one owner");
     assert_eq!(store.shipped_run("a").await.expect("query"), crate::store::ShippedRun::default());
     drop(expected);
-    while !shipper.shared.runs().is_empty() {
+    while !shipper.shared.runs.lock().is_empty() {
         tokio::time::sleep(Duration::from_millis(5)).await;
     }
     store.close().await;

@@ -1,8 +1,8 @@
 //! Announcements to all clients.
 
 use super::request::{AdminRequest, entry};
-use crate::problem::Problem;
 use crate::store::{Announcement, Store};
+use crate::transport::problem::Problem;
 use crate::watch::Hub;
 use axum::Json;
 use axum::extract::State;

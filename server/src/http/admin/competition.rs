@@ -1,12 +1,12 @@
 //! Commands on the whole competition: its phases, and pause, resume and end of all sessions.
 
 use super::request::{AdminRequest, entry, no_verb};
+use crate::competition::rules::CompetitionPhase;
 use crate::http::extract::Path;
 use crate::http::runs::SessionNow;
-use crate::problem::Problem;
-use crate::rules::CompetitionPhase;
-use crate::state::AppState;
+use crate::http::state::AppState;
 use crate::store::CompetitionChange;
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::Code;

@@ -1,8 +1,8 @@
 //! Passes an organizer's request on to the host that has the session, in a fleet.
 
-use crate::problem::Problem;
 use crate::session::Sessions;
 use crate::store::Store;
+use crate::transport::problem::Problem;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::extract::{Request, State};
 use axum::http::header::{AUTHORIZATION, CONTENT_TYPE, HOST};

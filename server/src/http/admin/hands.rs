@@ -1,12 +1,12 @@
 //! Uploaded hands, and the decisions on them.
 
 use super::request::{AdminRequest, ListQuery, entry, needs_reason, no_verb, not_found};
-use crate::hands::Inspection;
+use crate::competition::hands::Inspection;
 use crate::http::extract::{Path, Query};
-use crate::problem::Problem;
-use crate::state::AppState;
+use crate::http::state::AppState;
 use crate::store::HandRow;
 use crate::store::Store;
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};

@@ -20,9 +20,9 @@ use super::openapi::operation::{Operation, Token, ZIP, get, get_json, post_json}
 use super::openapi::routes::Routes;
 use super::runs::RunList;
 use crate::auth::Auth;
-use crate::problem::Problem;
-use crate::state::AppState;
+use crate::http::state::AppState;
 use crate::store::{Announcement, Store};
+use crate::transport::problem::Problem;
 use axum::extract::{Request, State};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};

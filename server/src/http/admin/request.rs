@@ -1,9 +1,9 @@
 //! Requests of organizers: the body, the identity, and the audit entry.
 
 use crate::auth::Identity;
-use crate::problem::Problem;
-use crate::state::AppState;
+use crate::http::state::AppState;
 use crate::store::{ListFilter, NewAuditEntry};
+use crate::transport::problem::Problem;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::Extensions;

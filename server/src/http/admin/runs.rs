@@ -3,10 +3,10 @@
 use super::request::{AdminRequest, ListQuery, MAX_ROWS, entry, needs_reason, no_verb, not_found};
 use crate::http::extract::{Path, Query};
 use crate::http::runs::{RunList, SessionNow};
-use crate::problem::Problem;
+use crate::http::state::AppState;
 use crate::session::Command;
-use crate::state::AppState;
 use crate::store::{RunRecord, SimilarPair, Store};
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::Code;

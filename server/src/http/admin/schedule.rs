@@ -3,10 +3,10 @@
 use super::request::{AdminRequest, entry, no_verb};
 use crate::http::extract::Path;
 use crate::http::places;
-use crate::problem::Problem;
+use crate::http::state::AppState;
 use crate::schedule::{changed, from_csv, moment, warnings};
-use crate::state::AppState;
 use crate::store::{Slot, unix_ms};
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::{Code, utc};

@@ -1,13 +1,13 @@
 //! Pauses, ends and voids sessions, grants them time and takes it back.
 
 use super::request::{AdminRequest, entry, needs_reason, no_verb, not_found};
+use crate::competition::rules::CompetitionPhase;
 use crate::http::extract::Path;
 use crate::http::runs::SessionNow;
-use crate::problem::Problem;
-use crate::rules::CompetitionPhase;
+use crate::http::state::AppState;
 use crate::session::Command;
-use crate::state::AppState;
 use crate::store::unix_ms;
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::Code;

@@ -3,11 +3,11 @@
 use super::request::{AdminRequest, entry, not_found};
 use crate::auth::Auth;
 use crate::auth::{self, Role};
+use crate::http::state::AppState;
 use crate::names::{self, DistinctNames, printable};
-use crate::problem::Problem;
-use crate::state::AppState;
 use crate::store::Store;
 use crate::store::{TeamRow, TokenRow};
+use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::text::shortened;

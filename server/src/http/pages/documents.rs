@@ -6,7 +6,7 @@ use crate::competition::Competition;
 use crate::documents::{self, Document, Found, Group, Hit, ROOT, library};
 use crate::http::coding::takes;
 use crate::http::extract::{Path, Query};
-use crate::problem::Problem;
+use crate::transport::problem::Problem;
 use axum::extract::State;
 use axum::http::header::{
     CACHE_CONTROL, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS,

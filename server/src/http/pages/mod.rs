@@ -9,7 +9,7 @@ mod shell;
 pub(super) use assets::asset;
 
 use crate::competition::Competition;
-use crate::problem;
+use crate::transport::problem;
 use axum::extract::{Path, State};
 use axum::http::header::ACCEPT;
 use axum::http::{HeaderMap, StatusCode, Uri};

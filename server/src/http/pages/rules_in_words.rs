@@ -1,6 +1,6 @@
 //! Panels next to the ranking: each task's rules, how to connect, and the legend. The viewer's script shows the same texts.
 
-use crate::rules::CompetitionPhase;
+use crate::competition::rules::CompetitionPhase;
 use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 

@@ -146,7 +146,7 @@ fn a_world_with_too_many_unstored_ticks_stands_until_they_are_stored() {
         }
     };
     play();
-    let before = lock(&live.ticking).pace.due();
+    let before = live.ticking.lock().pace.due();
     for stood in 1..4 {
         let later = live.tick(0).expect("it tries again");
         assert!(later >= before + stood * std::time::Duration::from_millis(10));

@@ -2,15 +2,15 @@
 
 use crate::auth::sha256_hex;
 use crate::config::{CompetitionMode, Config};
-use crate::private_files;
+use crate::files::private_files;
 pub(crate) use crate::store::CompetitionPhase;
 use crate::store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::{Scenes, Seed};
+use parking_lot::Mutex;
 use std::fmt;
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Setting: SHA-256 of the secret, as published at the first start.
 const SECRET_HASH: &str = "seed_secret_sha256";
@@ -134,13 +134,9 @@ impl Rules {
         self.mode == CompetitionMode::Official
     }
 
-    fn state_now(&self) -> MutexGuard<'_, CompetitionState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// The state of the competition.
     pub(crate) fn state(&self) -> CompetitionState {
-        *self.state_now()
+        *self.state.lock()
     }
 
     /// The phase of the competition; a practice server is always open.
@@ -155,7 +151,7 @@ impl Rules {
 
     /// Takes over the state that the database has now.
     pub(crate) fn adopt(&self, now: CompetitionState) {
-        let before = std::mem::replace(&mut *self.state_now(), now);
+        let before = std::mem::replace(&mut *self.state.lock(), now);
         if before != now {
             tracing::info!(?before, ?now, "the state of the competition changes");
         }

@@ -1,12 +1,12 @@
 //! Hands that teams upload: checked, stored by their hash, loaded when they are played.
 
 use crate::auth::{random_hex, sha256_hex};
-use crate::blocking::{assert_may_block, blocking};
 use crate::compute::{Background, JobPriority};
+use crate::files::blocking::{assert_may_block, blocking};
+use crate::files::objects::{Objects, hand_key, write_whole};
+use crate::files::stored_path::{self, HANDS, checked};
 use crate::names;
-use crate::objects::{Objects, hand_key, write_whole};
 use crate::store::{HandRow, NewHand, Store, StoreError};
-use crate::stored_path::{self, HANDS, checked};
 use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -17,13 +17,14 @@ use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
 use palmares_tasks::inspect::{self, FigureRow, join_reasons};
+use parking_lot::Mutex;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use tokio::sync::Semaphore;
 
 /// Most hands that a team may upload, replaced ones included.
@@ -284,7 +285,7 @@ impl OwnHands {
     }
 
     async fn load(&self, background: &Background, row: &HandRow) -> Result<Arc<Hand>, Refusal> {
-        if let Some(hand) = self.loaded().get(&row.sha256) {
+        if let Some(hand) = self.loaded.lock().get(&row.sha256) {
             return Ok(hand.clone());
         }
         let (archives, sha256, limits) = (self.archives.clone(), row.sha256.clone(), self.limits.clone());
@@ -297,7 +298,7 @@ impl OwnHands {
             Refusal::new(Code::UnknownHand, format!("hand `{}` cannot be played any more: {why}", row.name))
         })?;
         let hand = Arc::new(hand.hand);
-        let mut loaded_hands = self.loaded();
+        let mut loaded_hands = self.loaded.lock();
         if loaded_hands.len() >= MAX_LOADED {
             loaded_hands.clear();
         }
@@ -360,9 +361,5 @@ impl OwnHands {
     pub(crate) async fn local_archive(&self, sha256: &str) -> io::Result<Vec<u8>> {
         let (archives, sha256) = (self.archives.clone(), sha256.to_owned());
         blocking(move || archives.read_here(&sha256).map_err(io::Error::other)).await?
-    }
-
-    fn loaded(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Arc<Hand>>> {
-        self.loaded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -2,7 +2,7 @@
 
 mod access;
 
-use crate::stored_path::{HANDS, REPLAYS};
+use crate::files::stored_path::{HANDS, REPLAYS};
 pub(crate) use access::read_secret;
 use std::fs::{self, DirBuilder, File, Permissions};
 use std::io::{self, Write};

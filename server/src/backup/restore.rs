@@ -3,9 +3,9 @@
 
 use crate::auth::random_hex;
 use crate::backup::{FORMAT, MANIFEST, Manifest, SECRETS};
-use crate::private_files::make_folder;
+use crate::files::private_files::make_folder;
+use crate::files::stored_path::{self, HANDS, REPLAYS, checked};
 use crate::store::{Host, Location, Store, Table};
-use crate::stored_path::{self, HANDS, REPLAYS, checked};
 use anyhow::{Context, bail};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};

@@ -3,8 +3,8 @@
 //! A key contains the SHA-256 of its file. So every server writes the same bytes under a key, and a late write changes nothing. The data
 //! directory keeps what was written or read here.
 
-use crate::blocking::assert_may_block;
-use crate::private_files;
+use crate::files::blocking::assert_may_block;
+use crate::files::private_files;
 use palmares_replay::FILE_BYTES;
 use palmares_s3::Bucket;
 use std::fs;

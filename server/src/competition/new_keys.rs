@@ -1,9 +1,9 @@
 //! `palmares keys`: the secrets of a competition, made before its first start.
 
 use crate::auth::Token;
+use crate::competition::rules::SeedSecret;
 use crate::config::{ORGANIZER_TOKEN_FILE, SEED_SECRET_FILE, SIGNING_KEY_FILE};
-use crate::private_files::{make_folder, write_secret};
-use crate::rules::SeedSecret;
+use crate::files::private_files::{make_folder, write_secret};
 use anyhow::{Context, bail};
 use palmares_replay::Signer;
 use std::fs;

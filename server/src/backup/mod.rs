@@ -1,9 +1,11 @@
 //! A backup: one ZIP archive with every table as lines of JSON, replays, uploaded hands and keys. It can be written while the server
-//! runs, and [restored](crate::restore) into another kind of database.
+//! runs, and [restored](crate::backup::restore) into another kind of database.
 
-use crate::blocking::assert_may_block;
+pub(crate) mod restore;
+
+use crate::files::blocking::assert_may_block;
+use crate::files::stored_path::{HANDS, REPLAYS, checked};
 use crate::store::Table;
-use crate::stored_path::{HANDS, REPLAYS, checked};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::fs::File;

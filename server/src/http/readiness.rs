@@ -1,7 +1,7 @@
 //! Whether the server can do its work: it proves that it can write in its database and in its data directory.
 
-use crate::blocking::blocking;
-use crate::private_files;
+use crate::files::blocking::blocking;
+use crate::files::private_files;
 use crate::store::Store;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

@@ -1,11 +1,15 @@
 //! The competition: tasks, hands, rules, and the limits for clients.
 
+pub(crate) mod hands;
+pub(crate) mod new_keys;
+pub(crate) mod rules;
+
+use crate::competition::hands::OwnHands;
+use crate::competition::rules::Rules;
 use crate::compute::Background;
 use crate::compute::pace::HOLD_TICKS;
 use crate::config::sensing::SensingRules;
 use crate::config::settings::{MAX_REPEAT, MESSAGE_BYTES, Settings};
-use crate::hands::OwnHands;
-use crate::rules::Rules;
 use crate::store::Store;
 use crate::world::realtime::STREAM_LENGTH;
 use palmares_models::hand::Hand;
