@@ -1,7 +1,10 @@
 //! Small hands built in code, and a base that does not yield, for cases with textbook answers.
 
 use anyhow::{Context, Result};
-use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
+use palmares_models::hand::{
+    Coordinate, CoordinateSettings, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, MotorSettings,
+    Tendon, TendonNumbers,
+};
 use palmares_models::read::{self, LoadOptions};
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::Config;
@@ -126,30 +129,19 @@ pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Resul
             inertia: body(finger.mass, finger.inertia),
             geoms: finger.geoms,
         });
-        hand.coordinates.push(Coordinate {
-            name: format!("joint_{i}"),
-            lower: -WIDE,
-            upper: WIDE,
-            stiffness: finger.stiffness,
-            damping: finger.damping,
-            rest: 0.0,
-            friction: 0.0,
-        });
+        let (stiffness, damping) = (Some(finger.stiffness), Some(finger.damping));
+        let stated = CoordinateSettings { stiffness, damping, ..CoordinateSettings::default() };
+        let (name, numbers) = (format!("joint_{i}"), stated.numbers());
+        hand.coordinates.push(Coordinate { name, lower: -WIDE, upper: WIDE, numbers });
+        let cable = stock.tendons[0].clone();
         hand.tendons.push(Tendon {
             name: format!("tendon_{i}"),
             motors: vec![(i, 1.0)],
             moment_arms: vec![(i, 1.0)],
-            force_limit: finger.tension,
-            ..stock.tendons[0].clone()
+            numbers: TendonNumbers { force_limit: finger.tension, ..cable.numbers },
+            ..cable
         });
-        hand.motors.push(Motor {
-            name: format!("motor_{i}"),
-            scaling: 2.0,
-            offset: 0.5,
-            speed_limit: 1e6,
-            stall_force: None,
-            power_limit: None,
-        });
+        hand.motors.push(MotorSettings::plain(2.0, 0.5, 1e6).motor(&format!("motor_{i}")));
     }
     Ok(hand)
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use palmares_models::hand::{CoordinateSettings, SpringNumbers, StatedTendon};
 use palmares_models::{Mat3, Pose, Rotation, Vec3, rotation};
 
 /// What a description states about one hand.
@@ -199,16 +200,10 @@ pub struct Joint {
     pub effort: Option<f64>,
     /// Largest speed, rad/s or m/s.
     pub velocity: Option<f64>,
-    /// N·m·s/rad or N·s/m.
-    pub damping: Option<f64>,
-    /// Dry friction, N·m or N.
-    pub friction: Option<f64>,
     /// Inertia of the rotor at the joint, kg·m² or kg.
     pub armature: Option<f64>,
-    /// Stiffness of its own spring, N·m/rad or N/m.
-    pub stiffness: Option<f64>,
-    /// Coordinate at which its own spring is slack.
-    pub rest: Option<f64>,
+    /// Its own spring, damper and dry friction.
+    pub stated: CoordinateSettings,
 }
 
 impl Joint {
@@ -224,11 +219,8 @@ impl Joint {
             limits: None,
             effort: None,
             velocity: None,
-            damping: None,
-            friction: None,
             armature: None,
-            stiffness: None,
-            rest: None,
+            stated: CoordinateSettings::default(),
         }
     }
 }
@@ -253,20 +245,8 @@ pub struct Tendon {
     pub joints: Vec<(String, TendonPath)>,
     /// The motors that wind it, with their weights; none: a passive tendon.
     pub motors: Vec<(String, f64)>,
-    /// Tension per length.
-    pub stiffness: Option<f64>,
-    /// Tension per speed.
-    pub damping: Option<f64>,
-    /// Largest tension.
-    pub force_limit: Option<f64>,
-    /// Length at which a passive tendon is slack.
-    pub rest: Option<f64>,
-    /// Whether it pushes as well as pulls.
-    pub both_ways: bool,
-    /// Largest tension that it holds if no load turns it back.
-    pub hold_limit: Option<f64>,
-    /// Whether a clutch lets go at the largest tension; the tendon then holds its length.
-    pub breakaway: bool,
+    /// Its numbers: `rest` is the length at which a passive tendon is slack.
+    pub stated: StatedTendon,
 }
 
 impl Tendon {
@@ -276,13 +256,7 @@ impl Tendon {
             name: name.to_owned(),
             joints: Vec::new(),
             motors: Vec::new(),
-            stiffness: None,
-            damping: None,
-            force_limit: None,
-            rest: None,
-            both_ways: false,
-            hold_limit: None,
-            breakaway: false,
+            stated: StatedTendon::default(),
         }
     }
 }
@@ -365,12 +339,8 @@ pub struct Spring {
     pub name: String,
     /// Weights by name of the joint.
     pub joints: Vec<(String, f64)>,
-    /// N·m/rad
-    pub stiffness: f64,
-    /// N·m·s/rad
-    pub damping: f64,
-    /// The sum at which it is slack.
-    pub rest: f64,
+    /// Its numbers.
+    pub numbers: SpringNumbers,
 }
 
 /// A point that two links have in common.

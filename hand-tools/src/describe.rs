@@ -3,6 +3,7 @@
 use crate::table::{table, widest, wrapped};
 use palmares_models::camera::Camera;
 use palmares_models::hand::describe::{HandDescription, TendonDescription, UncertainDescription};
+use palmares_models::hand::number::{Entry, Numbers};
 use palmares_models::hand::sensors::Sensors;
 use palmares_models::hand::{Guide, Hand, HingeKind, TactilePatch};
 use palmares_models::shape::Shape;
@@ -111,9 +112,9 @@ fn coordinates(hand: &Hand, about: &HandDescription, width: Option<usize>) -> St
             (if hand.slides(i) { "m" } else { "rad" }).to_owned(),
             bound(c.minimum),
             bound(c.maximum),
-            short(c.rest),
-            short(c.stiffness),
-            short(c.damping),
+            short(c.numbers.rest),
+            short(c.numbers.stiffness),
+            short(c.numbers.damping),
         ];
         row.extend(about.tendons.iter().map(|t| match t.moment_arms[i] {
             0.0 => ".".to_owned(),
@@ -147,41 +148,44 @@ const FEW_ENTRIES: usize = 2;
 
 fn actuation(about: &HandDescription) -> String {
     let mut out = String::new();
-    for m in &about.motors {
+    for motor in &about.motors {
+        let m = motor.numbers;
         let offset = if m.offset == 0.0 { String::new() } else { format!(" - {}", short(m.offset)) };
         let _ = writeln!(
             out,
             "  motor {}: s = {} (σ{offset}), at most {} /s",
-            m.name,
+            motor.name,
             short(m.scaling),
             short(m.speed_limit)
         );
-        if let Some(stall) = m.stall_force {
-            let _ = writeln!(out, "    its speed falls with the load, to 0 at {}", short(stall));
-        }
-        if let Some(power) = m.power_limit {
-            let _ = writeln!(out, "    at most {} W", short(power));
+        for (number, entry) in m.entries() {
+            if let Entry::Number(x) = entry
+                && !number.shown.is_empty()
+            {
+                let _ = writeln!(out, "    {}", number.shown.replace("{}", &short(x)));
+            }
         }
     }
     for t in &about.tendons {
+        let numbers = t.numbers;
         let _ = writeln!(
             out,
             "  tendon {} of {}: stiffness K {}, damping {}, tension at most {}",
             t.name,
             wound_by(t),
-            short(t.stiffness),
-            short(t.damping),
-            short(t.force_limit)
+            short(numbers.stiffness),
+            short(numbers.damping),
+            short(numbers.force_limit)
         );
-        if t.both_ways {
+        if numbers.both_ways {
             let _ = writeln!(out, "    pushes as well as it pulls");
         }
-        if let Some(hold) = t.hold_limit {
-            let ends = if t.breakaway { "its clutch lets go" } else { "its motors stop" };
+        if let Some(hold) = numbers.hold_limit {
+            let ends = if numbers.breakaway { "its clutch lets go" } else { "its motors stop" };
             let _ = writeln!(
                 out,
                 "    {ends} at {}; no load below {} turns it back",
-                short(t.force_limit),
+                short(numbers.force_limit),
                 short(hold)
             );
         }
@@ -199,15 +203,19 @@ fn actuation(about: &HandDescription) -> String {
             "  spring {} on {}: stiffness {}, damping {}, rest {}",
             spring.name,
             sum_of(spring.moment_arms.iter().zip(&about.coordinates).map(|(arm, c)| (*arm, c.name.as_str()))),
-            short(spring.stiffness),
-            short(spring.damping),
-            short(spring.rest)
+            short(spring.numbers.stiffness),
+            short(spring.numbers.damping),
+            short(spring.numbers.rest)
         );
     }
     for pin in &about.linkages {
         let [a, b] = &pin.links;
-        let _ =
-            writeln!(out, "  linkage {}: pins {a} to {b}, stiffness {} N/m", pin.name, short(pin.stiffness));
+        let _ = writeln!(
+            out,
+            "  linkage {}: pins {a} to {b}, stiffness {} N/m",
+            pin.name,
+            short(pin.numbers.stiffness)
+        );
     }
     if out.is_empty() {
         out.push_str("  none\n");

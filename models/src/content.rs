@@ -3,13 +3,14 @@
 //! Every number is hashed with all its bits and every list with its length; the order is fixed.
 
 use crate::camera::{Camera, Stereo};
+use crate::hand::number::{Entry, Hashed, Numbers};
 use crate::hand::path::TendonPath;
 use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
 use crate::hand::tendon::TendonElement;
 use crate::hand::uncertain::Range;
 use crate::hand::{
     Coordinate, Geom, Guide, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Pad, PadOn,
-    Sensors, Spring, Start, TactilePatch, Tendon, Uncertain,
+    Sensors, Spring, Start, TactilePatch, Tendon, TendonNumbers, Uncertain,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -80,6 +81,21 @@ impl ContentHash {
         }
     }
 
+    /// Hashes the numbers of a part: those that a hand need not have after their words, so that a hand without them has the hash from
+    /// before they existed.
+    pub fn numbers(&mut self, part: &impl Numbers) {
+        for (number, entry) in part.entries() {
+            match (number.hashed, entry) {
+                (Hashed::Always, Entry::Number(x)) => self.float(x),
+                (Hashed::After(word), Entry::Number(x)) if x != 0.0 => {
+                    self.text(word);
+                    self.float(x);
+                }
+                _ => {}
+            }
+        }
+    }
+
     /// Hashes a shape.
     pub fn shape(&mut self, shape: &Shape) {
         match shape {
@@ -144,15 +160,9 @@ impl Hand {
         hash.list(links, link);
         hash.list(coordinates, coordinate);
         hash.list(tendons, tendon);
-        hash.list(motors, |h, Motor { name, scaling, offset, speed_limit, stall_force, power_limit }| {
+        hash.list(motors, |h, Motor { name, numbers }| {
             h.text(name);
-            h.floats(&[*scaling, *offset, *speed_limit]);
-            for (limit, value) in [("stall", stall_force), ("power", power_limit)] {
-                if let Some(value) = value {
-                    h.text(limit);
-                    h.float(*value);
-                }
-            }
+            h.numbers(numbers);
         });
         hash.flag(*gravity_compensation);
         hash.list(no_collision, |h, [a, b]| {
@@ -183,19 +193,19 @@ impl Hand {
         }
         // The same for springs across joints and linkages.
         if !springs.is_empty() || !linkages.is_empty() {
-            hash.list(springs, |h, Spring { name, arms, stiffness, damping, rest }| {
+            hash.list(springs, |h, Spring { name, arms, numbers }| {
                 h.text(name);
                 h.list(arms, |h, (coordinate, arm)| {
                     h.count(*coordinate);
                     h.float(*arm);
                 });
-                h.floats(&[*stiffness, *damping, *rest]);
+                h.numbers(numbers);
             });
-            hash.list(linkages, |h, Linkage { name, links, points, stiffness, damping }| {
+            hash.list(linkages, |h, Linkage { name, links, points, numbers }| {
                 h.text(name);
                 links.iter().for_each(|link| h.count(*link));
                 points.iter().for_each(|point| h.vector(*point));
-                h.floats(&[*stiffness, *damping]);
+                h.numbers(numbers);
             });
         }
         hash.to_hex()
@@ -312,31 +322,15 @@ fn camera(hash: &mut ContentHash, camera: &Camera) {
 }
 
 fn coordinate(hash: &mut ContentHash, coordinate: &Coordinate) {
-    let Coordinate { name, lower, upper, stiffness, damping, rest, friction } = coordinate;
+    let Coordinate { name, lower, upper, numbers } = coordinate;
     hash.text(name);
-    hash.floats(&[*lower, *upper, *stiffness, *damping, *rest]);
-    // Without friction the hash is the one from before friction existed; the same for guides.
-    if *friction != 0.0 {
-        hash.text("friction");
-        hash.float(*friction);
-    }
+    hash.floats(&[*lower, *upper]);
+    hash.numbers(numbers);
 }
 
 fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
-    let Tendon {
-        name,
-        motors,
-        rest,
-        moment_arms,
-        elements,
-        both_ways,
-        stiffness,
-        damping,
-        force_limit,
-        hold_limit,
-        breakaway,
-        guides,
-    } = tendon;
+    let Tendon { name, motors, moment_arms, elements, guides, numbers } = tendon;
+    let TendonNumbers { rest, both_ways, hold_limit, breakaway, .. } = numbers;
     hash.text(name);
     // One motor of weight 1 has the same hash as before weights existed.
     match motors[..] {
@@ -379,17 +373,15 @@ fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
         }
     });
     hash.flag(*both_ways);
-    hash.floats(&[*stiffness, *damping, *force_limit]);
-    if let Some(hold) = hold_limit {
-        hash.text("hold");
-        hash.float(*hold);
+    hash.numbers(numbers);
+    if hold_limit.is_some() {
         hash.flag(*breakaway);
     }
     if !guides.is_empty() {
         hash.text("guides");
-        hash.list(guides, |h, Guide { coordinate, friction, wrap_angle }| {
+        hash.list(guides, |h, Guide { coordinate, numbers }| {
             h.count(*coordinate);
-            h.floats(&[*friction, *wrap_angle]);
+            h.numbers(numbers);
         });
     }
 }

@@ -281,9 +281,7 @@ fn joints_that_only_a_pin_could_hold_are_loose_without_it() {
     belt.springs.push(palmares_models::hand::Spring {
         name: "belt".into(),
         arms: vec![(1, 1.0), (2, -1.0)],
-        stiffness: 1.0,
-        damping: 0.0,
-        rest: 0.0,
+        numbers: palmares_models::hand::SpringNumbers { stiffness: 1.0, damping: 0.0, rest: 0.0 },
     });
     assert!(matches!(at(&belt), Err(NoPrediction::Loose(_))));
 }

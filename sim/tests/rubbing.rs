@@ -156,7 +156,7 @@ fn joints_with_dry_friction_stop_and_stay() {
 fn a_softhand_that_rubs_survives_jumps() {
     let mut hand = Hand::clone(&Hand::builtin("softhand").expect("it is built in"));
     let order = hand.tendons[0].coordinates();
-    let guide = |coordinate| Guide { coordinate, friction: 0.1, wrap_angle: 1.0 };
+    let guide = |coordinate| Guide::new(coordinate, 0.1, 1.0);
     hand.tendons[0].guides = order.into_iter().map(guide).collect();
     hand.coordinates.iter_mut().for_each(|c| c.friction = 1e-3);
     let hand = Arc::new(hand);

@@ -2,7 +2,8 @@
 //! without a panic, and a world that is not sound says so.
 
 use palmares_models::hand::{
-    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage, Motor, Spring, Tendon,
+    Coordinate, CoordinateNumbers, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Linkage,
+    LinkageNumbers, MotorSettings, Spring, SpringNumbers, StatedTendon, Tendon,
 };
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
@@ -145,10 +146,12 @@ impl Numbers {
                     name: format!("joint_{k}"),
                     lower,
                     upper: lower + self.size(1e9),
-                    stiffness: self.size(1e9),
-                    damping: if self.below(3) == 0 { 0.0 } else { self.size(1e9) },
-                    rest: self.either(1e9),
-                    friction: if self.below(3) == 0 { self.size(1e9) } else { 0.0 },
+                    numbers: CoordinateNumbers {
+                        stiffness: self.size(1e9),
+                        damping: if self.below(3) == 0 { 0.0 } else { self.size(1e9) },
+                        rest: self.either(1e9),
+                        friction: if self.below(3) == 0 { self.size(1e9) } else { 0.0 },
+                    },
                 }
             })
             .collect();
@@ -156,25 +159,29 @@ impl Numbers {
             .map(|k| Tendon {
                 name: format!("tendon_{k}"),
                 motors: vec![(0, if k == 0 { 1.0 } else { self.either(1e3) })],
-                rest: if k == 0 { 0.0 } else { self.either(1e9) },
                 moment_arms: (0..n).map(|c| (c, self.either(1e9))).collect(),
                 elements: Vec::new(),
-                both_ways: self.below(2) == 0,
-                stiffness: self.size(1e9),
-                damping: self.size(1e9),
-                force_limit: self.size(1e9),
-                hold_limit: None,
-                breakaway: false,
                 guides: Vec::new(),
+                numbers: StatedTendon {
+                    rest: (k > 0).then(|| self.either(1e9)),
+                    both_ways: Some(self.below(2) == 0),
+                    stiffness: Some(self.size(1e9)),
+                    damping: Some(self.size(1e9)),
+                    force_limit: Some(self.size(1e9)),
+                    ..StatedTendon::default()
+                }
+                .numbers(),
             })
             .collect();
         let springs = (0..self.below(2))
             .map(|k| Spring {
                 name: format!("spring_{k}"),
                 arms: (0..n).map(|c| (c, self.either(1e3))).collect(),
-                stiffness: self.size(1e9),
-                damping: self.size(1e9),
-                rest: self.either(1e3),
+                numbers: SpringNumbers {
+                    stiffness: self.size(1e9),
+                    damping: self.size(1e9),
+                    rest: self.either(1e3),
+                },
             })
             .collect();
         let linkages = (0..self.below(2))
@@ -182,8 +189,7 @@ impl Numbers {
                 name: format!("linkage_{k}"),
                 links: [0, n],
                 points: [0; 2].map(|_| Vec3::new(self.either(1.0), self.either(1.0), self.either(1.0))),
-                stiffness: self.size(1e9),
-                damping: self.size(1e9),
+                numbers: LinkageNumbers { stiffness: self.size(1e9), damping: self.size(1e9) },
             })
             .collect();
         Hand {
@@ -195,14 +201,16 @@ impl Numbers {
             tendons,
             springs,
             linkages,
-            motors: vec![Motor {
-                name: "motor".to_owned(),
-                scaling: self.either(1e9),
-                offset: self.either(1e9),
-                speed_limit: self.size(1e9),
-                stall_force: (self.below(2) == 0).then(|| self.size(1e9)),
-                power_limit: (self.below(2) == 0).then(|| self.size(1e9)),
-            }],
+            motors: vec![
+                MotorSettings {
+                    scaling: Some(self.either(1e9)),
+                    offset: Some(self.either(1e9)),
+                    speed_limit: Some(self.size(1e9)),
+                    stall_force: (self.below(2) == 0).then(|| self.size(1e9)),
+                    power_limit: (self.below(2) == 0).then(|| self.size(1e9)),
+                }
+                .motor("motor"),
+            ],
             gravity_compensation: self.below(2) == 0,
             no_collision: Vec::new(),
             tactile: Vec::new(),

@@ -5,7 +5,7 @@ use crate::grasp::{Grasp, directions};
 use crate::hand::{CompliantHand, Posture, Tendons, moment_arms};
 use crate::quasistatic::{ContactStiffness, QuasiStatic};
 use nalgebra::{DMatrix, DVector};
-use palmares_models::hand::{Hand, Spring};
+use palmares_models::hand::{Hand, Spring, SpringNumbers};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::statics::drives::wound_lengths;
@@ -50,9 +50,7 @@ fn hands() -> Vec<Arc<Hand>> {
     coupled.springs.push(Spring {
         name: "across".to_owned(),
         arms: vec![(0, 1.0), (3, -0.5)],
-        stiffness: 0.06,
-        damping: 0.0,
-        rest: 0.1,
+        numbers: SpringNumbers { stiffness: 0.06, damping: 0.0, rest: 0.1 },
     });
     vec![built_in("pinch"), built_in("reflex"), built_in("softhand"), Arc::new(coupled)]
 }

@@ -8,7 +8,7 @@ use crate::grasp::Grasp;
 use crate::hand::CompliantHand;
 use crate::quasistatic::QuasiStatic;
 use nalgebra::DMatrix;
-use palmares_models::hand::{Coordinate, Hand, Hinge, HingeKind, Joint, Link};
+use palmares_models::hand::{Coordinate, CoordinateSettings, Hand, Hinge, HingeKind, Joint, Link};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::dynamics::tree::Kinematics;
 use std::f64::consts::FRAC_PI_2;
@@ -410,15 +410,8 @@ fn paradigmatic_hand() -> Hand {
                 joint: Some(Joint { name: name.clone(), coordinate, hinges: vec![hinge] }),
                 ..palm.clone()
             });
-            hand.coordinates.push(Coordinate {
-                name,
-                lower: -3.0,
-                upper: 3.0,
-                stiffness: 1.0,
-                damping: 0.0,
-                rest: 0.0,
-                friction: 0.0,
-            });
+            let stated = CoordinateSettings { stiffness: Some(1.0), ..CoordinateSettings::default() };
+            hand.coordinates.push(Coordinate { name, lower: -3.0, upper: 3.0, numbers: stated.numbers() });
             parent = hand.links.len() - 1;
             if let Some((twist, length)) = links.get(joint) {
                 fixed = Pose::from_parts(Vec3::new(*length, 0.0, 0.0), Rotation::from_rotation_x(*twist));

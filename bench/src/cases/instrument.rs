@@ -6,7 +6,7 @@ use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::rigs::bolted;
 use anyhow::{Context, Result};
-use palmares_models::hand::{Hand, Motor};
+use palmares_models::hand::{Hand, MotorNumbers};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
@@ -249,7 +249,7 @@ impl Held {
         for tendon in &hand.tendons {
             let [(motor, weight)] = tendon.motors[..] else { continue };
             let wound = tendon.length(&self.world.state().q) + 0.5 * tendon.force_limit / tendon.stiffness;
-            let Motor { scaling, offset, .. } = hand.motors[motor];
+            let MotorNumbers { scaling, offset, .. } = hand.motors[motor].numbers;
             self.command.sigma[motor] = offset + (wound - tendon.rest) / (weight * scaling);
         }
         (0..steps(1.0, setup.dt_s)).try_for_each(|_| self.step(recorder))

@@ -11,7 +11,7 @@ use crate::recorder::Recorder;
 use crate::rigs::bolted;
 use crate::rigs::softhand;
 use anyhow::Result;
-use palmares_models::hand::{Coordinate, Hand, Hinge, HingeKind, Inertia, Joint, Link};
+use palmares_models::hand::{Coordinate, CoordinateSettings, Hand, Hinge, HingeKind, Inertia, Joint, Link};
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::BaseCommand;
@@ -65,7 +65,7 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
 /// A coordinate without spring, damper and stop.
 pub(crate) fn loose(name: &str) -> Coordinate {
     let (lower, upper) = (-1e3, 1e3);
-    Coordinate { name: name.into(), lower, upper, stiffness: 0.0, damping: 0.0, rest: 0.0, friction: 0.0 }
+    Coordinate { name: name.into(), lower, upper, numbers: CoordinateSettings::default().numbers() }
 }
 
 /// A joint of one hinge at a place of its parent.

@@ -10,7 +10,7 @@ use crate::rigs::{bolted, softhand};
 use anyhow::{Result, ensure};
 use palmares_models::hand::path::{Polynomial, TendonPath};
 use palmares_models::hand::tendon::TendonElement;
-use palmares_models::hand::{Coordinate, Guide, Hand, HingeKind, Inertia, Link, Motor, Tendon};
+use palmares_models::hand::{Guide, Hand, HingeKind, Inertia, Link, MotorSettings, Tendon, TendonNumbers};
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
@@ -55,26 +55,22 @@ fn finger() -> Result<Hand> {
         inertia: part,
         geoms: Vec::new(),
     };
-    let coordinate =
-        |k: usize| Coordinate { stiffness: JOINT[k], damping: DAMPING, ..loose(&format!("joint {k}")) };
+    let coordinate = |k: usize| {
+        let mut coordinate = loose(&format!("joint {k}"));
+        (coordinate.stiffness, coordinate.damping) = (JOINT[k], DAMPING);
+        coordinate
+    };
     let mut hand = Hand::clone(&bare("finger", (0..3).map(link).collect(), (0..3).map(coordinate).collect()));
-    let guide = |k: usize| Guide { coordinate: k, friction: 0.2, wrap_angle: EXPONENT[k] / 0.2 };
+    let guide = |k: usize| Guide::new(k, 0.2, EXPONENT[k] / 0.2);
     hand.gravity_compensation = true;
+    let stock = softhand()?.tendons[0].clone();
     hand.tendons.push(Tendon {
         moment_arms: ARM.into_iter().enumerate().collect(),
-        stiffness: CABLE,
-        force_limit: 1.0,
         guides: (0..3).map(guide).collect(),
-        ..softhand()?.tendons[0].clone()
+        numbers: TendonNumbers { stiffness: CABLE, force_limit: 1.0, ..stock.numbers },
+        ..stock
     });
-    hand.motors.push(Motor {
-        name: "motor".to_owned(),
-        scaling: WOUND,
-        offset: 0.0,
-        speed_limit: 1e6,
-        stall_force: None,
-        power_limit: None,
-    });
+    hand.motors.push(MotorSettings::plain(WOUND, 0.0, 1e6).motor("motor"));
     Ok(hand)
 }
 
@@ -173,7 +169,9 @@ pub fn dry_slide(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let joint = hinge(0, HingeKind::Prismatic, Vec3::X, Vec3::ZERO);
     let link =
         Link { name: "slider".into(), parent: Some(0), joint: Some(joint), inertia, geoms: Vec::new() };
-    let hand = Hand::clone(&bare("slider", vec![link], vec![Coordinate { friction, ..loose("way") }]));
+    let mut way = loose("way");
+    way.friction = friction;
+    let hand = Hand::clone(&bare("slider", vec![link], vec![way]));
     let (mut world, mut command) = started(hand, setup)?;
     world.state_mut().v[6] = speed;
     let (mut before, mut gain): (f64, f64) = (0.5 * mass * speed * speed, 0.0);

@@ -6,7 +6,7 @@ use palmares_bench::cases::grasp::{CHOSEN, Grasp, scene};
 use palmares_bench::cases::{ramp, risen, steps};
 use palmares_bench::engine::{EngineFactory, OwnFactory};
 use palmares_bench::rigs::softhand;
-use palmares_models::hand::{Hand, Motor, Tendon};
+use palmares_models::hand::{Hand, Motor, MotorNumbers, Tendon};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -71,9 +71,7 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
         let stretch = c.stiffness * (q[i] - c.rest) / tendon.stiffness;
         plain.motors.push(Motor {
             name: c.name.clone(),
-            scaling: q[i] + stretch,
-            offset: 0.0,
-            ..motor.clone()
+            numbers: MotorNumbers { scaling: q[i] + stretch, offset: 0.0, ..motor.numbers },
         });
         plain.tendons.push(Tendon {
             name: c.name.clone(),

@@ -52,7 +52,7 @@ pub(super) fn relocate(draft: &mut Draft, (joint, leader, law): (&str, &str, Fol
     for spring in &mut draft.springs {
         let Some(at) = spring.joints.iter().position(|(name, _)| name == joint) else { continue };
         let (_, weight) = spring.joints.remove(at);
-        spring.rest -= weight * law.offset;
+        spring.numbers.rest -= weight * law.offset;
         match spring.joints.iter_mut().find(|(name, _)| name == leader) {
             Some((_, own)) => *own += law.ratio * weight,
             None => spring.joints.insert(at, (leader.to_owned(), law.ratio * weight)),
@@ -68,6 +68,7 @@ pub(super) fn relocate(draft: &mut Draft, (joint, leader, law): (&str, &str, Fol
 
 fn spring(draft: &mut Draft, (joint, leader, law): (&str, &str, Follows), log: &mut Log) {
     let Some(own) = draft.joints.iter_mut().find(|other| other.name == joint) else { return };
+    let own = &mut own.stated;
     let (stiffness, rest) = (own.stiffness.take().unwrap_or_default(), own.rest.take().unwrap_or_default());
     if stiffness == 0.0 {
         return;
@@ -77,6 +78,7 @@ fn spring(draft: &mut Draft, (joint, leader, law): (&str, &str, Follows), log: &
         return;
     }
     let added = law.ratio * law.ratio * stiffness;
+    let leads = &mut leads.stated;
     let before = leads.stiffness.unwrap_or_default();
     let total = before + added;
     let rest = (before * leads.rest.unwrap_or_default() + added * (rest - law.offset) / law.ratio) / total;
@@ -114,7 +116,7 @@ pub(super) fn shorten(draft: &mut Draft, index: usize, constant: f64) {
         return;
     }
     if tendon.motors.is_empty() {
-        tendon.rest = Some(tendon.rest.unwrap_or_default() - constant);
+        tendon.stated.rest = Some(tendon.stated.rest.unwrap_or_default() - constant);
     }
     let name = Drive::Tendon(tendon.name.clone());
     for actuator in draft.actuators.iter_mut().filter(|actuator| actuator.drive == name) {

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use palmares_models::hand::CoordinateSettings;
+
 use super::followers::{Follows, length, relocate, shorten};
 use crate::decision::{At, Log};
 use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Origin};
@@ -54,7 +56,7 @@ fn split_balls(draft: &mut Draft, log: &mut Log) {
                 axis,
                 // A ball joint's limit is that of the angle from its zero.
                 limits: joint.limits.map(|[_, most]| [-most, most]),
-                rest: joint.rest.map(|_| 0.0),
+                stated: CoordinateSettings { rest: joint.stated.rest.map(|_| 0.0), ..joint.stated },
                 ..joint.clone()
             });
         }
@@ -255,7 +257,7 @@ fn fix(draft: &mut Draft, name: &str, coordinate: f64) {
     }
     for spring in &mut draft.springs {
         if let Some(at) = spring.joints.iter().position(|(joint, _)| joint == name) {
-            spring.rest -= spring.joints.remove(at).1 * coordinate;
+            spring.numbers.rest -= spring.joints.remove(at).1 * coordinate;
         }
     }
     draft.springs.retain(|spring| !spring.joints.is_empty());

@@ -14,13 +14,15 @@ mod servos;
 mod shapes;
 mod tree;
 
+use palmares_models::hand::Motor;
+
 use crate::decision::Log;
 use crate::draft::Draft;
 use crate::meshes::{self, Meshes};
 use crate::options::Options;
 use crate::source::Source;
 
-pub(crate) use motors::{Motor, Wound};
+pub(crate) use motors::Wound;
 pub(crate) use servos::{Servo, ServoNumbers};
 
 /// A draft without gaps.

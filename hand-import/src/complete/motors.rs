@@ -2,24 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use palmares_models::hand::{Motor, MotorSettings, StatedTendon, TendonNumbers};
 use palmares_models::measure::HandLimits;
 
 use super::followers::length;
 use super::servos::{self, Servo, of_kind};
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Drive, Joint, JointKind, Tendon, TendonPath};
-
-/// A motor of the written hand.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Motor {
-    pub(crate) name: String,
-    /// Length per σ.
-    pub(crate) scaling: f64,
-    /// σ at which the length is 0.
-    pub(crate) offset: f64,
-    /// 1/s
-    pub(crate) speed_limit: f64,
-}
 
 /// A tendon of the written hand.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,14 +20,8 @@ pub(crate) struct Wound {
     pub(crate) arms: Vec<(String, f64)>,
     /// Lengths that are not linear, by joint.
     pub(crate) paths: Vec<(String, TendonPath)>,
-    /// Wound length without the motors' part.
-    pub(crate) rest: f64,
-    pub(crate) stiffness: f64,
-    pub(crate) damping: f64,
-    pub(crate) force_limit: f64,
-    pub(crate) both_ways: bool,
-    pub(crate) hold_limit: Option<f64>,
-    pub(crate) breakaway: bool,
+    /// Its other numbers.
+    pub(crate) numbers: TendonNumbers,
 }
 
 impl Wound {
@@ -108,7 +91,7 @@ fn stand_ins(draft: &mut Draft, log: &mut Log) {
     for joint in &mut draft.joints {
         let most = of_kind(joint, (limits.joint_damping_nms_rad, limits.slide_damping_ns_m));
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
-        check(log, &mut joint.damping, "the damping", most, &at, &element);
+        check(log, &mut joint.stated.damping, "the damping", most, &at, &element);
     }
     for actuator in &mut draft.actuators {
         let (at, element) = (At::Motor(actuator.name.clone()), format!("actuator '{}'", actuator.name));
@@ -143,7 +126,8 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
         return None;
     }
     let limits_of = |joint: &Joint| joint.limits.unwrap_or([0.0, 1.0]);
-    let at_rest: f64 = passed.iter().map(|(joint, path)| length(path, joint.rest.unwrap_or_default())).sum();
+    let at_rest: f64 =
+        passed.iter().map(|(joint, path)| length(path, joint.stated.rest.unwrap_or_default())).sum();
     let closed: f64 = passed
         .iter()
         .map(|(joint, path)| limits_of(joint).map(|q| length(path, q)).into_iter().fold(f64::MIN, f64::max))
@@ -151,7 +135,7 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let actuator_of = |motor: &str| draft.actuators.iter().find(|actuator| actuator.name == motor);
     let first = tendon.motors.first().and_then(|(motor, _)| actuator_of(motor));
     let commands = first.filter(|_| tendon.motors.len() == 1).and_then(|actuator| actuator.range);
-    let commands = commands.filter(|[from, to]| from != to && tendon.rest.is_none());
+    let commands = commands.filter(|[from, to]| from != to && tendon.stated.rest.is_none());
     // A motor's commands are lengths of its own; its weight makes them the tendon's.
     let weight = tendon.motors.first().map_or(1.0, |(_, weight)| *weight);
     let [from, to] = match commands {
@@ -181,7 +165,9 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let springs = arms().map(|(joint, r)| {
         let [low, high] = limits_of(joint);
         let most = if r > 0.0 { high } else { low };
-        2.0 * joint.stiffness.unwrap_or_default() * (most - joint.rest.unwrap_or_default()).abs() / r.abs()
+        2.0 * joint.stated.stiffness.unwrap_or_default()
+            * (most - joint.stated.rest.unwrap_or_default()).abs()
+            / r.abs()
     });
     let efforts = arms().filter_map(|(joint, r)| Some(joint.effort? / r.abs()));
     let limits = HandLimits::default();
@@ -189,9 +175,10 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
     let most = limits.tendon_force.min(limits.joint_torque_nm / largest);
     let tension =
         middle(springs.collect()).or_else(|| middle(efforts.collect())).unwrap_or(TENSION).min(most);
-    let force = or(tendon.force_limit.or(first.and_then(|a| a.force_limit)), "largest tension", tension);
+    let force =
+        or(tendon.stated.force_limit.or(first.and_then(|a| a.force_limit)), "largest tension", tension);
     let stiffness =
-        or(tendon.stiffness, "stiffness", (force / (STRETCH * travel)).min(limits.tendon_stiffness));
+        or(tendon.stated.stiffness, "stiffness", (force / (STRETCH * travel)).min(limits.tendon_stiffness));
     let weights: f64 = tendon.motors.iter().map(|(_, weight)| weight.abs()).sum();
     let scaling = match commands {
         Some([from, to]) => to - from,
@@ -208,7 +195,7 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
             own.map_or((scaling, offset), |[low, high]| (high - low, -low / (high - low)));
         let speed = actuator.and_then(|a| a.speed_limit).map(|speed| speed / scaling.abs());
         let speed = or(speed.filter(|speed| *speed <= fastest), "speed limit", CLOSING.min(fastest));
-        motors.push(Motor { name: name.clone(), scaling, offset, speed_limit: speed });
+        motors.push(MotorSettings::plain(scaling, offset, speed).motor(name));
     }
     if !guesses.is_empty() && draft.settings.is_none() {
         let winds = match motors.len() {
@@ -231,18 +218,20 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
             TendonPath::Table(points) => paths.push((joint.name.clone(), TendonPath::Table(points.clone()))),
         }
     }
+    let wound_at_0 = if motors.is_empty() { 0.0 } else { wound_at_0 };
+    let stated = StatedTendon {
+        rest: Some(tendon.stated.rest.unwrap_or_default() + wound_at_0 - constant),
+        stiffness: Some(stiffness),
+        force_limit: Some(force),
+        hold_limit: tendon.stated.hold_limit.map(|hold| hold.max(force)),
+        ..tendon.stated
+    };
     let wound = Wound {
         name: tendon.name.clone(),
         motors: tendon.motors.clone(),
         arms,
         paths,
-        rest: tendon.rest.unwrap_or_default() + if motors.is_empty() { 0.0 } else { wound_at_0 } - constant,
-        stiffness,
-        damping: tendon.damping.unwrap_or_default(),
-        force_limit: force,
-        both_ways: tendon.both_ways,
-        hold_limit: tendon.hold_limit.map(|hold| hold.max(force)),
-        breakaway: tendon.breakaway,
+        numbers: stated.numbers(),
     };
     Some((motors, wound))
 }
@@ -293,7 +282,7 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
             continue;
         }
         let (at, element) = (At::Joint(joint.name.clone()), format!("joint '{}'", joint.name));
-        let spring = joint.stiffness.filter(|k| *k > 0.0);
+        let spring = joint.stated.stiffness.filter(|k| *k > 0.0);
         if draft.loops.is_empty() && !driven.contains(&joint.name) && spring.is_none() {
             log.problem(
                 at.clone(),
@@ -301,7 +290,7 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
                 "has no motor, no tendon, no spring and follows no joint: it moves freely",
             );
         }
-        if joint.damping.is_some_and(|d| d > 0.0) {
+        if joint.stated.damping.is_some_and(|d| d > 0.0) {
             continue;
         }
         let servo = draft.actuators.iter().any(|a| a.drive == Drive::Joint(joint.name.clone()));
@@ -309,7 +298,7 @@ fn dampers(draft: &mut Draft, driven: &BTreeSet<String>, log: &mut Log) {
             continue;
         }
         let damping = spring.map_or(of_kind(joint, DAMPING), |k| SPRING_LAG * k);
-        joint.damping = Some(damping);
+        joint.stated.damping = Some(damping);
         log.guessed(at, element, format!("states no damping; taken is {damping:.6}"));
     }
 }

@@ -113,9 +113,9 @@ fn of_tendons(draft: &mut Draft, log: &mut Log) -> BTreeMap<String, String> {
     };
     let drive = |tendon: &Tendon| match (tendon.joints.as_slice(), tendon.motors.as_slice()) {
         ([(joint, TendonPath::Arm(arm))], [(motor, weight)])
-            if tendon.both_ways
-                && tendon.rest.is_none()
-                && tendon.hold_limit.is_none()
+            if tendon.stated.both_ways == Some(true)
+                && tendon.stated.rest.is_none()
+                && tendon.stated.hold_limit.is_none()
                 && *arm != 0.0
                 && *weight == 1.0
                 && wound_by(motor) == 1 =>
@@ -134,9 +134,9 @@ fn of_tendons(draft: &mut Draft, log: &mut Log) -> BTreeMap<String, String> {
         let of_motor = |actuator: &&mut Actuator| actuator.name == motor;
         let Some(actuator) = draft.actuators.iter_mut().find(of_motor) else { continue };
         actuator.drive = Drive::Joint(joint.clone());
-        actuator.gain = tendon.stiffness.map(|k| k * arm * arm);
-        actuator.damping = tendon.damping.map(|b| b * arm * arm);
-        actuator.force_limit = tendon.force_limit.map(|f| f * arm.abs());
+        actuator.gain = tendon.stated.stiffness.map(|k| k * arm * arm);
+        actuator.damping = tendon.stated.damping.map(|b| b * arm * arm);
+        actuator.force_limit = tendon.stated.force_limit.map(|f| f * arm.abs());
         actuator.speed_limit = actuator.speed_limit.map(|v| v / arm.abs());
         actuator.range = actuator.range.map(|range| range.map(|s| s / arm));
         let text = format!("pushes and pulls joint '{joint}' alone: it is its servo");
@@ -190,7 +190,7 @@ fn servo(
     let stiffness = or(actuator.gain, "stiffness", force / of_kind(joint, ERROR));
     let damping = match actuator.damping.filter(|b| *b > 0.0) {
         Some(damping) => damping,
-        None if joint.damping.is_some_and(|d| d > 0.0) => 0.0,
+        None if joint.stated.damping.is_some_and(|d| d > 0.0) => 0.0,
         None => or(None, "damping", LAG * stiffness),
     };
     if !guesses.is_empty() {

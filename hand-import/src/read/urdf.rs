@@ -128,8 +128,8 @@ fn joint(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Reading<'_>) {
         joint.velocity = e.attribute(limit, "velocity");
     }
     if let Some(dynamics) = child(node, "dynamics") {
-        joint.damping = e.attribute(dynamics, "damping");
-        joint.friction = e.attribute(dynamics, "friction");
+        joint.stated.damping = e.attribute(dynamics, "damping");
+        joint.stated.friction = e.attribute(dynamics, "friction");
     }
     if let Some(mimic) = child(node, "mimic") {
         let multiplier = e.attribute(mimic, "multiplier").unwrap_or(1.0);

@@ -2,6 +2,9 @@
 
 use std::fmt::Write as _;
 
+use palmares_models::hand::CoordinateSettings;
+use palmares_models::hand::number::{Entry, Number, Numbers, Unstated};
+
 use super::{Comments, number};
 use crate::complete::{Complete, ServoNumbers};
 use crate::decision::At;
@@ -46,11 +49,7 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         out.push('\n');
         comment(&mut out, comments.at(&At::Motor(motor.name.clone())));
         let _ = writeln!(out, "[motors.{}]", key(&motor.name));
-        let _ = writeln!(out, "scaling = {}", number(motor.scaling));
-        if motor.offset != 0.0 {
-            let _ = writeln!(out, "offset = {}", number(motor.offset));
-        }
-        let _ = writeln!(out, "speed_limit = {}", number(motor.speed_limit));
+        entries(&mut out, motor.numbers.needed());
     }
     for tendon in &hand.tendons {
         out.push('\n');
@@ -64,23 +63,7 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
                 let _ = writeln!(out, "joints = {}", inline(&tendon.arms));
             }
         }
-        if tendon.rest != 0.0 {
-            let _ = writeln!(out, "rest = {}", number(tendon.rest));
-        }
-        let _ = writeln!(out, "stiffness = {}", number(tendon.stiffness));
-        if tendon.damping != 0.0 {
-            let _ = writeln!(out, "damping = {}", number(tendon.damping));
-        }
-        let _ = writeln!(out, "force_limit = {}", number(tendon.force_limit));
-        if tendon.both_ways {
-            out.push_str("both_ways = true\n");
-        }
-        if let Some(hold) = tendon.hold_limit {
-            let _ = writeln!(out, "hold_limit = {}", number(hold));
-        }
-        if tendon.breakaway {
-            out.push_str("breakaway = true\n");
-        }
+        entries(&mut out, tendon.numbers.needed());
         for (joint, path) in &tendon.paths {
             let table = |kind: &str| format!("[tendons.{}.{kind}.{}]", key(&tendon.name), key(joint));
             let _ = match path {
@@ -98,8 +81,7 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     servos(&mut out, hand, comments);
     for spring in &draft.springs {
         let _ = writeln!(out, "\n[springs.{}]\njoints = {}", key(&spring.name), inline(&spring.joints));
-        let _ = writeln!(out, "stiffness = {}", number(spring.stiffness));
-        let _ = writeln!(out, "damping = {}\nrest = {}", number(spring.damping), number(spring.rest));
+        entries(&mut out, spring.numbers.entries());
     }
     for pin in &draft.loops {
         let [a, b] = pin.links.each_ref().map(|link| quoted(link));
@@ -111,12 +93,12 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     let in_tendon = |name: &str| in_urdf.clone().any(|t| t.arms.iter().any(|(joint, _)| joint == name));
     let sprung = |joint: &&crate::draft::Joint| joint.kind != JointKind::Fixed && !in_tendon(&joint.name);
     for joint in draft.joints.iter().filter(sprung) {
-        let Some(stiffness) = joint.stiffness else { continue };
-        let _ = writeln!(out, "\n[coordinates.{}]", key(&joint.name));
-        let _ = writeln!(out, "stiffness = {}", number(stiffness));
-        if let Some(rest) = joint.rest {
-            let _ = writeln!(out, "rest = {}", number(rest));
+        if joint.stated.stiffness.is_none() {
+            continue;
         }
+        let _ = writeln!(out, "\n[coordinates.{}]", key(&joint.name));
+        // The URDF has its damper and dry friction.
+        entries(&mut out, CoordinateSettings { damping: None, friction: None, ..joint.stated }.entries());
     }
     for link in &draft.links {
         if let Some(friction) = link.friction {
@@ -224,9 +206,9 @@ pub(crate) fn template(hand: &Complete) -> String {
         let range = range.unwrap_or_else(|| "without limits".to_owned());
         let value = |x: Option<f64>| number(x.unwrap_or_default());
         let _ = writeln!(out, "\n# [coordinates.{}]  # {range}", key(&joint.name));
-        let _ = writeln!(out, "# stiffness = {}  # E, {force}/{unit}", value(joint.stiffness));
-        let _ = writeln!(out, "# damping = {}  # D, {force}·s/{unit}", value(joint.damping));
-        let _ = writeln!(out, "# rest = {}  # q0, {unit}", value(joint.rest));
+        let _ = writeln!(out, "# stiffness = {}  # E, {force}/{unit}", value(joint.stated.stiffness));
+        let _ = writeln!(out, "# damping = {}  # D, {force}·s/{unit}", value(joint.stated.damping));
+        let _ = writeln!(out, "# rest = {}  # q0, {unit}", value(joint.stated.rest));
     }
     for link in hand.draft.links.iter().filter(|link| !link.collisions.is_empty()) {
         let mass = link.inertial.map(|inertial| inertial.mass).unwrap_or_default();
@@ -240,6 +222,19 @@ pub(crate) fn template(hand: &Complete) -> String {
         out.push_str("# friction = 1.0\n# rounding = 0.0  # edge radius of boxes, m\n");
     }
     out
+}
+
+/// A line for each number, and then for each switch and number that not each part has.
+fn entries(out: &mut String, mut entries: Vec<(Number, Entry)>) {
+    entries.sort_by_key(|(number, entry)| {
+        matches!(entry, Entry::Switch(_)) || number.unstated == Unstated::Absent
+    });
+    for (Number { name, .. }, entry) in entries {
+        let _ = match entry {
+            Entry::Number(x) => writeln!(out, "{name} = {}", number(x)),
+            Entry::Switch(on) => writeln!(out, "{name} = {on}"),
+        };
+    }
 }
 
 fn comment(out: &mut String, lines: Vec<String>) {

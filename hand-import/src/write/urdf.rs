@@ -41,7 +41,9 @@ pub(crate) fn urdf(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> 
             // E and q0 belong to the joint: its first tendon states them.
             if let Some(joint) = found.filter(|_| !sprung.contains(name)) {
                 sprung.push(name.clone());
-                for (tag, value) in [("mechanicalElasticity", joint.stiffness), ("offset", joint.rest)] {
+                for (tag, value) in
+                    [("mechanicalElasticity", joint.stated.stiffness), ("offset", joint.stated.rest)]
+                {
                     if let Some(value) = value {
                         let _ = writeln!(out, "      <{tag}>{}</{tag}>", number(value));
                     }
@@ -148,9 +150,9 @@ fn joint(out: &mut String, joint: &Joint, hand: &Complete) {
                 number(velocity)
             );
         }
-        if joint.damping.is_some() || joint.friction.is_some() {
-            let damping = number(joint.damping.unwrap_or_default());
-            let friction = joint.friction.filter(|f| *f != 0.0);
+        if joint.stated.damping.is_some() || joint.stated.friction.is_some() {
+            let damping = number(joint.stated.damping.unwrap_or_default());
+            let friction = joint.stated.friction.filter(|f| *f != 0.0);
             let friction = friction.map(|f| format!(" friction=\"{}\"", number(f))).unwrap_or_default();
             let _ = writeln!(out, "    <dynamics damping=\"{damping}\"{friction}/>");
         }

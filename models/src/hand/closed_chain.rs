@@ -161,6 +161,7 @@ impl Gap {
 
 #[cfg(test)]
 mod tests {
+    use super::super::LinkageNumbers;
     use super::*;
 
     /// A pin between fingertips of a built-in hand: nonsense as a mechanism, and a chain of every kind of joint.
@@ -169,8 +170,8 @@ mod tests {
             let hand = Hand::clone(&Hand::builtin(name).expect("it is built in"));
             let last = hand.links.len() - 1;
             let points = [Vec3::new(0.01, -0.02, 0.03), Vec3::new(-0.005, 0.004, 0.02)];
-            let pin =
-                Linkage { name: "pin".into(), links: [last, last / 2], points, stiffness: 1e6, damping: 0.0 };
+            let numbers = LinkageNumbers { stiffness: 1e6, damping: 0.0 };
+            let pin = Linkage { name: "pin".into(), links: [last, last / 2], points, numbers };
             (hand, pin)
         };
         ["softhand", "reflex", "pinch"].map(pin).into()

@@ -4,10 +4,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::da_vinci::DaVinciGeometry;
+use super::number::is_zero;
 use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
 use super::tendon::{Tendon, TendonElement};
 use super::uncertain::{HandQuantity, Range};
-use super::{Guide, Hand, HingeKind, Linkage, Sensors, Spring, Start, TactilePatch, Uncertain};
+use super::{
+    CoordinateNumbers, Guide, GuideNumbers, Hand, HingeKind, Linkage, LinkageNumbers, Motor, MotorNumbers,
+    Sensors, Spring, SpringNumbers, Start, TactilePatch, TendonNumbers, Uncertain,
+};
 use crate::Pose;
 use crate::shape::Shape;
 
@@ -145,15 +149,9 @@ pub struct CoordinateDescription {
     pub minimum: Option<f64>,
     /// Upper limit.
     pub maximum: Option<f64>,
-    /// E, N·m/rad.
-    pub stiffness: f64,
-    /// D, N·m·s/rad.
-    pub damping: f64,
-    /// Rest position of its spring.
-    pub rest: f64,
-    /// Largest torque of its dry friction, N·m, or force, N.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub friction: f64,
+    /// Its numbers.
+    #[serde(flatten)]
+    pub numbers: CoordinateNumbers,
 }
 
 /// A motor.
@@ -161,18 +159,9 @@ pub struct CoordinateDescription {
 pub struct MotorDescription {
     /// Name.
     pub name: String,
-    /// `s_ref = scaling · (σ − offset)`.
-    pub scaling: f64,
-    /// σ at which `s_ref` is 0.
-    pub offset: f64,
-    /// Largest |dσ/dt|, 1/s.
-    pub speed_limit: f64,
-    /// Load at which it stands still, in the tendon's unit; the speed falls linearly with the load.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stall_force: Option<f64>,
-    /// Largest mechanical power, W.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub power_limit: Option<f64>,
+    /// Its numbers.
+    #[serde(flatten)]
+    pub numbers: MotorNumbers,
 }
 
 /// A tendon.
@@ -192,20 +181,9 @@ pub struct TendonDescription {
     pub moment_arms: Vec<f64>,
     /// Elements whose moment arm depends on the configuration.
     pub elements: Vec<ElementDescription>,
-    /// Whether it is a drive that pushes as well as pulls.
-    pub both_ways: bool,
-    /// K
-    pub stiffness: f64,
-    /// b
-    pub damping: f64,
-    /// f_max
-    pub force_limit: f64,
-    /// Largest tension that it holds, if no load turns it back.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hold_limit: Option<f64>,
-    /// Whether a clutch lets go at f_max.
-    #[serde(skip_serializing_if = "is_false")]
-    pub breakaway: bool,
+    /// Its other numbers.
+    #[serde(flatten)]
+    pub numbers: TendonNumbers,
     /// Guides on which it rubs, from the motor outwards.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub guides: Vec<GuideDescription>,
@@ -216,10 +194,9 @@ pub struct TendonDescription {
 pub struct GuideDescription {
     /// Name of the coordinate at which it is.
     pub coordinate: String,
-    /// Coefficient of friction μ.
-    pub friction: f64,
-    /// Angle φ by which the tendon wraps around it, rad.
-    pub wrap_angle: f64,
+    /// Its numbers.
+    #[serde(flatten)]
+    pub numbers: GuideNumbers,
 }
 
 /// A part of a tendon whose moment arm depends on a coordinate.
@@ -262,12 +239,9 @@ pub struct SpringDescription {
     pub name: String,
     /// Its row, one entry per coordinate.
     pub moment_arms: Vec<f64>,
-    /// Stiffness.
-    pub stiffness: f64,
-    /// Damping.
-    pub damping: f64,
-    /// Length of the relaxed spring.
-    pub rest: f64,
+    /// Its numbers.
+    #[serde(flatten)]
+    pub numbers: SpringNumbers,
 }
 
 /// A pin that closes a chain of links.
@@ -279,18 +253,9 @@ pub struct LinkageDescription {
     pub links: [String; 2],
     /// The pin in the frame of each link, m.
     pub points: [[f64; 3]; 2],
-    /// Stiffness, N/m.
-    pub stiffness: f64,
-    /// Damping, N·s/m.
-    pub damping: f64,
-}
-
-fn is_false(x: &bool) -> bool {
-    !*x
-}
-
-fn is_zero(x: &f64) -> bool {
-    *x == 0.0
+    /// Its numbers.
+    #[serde(flatten)]
+    pub numbers: LinkageNumbers,
 }
 
 /// A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards.
@@ -350,23 +315,13 @@ impl Hand {
                     name: c.name.clone(),
                     minimum: bound(c.lower),
                     maximum: bound(c.upper),
-                    stiffness: c.stiffness,
-                    damping: c.damping,
-                    rest: c.rest,
-                    friction: c.friction,
+                    numbers: c.numbers,
                 })
                 .collect(),
             motors: self
                 .motors
                 .iter()
-                .map(|m| MotorDescription {
-                    name: m.name.clone(),
-                    scaling: m.scaling,
-                    offset: m.offset,
-                    speed_limit: m.speed_limit,
-                    stall_force: m.stall_force,
-                    power_limit: m.power_limit,
-                })
+                .map(|Motor { name, numbers }| MotorDescription { name: name.clone(), numbers: *numbers })
                 .collect(),
             tendons: self.describe_tendons(&rest),
             springs: self.describe_springs(),
@@ -459,8 +414,7 @@ impl Hand {
         };
         let guide = |guide: &Guide| GuideDescription {
             coordinate: self.coordinates[guide.coordinate].name.clone(),
-            friction: guide.friction,
-            wrap_angle: guide.wrap_angle,
+            numbers: guide.numbers,
         };
         let describe = |(t, row): (&Tendon, Vec<f64>)| TendonDescription {
             name: t.name.clone(),
@@ -472,12 +426,7 @@ impl Hand {
             rest: t.rest,
             moment_arms: row,
             elements: t.elements.iter().map(element).collect(),
-            both_ways: t.both_ways,
-            stiffness: t.stiffness,
-            damping: t.damping,
-            force_limit: t.force_limit,
-            hold_limit: t.hold_limit,
-            breakaway: t.breakaway,
+            numbers: t.numbers,
             guides: t.guides.iter().map(guide).collect(),
         };
         self.tendons.iter().zip(self.moment_arms(rest)).map(describe).collect()
@@ -492,9 +441,7 @@ impl Hand {
         let describe = |spring: &Spring| SpringDescription {
             name: spring.name.clone(),
             moment_arms: row(&spring.arms),
-            stiffness: spring.stiffness,
-            damping: spring.damping,
-            rest: spring.rest,
+            numbers: spring.numbers,
         };
         self.springs.iter().map(describe).collect()
     }
@@ -504,8 +451,7 @@ impl Hand {
             name: pin.name.clone(),
             links: pin.links.map(|link| self.links[link].name.clone()),
             points: pin.points.map(|point| point.to_array()),
-            stiffness: pin.stiffness,
-            damping: pin.damping,
+            numbers: pin.numbers,
         };
         self.linkages.iter().map(describe).collect()
     }

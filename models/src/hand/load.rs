@@ -28,6 +28,12 @@ impl Hand {
     }
 }
 
+/// The problem with a motor that a load slows without a tendon of its own, and what is valid.
+pub(crate) const NO_OWN_TENDON: (&str, &str) = (
+    "has stall_force or power_limit, and no tendon of its own",
+    "these fields with one tendon that only this motor winds, without breakaway",
+);
+
 /// The first motor that a load slows without a tendon of its own, which no other motor winds and which has no clutch.
 pub(crate) fn slowed_without_own_tendon<'a>(motors: &'a [Motor], tendons: &[Tendon]) -> Option<&'a Motor> {
     let has_own = |motor: usize| {

@@ -1,6 +1,7 @@
 //! The immutable description of a hand: a tree of links moved by few coordinates and fewer tendons.
 
 pub mod closed_chain;
+mod coordinate;
 pub mod da_vinci;
 pub mod describe;
 mod drawn;
@@ -11,23 +12,28 @@ mod length;
 pub mod linkage;
 pub(crate) mod load;
 mod motor;
+pub mod number;
 pub mod path;
+pub(crate) mod per_joint;
+mod quantity;
 pub mod sensors;
 pub mod spring;
 pub mod tendon;
 pub mod uncertain;
 mod validate;
 
-pub use self::linkage::Linkage;
-pub use self::motor::Motor;
+pub use self::coordinate::{Coordinate, CoordinateNumbers, CoordinateSettings};
+pub use self::linkage::{Linkage, LinkageNumbers};
+pub use self::motor::{Motor, MotorNumbers, MotorSettings};
+use self::number::{Bounds, Field, Number, Table, Visit};
+use self::quantity::{Owner, Quantity};
 pub use self::sensors::{Sensors, TactilePatch};
-pub use self::spring::Spring;
-pub use self::tendon::{Guide, Tendon};
+pub use self::spring::{Spring, SpringNumbers};
+pub use self::tendon::{Guide, GuideNumbers, StatedTendon, Tendon, TendonNumbers};
 pub use self::uncertain::Uncertain;
 use crate::shape::Shape;
 pub use crate::shape::inertia::Inertia;
 use crate::{Pose, Vec3};
-use serde::Deserialize;
 
 /// A compliant underactuated hand. Shared read-only by every world that simulates it.
 #[derive(Clone, Debug)]
@@ -154,34 +160,21 @@ pub enum HingeKind {
     Prismatic,
 }
 
-/// An independent coordinate q with its spring, damper and limits.
-#[derive(Clone, Debug)]
-pub struct Coordinate {
-    /// Name of the joint it represents.
-    pub name: String,
-    /// Lower limit, rad (m for a prismatic joint).
-    pub lower: f64,
-    /// Upper limit, rad (m).
-    pub upper: f64,
-    /// Elastic stiffness E, N·m/rad; 0 for none.
-    pub stiffness: f64,
-    /// Viscous damping D, N·m·s/rad.
-    pub damping: f64,
-    /// Rest position of the spring, rad.
-    pub rest: f64,
-    /// Dry friction: the largest torque, N·m (force, N), with which the joint resists any motion.
-    pub friction: f64,
+number::table! {
+    /// A soft surface: pressed against something round, or round itself, it flattens, and resists spin about the
+    /// normal.
+    #[derive(Copy, PartialEq)]
+    pub table Pad;
+    /// Thickness of a layer on something hard, m; without it, the whole body is of one material (Hertz).
+    thickness: Option<f64> = Number { unit: "m", bounds: Bounds::Positive, ..Number::OF_TABLE },
+    /// Modulus, Pa: for a layer, pressure over strain in compression; for a body, `E/(1 − ν²)`.
+    modulus: f64 = Number { unit: "Pa", bounds: Bounds::Positive, ..Number::REQUIRED },
 }
 
-/// A soft surface: pressed against something round, or round itself, it flattens, and resists spin about the
-/// normal.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pad {
-    /// Thickness of a layer on something hard, m; without it, the whole body is of one material (Hertz).
-    pub thickness: Option<f64>,
-    /// Modulus, Pa: for a layer, pressure over strain in compression; for a body, `E/(1 − ν²)`.
-    pub modulus: f64,
+impl Field for Pad {
+    fn visit(&self, _: &Number, name: &str, each: &mut Visit<'_>) {
+        Table::visit(self, &mut |number, field, value| each(number, &format!("{name}.{field}"), value));
+    }
 }
 
 /// A soft shape.
@@ -205,3 +198,17 @@ pub struct Geom {
     /// Coulomb friction coefficient of its surface.
     pub friction: f64,
 }
+
+/// Coulomb coefficients of the shapes of links, as `[uncertain]` has them. A surface without friction has none by design.
+const FRICTION: Quantity = Quantity {
+    name: "friction",
+    owner: Owner::Link,
+    value: Some(Bounds::NotNegative),
+    has: |hand, k| hand.links[k].geoms.iter().any(|geom| geom.friction > 0.0),
+    change: |hand, on, new| {
+        for &k in on {
+            let rough = hand.links[k].geoms.iter_mut().filter(|geom| geom.friction > 0.0);
+            rough.for_each(|geom| geom.friction = new(geom.friction));
+        }
+    },
+};

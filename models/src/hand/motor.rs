@@ -1,5 +1,8 @@
 //! Motors.
 
+use super::number::{Bounds, Number, numbers};
+use super::quantity::{Owner, Quantity};
+
 /// A motor: the command σ in [0, 1] maps to `s_ref = scaling · (σ − offset)`.
 ///
 /// Its load F is the force of its tendon times its weight, in the unit of s's force: N or N·m. Against a load it reaches
@@ -8,16 +11,50 @@
 pub struct Motor {
     /// Name, for messages.
     pub name: String,
-    /// s at σ − offset = 1.
-    pub scaling: f64,
-    /// σ at which s_ref is 0.
-    pub offset: f64,
-    /// Largest |dσ/dt|, 1/s: the speed without load.
-    pub speed_limit: f64,
-    /// Load at which it stands still, with the speed–torque line of a DC motor; without it the speed does not depend on the load.
-    pub stall_force: Option<f64>,
+    /// Its numbers.
+    pub numbers: MotorNumbers,
+}
+
+numbers! {
+    /// The numbers of a motor.
+    numbers MotorNumbers of Motor;
+    /// An entry of `[motors]`.
+    table MotorSettings;
+    /// `s_ref = scaling · (σ − offset)`.
+    scaling: f64 = Number { unit: "unit of s", bounds: Bounds::NotZero, ..Number::REQUIRED },
+    /// σ at which `s_ref` is 0.
+    offset: f64 = Number { unit: "1", ..Number::ZERO },
+    /// Largest |dσ/dt|, 1/s.
+    speed_limit: f64 = Number { unit: "1/s", bounds: Bounds::Positive, ..Number::REQUIRED },
+    /// Load at which it stands still, in the tendon's unit; the speed falls linearly with the load.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stall_force: Option<f64> = Number {
+        unit: "unit of f",
+        bounds: Bounds::Positive,
+        shown: "its speed falls with the load, to 0 at {}",
+        ..Number::optional("stall")
+    },
     /// Largest mechanical power, W.
-    pub power_limit: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    power_limit: Option<f64> = Number {
+        unit: "W",
+        bounds: Bounds::Positive,
+        shown: "at most {} W",
+        ..Number::optional("power")
+    },
+}
+
+impl MotorSettings {
+    /// A motor that no load slows.
+    pub fn plain(scaling: f64, offset: f64, speed_limit: f64) -> Self {
+        let (scaling, offset, speed_limit) = (Some(scaling), Some(offset), Some(speed_limit));
+        MotorSettings { scaling, offset, speed_limit, ..MotorSettings::default() }
+    }
+
+    /// The motor of that name.
+    pub fn motor(&self, name: &str) -> Motor {
+        Motor { name: name.to_owned(), numbers: self.numbers() }
+    }
 }
 
 impl Motor {
@@ -44,24 +81,29 @@ impl Motor {
     }
 }
 
+/// The speed without load, as `[uncertain]` has it.
+pub(super) const SPEED_LIMIT: Quantity = Quantity {
+    name: "speed_limit",
+    owner: Owner::Motor,
+    value: Some(Bounds::Positive),
+    has: |_, _| true,
+    change: |hand, on, new| {
+        on.iter().for_each(|&k| hand.motors[k].speed_limit = new(hand.motors[k].speed_limit));
+    },
+};
+
 #[cfg(test)]
 mod tests {
-    use super::Motor;
+    use super::{Motor, MotorSettings};
 
     #[test]
     fn the_power_of_a_line_is_the_largest_at_half_of_its_stall_force() {
-        let plain = Motor {
-            name: "m".to_owned(),
-            scaling: -2.0,
-            offset: 0.0,
-            speed_limit: 3.0,
-            stall_force: None,
-            power_limit: None,
-        };
+        let plain = MotorSettings::plain(-2.0, 0.0, 3.0).motor("m");
         assert_eq!(plain.largest_power(5.0), 30.0);
-        let line = Motor { stall_force: Some(8.0), ..plain.clone() };
+        let mut line = plain.clone();
+        line.stall_force = Some(8.0);
         assert_eq!([2.0, 4.0, 8.0].map(|pull| line.largest_power(pull)), [9.0, 12.0, 12.0]);
-        let limited = Motor { power_limit: Some(10.0), ..line };
+        let limited = Motor { numbers: super::MotorNumbers { power_limit: Some(10.0), ..*line }, ..line };
         assert_eq!(limited.largest_power(8.0), 10.0);
         assert!(limited.slows() && !plain.slows());
     }

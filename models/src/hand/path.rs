@@ -1,7 +1,8 @@
 //! Paths of tendons over a joint: the length s(q) of one coordinate, with its first two derivatives.
 
-use super::da_vinci::DaVinci;
+use super::da_vinci::{DaVinci, DaVinciGeometry};
 use super::length::Length;
+use super::number::{Field, Number, Visit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -182,6 +183,32 @@ pub struct EyeletPositions {
     /// Eyelet on the link behind the joint, at coordinate 0.
     #[serde(deserialize_with = "crate::exact::array")]
     pub after: [f64; 2],
+}
+
+impl Field for Polynomial {
+    fn visit(&self, number: &Number, name: &str, each: &mut Visit<'_>) {
+        self.coefficients.visit(number, name, each);
+    }
+}
+
+impl Field for TablePoints {
+    fn visit(&self, number: &Number, name: &str, each: &mut Visit<'_>) {
+        self.at.visit(number, name, each);
+        self.length.visit(number, name, each);
+    }
+}
+
+impl Field for EyeletPositions {
+    fn visit(&self, number: &Number, name: &str, each: &mut Visit<'_>) {
+        [self.before, self.after].visit(number, name, each);
+    }
+}
+
+impl Field for DaVinciGeometry {
+    fn visit(&self, number: &Number, name: &str, each: &mut Visit<'_>) {
+        let DaVinciGeometry { r0, r1, r2, a1, b1, l1, a2, b2 } = *self;
+        [r0, r1, r2, a1, b1, l1, a2, b2].visit(number, name, each);
+    }
 }
 
 /// A tendon that runs straight from one eyelet to the other: `s = L(0) − L(q)`.

@@ -1,5 +1,9 @@
 //! Springs across several joints.
 
+use std::collections::BTreeMap;
+
+use super::number::{Bounds, Number, numbers};
+
 /// A spring and damper on the length `s = Σ r_i q_i`: torque `τ = −r (k (s − rest) + d ṡ)`. It is the part of E and D off their
 /// diagonals: `E = diag(E_i) + Σ k r rᵀ`.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,12 +12,26 @@ pub struct Spring {
     pub name: String,
     /// r: (coordinate index, entry), ascending by coordinate.
     pub arms: Vec<(usize, f64)>,
-    /// k: N·m/rad if r has no unit, N/m if r is in metres.
-    pub stiffness: f64,
-    /// d
-    pub damping: f64,
-    /// s of the relaxed spring.
-    pub rest: f64,
+    /// Its numbers: k in N·m/rad if r has no unit, in N/m if r is in metres.
+    pub numbers: SpringNumbers,
+}
+
+numbers! {
+    /// The numbers of a spring.
+    numbers SpringNumbers of Spring;
+    /// Its numbers as far as they are stated.
+    table StatedSpring;
+    /// An entry of `[springs]`.
+    settings SpringSettings {
+        /// Its row by name of the URDF's joint.
+        joints: BTreeMap<String, f64> = Number { bounds: Bounds::NotZero, ..Number::OF_TABLE },
+    }
+    /// Stiffness.
+    stiffness: f64 = Number { unit: "f per s", bounds: Bounds::Positive, ..Number::REQUIRED },
+    /// Damping.
+    damping: f64 = Number { unit: "f·s per s", bounds: Bounds::NotNegative, ..Number::ZERO },
+    /// Length of the relaxed spring.
+    rest: f64 = Number { unit: "unit of s", ..Number::ZERO },
 }
 
 impl Spring {

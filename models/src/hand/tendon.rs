@@ -2,13 +2,23 @@
 //!
 //! Because every arm is the derivative of one length, the tendon does no net work on a closed path of q.
 
+use std::collections::BTreeMap;
+
+use super::da_vinci::DaVinciGeometry;
 use super::motor::Motor;
-use super::path::TendonPath;
+use super::number::{Bounds, Hashed, Number, numbers};
+use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
+use super::per_joint::PerJoint;
+use super::quantity::{Owner, Quantity};
 
 /// A cable: tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
 ///
 /// Motors wind `s_ref = rest + Σ wᵢ s_refᵢ`: one motor alone, or several through a differential (sum and difference of two motors at
 /// the ends of one cable: weights ½ and ½, ½ and −½). Without a motor the cable has a fixed length.
+///
+/// A drive that pushes as well, `both_ways`, has its force clamped to ±f_max. A drive that no load turns back, such as a worm gear, holds
+/// more: its motors stop where they pull with f_max, and it holds up to `hold_limit`. With `breakaway` a clutch lets go at f_max instead:
+/// the motors go on, and this tendon stays locked until they come back.
 ///
 /// Its length is `s(q) = Σ r_i q_i` plus the elements' part, and its row of R is the gradient ds/dq.
 /// s and f are in units of the coordinate the moment arms refer to: with r dimensionless (URDF
@@ -19,28 +29,65 @@ pub struct Tendon {
     pub name: String,
     /// Motors that wind it: (index into [`Hand::motors`](super::Hand::motors), weight w), ascending by index.
     pub motors: Vec<(usize, f64)>,
-    /// s_ref without the motors' part.
-    pub rest: f64,
     /// Constant part of its row of R: (coordinate index, moment arm), ascending by coordinate.
     pub moment_arms: Vec<(usize, f64)>,
     /// Parts of s that are not linear in q; each on a coordinate of its own.
     pub elements: Vec<TendonElement>,
-    /// Whether it is no cable but a drive that pushes as well: `f` then is clamped to ±f_max.
-    pub both_ways: bool,
-    /// Stiffness K of cable and motor servo in series.
-    pub stiffness: f64,
-    /// Damping b of the cable.
-    pub damping: f64,
-    /// Largest tension f_max that the motors pull with.
-    pub force_limit: f64,
-    /// Largest tension that it holds, for a drive that no load turns back, such as a worm gear: more than f_max. Its motors stop
-    /// where they pull with f_max, and the drive holds the place.
-    pub hold_limit: Option<f64>,
-    /// Whether a clutch lets go at f_max instead, for a drive with a hold limit: the motors go on, and this tendon stays locked until
-    /// they come back.
-    pub breakaway: bool,
     /// Guides that the cable passes, from the motor outwards: one for each of its coordinates. Empty if it rubs on none of them.
     pub guides: Vec<Guide>,
+    /// Its numbers.
+    pub numbers: TendonNumbers,
+}
+
+numbers! {
+    /// The numbers of a tendon.
+    numbers TendonNumbers of Tendon;
+    /// Its numbers as far as they are stated.
+    table StatedTendon;
+    /// An entry of `[tendons]`.
+    #[derive(Default)]
+    settings TendonSettings {
+        /// Motors that wind it, each with its weight, instead of the transmission's actuator.
+        motors: Option<BTreeMap<String, f64>> = Number { bounds: Bounds::NotZero, ..Number::OF_TABLE },
+        /// Its row of R by name of the URDF's joint, for a tendon without a transmission.
+        #[serde(default)]
+        joints: BTreeMap<String, f64> = Number { bounds: Bounds::NotZero, ..Number::OF_TABLE },
+        /// Joints it passes by a Da Vinci mechanism, by name of the URDF's joint.
+        #[serde(default)]
+        da_vinci: BTreeMap<String, DaVinciGeometry> = Number { unit: "m", ..Number::OF_TABLE },
+        /// Joints at which its length is a polynomial.
+        #[serde(default)]
+        polynomial: BTreeMap<String, Polynomial> = Number::OF_TABLE,
+        /// Joints at which its length was measured.
+        #[serde(default)]
+        table: BTreeMap<String, TablePoints> = Number::OF_TABLE,
+        /// Joints that it crosses straight, from eyelet to eyelet.
+        #[serde(default)]
+        eyelets: BTreeMap<String, EyeletPositions> = Number { unit: "m", ..Number::OF_TABLE },
+        /// Joints in the order in which the cable passes them, from the motor outwards.
+        routing: Option<Vec<String>> = Number::OF_TABLE,
+        /// Friction of the cable at its guides.
+        friction: Option<PerJoint> = GuideNumbers::ROWS[0],
+        /// Angles by which it wraps around its guides.
+        wrap_angle: Option<PerJoint> = GuideNumbers::ROWS[1],
+    }
+    /// Wound length without the motors' part.
+    #[serde(skip_serializing)]
+    rest: f64 = Number { unit: "unit of s", hashed: Hashed::ByPart, ..Number::ZERO },
+    /// Whether it is a drive that pushes as well as pulls.
+    both_ways: bool = Number::SWITCH,
+    /// K
+    stiffness: f64 = Number { unit: "f per s", bounds: Bounds::Positive, ..Number::REQUIRED },
+    /// b
+    damping: f64 = Number { unit: "f·s per s", bounds: Bounds::NotNegative, ..Number::ZERO },
+    /// f_max
+    force_limit: f64 = Number { unit: "unit of f", bounds: Bounds::Positive, ..Number::REQUIRED },
+    /// Largest tension that it holds, if no load turns it back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hold_limit: Option<f64> = Number { unit: "unit of f", bounds: Bounds::Positive, ..Number::optional("hold") },
+    /// Whether a clutch lets go at f_max.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    breakaway: bool = Number::SWITCH,
 }
 
 /// The guide by which a cable comes to a joint. Where it slides, the tension beyond is `e^(−μφ)` times that before if the cable moves
@@ -49,13 +96,27 @@ pub struct Tendon {
 pub struct Guide {
     /// Index into [`Hand::coordinates`](super::Hand::coordinates) of the joint.
     pub coordinate: usize,
-    /// Coefficient of friction μ between cable and guide.
-    pub friction: f64,
-    /// Angle φ by which the cable wraps around the guide, rad.
-    pub wrap_angle: f64,
+    /// Its numbers.
+    pub numbers: GuideNumbers,
+}
+
+numbers! {
+    /// The numbers of a guide.
+    numbers GuideNumbers of Guide;
+    /// Its numbers as far as they are stated.
+    table StatedGuide;
+    /// Coefficient of friction μ.
+    friction: f64 = Number { unit: "1", bounds: Bounds::NotNegative, ..Number::ZERO },
+    /// Angle φ by which the tendon wraps around it, rad.
+    wrap_angle: f64 = Number { unit: "rad", bounds: Bounds::NotNegative, ..Number::ZERO },
 }
 
 impl Guide {
+    /// The guide at a coordinate.
+    pub fn new(coordinate: usize, friction: f64, wrap_angle: f64) -> Self {
+        Guide { coordinate, numbers: GuideNumbers { friction, wrap_angle } }
+    }
+
     /// Exponent μφ.
     pub fn exponent(&self) -> f64 {
         self.friction * self.wrap_angle
@@ -74,7 +135,48 @@ pub struct TendonElement {
     pub path: TendonPath,
 }
 
+impl TendonSettings {
+    /// Its paths that are not linear: their kind, and the joint that they cross.
+    pub(crate) fn paths(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let da_vinci = self.da_vinci.keys().map(|joint| ("da_vinci", joint));
+        let polynomial = self.polynomial.keys().map(|joint| ("polynomial", joint));
+        let table = self.table.keys().map(|joint| ("table", joint));
+        let eyelets = self.eyelets.keys().map(|joint| ("eyelets", joint));
+        da_vinci.chain(polynomial).chain(table).chain(eyelets)
+    }
+
+    /// Whether it states moment arms of its own.
+    pub(crate) fn has_arms(&self) -> bool {
+        !self.joints.is_empty() || self.paths().next().is_some()
+    }
+
+    /// Whether it acts on the joint of this name.
+    pub(crate) fn names_joint(&self, joint: &str) -> bool {
+        self.joints.contains_key(joint) || self.paths().any(|(_, name)| name == joint)
+    }
+}
+
 impl Tendon {
+    /// A contradiction between its numbers: the problem, and what is valid.
+    pub(crate) fn contradiction(&self) -> Option<(String, String)> {
+        let TendonNumbers { force_limit, hold_limit, breakaway, .. } = self.numbers;
+        let (problem, valid) = match hold_limit {
+            Some(hold) if self.motors.is_empty() => {
+                (format!("has hold_limit {hold}, but no motor that it holds"), "hold_limit with motors")
+            }
+            Some(hold) if hold < force_limit => {
+                let valid = format!("at least its force_limit, {force_limit}");
+                return Some((format!("has hold_limit {hold}"), valid));
+            }
+            None if breakaway => (
+                "has breakaway, but no hold_limit".to_owned(),
+                "breakaway with hold_limit, which keeps it locked",
+            ),
+            _ => return None,
+        };
+        Some((problem, valid.to_owned()))
+    }
+
     /// s_ref at motor positions σ.
     pub fn wound(&self, motors: &[Motor], sigma: impl Fn(usize) -> f64) -> f64 {
         // The usual tendon keeps its bits: no sum, no sign of a zero.
@@ -130,5 +232,88 @@ impl Tendon {
         all.sort_unstable();
         all.dedup();
         all
+    }
+}
+
+/// R at joints, as `[uncertain]` has it. The lengths change as well.
+pub(super) const MOMENT_ARMS: Quantity = Quantity {
+    name: "moment_arms",
+    owner: Owner::Joint,
+    value: None,
+    has: |hand, k| hand.tendons.iter().any(|tendon| tendon.coordinates().contains(&k)),
+    change: |hand, on, new| {
+        for &k in on {
+            hand.tendons.iter_mut().for_each(|tendon| tendon.scale_arms(k, new(1.0)));
+        }
+    },
+};
+
+/// f_max, as `[uncertain]` has it. What the tendon holds and the load at which its motors stall are in proportion; a motor of several
+/// tendons is as strong as the first of them.
+pub(super) const FORCE_LIMIT: Quantity = Quantity {
+    name: "force_limit",
+    owner: Owner::Tendon,
+    value: Some(Bounds::Positive),
+    has: |_, _| true,
+    change: |hand, on, new| {
+        let mut strengthened = Vec::new();
+        for &k in on {
+            let tendon = &mut hand.tendons[k];
+            let before = tendon.force_limit;
+            tendon.force_limit = new(before);
+            let ratio = tendon.force_limit / before;
+            tendon.hold_limit = tendon.hold_limit.map(|hold| hold * ratio);
+            for &(motor, _) in &tendon.motors {
+                if !strengthened.contains(&motor) {
+                    strengthened.push(motor);
+                    let stall = &mut hand.motors[motor].stall_force;
+                    *stall = stall.map(|force| force * ratio);
+                }
+            }
+        }
+    },
+};
+
+/// K, as `[uncertain]` has it. The damping is in proportion.
+pub(super) const STIFFNESS: Quantity = Quantity {
+    name: "tendon_stiffness",
+    owner: Owner::Tendon,
+    value: Some(Bounds::Positive),
+    has: |_, _| true,
+    change: |hand, on, new| {
+        for &k in on {
+            let tendon = &mut hand.tendons[k];
+            let before = tendon.stiffness;
+            tendon.stiffness = new(before);
+            tendon.damping *= tendon.stiffness / before;
+        }
+    },
+};
+
+/// μ at the guides on which a tendon rubs, as `[uncertain]` has it.
+pub(super) const FRICTION: Quantity = Quantity {
+    name: "tendon_friction",
+    owner: Owner::Tendon,
+    value: Some(Bounds::NotNegative),
+    has: |hand, k| hand.tendons[k].rubbing().next().is_some(),
+    change: |hand, on, new| {
+        for &k in on {
+            let rubbing = hand.tendons[k].guides.iter_mut().filter(|guide| guide.exponent() > 0.0);
+            rubbing.for_each(|guide| guide.friction = new(guide.friction));
+        }
+    },
+};
+
+impl Tendon {
+    /// Multiplies the part of its length that a coordinate makes.
+    fn scale_arms(&mut self, coordinate: usize, factor: f64) {
+        for (c, arm) in &mut self.moment_arms {
+            if *c == coordinate {
+                *arm *= factor;
+            }
+        }
+        for element in self.elements.iter_mut().filter(|element| element.coordinate == coordinate) {
+            element.path = element.path.scaled(factor);
+        }
     }
 }

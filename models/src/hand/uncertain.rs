@@ -2,6 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::number::Bounds;
+pub use super::quantity::Owner;
+use super::quantity::Quantity;
+use super::{Hand, coordinate, motor, tendon};
+
 /// A number of a hand that is known as a range: an entry of `[uncertain]` in `hand.toml`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertain {
@@ -17,92 +22,71 @@ pub struct Uncertain {
     pub range: Range,
 }
 
-/// A quantity of a hand that can be uncertain.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
-pub enum HandQuantity {
-    /// Friction coefficients of the shapes of links.
-    Friction,
-    /// Stiffness E of joints.
-    Stiffness,
-    /// Damping D of joints.
-    Damping,
-    /// Moment arms of all tendons at joints.
-    MomentArms,
-    /// Largest tension of tendons, and with it the largest tension that they hold and the load at which their motors stall.
-    ForceLimit,
-    /// Largest speed of motors.
-    SpeedLimit,
-    /// Stiffness K of tendons and drives; their damping keeps its ratio to it.
-    TendonStiffness,
-    /// Coefficients of friction between tendons and their guides.
-    TendonFriction,
+/// From the list of quantities: the enumeration.
+macro_rules! quantities {
+    ($($(#[$about:meta])* $Quantity:ident = $declaration:path,)*) => {
+        /// A quantity of a hand that can be uncertain.
+        #[derive(
+            Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
+        )]
+        #[serde(rename_all = "snake_case")]
+        pub enum HandQuantity { $($(#[$about])* $Quantity,)* }
+
+        impl HandQuantity {
+            /// All of them.
+            pub const ALL: &'static [HandQuantity] = &[$(HandQuantity::$Quantity),*];
+
+            fn declaration(self) -> Quantity {
+                match self { $(HandQuantity::$Quantity => $declaration,)* }
+            }
+        }
+    };
 }
 
-/// What has a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Owner {
-    /// Links of the hand.
-    Link,
-    /// Joint coordinates.
-    Joint,
-    /// Motors.
-    Motor,
-    /// Tendons.
-    Tendon,
+quantities! {
+    /// Friction coefficients of the shapes of links.
+    Friction = super::FRICTION,
+    /// Stiffness E of joints.
+    Stiffness = coordinate::STIFFNESS,
+    /// Damping D of joints.
+    Damping = coordinate::DAMPING,
+    /// Moment arms of all tendons at joints.
+    MomentArms = tendon::MOMENT_ARMS,
+    /// Largest tension of tendons, and with it the largest tension that they hold and the load at which their motors stall.
+    ForceLimit = tendon::FORCE_LIMIT,
+    /// Largest speed of motors.
+    SpeedLimit = motor::SPEED_LIMIT,
+    /// Stiffness K of tendons and drives; their damping keeps its ratio to it.
+    TendonStiffness = tendon::STIFFNESS,
+    /// Coefficients of friction between tendons and their guides.
+    TendonFriction = tendon::FRICTION,
 }
 
 impl HandQuantity {
-    /// All of them.
-    pub const ALL: [HandQuantity; 8] = [
-        HandQuantity::Friction,
-        HandQuantity::Stiffness,
-        HandQuantity::Damping,
-        HandQuantity::MomentArms,
-        HandQuantity::ForceLimit,
-        HandQuantity::SpeedLimit,
-        HandQuantity::TendonStiffness,
-        HandQuantity::TendonFriction,
-    ];
-
     /// Its name in `hand.toml`.
     pub fn name(self) -> &'static str {
-        match self {
-            HandQuantity::Friction => "friction",
-            HandQuantity::Stiffness => "stiffness",
-            HandQuantity::Damping => "damping",
-            HandQuantity::MomentArms => "moment_arms",
-            HandQuantity::ForceLimit => "force_limit",
-            HandQuantity::SpeedLimit => "speed_limit",
-            HandQuantity::TendonStiffness => "tendon_stiffness",
-            HandQuantity::TendonFriction => "tendon_friction",
-        }
+        self.declaration().name
     }
 
     /// What has it.
     pub fn owner(self) -> Owner {
-        match self {
-            HandQuantity::Friction => Owner::Link,
-            HandQuantity::Stiffness | HandQuantity::Damping | HandQuantity::MomentArms => Owner::Joint,
-            HandQuantity::SpeedLimit => Owner::Motor,
-            HandQuantity::ForceLimit | HandQuantity::TendonStiffness | HandQuantity::TendonFriction => {
-                Owner::Tendon
-            }
-        }
+        self.declaration().owner
     }
-}
 
-impl Owner {
-    /// The field of `hand.toml` that lists them.
-    pub fn field(self) -> &'static str {
-        match self {
-            Owner::Link => "links",
-            Owner::Joint => "joints",
-            Owner::Motor => "motors",
-            Owner::Tendon => "tendons",
-        }
+    /// Range of the number itself; none if only a factor of it makes sense.
+    pub(crate) fn value(self) -> Option<Bounds> {
+        self.declaration().value
+    }
+
+    /// Indices of all links, joints, motors or tendons of a hand that have it.
+    pub(crate) fn all_of(self, hand: &Hand) -> Vec<usize> {
+        let Quantity { owner, has, .. } = self.declaration();
+        (0..hand.names_of(owner).len()).filter(|k| has(hand, *k)).collect()
+    }
+
+    /// Changes it on parts of a hand, from each number to a new one.
+    pub(super) fn change(self, hand: &mut Hand, on: &[usize], new: &dyn Fn(f64) -> f64) {
+        (self.declaration().change)(hand, on, new);
     }
 }
 

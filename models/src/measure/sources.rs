@@ -51,7 +51,8 @@ impl Sources {
             // Links that a fixed joint merges are one here, but separate in hand.toml.
             Part::Link(_) if field == "friction" => {
                 let says = |((table, field), value): (&(String, &'static str), &f64)| {
-                    (*field == "friction" && *value == figure.value).then(|| table.clone())
+                    let of_links = table == "friction" || table.starts_with("[links.");
+                    (of_links && *field == "friction" && *value == figure.value).then(|| table.clone())
                 };
                 self.stated.iter().filter_map(says).collect()
             }

@@ -4,40 +4,28 @@ use std::collections::BTreeMap;
 
 use super::report::Report;
 use super::routing::guides;
-use super::settings::{MotorSettings, Settings, TendonSettings};
+use super::settings::Settings;
 use super::urdf::reduce::Reduced;
 use super::urdf::transmission::Transmission;
 use super::urdf::tree::Urdf;
 use crate::error::ModelError;
 use crate::hand::da_vinci::DaVinci;
-use crate::hand::load::slowed_without_own_tendon;
+use crate::hand::load::{NO_OWN_TENDON, slowed_without_own_tendon};
 use crate::hand::path::{Eyelets, MAX_DEGREE, MAX_POINTS, Table, TendonPath};
-use crate::hand::tendon::TendonElement;
-use crate::hand::{Motor, Tendon};
+use crate::hand::tendon::{TendonElement, TendonSettings};
+use crate::hand::{Motor, MotorNumbers, MotorSettings, Tendon, TendonNumbers};
 
 /// Motor for an actuator without entry in `hand.toml`: the 2016 manipulation challenge drove its SoftHand by
 /// σ times 7; the speed is that of this project's SoftHand.
-const DEFAULT_MOTOR: MotorSettings = MotorSettings::plain(7.0, 0.0, 2.0);
+fn default_motor() -> MotorSettings {
+    MotorSettings::plain(7.0, 0.0, 2.0)
+}
+
 /// Tendon for a transmission without entry in `hand.toml`: stiff compared with any joint spring, 20 N on a 45
 /// mm cylinder.
-static DEFAULT_TENDON: TendonSettings = TendonSettings {
-    stiffness: 300.0,
-    damping: 0.0,
-    force_limit: 2.0,
-    both_ways: false,
-    hold_limit: None,
-    breakaway: false,
-    motors: None,
-    rest: 0.0,
-    joints: BTreeMap::new(),
-    da_vinci: BTreeMap::new(),
-    polynomial: BTreeMap::new(),
-    table: BTreeMap::new(),
-    eyelets: BTreeMap::new(),
-    routing: None,
-    friction: None,
-    wrap_angle: None,
-};
+fn default_tendon() -> TendonSettings {
+    TendonSettings { stiffness: Some(300.0), force_limit: Some(2.0), ..TendonSettings::default() }
+}
 
 /// Motors and tendons: those of the URDF's transmissions in their order, then those that `hand.toml` alone names, by name. Problems are
 /// kept; a tendon with one is left out.
@@ -77,9 +65,7 @@ pub(crate) fn actuation(
         check_stall(tendon, &motors, at);
     }
     if let Some(motor) = slowed_without_own_tendon(&motors, &tendons) {
-        let problem = "has stall_force or power_limit, and no tendon of its own";
-        let valid = "these fields with one tendon that only this motor winds, without breakaway";
-        at.keep::<()>(Err(at.bad(format!("[motors.{}]", motor.name), problem, valid)));
+        at.keep::<()>(Err(at.bad(format!("[motors.{}]", motor.name), NO_OWN_TENDON.0, NO_OWN_TENDON.1)));
     }
     (motors, tendons)
 }
@@ -117,20 +103,18 @@ fn from_transmission(
     let wound_by = weighted.map(|weighted| {
         weighted.unwrap_or_else(|| vec![(motor_of(transmission, settings, motors, report), 1.0)])
     });
-    let own = own.unwrap_or_else(|| {
-        report.warn(
-            element.clone(),
-            format!(
-                "no [tendons] entry: taken are stiffness {}, tension limit {}",
-                DEFAULT_TENDON.stiffness, DEFAULT_TENDON.force_limit
-            ),
-        );
-        &DEFAULT_TENDON
+    let own = own.cloned().unwrap_or_else(|| {
+        let own = default_tendon();
+        let TendonNumbers { stiffness, force_limit, .. } = own.numbers();
+        let taken =
+            format!("no [tendons] entry: taken are stiffness {stiffness}, tension limit {force_limit}");
+        report.warn(element.clone(), taken);
+        own
     });
-    let elements = elements(tree, reduced, own, &transmission.name, at);
+    let elements = elements(tree, reduced, &own, &transmission.name, at);
     let (Some(elements), Some(wound_by), true) = (elements, wound_by, known) else { return None };
-    let mut made = tendon(&transmission.name, wound_by, moment_arms, elements, own);
-    made.guides = guides(&made, own, tree, reduced, at);
+    let mut made = tendon(&transmission.name, wound_by, moment_arms, elements, &own);
+    made.guides = guides(&made, &own, tree, reduced, at);
     let joint = |c: usize| &tree.robot.joints[reduced.coordinates[c]].name;
     check(&made, &|c| format!("<mechanicalReduction> of joint '{}' in the URDF", joint(c)), at);
     Some(made)
@@ -148,29 +132,17 @@ fn check(tendon: &Tendon, arm: &dyn Fn(usize) -> String, at: &Report) {
             "one of them: a path has all of the length, also its linear part",
         );
     }
-    match tendon.hold_limit {
-        Some(hold) if tendon.motors.is_empty() => {
-            bad(format!("has hold_limit {hold}, but no motor that it holds"), "hold_limit with motors");
-        }
-        Some(hold) if hold < tendon.force_limit => {
-            let limit = tendon.force_limit;
-            bad(format!("has hold_limit {hold}"), &format!("at least its force_limit, {limit}"));
-        }
-        None if tendon.breakaway => {
-            bad(
-                "has breakaway, but no hold_limit".to_owned(),
-                "breakaway with hold_limit, which keeps it locked",
-            );
-        }
-        _ => {}
+    if let Some((problem, valid)) = tendon.contradiction() {
+        bad(problem, &valid);
     }
 }
 
 /// Keeps an error for a tendon with more force than a motor of it has.
 fn check_stall(tendon: &Tendon, motors: &[Motor], at: &Report) {
     for &(motor, weight) in &tendon.motors {
-        let Motor { name, stall_force: Some(stall), .. } = &motors[motor] else { continue };
-        let (limit, most) = (tendon.force_limit, stall / weight.abs());
+        let motor = &motors[motor];
+        let Some(stall) = motor.stall_force else { continue };
+        let (name, limit, most) = (&motor.name, tendon.force_limit, stall / weight.abs());
         if limit > most {
             let problem = format!("has force_limit {limit}; its motor '{name}' stands still at {most}");
             let valid = format!("a force_limit of at most {most}, from the motor's stall_force");
@@ -189,16 +161,10 @@ fn tendon(
     Tendon {
         name: name.to_owned(),
         motors,
-        rest: own.rest,
         elements,
-        both_ways: own.both_ways,
         moment_arms,
-        stiffness: own.stiffness,
-        damping: own.damping,
-        force_limit: own.force_limit,
-        hold_limit: own.hold_limit,
-        breakaway: own.breakaway,
         guides: Vec::new(),
+        numbers: own.numbers(),
     }
 }
 
@@ -210,17 +176,15 @@ fn motor_of(
     report: &mut Report,
 ) -> usize {
     motors.iter().position(|m| m.name == transmission.actuator).unwrap_or_else(|| {
-        let own = settings.motors.get(&transmission.actuator).unwrap_or_else(|| {
-            report.warn(
-                format!("actuator '{}'", transmission.actuator),
-                format!(
-                    "no [motors] entry: taken are scaling {}, speed limit {}/s",
-                    DEFAULT_MOTOR.scaling, DEFAULT_MOTOR.speed_limit
-                ),
-            );
-            &DEFAULT_MOTOR
+        let own = settings.motors.get(&transmission.actuator).copied().unwrap_or_else(|| {
+            let own = default_motor();
+            let MotorNumbers { scaling, speed_limit, .. } = own.numbers();
+            let taken =
+                format!("no [motors] entry: taken are scaling {scaling}, speed limit {speed_limit}/s");
+            report.warn(format!("actuator '{}'", transmission.actuator), taken);
+            own
         });
-        add_motor(&transmission.actuator, own, motors)
+        add_motor(&transmission.actuator, &own, motors)
     })
 }
 

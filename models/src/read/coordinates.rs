@@ -3,12 +3,12 @@
 use urdf_rs::{Joint, JointLimit, JointType};
 
 use super::report::Report;
-use super::settings::{CoordinateSettings, Settings};
+use super::settings::Settings;
 use super::urdf::reduce::Reduced;
 use super::urdf::transmission::TransmissionJoint;
 use super::urdf::tree::Urdf;
 use crate::error::ModelError;
-use crate::hand::Coordinate;
+use crate::hand::{Coordinate, CoordinateSettings};
 
 /// Each coordinate; spring, damper and dry friction of `hand.toml` replace those of the URDF. Invalid limits and springs are kept
 /// as errors.
@@ -18,7 +18,6 @@ pub(crate) fn coordinates(
     settings: &Settings,
     report: &mut Report,
 ) -> Vec<Coordinate> {
-    let none = CoordinateSettings::default();
     let mut out = Vec::new();
     for &leader in &reduced.coordinates {
         let name = tree.robot.joints[leader].name.clone();
@@ -45,27 +44,22 @@ pub(crate) fn coordinates(
         if sound && lower >= upper {
             report.keep::<()>(Err(no_range(tree, reduced, leader, report)));
         }
-        let own = settings.coordinates.get(&name).unwrap_or(&none);
         let every = &settings.every_coordinate;
-        out.push(Coordinate {
-            stiffness: own.stiffness.or(every.stiffness).unwrap_or_else(|| {
-                of_joint(
-                    tree,
-                    &name,
-                    "<mechanicalElasticity>",
-                    |t| t.stated[0].then_some(t.stiffness),
-                    report,
-                )
-            }),
-            damping: own.damping.or(every.damping).unwrap_or(damping),
-            rest: own.rest.or(every.rest).unwrap_or_else(|| {
-                of_joint(tree, &name, "<offset>", |t| t.stated[1].then_some(t.rest), report)
-            }),
-            friction: own.friction.or(every.friction).unwrap_or(friction),
-            name,
-            lower,
-            upper,
-        });
+        let stated = settings.coordinates.get(&name).map_or(*every, |own| own.or(every));
+        // Two different springs of the URDF are an error, unless hand.toml states the joint's.
+        let stiffness = || {
+            let tag = "<mechanicalElasticity>";
+            of_joint(tree, &name, tag, |t| t.stated[0].then_some(t.stiffness), report)
+        };
+        let rest = || of_joint(tree, &name, "<offset>", |t| t.stated[1].then_some(t.rest), report);
+        let in_urdf = CoordinateSettings {
+            stiffness: stated.stiffness.is_none().then(stiffness),
+            damping: Some(damping),
+            rest: stated.rest.is_none().then(rest),
+            friction: Some(friction),
+        };
+        let numbers = stated.or(&in_urdf).numbers();
+        out.push(Coordinate { name, lower, upper, numbers });
     }
     out
 }

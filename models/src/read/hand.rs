@@ -154,7 +154,7 @@ fn build(
         },
         None => Settings::default(),
     };
-    settings.check(&options.limits, at);
+    let sound = settings.check(&options.limits, at);
     let described = settings.description.as_deref().map_or(0, str::len);
     at.keep(at.limit("description", "bytes", described, options.limits.description_bytes));
     let Some(tree) = tree? else { return Ok(None) };
@@ -165,12 +165,12 @@ fn build(
     let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
     let root_from_base = at.keep(start::root_from_base(&settings.base, &tree, at)).unwrap_or(Pose::IDENTITY);
     let base_from_root = base_from_root(root_from_base);
-    // Nothing is computed from invalid numbers of the URDF.
+    // Nothing is computed from invalid numbers.
     let reduced = match tree.sound {
         true => reduce::reduce(&tree, base_from_root, &mut reader, report)?,
         false => None,
     };
-    let Some(reduced) = reduced else {
+    let Some(reduced) = reduced.filter(|_| sound) else {
         check_further_names(&settings, &tree, at);
         return Ok(None);
     };
@@ -327,7 +327,7 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     check("motors", &settings.motors, motors.chain(servos).chain(free().filter(stated)), at);
 }
 
-/// Keeps an error for each name in the settings that is checked while the hand is built, for a URDF that cannot be.
+/// Keeps an error for each name in the settings that is checked while the hand is built, for files of which none can be built.
 fn check_further_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let free =
         |name: &str| tree.robot.joints.iter().any(|j| j.name == *name && j.joint_type != JointType::Fixed);

@@ -28,7 +28,6 @@ mod objects;
 mod options;
 mod own_object;
 mod parts;
-mod per_joint;
 pub(crate) mod report;
 mod routing;
 mod sensors;

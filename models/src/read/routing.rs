@@ -1,11 +1,10 @@
 //! The way of a cable over its joints, and what it rubs on, from `hand.toml`.
 
-use super::per_joint::PerJoint;
 use super::report::Report;
-use super::settings::TendonSettings;
 use super::urdf::reduce::Reduced;
 use super::urdf::tree::Urdf;
-use crate::hand::tendon::MAX_EXPONENT;
+use crate::hand::per_joint::PerJoint;
+use crate::hand::tendon::{MAX_EXPONENT, TendonSettings};
 use crate::hand::{Guide, Tendon};
 
 /// The guides of a tendon, from the motor outwards; none if it rubs on none. Problems are kept.
@@ -70,10 +69,9 @@ pub(super) fn guides(
             return bad("has wrap_angle, but no friction".to_owned(), "both: what counts is their product");
         }
     };
-    let guide = |joint: &String| Guide {
-        coordinate: passed[names.iter().position(|name| name == joint).unwrap_or_default()],
-        friction: friction.at(joint),
-        wrap_angle: wrap_angle.at(joint),
+    let guide = |joint: &String| {
+        let coordinate = passed[names.iter().position(|name| name == joint).unwrap_or_default()];
+        Guide::new(coordinate, friction.at(joint), wrap_angle.at(joint))
     };
     let guides: Vec<Guide> = order.iter().map(guide).collect();
     let sum: f64 = guides.iter().map(Guide::exponent).sum();

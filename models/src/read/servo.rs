@@ -7,11 +7,11 @@ use std::f64::consts::PI;
 
 use super::report::Report;
 use super::servo_settings::{ServoJoints, ServoSettings};
-use super::settings::{MotorSettings, Settings};
+use super::settings::Settings;
 use super::urdf::reduce::Reduced;
 use super::urdf::tree::Urdf;
 use crate::error::ModelError;
-use crate::hand::{Coordinate, Motor, Tendon};
+use crate::hand::{Coordinate, Motor, MotorSettings, StatedTendon, Tendon};
 
 /// Deviation at which a servo without a stated stiffness has its largest torque, rad and m. A position servo of a robot
 /// hand is stiffer than any joint spring: the Allegro's has 0.7 N·m, so 7 N·m/rad here.
@@ -71,19 +71,21 @@ pub(crate) fn add(
         let offset = if far { 0.0 } else { -from / scaling };
         let of_joint = MotorSettings::plain(scaling, offset, velocity / scaling.abs());
         motors.push(stated.unwrap_or(&of_joint).motor(motor));
+        let drive = StatedTendon {
+            rest: far.then_some(from),
+            both_ways: Some(true),
+            stiffness: Some(stiffness),
+            damping: Some(damping),
+            force_limit: Some(effort),
+            ..StatedTendon::default()
+        };
         tendons.push(Tendon {
             name: in_urdf.map_or(name, |servo| &servo.name).clone(),
             motors: vec![(motors.len() - 1, 1.0)],
-            rest: if far { from } else { 0.0 },
             moment_arms: vec![(c, 1.0)],
             elements: Vec::new(),
-            both_ways: true,
-            stiffness,
-            damping,
-            force_limit: effort,
-            hold_limit: None,
-            breakaway: false,
             guides: Vec::new(),
+            numbers: drive.numbers(),
         });
     }
 }
@@ -103,10 +105,9 @@ fn numbers(
     settings: &Settings,
     report: &Report,
 ) -> Result<Numbers, ModelError> {
-    let none = ServoSettings::default();
-    let own = settings.servos.get(&coordinate.name).unwrap_or(&none);
+    let own = settings.servos.get(&coordinate.name).copied().unwrap_or_default();
     let every = &settings.every_servo;
-    let stated = |field: fn(&ServoSettings) -> Option<f64>| field(own).or(field(every));
+    let stated = |field: fn(&ServoSettings) -> Option<f64>| field(&own).or(field(every));
     let of_limit = |what: &str, value: Option<f64>, in_urdf: f64| {
         value.or(Some(in_urdf).filter(|x| *x > 0.0 && *x <= MAX_LIMIT)).ok_or_else(|| {
             report.bad(
@@ -126,7 +127,7 @@ fn numbers(
     let damping = stated(|s| s.damping).unwrap_or(DAMPING_S * stiffness);
     // A continuous joint makes one turn.
     let end = |limit: f64, without: f64| if limit.is_finite() { limit } else { without };
-    let range = own.range.unwrap_or([end(coordinate.lower, -PI), end(coordinate.upper, PI)]);
+    let range = own.range.map_or([end(coordinate.lower, -PI), end(coordinate.upper, PI)], |range| range.0);
     Ok(Numbers { range, effort, velocity, stiffness, damping })
 }
 

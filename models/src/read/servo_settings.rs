@@ -4,22 +4,37 @@ use serde::Deserialize;
 
 use super::report::Report;
 use crate::error::ModelError;
+use crate::hand::number::{Bounds, Field, Number, Visit, table};
 
-/// Overrides of what the URDF's `<limit>` says, for the servo of a joint.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ServoSettings {
+table! {
+    /// Overrides of what the URDF's `<limit>` says, for the servo of a joint.
+    #[derive(Copy, Default)]
+    pub(crate) table ServoSettings;
     /// Largest torque, N·m (largest force, N).
-    pub(crate) effort: Option<f64>,
+    effort: Option<f64> = Number { unit: "N·m", bounds: Bounds::Positive, ..Number::OF_TABLE },
     /// Largest speed, rad/s (m/s).
-    pub(crate) velocity: Option<f64>,
+    velocity: Option<f64> = Number { unit: "rad/s", bounds: Bounds::Positive, ..Number::OF_TABLE },
     /// N·m/rad (N/m)
-    pub(crate) stiffness: Option<f64>,
+    stiffness: Option<f64> = Number { unit: "N·m/rad", bounds: Bounds::Positive, ..Number::OF_TABLE },
     /// N·m·s/rad (N·s/m)
-    pub(crate) damping: Option<f64>,
+    damping: Option<f64> = Number { unit: "N·m·s/rad", bounds: Bounds::NotNegative, ..Number::OF_TABLE },
     /// Positions of the joint at σ = 0 and at σ = 1, rad (m).
-    #[serde(default, deserialize_with = "crate::exact::optional")]
-    pub(crate) range: Option<[f64; 2]>,
+    range: Option<ServoRange> = Number { unit: "rad", ..Number::OF_TABLE },
+}
+
+/// Both ends of a servo's range.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(transparent)]
+pub(crate) struct ServoRange(#[serde(deserialize_with = "crate::exact::array")] pub(crate) [f64; 2]);
+
+impl Field for ServoRange {
+    fn visit(&self, number: &Number, name: &str, each: &mut Visit<'_>) {
+        self.0.visit(number, name, each);
+        let [begin, end] = self.0;
+        if begin == end {
+            each(&Number { bounds: Bounds::NotZero, ..*number }, "range, end minus begin,", Some(0.0));
+        }
+    }
 }
 
 /// The joints that have servos.

@@ -19,13 +19,7 @@ pub(crate) fn springs(tree: &Urdf, reduced: &Reduced, settings: &Settings, at: &
             at.keep::<()>(Err(at.bad(element, "acts on no joint", "joints = { joint = entry, … }")));
             continue;
         }
-        out.push(Spring {
-            name: name.clone(),
-            arms,
-            stiffness: own.stiffness,
-            damping: own.damping,
-            rest: own.rest,
-        });
+        out.push(Spring { name: name.clone(), arms, numbers: own.numbers() });
     }
     out
 }
@@ -48,13 +42,7 @@ pub(crate) fn linkages(tree: &Urdf, reduced: &Reduced, settings: &Settings, at: 
             at.keep::<()>(Err(at.bad(element, problem, "two links that move against each other")));
             continue;
         }
-        out.push(Linkage {
-            name: name.clone(),
-            links: [a, b],
-            points: [near, far],
-            stiffness: own.stiffness,
-            damping: own.damping,
-        });
+        out.push(Linkage { name: name.clone(), links: [a, b], points: [near, far], numbers: own.numbers() });
     }
     out
 }

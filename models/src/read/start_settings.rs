@@ -2,44 +2,38 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use crate::hand::number::{Bounds, Number, table};
 
-/// Pose of the hand's base frame: the flange at its wrist, z along the fingers, x out of the palm.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct BaseSettings {
+table! {
+    /// Pose of the hand's base frame: the flange at its wrist, z along the fingers, x out of the palm.
+    #[derive(Default)]
+    pub(crate) table BaseSettings;
     /// The link whose frame `position` and the turn are in; else the root. Fixed joints lead to it.
-    pub(crate) link: Option<String>,
+    link: Option<String> = Number::OF_TABLE,
     /// m
     #[serde(default, deserialize_with = "crate::exact::array")]
-    pub(crate) position: [f64; 3],
+    position: [f64; 3] = PLACE,
+    /// Unit quaternion.
     #[serde(default, deserialize_with = "crate::exact::optional")]
-    pub(crate) quat_xyzw: Option<[f64; 4]>,
+    quat_xyzw: Option<[f64; 4]> = PLACE,
     /// Fixed-axis roll, pitch, yaw, rad.
     #[serde(default, deserialize_with = "crate::exact::optional")]
-    pub(crate) rpy: Option<[f64; 3]>,
+    rpy: Option<[f64; 3]> = PLACE,
 }
 
-/// How a run begins.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StartSettings {
+/// Turns have the limit of lengths, too.
+const PLACE: Number = Number { unit: "m", ..Number::OF_TABLE };
+
+table! {
+    /// How a run begins.
+    #[derive(Default)]
+    pub(crate) table StartSettings;
     /// σ of every motor that `motors` does not name.
-    pub(crate) sigma: Option<f64>,
+    sigma: Option<f64> = Number { bounds: Bounds::Part, ..Number::OF_TABLE },
     /// σ by motor.
     #[serde(default)]
-    pub(crate) motors: BTreeMap<String, f64>,
+    motors: BTreeMap<String, f64> = Number { bounds: Bounds::Part, ..Number::OF_TABLE },
     /// Positions by joint, rad (m).
     #[serde(default)]
-    pub(crate) joints: BTreeMap<String, f64>,
-}
-
-impl BaseSettings {
-    /// Every number in it, with its field.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
-        let position = self.position.into_iter().map(|x| ("position", x));
-        let quat = self.quat_xyzw.into_iter().flatten().map(|x| ("quat_xyzw", x));
-        let rpy = self.rpy.into_iter().flatten().map(|x| ("rpy", x));
-        position.chain(quat).chain(rpy)
-    }
+    joints: BTreeMap<String, f64> = Number { unit: "rad", ..Number::OF_TABLE },
 }

@@ -75,8 +75,8 @@ fn entry(
         let valid = format!("1 to 32 of a to z, 0 to 9 and _, but not '{RESERVED}'");
         return bad("has a name that is not valid".to_owned(), valid);
     }
-    let known = || HandQuantity::ALL.map(HandQuantity::name).join(", ");
-    let Some(of) = own.of.or_else(|| HandQuantity::ALL.into_iter().find(|of| of.name() == name)) else {
+    let known = || HandQuantity::ALL.iter().map(|of| of.name()).collect::<Vec<_>>().join(", ");
+    let Some(of) = own.of.or_else(|| HandQuantity::ALL.iter().copied().find(|of| of.name() == name)) else {
         return bad("does not say of what".to_owned(), format!("`of` with one of: {}", known()));
     };
     let (on, everywhere) = members(name, own, of, hand, at)?;
@@ -114,7 +114,7 @@ fn members(
         let problem = format!("has `{}`, and {} is of {}", other.field(), of.name(), owner.field());
         return bad(problem, format!("`{}`", owner.field()));
     }
-    let all = hand.that_have(of);
+    let all = of.all_of(hand);
     if all.is_empty() {
         return bad(format!("is of {}, and the hand has none", of.name()), "another quantity".to_owned());
     }
@@ -160,22 +160,11 @@ fn range(
             Ok(Range::Factor([low, high]))
         }
         (None, Some([low, high])) => {
-            let least = match of {
-                HandQuantity::MomentArms => {
-                    return bad(
-                        "has `value`, and arms differ from joint to joint".to_owned(),
-                        "`factor`".to_owned(),
-                    );
-                }
-                HandQuantity::Friction
-                | HandQuantity::Stiffness
-                | HandQuantity::Damping
-                | HandQuantity::TendonFriction => low >= 0.0,
-                HandQuantity::ForceLimit | HandQuantity::SpeedLimit | HandQuantity::TendonStiffness => {
-                    low > 0.0
-                }
+            let Some(bounds) = of.value() else {
+                let problem = "has `value`, and arms differ from joint to joint".to_owned();
+                return bad(problem, "`factor`".to_owned());
             };
-            if !(least && low < high && high <= largest) {
+            if !(bounds.allows(low) && low < high && high <= largest) {
                 let valid = format!(
                     "[low, high], ascending, not negative and at most {largest:e}; a tendon's or motor's above 0"
                 );

@@ -188,7 +188,7 @@ fn numbers_outside_of_their_ranges_are_refused() {
 
 #[test]
 fn entries_that_are_none_are_refused() {
-    let known = HandQuantity::ALL.map(HandQuantity::name).join(", ");
+    let known = HandQuantity::ALL.iter().map(|of| of.name()).collect::<Vec<_>>().join(", ");
     for (entries, told) in [
         ("friction = { factor = [1.1, 1.2] }", "[uncertain] friction: has factor [1.1, 1.2]"),
         ("friction = { factor = [0.9, 11] }", "high from 1 to 10"),

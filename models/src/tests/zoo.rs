@@ -1,7 +1,7 @@
 //! The hands after published ones: their pages, and the numbers that their pages state.
 
 use crate::builtin::{builtin_hands, grasped, sources};
-use crate::hand::Hand;
+use crate::hand::{CoordinateNumbers, Hand, MotorNumbers, TendonNumbers};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -209,4 +209,26 @@ fn the_guide_shows_a_whole_hand_toml_of_at_most_30_lines() {
     let settings = include_str!("../../hands/yale_t42/hand.toml");
     assert!(settings.lines().count() <= 30);
     assert!(guide.contains(settings));
+}
+
+/// The guide has a row for each number, in the table of its part, with its unit.
+#[test]
+fn the_guide_has_each_number_with_its_unit() {
+    let guide = include_str!("../../../docs/hands.md");
+    for (table, rows) in [
+        ("[motors.NAME]", MotorNumbers::ROWS),
+        ("[tendons.NAME]", TendonNumbers::ROWS),
+        ("[coordinates.JOINT]", CoordinateNumbers::ROWS),
+    ] {
+        let mut lines = guide.lines().skip_while(|line| !(line.starts_with("| `[") && line.contains(table)));
+        lines.next();
+        let section: Vec<&str> = lines.take_while(|line| !line.starts_with("| `[")).collect();
+        for number in rows {
+            let row = format!("| `{}` | {} |", number.name, number.unit).replace("|  |", "| |");
+            assert!(
+                section.iter().any(|line| line.starts_with(&row)),
+                "{table}: {row} is not in docs/hands.md"
+            );
+        }
+    }
 }

@@ -368,8 +368,7 @@ mod tests {
     fn a_hand_that_rubs_rests_between_two_limits() {
         let mut hand = Hand::clone(&softhand());
         let all = 0..hand.coordinates.len();
-        hand.tendons[0].guides =
-            all.map(|coordinate| Guide { coordinate, friction: 0.1, wrap_angle: 0.2 }).collect();
+        hand.tendons[0].guides = all.map(|coordinate| Guide::new(coordinate, 0.1, 0.2)).collect();
         let found = solved_of(&hand, json!({"motors": [0.4]})).expect("a rest");
         let band = found.band.expect("it rubs");
         // Of what the motor winds in, the first joints get more while the hand closes, the last ones less.

@@ -229,7 +229,7 @@ mod tests {
     fn softhand(exponent: f64) -> Hand {
         let mut hand = Hand::clone(&Hand::builtin("softhand").expect("it is built in"));
         let order = hand.tendons[0].coordinates();
-        let guide = |coordinate| Guide { coordinate, friction: exponent, wrap_angle: 1.0 };
+        let guide = |coordinate| Guide::new(coordinate, exponent, 1.0);
         hand.tendons[0].guides = order.into_iter().map(guide).collect();
         hand
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use palmares_models::hand::CoordinateSettings;
 use palmares_models::{Pose, Rotation, Vec3};
 use roxmltree::Node;
 
@@ -34,10 +35,7 @@ struct ChainJoint {
     /// After it.
     moved: Pose,
     slides: bool,
-    damping: Option<f64>,
-    friction: Option<f64>,
-    stiffness: Option<f64>,
-    rest: Option<f64>,
+    stated: CoordinateSettings,
     limits: Option<[f64; 2]>,
     dof: Option<(usize, f64)>,
 }
@@ -105,10 +103,10 @@ pub(super) fn chain(
                 kind: if joint.slides { JointKind::Prismatic } else { JointKind::Revolute },
                 origin: Origin::from_pose(&origin),
                 limits: joint.limits,
-                damping: joint.damping,
-                friction: joint.friction,
-                stiffness: joint.stiffness,
-                rest: joint.rest.filter(|_| joint.stiffness.is_some()),
+                stated: CoordinateSettings {
+                    rest: joint.stated.rest.filter(|_| joint.stated.stiffness.is_some()),
+                    ..joint.stated
+                },
                 ..Joint::fixed(&joint.name, &parent, &child)
             });
             parent = child;
@@ -223,7 +221,8 @@ fn joint(node: Node<'_, '_>, name: String, reading: &mut Reading<'_>) -> ChainJo
     } else {
         (about(Vec3::Z, theta), along(Vec3::Z * d) * after)
     };
-    ChainJoint { name, turned, moved, slides, damping, friction, stiffness, rest, limits, dof }
+    let stated = CoordinateSettings { stiffness, damping, rest, friction };
+    ChainJoint { name, turned, moved, slides, stated, limits, dof }
 }
 
 /// `d1*0.333+40`: a degree of freedom, its factor, a constant with its sign. `None` for a plain number.

@@ -6,6 +6,7 @@
 //! | `b` | a clutch in each joint but the last: at `breakAwayTorque` it lets go and keeps the joint, and the others go on |
 //! | `c` | compliant: one cable over all joints, against their springs |
 
+use palmares_models::hand::StatedTendon;
 use roxmltree::Node;
 
 use super::chain::Moved;
@@ -137,12 +138,15 @@ fn clutches(
             // A positive length closes, so that the clutch lets go in this direction.
             joints: vec![(moved.joint.clone(), TendonPath::Arm(moved.factor.signum()))],
             motors: vec![(dof.name.clone(), moved.factor.abs())],
-            stiffness: dof.gain,
-            damping: dof.damping,
-            force_limit: if clutch { Some(torque) } else { dof.effort.map(|effort| effort.max(torque)) },
-            both_ways: true,
-            hold_limit: clutch.then_some(HOLD * torque),
-            breakaway: clutch,
+            stated: StatedTendon {
+                stiffness: dof.gain,
+                damping: dof.damping,
+                force_limit: if clutch { Some(torque) } else { dof.effort.map(|effort| effort.max(torque)) },
+                both_ways: Some(true),
+                hold_limit: clutch.then_some(HOLD * torque),
+                breakaway: Some(clutch),
+                ..StatedTendon::default()
+            },
             ..Tendon::of(&moved.joint)
         });
     }
@@ -166,11 +170,11 @@ fn sprung(dof: &Dof, joints: &[Moved], draft: &mut Draft, reading: &mut Reading<
     let mut first = None;
     for moved in joints {
         let Some(joint) = draft.joints.iter_mut().find(|joint| joint.name == moved.joint) else { continue };
-        match (joint.stiffness, first) {
+        match (joint.stated.stiffness, first) {
             (Some(stiffness), None) => first = Some(stiffness),
             (Some(_), Some(_)) => {}
             (None, Some(stiffness)) => {
-                joint.stiffness = Some(stiffness);
+                joint.stated.stiffness = Some(stiffness);
                 let text = format!("joint '{}' has no spring; taken is that of the first", moved.joint);
                 reading.log.guessed(at.clone(), &dof.element, text);
             }
@@ -207,7 +211,7 @@ fn cable(dof: &Dof, joints: &[Moved], draft: &mut Draft, reading: &mut Reading<'
     draft.tendons.push(Tendon {
         joints: arms,
         motors: vec![(dof.name.clone(), 1.0)],
-        force_limit: dof.effort,
+        stated: StatedTendon { force_limit: dof.effort, ..StatedTendon::default() },
         ..Tendon::of(&dof.name)
     });
     draft.actuators.push(Actuator::of(&dof.name, Drive::Tendon(dof.name.clone())));

@@ -103,7 +103,7 @@ fn paths(
         };
         let name = &joint.name;
         let alone = moved.iter().any(|joints| joints.len() == 1 && joints[0].joint == *name);
-        if joint.stiffness.is_none() || !alone {
+        if joint.stated.stiffness.is_none() || !alone {
             return Err(format!("runs over joint '{name}', which has no spring or moves with others"));
         }
         let [low, high] = joint.limits.ok_or_else(|| format!("runs over joint '{name}' without limits"))?;
@@ -115,7 +115,7 @@ fn paths(
             ways[k].iter().fold(Pose::IDENTITY, |pose, joint| pose * through(joint, q)) * pair[k].at
         };
         let length = |q: f64| (place(0, q) - place(1, q)).length();
-        let rest = length(joint.rest.unwrap_or_default());
+        let rest = length(joint.stated.rest.unwrap_or_default());
         let table = tables.entry(name.clone()).or_insert_with(|| {
             let q = |k: usize| low + (high - low) * k as f64 / (POINTS - 1) as f64;
             (0..POINTS).map(|k| [q(k), 0.0]).collect()

@@ -64,8 +64,8 @@ pub(super) fn drivers(robot: &Robot<'_>, all: &[Line], draft: &mut Draft, readin
         // Klamp't applies a driver's torque times its scale to each of its joints.
         let squares: f64 = links.iter().map(|(_, scale, _)| scale * scale).sum();
         let (per_force, per_rate) = (squares / leading.abs(), squares / (leading * leading));
-        found.damping = value(&viscous).map(|damping| damping * per_rate);
-        found.friction = value(&dry).map(|friction| friction * per_force);
+        found.stated.damping = value(&viscous).map(|damping| damping * per_rate);
+        found.stated.friction = value(&dry).map(|friction| friction * per_force);
         let limit = |part: usize| {
             let word = line.words.get(2 + 3 * links.len() + part).and_then(|word| lines::number(word))?;
             Some(word.abs()).filter(|x| kind == "affine" && x.is_finite() && *x > 0.0)

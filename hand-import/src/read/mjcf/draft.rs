@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use palmares_models::hand::CoordinateSettings;
 use palmares_models::read::Limits;
 use palmares_models::{Pose, Vec3};
 
@@ -174,11 +175,13 @@ impl Mapper<'_> {
             limits,
             effort: stated("effort"),
             velocity: stated("velocity"),
-            damping: some(joint.damping),
-            friction: some(joint.friction),
             armature: some(joint.armature),
-            stiffness: some(joint.stiffness),
-            rest: (joint.stiffness != 0.0 || joint.rest != 0.0).then_some(joint.rest - joint.reference),
+            stated: CoordinateSettings {
+                stiffness: some(joint.stiffness),
+                damping: some(joint.damping),
+                rest: (joint.stiffness != 0.0 || joint.rest != 0.0).then_some(joint.rest - joint.reference),
+                friction: some(joint.friction),
+            },
             ..draft::Joint::fixed(joint.name.clone(), parent, child)
         }
     }

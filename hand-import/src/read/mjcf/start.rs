@@ -39,7 +39,7 @@ fn of(model: &Model, frames: &Frames, key: &Key, commands: &[Command], draft: &D
         let own = frames.moves(joint.body) && *motions.joint(index) == Motion::Own;
         let drawn = draft.joints.iter().find(|other| other.name == joint.name).filter(|_| own);
         let Some(drawn) = drawn else { continue };
-        if key.x[index] != drawn.rest.unwrap_or_default() {
+        if key.x[index] != drawn.stated.rest.unwrap_or_default() {
             start.joints.push((joint.name.clone(), key.x[index]));
         }
     }

@@ -4,6 +4,7 @@
 
 use std::f64::consts::PI;
 
+use palmares_models::hand::{SpringNumbers, StatedTendon};
 use palmares_models::measure::HandLimits;
 
 use super::actuator::ActuatorSpec;
@@ -355,10 +356,13 @@ impl Mapper<'_> {
                 .model
                 .stated(&format!("motors:{name}"))
                 .unwrap_or_else(|| vec![(actuator.name.clone(), 1.0)]),
-            stiffness: drawn.stiffness,
-            damping,
-            force_limit: limit,
-            both_ways,
+            stated: StatedTendon {
+                stiffness: drawn.stiffness,
+                damping,
+                force_limit: limit,
+                both_ways: Some(both_ways),
+                ..StatedTendon::default()
+            },
             ..draft::Tendon::of(&name)
         });
         self.draft.actuators.push(draft::Actuator {
@@ -384,9 +388,11 @@ impl Mapper<'_> {
             self.draft.springs.push(Spring {
                 name,
                 joints: fit.terms.iter().map(|(j, c)| (self.model.joints[*j].name.clone(), c[0])).collect(),
-                stiffness: tendon.stiffness,
-                damping: tendon.damping,
-                rest: low - fit.constant,
+                numbers: SpringNumbers {
+                    stiffness: tendon.stiffness,
+                    damping: tendon.damping,
+                    rest: low - fit.constant,
+                },
             });
             return;
         }
@@ -418,11 +424,14 @@ impl Mapper<'_> {
         let most = stiffness * (longest - at).abs().max((shortest - at).abs());
         self.draft.tendons.push(draft::Tendon {
             joints: self.paths(fit, factor),
-            stiffness: Some(stiffness),
-            damping: (tendon.damping > 0.0).then_some(tendon.damping),
-            force_limit: Some((MARGIN * most).max(1e-3)),
-            rest: Some(factor * (at - fit.constant)),
-            both_ways: both,
+            stated: StatedTendon {
+                stiffness: Some(stiffness),
+                damping: (tendon.damping > 0.0).then_some(tendon.damping),
+                force_limit: Some((MARGIN * most).max(1e-3)),
+                rest: Some(factor * (at - fit.constant)),
+                both_ways: Some(both),
+                ..StatedTendon::default()
+            },
             ..draft::Tendon::of(name)
         });
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use palmares_models::hand::SpringNumbers;
 use palmares_models::{Pose, Rotation, Vec3};
 
 use super::compile::compile;
@@ -89,7 +90,7 @@ fn classes_inherit_and_childclass_reaches_down() {
         <joint name='a'/><geom size='0.005'/><body name='b'><joint name='b' class='tip'/><geom mass='0.1'/></body></body></body>";
     let model = model(&document(head, world, ""));
     let joint = |name: &str| &model.joints[model.joint(name).expect("is there")];
-    assert_eq!((joint("a").damping, joint("b").damping), (2.0, 3.0));
+    assert_eq!((joint("a").stated.damping, joint("b").stated.damping), (2.0, 3.0));
     assert_eq!((joint("a").range, joint("b").axis), (Some([0.0, 1.0]), Vec3::X));
     // A short list replaces the first numbers of the class.
     let mass = model.bodies[model.body("a").expect("is there")].inertia.mass;
@@ -188,14 +189,17 @@ fn a_fixed_tendon_with_a_position_actuator_is_a_drive() {
         [("a".to_owned(), TendonPath::Arm(1.0)), ("b".to_owned(), TendonPath::Arm(0.5))]
     );
     // f = gear (kp (ctrl − gear s)): K = kp gear², s_ref = ctrl/gear.
-    assert_eq!((tendon.stiffness, tendon.damping, tendon.force_limit), (Some(32.0), Some(2.0), Some(6.0)));
-    assert!(tendon.both_ways);
+    assert_eq!(
+        (tendon.stated.stiffness, tendon.stated.damping, tendon.stated.force_limit),
+        (Some(32.0), Some(2.0), Some(6.0))
+    );
+    assert_eq!(tendon.stated.both_ways, Some(true));
     let motor = draft.actuators.iter().find(|a| a.name == "m").expect("is there");
     assert_eq!(motor.range, Some([0.0, 2.0]));
     let torque = draft.actuators.iter().find(|a| a.name == "n").expect("is there");
     assert_eq!((torque.drive.clone(), torque.force_limit), (Drive::Joint("a".to_owned()), Some(2.0)));
     let b = draft.joints.iter().find(|joint| joint.name == "b").expect("is there");
-    assert_eq!((b.stiffness, b.rest), (Some(0.1), Some(-0.2)));
+    assert_eq!((b.stated.stiffness, b.stated.rest), (Some(0.1), Some(-0.2)));
 }
 
 #[test]
@@ -238,7 +242,7 @@ fn a_spatial_tendon_over_pulleys_has_their_radii_as_moment_arms() {
     assert!(fit.is_linear() && fit.error < 1e-8, "{fit:?}");
     let (draft, _) = draft(&text);
     let tendon = &draft.tendons[0];
-    assert!(!tendon.both_ways, "it only pulls");
+    assert_eq!(tendon.stated.both_ways, Some(false), "it only pulls");
     for ((joint, path), (name, arm)) in tendon.joints.iter().zip([("a", -0.005), ("b", -0.004)]) {
         let TendonPath::Arm(r) = path else { panic!("{path:?}") };
         assert!(joint == name && (r - arm).abs() < 1e-6, "s = L₀ − L: {joint} {r}");
@@ -267,7 +271,7 @@ fn a_straight_cable_beside_a_joint_is_a_polynomial_with_its_error() {
         let s = c.iter().rev().fold(0.0, |sum, c| sum * q + c);
         assert!((s - (exact(0.0) - exact(q))).abs() < 3e-5, "{q}: {s}");
     }
-    assert!(draft.tendons[0].motors.is_empty() && draft.tendons[0].both_ways);
+    assert!(draft.tendons[0].motors.is_empty() && draft.tendons[0].stated.both_ways == Some(true));
     assert!(log.decisions.iter().any(|d| d.text.contains("is off by at most")), "{:?}", log.decisions);
 }
 
@@ -278,12 +282,12 @@ fn passive_tendons_become_springs_across_joints_and_slack_cables() {
         <fixed name='l' range='0 1'><joint joint='a' coef='1'/><joint joint='b' coef='-1'/></fixed></tendon>";
     let (draft, _) = draft(&document(head, CABLE, tail));
     let spring = &draft.springs[0];
-    assert_eq!((spring.stiffness, spring.damping, spring.rest), (2.0, 0.1, 0.3));
+    assert_eq!(spring.numbers, SpringNumbers { stiffness: 2.0, damping: 0.1, rest: 0.3 });
     assert_eq!(spring.joints, [("a".to_owned(), 1.0), ("b".to_owned(), -1.0)]);
     // a − b is between −1.2 and 1.2: both ends of the range matter.
     let names: Vec<&str> = draft.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
     assert_eq!(names, ["l_longest", "l_shortest"]);
-    assert_eq!((draft.tendons[0].rest, draft.tendons[1].rest), (Some(-1.0), Some(0.0)));
+    assert_eq!((draft.tendons[0].stated.rest, draft.tendons[1].stated.rest), (Some(-1.0), Some(0.0)));
 }
 
 #[test]

@@ -327,11 +327,11 @@ impl Reader<'_> {
         let positive = |x: &f64| *x > 0.0 && *x < 1e12;
         joint.effort = self.number(axis, &["limit", "effort"]).filter(positive);
         joint.velocity = self.number(axis, &["limit", "velocity"]).filter(positive);
-        joint.damping = self.number(axis, &["dynamics", "damping"]).filter(|x| *x != 0.0);
-        joint.friction = self.number(axis, &["dynamics", "friction"]).filter(|x| *x != 0.0);
-        joint.stiffness = self.number(axis, &["dynamics", "spring_stiffness"]).filter(|x| *x != 0.0);
-        if joint.stiffness.is_some() {
-            joint.rest = self.number(axis, &["dynamics", "spring_reference"]);
+        joint.stated.damping = self.number(axis, &["dynamics", "damping"]).filter(|x| *x != 0.0);
+        joint.stated.friction = self.number(axis, &["dynamics", "friction"]).filter(|x| *x != 0.0);
+        joint.stated.stiffness = self.number(axis, &["dynamics", "spring_stiffness"]).filter(|x| *x != 0.0);
+        if joint.stated.stiffness.is_some() {
+            joint.stated.rest = self.number(axis, &["dynamics", "spring_reference"]);
         }
         if let Some(mimic) = axis.child("mimic") {
             let Some(leader) = mimic.get("joint") else {

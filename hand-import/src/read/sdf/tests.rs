@@ -48,7 +48,10 @@ fn poses_axes_springs_and_mimics_of_a_gripper() {
     let axis = left.origin.pose().rotation * Vec3::from_array(left.axis);
     assert!((axis - Vec3::X).length() < 1e-12, "{axis:?}");
     assert_eq!((left.limits, left.effort, left.velocity), (Some([0.0, 1.2]), Some(2.0), None));
-    assert_eq!((left.damping, left.stiffness, left.rest), (Some(0.01), Some(0.2), Some(-0.1)));
+    assert_eq!(
+        (left.stated.damping, left.stated.stiffness, left.stated.rest),
+        (Some(0.01), Some(0.2), Some(-0.1))
+    );
     let link = draft.links.iter().find(|link| link.name == "left").expect("is there");
     assert!((link.collisions[0].origin.pose().translation - Vec3::Z * 0.04).length() < 1e-12);
     assert_eq!(joint("right").kind, JointKind::Continuous);

@@ -109,9 +109,10 @@ fn spring(
         log.problem(At::Hand, shown, format!("names joint '{joint}', which is not there"));
         return;
     };
-    for (stated, new, what) in
-        [(&mut joint.stiffness, stiffness, "mechanicalElasticity"), (&mut joint.rest, rest, "offset")]
-    {
+    for (stated, new, what) in [
+        (&mut joint.stated.stiffness, stiffness, "mechanicalElasticity"),
+        (&mut joint.stated.rest, rest, "offset"),
+    ] {
         match (*stated, new) {
             (Some(first), Some(second)) if first != second => {
                 let text = format!(

@@ -28,8 +28,8 @@ pub(super) fn gazebo(node: Node<'_, '_>, draft: &mut Draft, reading: &mut Readin
     match joint {
         Some(joint) => {
             if let Some(stiffness) = stiffness.filter(|k| *k > 0.0) {
-                joint.stiffness = joint.stiffness.or(Some(stiffness));
-                joint.rest = joint.rest.or(rest);
+                joint.stated.stiffness = joint.stated.stiffness.or(Some(stiffness));
+                joint.stated.rest = joint.stated.rest.or(rest);
                 let text = format!("springStiffness {stiffness}, springReference {}", rest.unwrap_or(0.0));
                 reading.log.taken(at.clone(), &shown, text);
             }

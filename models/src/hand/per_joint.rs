@@ -6,6 +6,8 @@ use std::fmt;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use super::number::{Field, Number, Visit};
+
 /// A number for all joints, or one for each joint by its name; 0 for those without.
 #[derive(Clone, Debug)]
 pub(crate) enum PerJoint {
@@ -31,12 +33,13 @@ impl PerJoint {
         .into_iter()
         .flatten()
     }
+}
 
-    /// Its numbers, each with its joint.
-    pub(crate) fn numbers(&mut self) -> Vec<(Option<&str>, &mut f64)> {
+impl Field for PerJoint {
+    fn visit(&self, number: &Number, name: &str, each: &mut Visit<'_>) {
         match self {
-            PerJoint::All(x) => vec![(None, x)],
-            PerJoint::Each(each) => each.iter_mut().map(|(joint, x)| (Some(joint.as_str()), x)).collect(),
+            PerJoint::All(x) => x.visit(number, name, each),
+            PerJoint::Each(all) => all.visit(number, name, each),
         }
     }
 }
