@@ -90,7 +90,7 @@ fn classes_inherit_and_childclass_reaches_down() {
         <joint name='a'/><geom size='0.005'/><body name='b'><joint name='b' class='tip'/><geom mass='0.1'/></body></body></body>";
     let model = model(&document(head, world, ""));
     let joint = |name: &str| &model.joints[model.joint(name).expect("is there")];
-    assert_eq!((joint("a").stated.damping, joint("b").stated.damping), (2.0, 3.0));
+    assert_eq!((joint("a").damping, joint("b").damping), (2.0, 3.0));
     assert_eq!((joint("a").range, joint("b").axis), (Some([0.0, 1.0]), Vec3::X));
     // A short list replaces the first numbers of the class.
     let mass = model.bodies[model.body("a").expect("is there")].inertia.mass;
