@@ -209,8 +209,7 @@ fn weights(
             (Some(known), _) => known,
             (None, Some(settings)) => add_motor(name, settings, motors),
             (None, None) => {
-                let problem = format!("names motor '{name}', which has no entry");
-                at.keep::<()>(Err(at.bad(element, problem, format!("a table [motors.{name}]"))));
+                at.keep::<()>(Err(unknown_motor(name, element, at)));
                 known_all = false;
                 continue;
             }
@@ -295,4 +294,9 @@ fn coordinate(tree: &Urdf, reduced: &Reduced, joint: &str, element: &str, report
 /// The error about a joint that is not there, or has no motion of its own.
 pub(super) fn unknown_joint(joint: &str, element: &str, report: &Report) -> ModelError {
     report.bad(element, format!("names joint '{joint}'"), "joints that move and mimic no other")
+}
+
+/// A tendon names a motor that is not there.
+pub(super) fn unknown_motor(name: &str, element: &str, at: &Report) -> ModelError {
+    at.bad(element, format!("names motor '{name}', which has no entry"), format!("a table [motors.{name}]"))
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use urdf_rs::JointType;
 
-use super::actuation::{actuation, unknown_joint};
+use super::actuation::{actuation, unknown_joint, unknown_motor};
 use super::coordinates::coordinates;
 use super::files::{Files, has_extension, read_limited};
 use super::foreign::check_urdf;
@@ -170,11 +170,11 @@ fn build(
         true => reduce::reduce(&tree, base_from_root, &mut reader, report)?,
         false => None,
     };
-    let Some(reduced) = reduced.filter(|_| sound) else {
+    let coordinates = reduced.as_ref().map(|reduced| coordinates(&tree, reduced, &settings, report));
+    let (Some(reduced), Some(coordinates), true) = (reduced, coordinates, sound) else {
         check_further_names(&settings, &tree, at);
         return Ok(None);
     };
-    let coordinates = coordinates(&tree, &reduced, &settings, report);
     let (mut motors, mut tendons) = actuation(&tree, &reduced, &settings, report, at);
     at.limit("tendons", "tendons", tendons.len(), options.limits.tendons)?;
     at.limit("springs", "springs", settings.springs.len(), options.limits.tendons)?;
@@ -343,6 +343,16 @@ fn check_further_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let start = settings.start.joints.keys().map(|joint| ("[start]".to_owned(), joint));
     for (element, joint) in tendons.chain(springs).chain(start).filter(|(_, joint)| !free(joint)) {
         at.keep::<()>(Err(unknown_joint(joint, &element, at)));
+    }
+    for (tendon, own) in &settings.tendons {
+        for name in own.motors.iter().flat_map(BTreeMap::keys) {
+            let known = settings.motors.contains_key(name)
+                || tree.transmissions.iter().any(|transmission| transmission.actuator == *name)
+                || tree.servos.iter().any(|servo| servo.actuator == *name);
+            if !known {
+                at.keep::<()>(Err(unknown_motor(name, &format!("[tendons.{tendon}]"), at)));
+            }
+        }
     }
     let pins = settings.linkages.iter();
     let pins =
