@@ -1,7 +1,6 @@
 //! Independent coordinates.
 
 use super::number::{Bounds, Hashed, Number, numbers};
-use super::quantity::{Owner, Quantity};
 
 /// An independent coordinate q with its spring `τ = −E (q − rest)`, damper `−D q̇`, dry friction and limits.
 #[derive(Clone, Debug)]
@@ -36,25 +35,3 @@ numbers! {
         ..Number::ZERO
     },
 }
-
-/// E, as `[uncertain]` has it.
-pub(super) const STIFFNESS: Quantity = Quantity {
-    name: "stiffness",
-    owner: Owner::Joint,
-    value: Some(Bounds::NotNegative),
-    has: |hand, k| hand.coordinates[k].stiffness > 0.0,
-    change: |hand, on, new| {
-        on.iter().for_each(|&k| hand.coordinates[k].stiffness = new(hand.coordinates[k].stiffness));
-    },
-};
-
-/// D, as `[uncertain]` has it.
-pub(super) const DAMPING: Quantity = Quantity {
-    name: "damping",
-    owner: Owner::Joint,
-    value: Some(Bounds::NotNegative),
-    has: |hand, k| hand.coordinates[k].damping > 0.0,
-    change: |hand, on, new| {
-        on.iter().for_each(|&k| hand.coordinates[k].damping = new(hand.coordinates[k].damping));
-    },
-};

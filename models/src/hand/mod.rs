@@ -26,7 +26,6 @@ pub use self::coordinate::{Coordinate, CoordinateNumbers, CoordinateSettings};
 pub use self::linkage::{Linkage, LinkageNumbers};
 pub use self::motor::{Motor, MotorNumbers, MotorSettings};
 use self::number::{Bounds, Field, Number, Table, Visit};
-use self::quantity::{Owner, Quantity};
 pub use self::sensors::{Sensors, TactilePatch};
 pub use self::spring::{Spring, SpringNumbers};
 pub use self::tendon::{Guide, GuideNumbers, StatedTendon, Tendon, TendonNumbers};
@@ -198,17 +197,3 @@ pub struct Geom {
     /// Coulomb friction coefficient of its surface.
     pub friction: f64,
 }
-
-/// Coulomb coefficients of the shapes of links, as `[uncertain]` has them. A surface without friction has none by design.
-const FRICTION: Quantity = Quantity {
-    name: "friction",
-    owner: Owner::Link,
-    value: Some(Bounds::NotNegative),
-    has: |hand, k| hand.links[k].geoms.iter().any(|geom| geom.friction > 0.0),
-    change: |hand, on, new| {
-        for &k in on {
-            let rough = hand.links[k].geoms.iter_mut().filter(|geom| geom.friction > 0.0);
-            rough.for_each(|geom| geom.friction = new(geom.friction));
-        }
-    },
-};

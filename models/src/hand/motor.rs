@@ -1,7 +1,6 @@
 //! Motors.
 
 use super::number::{Bounds, Number, numbers};
-use super::quantity::{Owner, Quantity};
 
 /// A motor: the command σ in [0, 1] maps to `s_ref = scaling · (σ − offset)`.
 ///
@@ -80,17 +79,6 @@ impl Motor {
         self.stall_force.is_some() || self.power_limit.is_some()
     }
 }
-
-/// The speed without load, as `[uncertain]` has it.
-pub(super) const SPEED_LIMIT: Quantity = Quantity {
-    name: "speed_limit",
-    owner: Owner::Motor,
-    value: Some(Bounds::Positive),
-    has: |_, _| true,
-    change: |hand, on, new| {
-        on.iter().for_each(|&k| hand.motors[k].speed_limit = new(hand.motors[k].speed_limit));
-    },
-};
 
 #[cfg(test)]
 mod tests {

@@ -9,7 +9,6 @@ use super::motor::Motor;
 use super::number::{Bounds, Hashed, Number, numbers};
 use super::path::{EyeletPositions, Polynomial, TablePoints, TendonPath};
 use super::per_joint::PerJoint;
-use super::quantity::{Owner, Quantity};
 
 /// A cable: tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
 ///
@@ -235,78 +234,9 @@ impl Tendon {
     }
 }
 
-/// R at joints, as `[uncertain]` has it. The lengths change as well.
-pub(super) const MOMENT_ARMS: Quantity = Quantity {
-    name: "moment_arms",
-    owner: Owner::Joint,
-    value: None,
-    has: |hand, k| hand.tendons.iter().any(|tendon| tendon.coordinates().contains(&k)),
-    change: |hand, on, new| {
-        for &k in on {
-            hand.tendons.iter_mut().for_each(|tendon| tendon.scale_arms(k, new(1.0)));
-        }
-    },
-};
-
-/// f_max, as `[uncertain]` has it. What the tendon holds and the load at which its motors stall are in proportion; a motor of several
-/// tendons is as strong as the first of them.
-pub(super) const FORCE_LIMIT: Quantity = Quantity {
-    name: "force_limit",
-    owner: Owner::Tendon,
-    value: Some(Bounds::Positive),
-    has: |_, _| true,
-    change: |hand, on, new| {
-        let mut strengthened = Vec::new();
-        for &k in on {
-            let tendon = &mut hand.tendons[k];
-            let before = tendon.force_limit;
-            tendon.force_limit = new(before);
-            let ratio = tendon.force_limit / before;
-            tendon.hold_limit = tendon.hold_limit.map(|hold| hold * ratio);
-            for &(motor, _) in &tendon.motors {
-                if !strengthened.contains(&motor) {
-                    strengthened.push(motor);
-                    let stall = &mut hand.motors[motor].stall_force;
-                    *stall = stall.map(|force| force * ratio);
-                }
-            }
-        }
-    },
-};
-
-/// K, as `[uncertain]` has it. The damping is in proportion.
-pub(super) const STIFFNESS: Quantity = Quantity {
-    name: "tendon_stiffness",
-    owner: Owner::Tendon,
-    value: Some(Bounds::Positive),
-    has: |_, _| true,
-    change: |hand, on, new| {
-        for &k in on {
-            let tendon = &mut hand.tendons[k];
-            let before = tendon.stiffness;
-            tendon.stiffness = new(before);
-            tendon.damping *= tendon.stiffness / before;
-        }
-    },
-};
-
-/// μ at the guides on which a tendon rubs, as `[uncertain]` has it.
-pub(super) const FRICTION: Quantity = Quantity {
-    name: "tendon_friction",
-    owner: Owner::Tendon,
-    value: Some(Bounds::NotNegative),
-    has: |hand, k| hand.tendons[k].rubbing().next().is_some(),
-    change: |hand, on, new| {
-        for &k in on {
-            let rubbing = hand.tendons[k].guides.iter_mut().filter(|guide| guide.exponent() > 0.0);
-            rubbing.for_each(|guide| guide.friction = new(guide.friction));
-        }
-    },
-};
-
 impl Tendon {
     /// Multiplies the part of its length that a coordinate makes.
-    fn scale_arms(&mut self, coordinate: usize, factor: f64) {
+    pub(super) fn scale_arms(&mut self, coordinate: usize, factor: f64) {
         for (c, arm) in &mut self.moment_arms {
             if *c == coordinate {
                 *arm *= factor;

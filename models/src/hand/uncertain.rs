@@ -2,11 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::number::Bounds;
-pub use super::quantity::Owner;
-use super::quantity::Quantity;
-use super::{Hand, coordinate, motor, tendon};
-
 /// A number of a hand that is known as a range: an entry of `[uncertain]` in `hand.toml`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertain {
@@ -22,9 +17,9 @@ pub struct Uncertain {
     pub range: Range,
 }
 
-/// From the list of quantities: the enumeration.
+/// From the list of quantities: the enumeration. `quantity.rs` declares each.
 macro_rules! quantities {
-    ($($(#[$about:meta])* $Quantity:ident = $declaration:path,)*) => {
+    ($($(#[$about:meta])* $Quantity:ident,)*) => {
         /// A quantity of a hand that can be uncertain.
         #[derive(
             Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
@@ -35,59 +30,27 @@ macro_rules! quantities {
         impl HandQuantity {
             /// All of them.
             pub const ALL: &'static [HandQuantity] = &[$(HandQuantity::$Quantity),*];
-
-            fn declaration(self) -> Quantity {
-                match self { $(HandQuantity::$Quantity => $declaration,)* }
-            }
         }
     };
 }
 
 quantities! {
     /// Friction coefficients of the shapes of links.
-    Friction = super::FRICTION,
+    Friction,
     /// Stiffness E of joints.
-    Stiffness = coordinate::STIFFNESS,
+    Stiffness,
     /// Damping D of joints.
-    Damping = coordinate::DAMPING,
+    Damping,
     /// Moment arms of all tendons at joints.
-    MomentArms = tendon::MOMENT_ARMS,
+    MomentArms,
     /// Largest tension of tendons, and with it the largest tension that they hold and the load at which their motors stall.
-    ForceLimit = tendon::FORCE_LIMIT,
+    ForceLimit,
     /// Largest speed of motors.
-    SpeedLimit = motor::SPEED_LIMIT,
+    SpeedLimit,
     /// Stiffness K of tendons and drives; their damping keeps its ratio to it.
-    TendonStiffness = tendon::STIFFNESS,
+    TendonStiffness,
     /// Coefficients of friction between tendons and their guides.
-    TendonFriction = tendon::FRICTION,
-}
-
-impl HandQuantity {
-    /// Its name in `hand.toml`.
-    pub fn name(self) -> &'static str {
-        self.declaration().name
-    }
-
-    /// What has it.
-    pub fn owner(self) -> Owner {
-        self.declaration().owner
-    }
-
-    /// Range of the number itself; none if only a factor of it makes sense.
-    pub(crate) fn value(self) -> Option<Bounds> {
-        self.declaration().value
-    }
-
-    /// Indices of all links, joints, motors or tendons of a hand that have it.
-    pub(crate) fn all_of(self, hand: &Hand) -> Vec<usize> {
-        let Quantity { owner, has, .. } = self.declaration();
-        (0..hand.names_of(owner).len()).filter(|k| has(hand, *k)).collect()
-    }
-
-    /// Changes it on parts of a hand, from each number to a new one.
-    pub(super) fn change(self, hand: &mut Hand, on: &[usize], new: &dyn Fn(f64) -> f64) {
-        (self.declaration().change)(hand, on, new);
-    }
+    TendonFriction,
 }
 
 /// A range, ascending.
@@ -123,6 +86,31 @@ impl Range {
         match self {
             Range::Factor(_) => drawn * own,
             Range::Value(_) => drawn,
+        }
+    }
+}
+
+/// What has a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// Links of the hand.
+    Link,
+    /// Joint coordinates.
+    Joint,
+    /// Motors.
+    Motor,
+    /// Tendons.
+    Tendon,
+}
+
+impl Owner {
+    /// The field of `hand.toml` that lists them.
+    pub fn field(self) -> &'static str {
+        match self {
+            Owner::Link => "links",
+            Owner::Joint => "joints",
+            Owner::Motor => "motors",
+            Owner::Tendon => "tendons",
         }
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt;
+use std::time::Duration;
 
 /// Numbers of tests. A check that is not made of tests, such as a linter, counts as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,6 +15,13 @@ pub(super) struct Tally {
     /// Passed in an earlier run, with the same files.
     #[serde(skip)]
     pub(super) kept: u32,
+}
+
+/// A check with its time and its tests.
+pub(super) struct Step {
+    pub(super) name: String,
+    pub(super) took: Duration,
+    pub(super) tally: Tally,
 }
 
 /// A check that passed as a whole, and one that failed.

@@ -1,7 +1,6 @@
 //! Checks that run side by side: each is a program, whose output is shown when it ends.
 
-use super::Step;
-use super::counts::{Counts, SKIPPED, Tally};
+use super::counts::{Counts, SKIPPED, Step, Tally};
 use super::verdicts::{Inputs, Verdicts};
 use anyhow::{Context, Result};
 use std::collections::VecDeque;

@@ -14,13 +14,13 @@ use crate::viewer::Viewer;
 use crate::workspace;
 use anyhow::{Context, Result};
 use clap::Args;
-use counts::{Counts, PASSED, SKIPPED, Tally};
+use counts::{Counts, PASSED, SKIPPED, Step, Tally};
 use job::Job;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use verdicts::{Files, Inputs, Verdicts};
 
 #[derive(Args)]
@@ -35,12 +35,6 @@ pub(crate) struct Options {
 
 /// The Python of `cargo xtask fleet`, from `client-py`.
 const FLEET: &str = "../xtask/fleet";
-
-struct Step {
-    name: String,
-    took: Duration,
-    tally: Tally,
-}
 
 /// How many tests of a program run at once.
 const TEST_THREADS: &str = "RUST_TEST_THREADS";
