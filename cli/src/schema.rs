@@ -72,7 +72,7 @@ mod tests {
         let mut text = String::new();
         write(&value, 0, &mut text).expect("it is written");
         assert_eq!(serde_json::from_str::<Value>(&text).expect("JSON"), value);
-        assert_eq!(text.lines().count(), 12, "{text}");
+        assert_eq!(text.lines().count(), 13, "{text}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ DECIMALS = 2
 
 
 def save(figure: Any, path: Path) -> None:
-    """Save a matplotlib figure; as SVG without dates, without line breaks in its paths, and with short numbers."""
+    """Save a matplotlib figure; as SVG without dates, and with short paths."""
     import matplotlib as mpl
 
     if path.suffix != ".svg":
@@ -25,7 +25,7 @@ def save(figure: Any, path: Path) -> None:
 
 
 def short(svg: str) -> str:
-    """The same picture in fewer bytes."""
+    """Return the same picture in fewer bytes."""
     svg = re.sub(r' d="([^"]*)"', lambda found: f' d="{_numbers(" ".join(found[1].split()))}"', svg)
     svg = re.sub(r' (x|y)="([^"]*)"', lambda found: f' {found[1]}="{_numbers(found[2])}"', svg)
     return re.sub(r">\s+<", ">\n<", svg)

@@ -23,8 +23,8 @@ from pathlib import Path
 from statistics import fmean as mean
 from typing import Any
 
-import numpy as np
 import figures
+import numpy as np
 from record import ROOT, controllers, fields, line
 
 from palmares import Training
