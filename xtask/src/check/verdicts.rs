@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 /// What a verdict hangs on.
 #[derive(Clone, Debug, Default)]
@@ -40,31 +40,32 @@ pub(super) struct Verdict {
 /// The kept verdicts by the name of their check, and the files as they are now.
 pub(super) struct Verdicts {
     known: Mutex<BTreeMap<String, Verdict>>,
-    /// Hash of each file of the repository that git does not ignore.
-    files: Arc<BTreeMap<String, String>>,
+    /// Hash of each file of the repository that git does not ignore; None without git or its repository.
+    files: Option<BTreeMap<String, String>>,
     toolchain: String,
 }
 
 impl Verdicts {
-    pub(super) fn read() -> Result<Self> {
+    pub(super) fn read() -> Self {
         let known =
             fs::read(place()).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
         let said = |program: &str, argument: &str| -> String {
             let output = Command::new(program).arg(argument).output();
             output.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default()
         };
+        let files = hashes().inspect_err(|error| println!("verdicts are not kept: {error:#}")).ok();
         let toolchain = said("rustc", "-vV") + &said("python3", "-VV") + &said("node", "--version");
-        Ok(Verdicts { known: Mutex::new(known), files: Arc::new(hashes()?), toolchain })
+        Verdicts { known: Mutex::new(known), files, toolchain }
     }
 
-    /// Hash of everything that a verdict hangs on; None where a program cannot be read.
+    /// Hash of everything that a verdict hangs on; None where a program or the files cannot be read.
     pub(super) fn key(&self, inputs: &Inputs) -> Option<String> {
         let mut hash = Sha256::new();
         hash.update(&self.toolchain);
         for program in &inputs.programs {
             hash.update(Sha256::digest(fs::read(program).ok()?));
         }
-        for (path, content) in self.files.iter().filter(|(path, _)| inputs.files.has(path)) {
+        for (path, content) in self.files.as_ref()?.iter().filter(|(path, _)| inputs.files.has(path)) {
             hash.update(format!("{path}\0{content}\0"));
         }
         Some(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
@@ -195,7 +196,7 @@ mod tests {
 
     fn verdicts(files: &[(&str, &str)]) -> Verdicts {
         let files = files.iter().map(|(path, hash)| ((*path).to_owned(), (*hash).to_owned())).collect();
-        Verdicts { known: Mutex::default(), files: Arc::new(files), toolchain: "1.90".into() }
+        Verdicts { known: Mutex::default(), files: Some(files), toolchain: "1.90".into() }
     }
 
     #[test]
