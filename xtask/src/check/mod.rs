@@ -138,7 +138,16 @@ fn rust_tests(artifacts: &[Value], server: &Path) -> Result<Vec<Job>> {
             let cores = thread::available_parallelism().map_or(1, usize::from);
             command.env(TEST_THREADS, cores.to_string());
         }
-        let inputs = Inputs { programs: vec![program, server.to_owned()], files: Files::of_crate(folder)? };
+        // Tests may start the programs of their package.
+        let of_package = artifacts.iter().filter(|other| other["manifest_path"] == message["manifest_path"]);
+        let started = of_package.filter(|other| other["profile"]["test"] == false);
+        let mut programs: Vec<PathBuf> =
+            started.filter_map(|other| other["executable"].as_str().map(PathBuf::from)).collect();
+        programs.push(program);
+        if Files::starts_server(folder)? {
+            programs.push(server.to_owned());
+        }
+        let inputs = Inputs { programs, files: Files::of_crate(folder)? };
         let usual_s = if target == "system" { 400.0 } else { 60.0 };
         jobs.push(Job::new(&format!("{package}, {target}"), command, Counts::Rust, inputs, usual_s));
     }

@@ -110,6 +110,13 @@ impl Files {
         }
     }
 
+    /// Whether a crate's tests start the server, whose path they have from `PALMARES_SERVER_BIN`.
+    pub(super) fn starts_server(folder: &Path) -> Result<bool> {
+        let texts =
+            sources(folder)?.into_iter().map(fs::read_to_string).collect::<std::io::Result<Vec<_>>>()?;
+        Ok(texts.iter().any(|text| text.contains("PALMARES_SERVER_BIN")))
+    }
+
     /// The files that a crate's tests may read: its own, and those of every folder that its sources name as `../NAME`. A crate
     /// that names the repository's root may read all of it.
     pub(super) fn of_crate(folder: &Path) -> Result<Self> {
@@ -245,6 +252,9 @@ mod tests {
             panic!("not all files")
         };
         assert_eq!(places, [own, "docs".to_owned(), "tasks".to_owned()]);
+        assert!(!Files::starts_server(folder.path()).expect("sources"));
+        fs::write(&source, "std::env::var(\"PALMARES_SERVER_BIN\")").expect("written");
+        assert!(Files::starts_server(folder.path()).expect("sources"));
         for root in ["\"..\"", "\"../..\"", "\"/..\"", "\"../../other\""] {
             fs::write(&source, root).expect("written");
             assert!(matches!(Files::of_crate(folder.path()), Ok(Files::All)), "{root}");
