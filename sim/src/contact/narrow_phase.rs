@@ -197,6 +197,10 @@ impl Contacts {
         let (model, config) = (bodies.model, bodies.model.config());
         self.pairs.clear();
         self.points.clear();
+        let reuse = *self.reuse.get_or_insert_with(|| {
+            let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
+            [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
+        });
         let mut spent = distances.count() as u64;
         // Near pairs and remembered ones have the same order: the memory of the present pair is, or belongs,
         // at `place`.
@@ -234,7 +238,7 @@ impl Contacts {
                         pairs.insert(place, Pair::new(key));
                     }
                     let pair = &mut pairs[place];
-                    spent += self.update(config, pair, (a, b), a_from_b, &reach);
+                    spent += self.update(config, pair, (a, b), a_from_b, &reach, reuse);
                     if pair.manifold.points.is_empty() {
                         distances.set_gap(index, 0.0, a_from_b);
                         if pair.is_blank() {
@@ -258,11 +262,8 @@ impl Contacts {
         (a, b): (&Collider, &Collider),
         a_from_b: Pose,
         reach: &Reach,
+        [flat, round]: [(f64, f64); 2],
     ) -> u64 {
-        let [flat, round] = *self.reuse.get_or_insert_with(|| {
-            let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
-            [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
-        });
         let first_sight = pair.manifold.points.is_empty() || pair.covered;
         let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
         let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
