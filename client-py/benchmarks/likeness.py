@@ -1,6 +1,6 @@
 """Likeness of runs, as `palmares admin run similar` measures it: false alarms and misses.
 
-    python benchmarks/likeness.py                      # everything, about half an hour on two cores
+    python benchmarks/likeness.py                      # everything
     python benchmarks/likeness.py --only grasp peg     # these tasks
 
 Plays the example controllers in this process, and copies of their runs in disguise; compares the replays

@@ -89,7 +89,7 @@ fn without_rounding(shape: &SharedShape) -> (SharedShape, f64) {
     }
 }
 
-/// Most comparisons of faces with half-spaces for [`Seams`] in a model: two seconds. No shipped scene makes more than 1,100.
+/// Most comparisons of faces with half-spaces for [`Seams`] in a model. No shipped scene makes more than 1,100.
 const MOST_SEAM_WORK: u64 = 50_000_000;
 
 /// A block of the solver's unknowns with dense coupling: the base, a finger, or an object.

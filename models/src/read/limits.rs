@@ -44,7 +44,6 @@ pub struct Limits {
     pub mesh_total_vertices: usize,
     /// Points of all meshes from which their hulls are made: of a mesh of more than
     /// [`THINNED_DIRECTIONS`](crate::shape::hull::THINNED_DIRECTIONS), the farthest along as many directions.
-    /// A mesh's hull takes up to 60 ms.
     pub mesh_hull_points: usize,
     /// Bytes of an archive.
     pub archive_bytes: u64,
