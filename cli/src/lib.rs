@@ -22,7 +22,7 @@ use std::process::ExitCode;
 
 /// The version and commit of this program, as in a server's `welcome`.
 pub fn version() -> ServerInfo {
-    server::version()
+    ServerInfo { version: env!("CARGO_PKG_VERSION").into(), build_hash: env!("PALMARES_BUILD_HASH").into() }
 }
 
 /// Runs the command of these arguments, the first of which is the program's name. Prints errors; ends the process if the arguments are

@@ -26,7 +26,11 @@ mod linked {
     use palmares_server::schema;
     use serde_json::Value;
 
-    pub(crate) use palmares_server::{ServeOptions, hand_limits, new_keys, restore, serve, version};
+    pub(crate) use palmares_server::{ServeOptions, hand_limits, new_keys, restore};
+
+    pub(crate) fn serve(options: &ServeOptions) -> anyhow::Result<std::process::ExitCode> {
+        palmares_server::serve(options, crate::version())
+    }
 
     pub(crate) fn schema(description: Description) -> anyhow::Result<Value> {
         Ok(match description {
@@ -43,7 +47,6 @@ mod missing {
     use super::Description;
     use clap::Args;
     use palmares_models::measure::HandLimits;
-    use palmares_protocol::reply::ServerInfo;
     use serde_json::Value;
     use std::ffi::OsString;
     use std::path::Path;
@@ -82,12 +85,5 @@ mod missing {
 
     pub(crate) fn schema(_: Description) -> anyhow::Result<Value> {
         Err(refused("palmares schema"))
-    }
-
-    pub(crate) fn version() -> ServerInfo {
-        ServerInfo {
-            version: env!("CARGO_PKG_VERSION").into(),
-            build_hash: option_env!("PALMARES_BUILD_HASH").unwrap_or("unknown").into(),
-        }
     }
 }

@@ -36,7 +36,7 @@ EXAMPLES = {
 SCENES = {"grasp": range(1, 9), "peg": range(1, 3), "balls": range(1, 3), "shelf": range(1, 3)}
 # Of these runs copies are made, in scene 1.
 COPIED = ("grasp_softhand", "peg_softhand", "balls_reflex", "shelf_reflex")
-# Pairs from here are listed: `LISTED_SHARE` of server/src/store/similar_runs.rs.
+# Pairs from here are listed: `LISTED_SHARE` of server/store/src/similar_runs.rs.
 LISTED = 55
 
 

@@ -2,8 +2,9 @@
 
 use crate::backup::restore;
 use crate::competition::hands;
-use crate::{config, watch};
+use crate::watch;
 use palmares_models::measure::HandLimits;
+use palmares_net::config;
 use palmares_tasks::Task;
 use std::io::Cursor;
 use std::path::Path;

@@ -25,7 +25,7 @@ fn naming_it(crates: &[&str]) -> Vec<PathBuf> {
 #[test]
 fn no_server_opens_a_run_that_is_not_the_tasks() {
     assert_eq!(
-        naming_it(&["server/src", "protocol/src", "cli/src", "replay/src", "hand-tools/src"]),
+        naming_it(&["server", "protocol/src", "cli/src", "replay/src", "hand-tools/src"]),
         Vec::<PathBuf>::new()
     );
     // It would be found: this is how the engine in a learner's process names it.

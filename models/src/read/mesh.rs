@@ -13,7 +13,7 @@ use crate::Vec3;
 use crate::error::ModelError;
 use crate::pieces::TriangleMesh;
 use crate::shape::Shape;
-use crate::shape::hull::{THINNED_DIRECTIONS, rounded_hull, sharp_hull, thinned};
+use crate::shape::hull::{THINNED_DIRECTIONS, outermost, rounded_hull, sharp_hull};
 
 /// Largest edge radius of a mesh's hull, m.
 const MAX_ROUNDING: f64 = 0.1;
@@ -95,27 +95,25 @@ impl<'a> MeshReader<'a> {
         let points = stl::points(&triangles);
         self.vertices += points.len();
         report.limit(element, "mesh vertices up to here", self.vertices, limits.mesh_total_vertices)?;
-        let outer = (points.len() > THINNED_DIRECTIONS).then(|| thinned(&points, THINNED_DIRECTIONS));
-        let outer = outer.as_deref().unwrap_or(&points);
-        self.hull_points += outer.len();
+        self.hull_points += points.len().min(THINNED_DIRECTIONS);
         report.limit(
             element,
             "points of mesh hulls up to here",
             self.hull_points,
             limits.mesh_hull_points,
         )?;
-        let directions = self.options.hull_directions;
+        let (outer, directions) = (outermost(&points), self.options.hull_directions);
         let hull = match rounding {
             // Minus zero, too.
             Some(0.0) => sharp_hull(&points, directions).map(|shape| (shape, true)),
-            _ => rounded_hull(outer, directions, rounding.unwrap_or(self.options.hull_rounding)),
+            _ => rounded_hull(&outer, directions, rounding.unwrap_or(self.options.hull_rounding)),
         };
         let (shape, rounded) = hull.ok_or_else(|| {
             let problem = format!("mesh '{name}' spans no volume");
             report.bad(element, problem, "a mesh whose convex hull is a solid")
         })?;
         let file = files.display(&relative);
-        let notes = notes(&TriangleMesh::new(&triangles), outer, &shape, name, &file, self.of);
+        let notes = notes(&TriangleMesh::new(&triangles), &outer, &shape, name, &file, self.of);
         let hull = MeshHull { shape, rounded, notes };
         self.hulls.insert(key, hull.clone());
         Ok(hull)

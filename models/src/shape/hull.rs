@@ -4,6 +4,8 @@
 //! hull is moved inward by the rounding, the support points of the result along evenly spread directions are
 //! kept, and their hull is grown by the rounding again. Faces stay in place; edges and corners become round.
 
+use std::borrow::Cow;
+
 use parry3d_f64::transformation::try_convex_hull;
 
 use super::Shape;
@@ -14,8 +16,7 @@ use crate::Vec3;
 /// The rounded hull of points: see the module. For a body too thin to be moved inward it is a hull without
 /// rounding, and the flag is false. `None` if the points span no volume.
 pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option<(Shape, bool)> {
-    let thinned = (points.len() > THINNED_DIRECTIONS).then(|| thinned(points, THINNED_DIRECTIONS));
-    let points = thinned.as_deref().unwrap_or(points);
+    let points = &*outermost(points);
     let inset = (rounding > 0.0).then(|| inset_vertices(points, rounding)).flatten();
     let rounded = inset.is_some();
     let source = inset.as_deref().unwrap_or(points);
@@ -35,6 +36,14 @@ pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option
 /// Number of directions whose support points represent a mesh of more points: a ball of 5 cm loses 0.03 mm.
 /// The time to compare faces with each other grows with the square of their number.
 pub const THINNED_DIRECTIONS: usize = 1024;
+
+/// The points from which a hull is made: all of few, of many the support points along [`THINNED_DIRECTIONS`].
+pub(crate) fn outermost(points: &[Vec3]) -> Cow<'_, [Vec3]> {
+    match points.len() > THINNED_DIRECTIONS {
+        true => Cow::Owned(thinned(points, THINNED_DIRECTIONS)),
+        false => Cow::Borrowed(points),
+    }
+}
 
 /// The points that are farthest along this number of directions.
 pub fn thinned(points: &[Vec3], directions: usize) -> Vec<Vec3> {

@@ -1,34 +1,34 @@
 //! Builds the parts of the server from its configuration.
 
 use crate::archive::{Archive, Keys};
-use crate::auth::{self, Role, Token};
 use crate::backup;
-use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::competition::hands::OwnHands;
 use crate::competition::rules::Rules;
-use crate::compute::Compute;
-use crate::config::{CompetitionMode, Config};
-use crate::files::objects::Objects;
-use crate::files::private_files::{read_secret, write_secret};
 use crate::fleet::lease::Lease;
 use crate::fleet::shipper::Shipper;
 use crate::http::readiness::Readiness;
 use crate::http::state::AppState;
-use crate::names;
-use crate::process::lifecycle::Lifecycle;
-use crate::process::version;
 use crate::session::Sessions;
-use crate::store::{Host, NewAuditEntry, Store};
-use crate::transport::InboundLimits;
-use crate::transport::guard::Guard;
-use crate::transport::trusted_proxies::TrustedProxies;
 use crate::watch::{FleetKey, Hub, OtherHosts, RankingCache};
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions, Loaded};
+use palmares_net::auth::{self, Role, Token};
+use palmares_net::config::{CompetitionMode, Config};
+use palmares_net::process::lifecycle::Lifecycle;
+use palmares_net::process::version;
+use palmares_net::transport::InboundLimits;
+use palmares_net::transport::guard::Guard;
+use palmares_net::transport::trusted_proxies::TrustedProxies;
+use palmares_store::files::objects::Objects;
+use palmares_store::files::private_files::{read_secret, write_secret};
+use palmares_store::names;
+use palmares_store::{Host, NewAuditEntry, Store};
 use palmares_tasks::{Task, inspect, task};
+use palmares_worlds::clock::SessionClocks;
+use palmares_worlds::compute::Compute;
 use std::num::NonZero;
 use std::path::Path;
 use std::sync::Arc;
@@ -134,7 +134,7 @@ pub(super) fn host(config: &Config, tasks: &[Arc<Task>], hands: &[Arc<Hand>]) ->
     Host {
         name: config.fleet.as_ref().map(|fleet| fleet.host.clone()),
         config_sha256: auth::sha256_hex(common.to_string().as_bytes()),
-        build_hash: version::BUILD_HASH.into(),
+        build_hash: version::own().build_hash,
         internal_url: config.fleet.as_ref().and_then(|fleet| fleet.internal_url.clone()),
         places: config.settings.max_worlds,
     }

@@ -3,7 +3,7 @@
 
 use crate::fleet::lease::{Lease, Moment};
 use crate::http::state::AppState;
-use crate::store::{LEASE, OwnedSession, Renewal, StoreError};
+use palmares_store::{LEASE, OwnedSession, Renewal, StoreError};
 use sqlx::AnyConnection;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

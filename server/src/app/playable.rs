@@ -1,8 +1,8 @@
 //! Settings that would refuse every reset of a task or a hand: they are found at the start, not on the day.
 
-use crate::config::Config;
 use anyhow::bail;
 use palmares_models::hand::Hand;
+use palmares_net::config::Config;
 use palmares_tasks::{Seed, Task, build, inspect};
 use std::sync::Arc;
 

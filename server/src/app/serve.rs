@@ -6,18 +6,19 @@ use super::memory;
 use super::playable::playable;
 use crate::archive::{Upload, Verification, WriteAgain};
 use crate::competition::rules::CompetitionPhase;
-use crate::compute::{STACK_BYTES, overrun};
-use crate::config::{Config, ServeOptions};
-use crate::files::private_files;
 use crate::fleet::lease::{Lease, Moment};
 use crate::http;
 use crate::http::state::AppState;
-use crate::process::logging;
-use crate::store::{LEASE, Location, Store};
-use crate::transport;
-use crate::transport::low_latency::listener::Listener;
 use anyhow::Context;
+use palmares_net::config::{Config, ServeOptions};
+use palmares_net::process::{logging, version};
+use palmares_net::transport;
+use palmares_net::transport::low_latency::listener::Listener;
+use palmares_protocol::reply::ServerInfo;
+use palmares_store::files::private_files;
+use palmares_store::{LEASE, Location, Store};
 use palmares_tasks::Task;
+use palmares_worlds::compute::{STACK_BYTES, overrun};
 use std::io::Write;
 use std::net::SocketAddr;
 use std::num::NonZero;
@@ -38,7 +39,8 @@ const UNFINISHED: u8 = 3;
 ///
 /// # Errors
 /// Reason why the server cannot start.
-pub fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
+pub fn serve(options: &ServeOptions, own: ServerInfo) -> anyhow::Result<ExitCode> {
+    version::set(own);
     memory::limit_arenas();
     logging::start()?;
     let config = options.resolve()?;

@@ -1,18 +1,18 @@
 //! The folder of replays.
 
 use super::keys::Keys;
-use crate::auth::sha256_hex;
-use crate::files::blocking::assert_may_block;
-use crate::files::objects::{Objects, replay_key, write_whole};
-use crate::files::private_files;
-use crate::files::stored_path::{REPLAYS, checked};
-use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
+use palmares_net::auth::sha256_hex;
 use palmares_replay::{
     Header, LoggedTick, PublicKey, RecordError, Recorder, Replay, ReplayFile, Signer, VerifyError,
 };
+use palmares_store::files::blocking::assert_may_block;
+use palmares_store::files::objects::{Objects, replay_key, write_whole};
+use palmares_store::files::private_files;
+use palmares_store::files::stored_path::{REPLAYS, checked};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};
+use palmares_worlds::world::{RunObserver, Ticked};
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
 use std::fs;

@@ -3,10 +3,10 @@
 //! The database expects one signing key, which its first server made. Another key would make every stored replay look forged. So a
 //! server whose file is missing or holds another key does not start.
 
-use crate::files::private_files;
-use crate::store::{NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_replay::{PublicKey, Signer};
+use palmares_store::files::private_files;
+use palmares_store::{NewAuditEntry, Store};
 use std::path::Path;
 
 /// Setting: the public key of the key that signs.
@@ -84,7 +84,7 @@ impl Keys {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::{Host, Location};
+    use palmares_store::{Host, Location};
 
     #[tokio::test]
     async fn an_expected_key_is_never_made_anew() {

@@ -1,8 +1,8 @@
 //! A replay whose host was lost before anybody else had the file.
 
 use super::folder::stored_path;
-use crate::store::{LostRun, NewAuditEntry, Store};
 use palmares_replay::ReplayFile;
+use palmares_store::{LostRun, NewAuditEntry, Store};
 use std::fmt::Debug;
 use std::future::Future;
 use std::pin::Pin;

@@ -2,9 +2,9 @@
 //! unknown runs.
 
 use super::folder::Archive;
-use crate::files::blocking::blocking;
-use crate::files::objects::replay_key;
-use crate::store::{RecordedReplay, Store, StoreError};
+use palmares_store::files::blocking::blocking;
+use palmares_store::files::objects::replay_key;
+use palmares_store::{RecordedReplay, Store, StoreError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};

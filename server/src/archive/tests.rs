@@ -2,17 +2,18 @@
 
 use super::{Archive, Keys, Upload, Verification, stored_path};
 use crate::competition::hands::OwnHands;
-use crate::config::SIGNING_KEY_FILE;
-use crate::files::objects::Objects;
-use crate::store::{
-    FIRST_EPOCH, FinishedRunRow, Held, Host, Location, NewAuditEntry, NewRun, NewSession, Store,
-};
 use palmares_models::hand::Hand;
 use palmares_models::measure::HandLimits;
+use palmares_net::config::SIGNING_KEY_FILE;
 use palmares_replay::forge::rewritten;
 use palmares_replay::{Header, Signer};
+use palmares_store::files::objects::Objects;
+use palmares_store::{
+    FIRST_EPOCH, FinishedRunRow, Held, Host, Location, NewAuditEntry, NewRun, NewSession, Store,
+};
 use palmares_tasks::{Action, BaseTarget, Reason, Run, Seed, Sensing, Task};
 use serde_json::{Value, json};
+use sqlx::Connection;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -39,6 +40,16 @@ impl Place {
         let keys = Keys::open(&key, &store, false).await.expect("key");
         let archive = Arc::new(Archive::open(folder.path(), keys, 0).expect("archive"));
         Place { folder, store, archive }
+    }
+
+    /// Stores the SHA-256 of another replay of a finished run, at the usual path.
+    async fn set_replay(&self, run_id: &str, sha256: &str) {
+        let url = format!("sqlite://{}", self.folder.path().join("palmares.sqlite").display());
+        let mut connection = sqlx::AnyConnection::connect(&url).await.expect("connects");
+        let query = sqlx::query("UPDATE runs SET replay_path = $1, replay_sha256 = $2 WHERE run_id = $3");
+        let query = query.bind(format!("replays/{run_id}.mcap")).bind(sha256).bind(run_id);
+        assert_eq!(query.execute(&mut connection).await.expect("stored").rows_affected(), 1);
+        connection.close().await.expect("closes");
     }
 
     /// An official run of a few ticks, recorded as by the server, that waits for its verification.
@@ -82,13 +93,16 @@ impl Place {
             Header { k: Some(k), ..Header::new(run_id, team, &task, &hand, seed, 1_700_000_000_000) };
         let mut run = Run::new(task, hand, seed).expect("scene");
         let (mut recorder, recording) = self.archive.record(header);
-        crate::world::RunObserver::opened(&mut recorder, &run);
+        palmares_worlds::world::RunObserver::opened(&mut recorder, &run);
         for action in actions {
             run.step(action).expect("valid");
-            crate::world::RunObserver::ticked(&mut recorder, &crate::world::Ticked::of(&run));
+            palmares_worlds::world::RunObserver::ticked(
+                &mut recorder,
+                &palmares_worlds::world::Ticked::of(&run),
+            );
         }
         let outcome = run.finish(Reason::Stopped);
-        crate::world::RunObserver::finished(&mut recorder, &run, &outcome);
+        palmares_worlds::world::RunObserver::finished(&mut recorder, &run, &outcome);
         let file = recording.file().await.expect("written").expect("it has ticks");
         let row = FinishedRunRow {
             held: &held,
@@ -199,10 +213,10 @@ async fn a_run_without_a_tick_leaves_no_replay() {
     let header = Header::new("run_0", "crabs", &task, &hand, Seed::from_u64(5), 1_700_000_000_000);
     let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
     let (mut recorder, recording) = place.archive.record(header);
-    crate::world::RunObserver::opened(&mut recorder, &run);
+    palmares_worlds::world::RunObserver::opened(&mut recorder, &run);
     assert!(place.path("run_0").exists());
     let outcome = run.finish(Reason::Stopped);
-    crate::world::RunObserver::finished(&mut recorder, &run, &outcome);
+    palmares_worlds::world::RunObserver::finished(&mut recorder, &run, &outcome);
     assert_eq!(recording.file().await, Ok(None));
     assert!(!place.path("run_0").exists());
 }
@@ -233,8 +247,8 @@ async fn a_run_that_does_not_replay_is_rejected_with_the_reason() {
     std::fs::write(place.path("run_stranger"), &stranger).expect("written");
     for (run_id, bytes) in [("run_other", &good), ("run_forged", &forged), ("run_stranger", &stranger)] {
         place.reverify(run_id).await;
-        let sha256 = crate::auth::sha256_hex(bytes);
-        place.store.set_replay(run_id, &format!("replays/{run_id}.mcap"), &sha256).await.expect("stored");
+        let sha256 = palmares_net::auth::sha256_hex(bytes);
+        place.set_replay(run_id, &sha256).await;
     }
     let (status, note) = place.verified("run_forged").await;
     assert_eq!(status, "rejected");
@@ -286,8 +300,8 @@ async fn another_engine_or_task_is_no_verdict() {
             move |_: &str, text: &str| if text == place_in_header { "0".repeat(16) } else { text.into() };
         let other = rewritten(&bytes, &change, true, &signer);
         std::fs::write(place.path("run_1"), &other).expect("written");
-        let sha256 = crate::auth::sha256_hex(&other);
-        place.store.set_replay("run_1", "replays/run_1.mcap", &sha256).await.expect("stored");
+        let sha256 = palmares_net::auth::sha256_hex(&other);
+        place.set_replay("run_1", &sha256).await;
         place.reverify("run_1").await;
         let (status, state, problem) = place.tried("run_1", Vec::new()).await;
         assert_eq!((status.as_str(), state.as_str()), ("provisional", "stuck"));
@@ -402,7 +416,7 @@ async fn a_replay_in_the_shared_storage_is_read_where_it_is_missing() {
         verification.round(false).await.expect("database");
         assert_eq!(place.record("run_1").await["status"], "verified");
         let kept = std::fs::read(place.path("run_1")).expect("kept here");
-        assert_eq!(crate::auth::sha256_hex(&kept), sha256);
+        assert_eq!(palmares_net::auth::sha256_hex(&kept), sha256);
     }
     // A changed file is never uploaded.
     place.play("run_2", 2).await;

@@ -1,12 +1,12 @@
 //! Uploads replays and hands into the storage that the servers share. Until then other servers cannot verify or show the run.
 
 use super::folder::Archive;
-use crate::auth::sha256_hex;
 use crate::competition::hands::OwnHands;
-use crate::files::blocking::blocking;
-use crate::files::objects::{Objects, hand_key, replay_key};
-use crate::metrics::METRICS;
-use crate::store::{Store, UnstoredReplay};
+use palmares_metrics::METRICS;
+use palmares_net::auth::sha256_hex;
+use palmares_store::files::blocking::blocking;
+use palmares_store::files::objects::{Objects, hand_key, replay_key};
+use palmares_store::{Store, UnstoredReplay};
 use std::collections::BTreeSet;
 use std::future::Future;
 use std::sync::Arc;

@@ -3,10 +3,10 @@
 
 pub(crate) mod restore;
 
-use crate::files::blocking::assert_may_block;
-use crate::files::stored_path::{HANDS, REPLAYS, checked};
-use crate::store::Table;
 use anyhow::Context;
+use palmares_store::Table;
+use palmares_store::files::blocking::assert_may_block;
+use palmares_store::files::stored_path::{HANDS, REPLAYS, checked};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, Write};
@@ -50,7 +50,7 @@ pub(crate) fn write(to: impl Write, tables: &[Table], files: &Files) -> anyhow::
     let manifest = Manifest {
         format: FORMAT,
         server_version: env!("CARGO_PKG_VERSION").into(),
-        unix_ms: crate::store::unix_ms(),
+        unix_ms: palmares_store::unix_ms(),
     };
     zip.start_file(MANIFEST, options)?;
     serde_json::to_writer(&mut zip, &manifest)?;

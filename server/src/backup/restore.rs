@@ -1,12 +1,12 @@
 //! Restores a backup. An archive may be damaged or made by anybody: everything in it is checked before anything is kept. The files
 //! are unpacked into a folder of their own, and moved to their places at the end.
 
-use crate::auth::random_hex;
 use crate::backup::{FORMAT, MANIFEST, Manifest, SECRETS};
-use crate::files::private_files::make_folder;
-use crate::files::stored_path::{self, HANDS, REPLAYS, checked};
-use crate::store::{Host, Location, Store, Table};
 use anyhow::{Context, bail};
+use palmares_net::auth::random_hex;
+use palmares_store::files::private_files::make_folder;
+use palmares_store::files::stored_path::{self, HANDS, REPLAYS, checked};
+use palmares_store::{Host, Location, Store, Table};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};

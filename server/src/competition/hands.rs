@@ -1,22 +1,22 @@
 //! Hands that teams upload: checked, stored by their hash, loaded when they are played.
 
-use crate::auth::{random_hex, sha256_hex};
-use crate::compute::{Background, JobPriority};
-use crate::files::blocking::{assert_may_block, blocking};
-use crate::files::objects::{Objects, hand_key, write_whole};
-use crate::files::stored_path::{self, HANDS, checked};
-use crate::names;
-use crate::store::{HandRow, NewHand, Store, StoreError};
-use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::hand::describe::HandDescription;
 use palmares_models::measure::HandLimits;
 use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded, Visual};
+use palmares_net::auth::{random_hex, sha256_hex};
+use palmares_net::transport::Received;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::files::blocking::{assert_may_block, blocking};
+use palmares_store::files::objects::{Objects, hand_key, write_whole};
+use palmares_store::files::stored_path::{self, HANDS, checked};
+use palmares_store::names;
+use palmares_store::{HandRow, NewHand, Store, StoreError};
 use palmares_tasks::Task;
 use palmares_tasks::inspect::{self, FigureRow, join_reasons};
+use palmares_worlds::compute::{Background, JobPriority};
 use parking_lot::Mutex;
 use schemars::JsonSchema;
 use serde::Serialize;

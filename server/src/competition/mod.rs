@@ -6,16 +6,16 @@ pub(crate) mod rules;
 
 use crate::competition::hands::OwnHands;
 use crate::competition::rules::Rules;
-use crate::compute::Background;
-use crate::compute::pace::HOLD_TICKS;
-use crate::config::sensing::SensingRules;
-use crate::config::settings::{MAX_REPEAT, MESSAGE_BYTES, Settings};
-use crate::store::Store;
-use crate::world::realtime::STREAM_LENGTH;
 use palmares_models::hand::Hand;
+use palmares_net::config::sensing::SensingRules;
+use palmares_net::config::settings::{MAX_REPEAT, MESSAGE_BYTES, Settings};
 use palmares_protocol::reply::{self, HandInfo, Limits, TaskInfo};
 use palmares_protocol::{Code, Refusal};
+use palmares_store::Store;
 use palmares_tasks::Task;
+use palmares_worlds::compute::Background;
+use palmares_worlds::compute::pace::HOLD_TICKS;
+use palmares_worlds::world::realtime::STREAM_LENGTH;
 use std::sync::Arc;
 
 /// Tasks, hands and rules.

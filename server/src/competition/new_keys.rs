@@ -1,11 +1,11 @@
 //! `palmares keys`: the secrets of a competition, made before its first start.
 
-use crate::auth::Token;
 use crate::competition::rules::SeedSecret;
-use crate::config::{ORGANIZER_TOKEN_FILE, SEED_SECRET_FILE, SIGNING_KEY_FILE};
-use crate::files::private_files::{make_folder, write_secret};
 use anyhow::{Context, bail};
+use palmares_net::auth::Token;
+use palmares_net::config::{ORGANIZER_TOKEN_FILE, SEED_SECRET_FILE, SIGNING_KEY_FILE};
 use palmares_replay::Signer;
+use palmares_store::files::private_files::{make_folder, write_secret};
 use std::fs;
 use std::os::unix::fs::chown;
 use std::path::{Path, PathBuf};

@@ -1,12 +1,12 @@
 //! The rules of the competition, and its state.
 
-use crate::auth::sha256_hex;
-use crate::config::{CompetitionMode, Config};
-use crate::files::private_files;
-pub(crate) use crate::store::CompetitionPhase;
-use crate::store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
 use anyhow::{Context, bail};
+use palmares_net::auth::sha256_hex;
+use palmares_net::config::{CompetitionMode, Config};
 use palmares_protocol::{Code, Refusal};
+pub(crate) use palmares_store::CompetitionPhase;
+use palmares_store::files::private_files;
+use palmares_store::{CompetitionChange, CompetitionState, NewAuditEntry, Store};
 use palmares_tasks::{Scenes, Seed};
 use parking_lot::Mutex;
 use std::fmt;
@@ -237,7 +237,7 @@ fn fits(change: CompetitionChange, state: CompetitionState, open: i64) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::{Host, Location};
+    use palmares_store::{Host, Location};
     use std::os::unix::fs::PermissionsExt;
 
     #[test]

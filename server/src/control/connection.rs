@@ -7,19 +7,19 @@
 
 use super::end::ConnectionEnd;
 use super::rate::RateLimit;
-use crate::auth::{Auth, Identity};
-use crate::compute::STACK_BYTES;
-use crate::config::settings::{MESSAGE_BYTES, Settings};
-use crate::metrics::METRICS;
-use crate::process::lifecycle::Alive;
 use crate::session::{Handover, InboxMessage, PendingCommand, Session, Sessions, changed};
-use crate::store::Held;
-use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
-use crate::transport::{Caller, ConnectionPermit, FrameError};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
+use palmares_metrics::METRICS;
+use palmares_net::auth::{Auth, Identity};
+use palmares_net::config::settings::{MESSAGE_BYTES, Settings};
+use palmares_net::process::lifecycle::Alive;
+use palmares_net::transport::low_latency::busy_poll::{BusyPoll, Incoming};
+use palmares_net::transport::{Caller, ConnectionPermit, FrameError};
 use palmares_protocol::encoding::Payload;
 use palmares_protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
+use palmares_store::Held;
+use palmares_worlds::compute::STACK_BYTES;
 use std::future::ready;
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! The end of a control connection: the fate of its session, the last message, and the close frame.
 
 use crate::session::{Handover, Session};
-use crate::transport::{answer_close, close_handshake};
 use axum::extract::ws::WebSocket;
+use palmares_net::transport::{answer_close, close_handshake};
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
 use std::time::Duration;

@@ -1,14 +1,14 @@
 //! The handshake of a control connection.
 
 use super::connection::{self, ConnectionParts};
-use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::session::Sessions;
-use crate::transport::{self, Caller, InboundLimits, UpgradeRefused};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
+use palmares_net::auth::{Auth, Identity, Role, forbidden};
+use palmares_net::transport::{self, Caller, InboundLimits, UpgradeRefused};
 use palmares_protocol::{Encoding, Refusal};
 use std::sync::Arc;
 

@@ -2,15 +2,15 @@
 
 use super::shipped_tick::{DecodeError, ShippedTick, decode};
 use crate::archive::RecordingObserver;
-use crate::compute::admission::Admitted;
-use crate::compute::background::{Background, JobError, JobPriority};
-use crate::store::{ShippedRun, StoredTicks};
-use crate::world::run::{OpenedWorld, World};
-use crate::world::{RunObserver, Ticked};
 use palmares_models::hand::Hand;
 use palmares_replay::{Header, LoggedTick, StateHash};
+use palmares_store::{ShippedRun, StoredTicks};
 use palmares_tasks::run::Snapshot;
 use palmares_tasks::{Outcome, Reason, Run, SceneError, Task, identity};
+use palmares_worlds::compute::admission::Admitted;
+use palmares_worlds::compute::background::{Background, JobError, JobPriority};
+use palmares_worlds::world::run::{OpenedWorld, World};
+use palmares_worlds::world::{RunObserver, Ticked};
 use std::sync::Arc;
 
 /// The inputs of a run that another host has begun.

@@ -1,6 +1,6 @@
 //! The hosts of a fleet, as this one read them last: with every beat, so that a request needs no query.
 
-use crate::store::HostRow;
+use palmares_store::HostRow;
 use parking_lot::RwLock;
 
 /// The other hosts whose leases are valid.

@@ -5,13 +5,13 @@
 //! owner. The ticks are the truth; snapshots only save time.
 
 use super::shipped_tick::{ShippedTick, encode};
-use crate::metrics::METRICS;
-use crate::store::{Held, OwnedRun, SentSnapshot, SentTicks, ShippingConnection, Store, StoreError};
-use crate::world::backlog::{Backlog, Gate, Lost};
-use crate::world::{RunObserver, Ticked};
 use futures_util::FutureExt;
+use palmares_metrics::METRICS;
+use palmares_store::{Held, OwnedRun, SentSnapshot, SentTicks, ShippingConnection, Store, StoreError};
 use palmares_tasks::run::Snapshot;
 use palmares_tasks::{Outcome, Run};
+use palmares_worlds::world::backlog::{Backlog, Gate, Lost};
+use palmares_worlds::world::{RunObserver, Ticked};
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
 use std::panic::AssertUnwindSafe;
@@ -122,7 +122,7 @@ impl Shipper {
     }
 
     /// Waits until all ticks that the run has made are stored, and its newest snapshot. Before it, the caller reports the last
-    /// tick with [`crate::world::run::World::notify_observers`].
+    /// tick with [`palmares_worlds::world::run::World::notify_observers`].
     ///
     /// # Errors
     /// The session has another owner.

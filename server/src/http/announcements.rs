@@ -1,11 +1,11 @@
 //! Announcements of organizers.
 
-use crate::store::{Announcement, Store};
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::CACHE_CONTROL;
 use axum::response::IntoResponse;
+use palmares_net::transport::problem::Problem;
+use palmares_store::{Announcement, Store};
 use schemars::JsonSchema;
 use serde::Serialize;
 

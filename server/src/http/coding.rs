@@ -1,10 +1,10 @@
 //! Content codings: which ones a client takes, and JSON as gzip for those that take it.
 
-use crate::transport::problem::Problem;
 use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_TYPE, VARY};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse, Response};
 use flate2::{Compression, write::GzEncoder};
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use serde::Serialize;
 use std::io::Write;

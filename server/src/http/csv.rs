@@ -3,11 +3,11 @@
 //! All columns are always present, in an order for people. Every time in ms since 1970 (`…_unix_ms`) is repeated in ISO 8601
 //! (`…_utc`).
 
-use crate::store::LeaderboardRow;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
 use csv::{Terminator, WriterBuilder};
 use palmares_protocol::utc;
+use palmares_store::LeaderboardRow;
 use serde_json::{Map, Value, json};
 
 /// Columns of the sessions.

@@ -2,16 +2,15 @@
 
 use super::extract::{Path, Query};
 use super::hands::{TeamQuery, find};
-use crate::compute::JobPriority;
 use crate::http::state::AppState;
-use crate::transport::Caller;
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation, Vec3};
+use palmares_net::transport::Caller;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_sim::dynamics::tree::Kinematics;
@@ -22,6 +21,7 @@ use palmares_sim::statics::loads::torques;
 use palmares_sim::statics::prediction::solve_loaded;
 use palmares_sim::statics::rest::{Method, NoPrediction};
 use palmares_sim::{Config, Push};
+use palmares_worlds::compute::JobPriority;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;

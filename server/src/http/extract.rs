@@ -1,8 +1,8 @@
 //! Extractors for parts of an address, whose errors are problems.
 
-use crate::transport::problem::Problem;
 use axum::extract::{self, FromRequestParts};
 use axum::http::request::Parts;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use serde::de::DeserializeOwned;
 

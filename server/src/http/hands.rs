@@ -2,18 +2,18 @@
 
 use super::coding;
 use super::extract::{Path, Query};
-use crate::auth::{Identity, Role, forbidden};
 use crate::competition::hands::max_archive_bytes;
 use crate::http::state::AppState;
 use crate::session::practice_team;
-use crate::transport::Caller;
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{ConnectInfo, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use palmares_models::hand::Hand;
+use palmares_net::auth::{Identity, Role, forbidden};
+use palmares_net::transport::Caller;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::reply::HandInfo;
 use palmares_protocol::text::shortened;
@@ -51,7 +51,7 @@ pub(super) struct Hands {
     hands: Vec<HandInfo>,
     /// All hands that the team has uploaded, with their status; only for the team.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    own: Vec<crate::store::HandRow>,
+    own: Vec<palmares_store::HandRow>,
 }
 
 /// Short descriptions of the hands.

@@ -1,17 +1,17 @@
 //! Health checks, and metrics for Prometheus.
 
-use crate::files::disk_space;
 use crate::fleet::lease::Lease;
 use crate::http::readiness::Readiness;
-use crate::metrics::METRICS;
-use crate::process::lifecycle::Lifecycle;
 use crate::session::Sessions;
-use crate::store::Store;
-use crate::transport::problem::{Problem, not_ready};
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
+use palmares_metrics::METRICS;
+use palmares_net::process::lifecycle::Lifecycle;
+use palmares_net::transport::problem::{Problem, not_ready};
 use palmares_protocol::Code;
+use palmares_store::Store;
+use palmares_store::files::disk_space;
 use std::sync::Arc;
 
 /// The process runs.

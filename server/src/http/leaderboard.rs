@@ -2,13 +2,13 @@
 
 use super::csv;
 use crate::competition::Competition;
-use crate::store::{LeaderboardRow, unix_ms};
-use crate::transport::problem::Problem;
 use crate::watch::RankingCache;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::CACHE_CONTROL;
 use axum::response::{IntoResponse, Response};
+use palmares_net::transport::problem::Problem;
+use palmares_store::{LeaderboardRow, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;

@@ -21,9 +21,7 @@ mod visuals;
 
 use crate::competition::hands::Submitted;
 use crate::http::state::AppState;
-use crate::store::RunRecord;
-use crate::transport::problem;
-use crate::{control, transport, watch};
+use crate::{control, watch};
 use axum::Router;
 use axum::http::Method;
 use axum::http::header::CONTENT_TYPE;
@@ -32,6 +30,9 @@ use axum::response::IntoResponse;
 use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, get_json, of, post, post_json};
 use openapi::routes::Routes;
 use palmares_models::hand::describe::HandDescription;
+use palmares_net::transport;
+use palmares_net::transport::problem;
+use palmares_store::RunRecord;
 use serde_json::Value;
 use std::sync::LazyLock;
 

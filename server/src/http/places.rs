@@ -2,7 +2,7 @@
 
 use crate::http::state::AppState;
 use crate::schedule::{Forecast, PlayingSession};
-use crate::store::{PlayingClock, Slot, StoreError, unix_ms};
+use palmares_store::{PlayingClock, Slot, StoreError, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;
 

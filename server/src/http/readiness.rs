@@ -1,8 +1,8 @@
 //! Whether the server can do its work: it proves that it can write in its database and in its data directory.
 
-use crate::files::blocking::blocking;
-use crate::files::private_files;
-use crate::store::Store;
+use palmares_store::Store;
+use palmares_store::files::blocking::blocking;
+use palmares_store::files::private_files;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

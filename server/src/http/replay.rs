@@ -2,15 +2,15 @@
 
 use super::extract::Path;
 use super::runs::may_replay;
-use crate::files::blocking::blocking;
 use crate::http::state::AppState;
-use crate::transport::problem::Problem;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
+use palmares_store::files::blocking::blocking;
 
 /// The replay of a run.
 pub(super) async fn replay(

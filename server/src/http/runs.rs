@@ -1,18 +1,18 @@
 //! Runs and sessions, with the fields that the client may see.
 
 use super::extract::{Path, Query};
-use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::competition::Competition;
 use crate::competition::rules::Rules;
 use crate::http::state::AppState;
-use crate::names::printable;
-use crate::store::{ListFilter, RunRecord, SessionRow, Store};
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
+use palmares_net::auth::{Auth, Identity, Role, forbidden};
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
+use palmares_store::names::printable;
+use palmares_store::{ListFilter, RunRecord, SessionRow, Store};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

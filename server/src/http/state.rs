@@ -1,20 +1,20 @@
 //! The parts of the server. A handler takes those it needs as `State<…>`, by axum's `FromRef`.
 
 use crate::archive::Archive;
-use crate::auth::Auth;
 use crate::backup;
-use crate::clock::SessionClocks;
 use crate::competition::Competition;
-use crate::compute::Compute;
 use crate::fleet::hosts::OtherHostRows;
 use crate::fleet::lease::Lease;
 use crate::http::readiness::Readiness;
-use crate::process::lifecycle::Lifecycle;
 use crate::session::Sessions;
-use crate::store::Store;
-use crate::transport::InboundLimits;
 use crate::watch::{Hub, OtherHosts, RankingCache, WatchContext};
 use axum::extract::FromRef;
+use palmares_net::auth::Auth;
+use palmares_net::process::lifecycle::Lifecycle;
+use palmares_net::transport::InboundLimits;
+use palmares_store::Store;
+use palmares_worlds::clock::SessionClocks;
+use palmares_worlds::compute::Compute;
 use std::sync::Arc;
 
 /// The parts of the server. Clones share them.

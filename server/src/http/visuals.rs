@@ -4,7 +4,6 @@ use super::coding;
 use super::extract::{Path, Query};
 use super::hands::{TeamQuery, find, team};
 use crate::http::state::AppState;
-use crate::transport::problem::Problem;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -12,6 +11,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use palmares_models::read::{Look, Visual};
 use palmares_models::shape::Shape;
+use palmares_net::transport::problem::Problem;
 use schemars::JsonSchema;
 use serde::Serialize;
 

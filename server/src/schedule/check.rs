@@ -1,7 +1,7 @@
 //! Compares a schedule with the teams, the length of sessions and the places: what an organizer should look at.
 
-use crate::store::Slot;
 use palmares_protocol::utc;
+use palmares_store::Slot;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most names in a warning.

@@ -1,7 +1,7 @@
 //! Reads a schedule from a CSV file.
 
-use crate::store::Slot;
 use palmares_protocol::{Code, utc};
+use palmares_store::Slot;
 use std::collections::BTreeSet;
 
 /// The columns of the file.

@@ -1,7 +1,7 @@
 //! The slots of a team: whether it may begin a session now, and how long the session may last.
 
-use crate::store::Slot;
 use palmares_protocol::{Code, Refusal, utc};
+use palmares_store::Slot;
 
 /// The slots of a team, by begin, and the present moment.
 #[derive(Debug)]

@@ -3,8 +3,8 @@
 use super::command::Command;
 use super::continued::NotContinued;
 use super::session::{Session, Sessions};
-use crate::metrics::METRICS;
-use crate::store::{Held, NewAuditEntry, OwnedSession, StoreError};
+use palmares_metrics::METRICS;
+use palmares_store::{Held, NewAuditEntry, OwnedSession, StoreError};
 use palmares_tasks::Reason;
 use std::sync::Arc;
 use std::time::Duration;

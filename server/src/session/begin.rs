@@ -4,9 +4,9 @@ use super::entry::{self, Entry};
 use super::failure::{random_hex, store_failed};
 use super::machine::Machine;
 use super::session::{Session, SessionIds, Sessions};
-use crate::auth::{Identity, sha256_hex};
-use crate::store::{FIRST_EPOCH, Held, NewSession};
+use palmares_net::auth::{Identity, sha256_hex};
 use palmares_protocol::{Code, Hello, Refusal};
+use palmares_store::{FIRST_EPOCH, Held, NewSession};
 use std::sync::Arc;
 
 impl Sessions {

@@ -4,20 +4,21 @@
 //! no fault of the team.
 
 use super::after_run::AfterRun;
+use super::clock_rows;
 use super::machine::{Machine, Playing};
 use super::open_run::{LockstepRun, OpenRun, PlayedWorld, Stage, Stream};
 use super::run_inputs;
 use super::session::{Session, SessionIds, Sessions};
-use crate::clock::{ClockState, Spent};
-use crate::compute::background::JobError;
-use crate::compute::open_worlds::WorldRequest;
 use crate::fleet::continued_run::{ContinueError, ContinuedRun};
-use crate::store::{Held, InterruptedRun, ResumableSession, StoreError};
 use crate::watch::messages::WatchRun;
-use crate::world::RunObserver;
-use crate::world::realtime::RealtimeWorld;
 use palmares_protocol::{Code, Mode, Refusal};
 use palmares_replay::{Header, Pacing};
+use palmares_store::{Held, InterruptedRun, ResumableSession, StoreError};
+use palmares_worlds::clock::{ClockState, Spent};
+use palmares_worlds::compute::background::JobError;
+use palmares_worlds::compute::open_worlds::WorldRequest;
+use palmares_worlds::world::RunObserver;
+use palmares_worlds::world::realtime::RealtimeWorld;
 use std::sync::Arc;
 
 /// Reason why a run was not continued.
@@ -111,7 +112,7 @@ impl Sessions {
             mode,
             tick,
         };
-        let before = ClockState::of(&row.clock);
+        let before = clock_rows::state(&row.clock);
         let reset_s = self.competition.rules.reset_cost_s;
         // The clock as saved last in the run; its simulated time is that of the last stored tick.
         let in_run = ClockState {

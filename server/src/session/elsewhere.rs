@@ -3,9 +3,9 @@
 use super::failure::store_failed;
 use super::registry::Registry;
 use super::session::{Session, Sessions};
-use crate::compute::admission::RETRY_S;
-use crate::world::run::World;
 use palmares_protocol::{Code, Refusal};
+use palmares_worlds::compute::admission::RETRY_S;
+use palmares_worlds::world::run::World;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

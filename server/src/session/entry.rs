@@ -3,12 +3,12 @@
 use super::failure::{random_hex, store_failed};
 use super::registry::Registry;
 use super::session::{Session, Sessions};
-use crate::auth::{Identity, sha256_hex};
 use crate::competition::rules::CompetitionPhase;
-use crate::config::MAX_SESSION_S;
-use crate::names::{self, printable};
-use crate::store::Store;
+use palmares_net::auth::{Identity, sha256_hex};
+use palmares_net::config::MAX_SESSION_S;
 use palmares_protocol::{Code, Hello, Refusal};
+use palmares_store::Store;
+use palmares_store::names::{self, printable};
 use palmares_tasks::Reason;
 use std::sync::Arc;
 

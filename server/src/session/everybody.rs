@@ -2,9 +2,9 @@
 
 use super::command::Command;
 use super::session::Sessions;
-use crate::store::StoreError;
 use futures_util::future::join_all;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::StoreError;
 use std::time::Duration;
 use tokio::time::timeout;
 

@@ -3,9 +3,9 @@
 use super::command::{Command, PendingCommand};
 use super::failure::store_failed;
 use super::session::Session;
-use crate::compute::queue::WAIT;
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_tasks::Reason;
+use palmares_worlds::compute::queue::WAIT;
 use tokio::task::spawn_blocking;
 
 impl Session {

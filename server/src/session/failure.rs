@@ -1,8 +1,8 @@
 //! Refusals for failures of the server.
 
-use crate::auth;
-use crate::store::StoreError;
+use palmares_net::auth;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::StoreError;
 
 /// `bytes` random bytes as lower-case hexadecimal.
 pub(super) fn random_hex(bytes: usize) -> Result<String, Refusal> {

@@ -4,19 +4,20 @@
 //! the result is sent. A result that could not be stored is kept, and `stop` tries again.
 
 use super::after_run::AfterRun;
+use super::clock_rows;
 use super::failure::store_failed;
 use super::finished::{Decision, FinishedRun, RunEnd, RunStatus};
 use super::machine::{Playing, Stopping};
 use super::open_run::{OpenRun, PlayedWorld, Stage};
 use super::session::{RETRY, Session};
 use crate::archive::{Recording, stored_path};
-use crate::store::{FinishedRunRow, NewAuditEntry};
-use crate::world::realtime::RealtimeStats;
 use palmares_protocol::reply::{ReplayInfo, RunResult};
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_replay::ReplayFile;
+use palmares_store::{FinishedRunRow, NewAuditEntry};
 use palmares_tasks::run::Failure;
 use palmares_tasks::{Fault, Outcome, Reason};
+use palmares_worlds::world::realtime::RealtimeStats;
 use std::time::Duration;
 use tokio::task::spawn_blocking;
 
@@ -169,7 +170,7 @@ impl Session {
             note: decision.note.as_deref(),
             missed_ticks: stats.tempo.missed,
             cost_s: (cost.wall_s, cost.simulated_s),
-            clock: self.official.then(|| after.row()),
+            clock: self.official.then(|| clock_rows::row(after)),
             replay: path.as_deref().zip(sha256),
             ended_unix_ms,
         };

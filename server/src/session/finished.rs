@@ -1,10 +1,10 @@
 //! A run that has ended, and the decision on its status.
 
 use super::machine::Playing;
-use crate::world::realtime::RealtimeStats;
 use palmares_replay::ReplayFile;
 use palmares_tasks::run::Failure;
 use palmares_tasks::{Fault, Outcome, Reason};
+use palmares_worlds::world::realtime::RealtimeStats;
 
 /// A run that has ended.
 #[derive(Debug)]

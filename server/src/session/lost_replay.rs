@@ -3,12 +3,12 @@
 use super::run_inputs;
 use super::session::Sessions;
 use crate::archive::WriteAgain;
-use crate::compute::background::{Background, JobPriority};
 use crate::fleet::continued_run::ContinuedRun;
-use crate::store::LostRun;
 use anyhow::{Context, anyhow};
 use palmares_replay::{Header, ReplayFile};
+use palmares_store::LostRun;
 use palmares_tasks::Reason;
+use palmares_worlds::compute::background::{Background, JobPriority};
 use serde_json::Value;
 use std::future::Future;
 use std::pin::Pin;

@@ -1,8 +1,8 @@
 //! Which requests a session accepts in which state: a pure state machine without sockets, worlds or a clock of its own.
 
-use crate::clock::{ClockState, SessionClock, Spent};
 use palmares_protocol::reply::{RunInfo, RunResult};
 use palmares_protocol::{Code, Mode, Refusal};
+use palmares_worlds::clock::{ClockState, SessionClock, Spent};
 use std::time::Duration;
 
 /// The state of a session's run.

@@ -1,6 +1,6 @@
 //! Sessions of teams, with their clocks and runs.
 //!
-//! [`machine`] and [`crate::clock`] decide what a session may do; they use neither sockets nor worlds. [`Session`] carries it out. A
+//! [`machine`] and [`palmares_worlds::clock`] decide what a session may do; they use neither sockets nor worlds. [`Session`] carries it out. A
 //! session belongs to the thread of its connection. While its client is away, it belongs to a task that waits for the client (see
 //! [`waiting`]) and computes nothing.
 

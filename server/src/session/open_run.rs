@@ -2,10 +2,10 @@
 
 use super::finished::FinishedRun;
 use crate::archive::Recording;
-use crate::world::backlog::Gate;
-use crate::world::realtime::RealtimeWorld;
-use crate::world::run::World;
 use palmares_tasks::run::Exposure;
+use palmares_worlds::world::backlog::Gate;
+use palmares_worlds::world::realtime::RealtimeWorld;
+use palmares_worlds::world::run::World;
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -3,13 +3,13 @@
 //! The cost of a run is stored with its result. While the cost is stored and the run is void, a refund is pending. One transaction
 //! gives the time back and deletes the cost: through the session if it is open, otherwise in the database alone.
 
-use super::clock_rows::saved_row;
+use super::clock_rows::{self, saved_row};
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
-use crate::clock::{ClockState, SessionClock, Spent};
 use crate::competition::rules::CompetitionPhase;
-use crate::store::{ClockRow, NewAuditEntry, RefundedClock, RunCost, StoreError};
 use palmares_protocol::{Code, Refusal};
+use palmares_store::{ClockRow, NewAuditEntry, RefundedClock, RunCost, StoreError};
+use palmares_worlds::clock::{SessionClock, Spent};
 use std::time::{Duration, Instant};
 
 /// Longest time that the database may take for a request. A wait that is longer costs the session nothing; a healthy database takes
@@ -102,20 +102,20 @@ fn cannot_be_undone(why: String) -> Refusal {
 /// A stopped clock after the time of a run was taken again.
 fn taken_again(limit_s: Option<f64>, row: &ClockRow, cost: &RunCost) -> Result<ClockRow, String> {
     let now = Duration::ZERO;
-    let mut clock = SessionClock::restored(limit_s, &ClockState::of(row), false, now);
+    let mut clock = SessionClock::restored(limit_s, &clock_rows::state(row), false, now);
     clock.take_again(spent(cost), now).map_err(too_little_left)?;
-    Ok(clock.state(now).row())
+    Ok(clock_rows::row(clock.state(now)))
 }
 
 /// A stopped clock after its pending refunds.
 fn refunded(limit_s: Option<f64>, row: &ClockRow, pending: &[RunCost]) -> RefundedClock {
     let now = Duration::ZERO;
-    let mut clock = SessionClock::restored(limit_s, &ClockState::of(row), false, now);
+    let mut clock = SessionClock::restored(limit_s, &clock_rows::state(row), false, now);
     let was_over = clock.is_over(now);
     for cost in pending {
         clock.refund(spent(cost), now);
     }
-    RefundedClock { clock: clock.state(now).row(), revived: was_over && !clock.is_over(now) }
+    RefundedClock { clock: clock_rows::row(clock.state(now)), revived: was_over && !clock.is_over(now) }
 }
 
 impl Sessions {

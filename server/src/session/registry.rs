@@ -3,9 +3,9 @@
 
 use super::command::{Command, PendingCommand};
 use super::sync::Mutex;
-use crate::store::Held;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::Held;
 use std::collections::HashMap;
 use tokio::sync::{mpsc, oneshot};
 

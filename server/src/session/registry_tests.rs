@@ -2,8 +2,8 @@
 
 use super::command::{Command, PendingCommand};
 use super::registry::{Inbox, Registry};
-use crate::store::Held;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::Held;
 
 fn held() -> Held {
     Held::new("ses".into(), 1)

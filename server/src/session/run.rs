@@ -7,29 +7,29 @@ use super::open_run::{LockstepRun, OpenRun, PlayedWorld, Stage, Stream};
 use super::run_inputs::{self, RunKey};
 use super::session::Session;
 use crate::archive::Recording;
-use crate::compute::admission::Admitted;
-use crate::compute::background::JobError;
-use crate::compute::open_worlds::WorldRequest;
-use crate::compute::queue::WAIT;
-use crate::config::settings::MAX_REPEAT;
-use crate::process::version;
-use crate::store::{NewRun, unix_ms};
 use crate::watch::messages::WatchRun;
-use crate::world::RunObserver;
-use crate::world::backlog::Gate;
-use crate::world::images::{self, StepImages};
-use crate::world::realtime::{RealtimeWorld, StreamedObservation};
-use crate::world::run::{Missing, OpenError, OpenedWorld, StepError, World, WorldSetup};
 use palmares_models::hand::Hand;
+use palmares_net::config::settings::MAX_REPEAT;
+use palmares_net::process::version;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::Ack;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Request, Reset, Step};
 use palmares_replay::{CompetitionMode, Header, Pacing};
+use palmares_store::{NewRun, unix_ms};
 use palmares_tasks::observation::{Observation, Wrench};
 use palmares_tasks::overlap::{Obstacle, Overlap};
 use palmares_tasks::run::{Shot, ShotError, shots};
 use palmares_tasks::{Noise, Reason, SceneError, Sensing, Task};
+use palmares_worlds::compute::admission::Admitted;
+use palmares_worlds::compute::background::JobError;
+use palmares_worlds::compute::open_worlds::WorldRequest;
+use palmares_worlds::compute::queue::WAIT;
+use palmares_worlds::world::RunObserver;
+use palmares_worlds::world::backlog::Gate;
+use palmares_worlds::world::images::{self, StepImages};
+use palmares_worlds::world::realtime::{RealtimeWorld, StreamedObservation};
+use palmares_worlds::world::run::{Missing, OpenError, OpenedWorld, StepError, World, WorldSetup};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -258,7 +258,7 @@ impl Session {
             hand_drawn: new.hand_drawn.clone(),
             seed_number: new.key.number,
             k: new.key.k,
-            build_hash: version::BUILD_HASH.into(),
+            build_hash: version::own().build_hash,
             ..Header::new(&new.run_id, &self.team, &new.task, &new.hand, new.key.seed, now)
         }
     }

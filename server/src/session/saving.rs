@@ -3,7 +3,7 @@
 
 use super::clock_rows::saved_row;
 use super::session::Sessions;
-use crate::store::{SavedClock, StoreError};
+use palmares_store::{SavedClock, StoreError};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::{MissedTickBehavior, interval};

@@ -7,7 +7,7 @@ use super::command;
 
 /// The module's copy with locks that try schedules.
 mod sync {
-    pub(super) use crate::random_schedules::Mutex;
+    pub(super) use palmares_random_schedules::Mutex;
 }
 
 #[expect(clippy::duplicate_mod, reason = "this copy has other locks")]
@@ -15,10 +15,10 @@ mod sync {
 #[path = "registry.rs"]
 mod registry;
 
-use crate::random_schedules::try_schedules;
-use crate::store::Held;
 use command::Command;
 use palmares_protocol::Code;
+use palmares_random_schedules::try_schedules;
+use palmares_store::Held;
 use registry::{Claim, Inbox, Registry};
 use shuttle::rand::{Rng, thread_rng};
 use shuttle::sync::Arc;

@@ -2,27 +2,27 @@
 
 use super::after_run::AfterRun;
 use super::answered::Answered;
-use super::clock_rows::saved_row;
+use super::clock_rows::{self, saved_row};
 use super::command::PendingCommand;
 use super::machine::Machine;
 use super::open_run::{OpenRun, Stage, Stream};
 use super::registry::{Claims, Inbox, Registry};
 use crate::archive::Archive;
-use crate::clock::{ClockState, Saving, SessionClocks};
 use crate::competition::Competition;
-use crate::compute::Compute;
 use crate::fleet::lease::Lease;
 use crate::fleet::shipper::Shipper;
-use crate::process::lifecycle::Lifecycle;
-use crate::process::version;
-use crate::store::{Held, ResumableSession, Store, unix_ms};
 use crate::watch::Hub;
-use crate::world::backlog::Gate;
-use crate::world::realtime::RealtimeWorld;
+use palmares_net::process::lifecycle::Lifecycle;
+use palmares_net::process::version;
 use palmares_protocol::Reply;
 use palmares_protocol::reply::{TimeReport, Warning, Welcome};
 use palmares_protocol::specs::Specs;
+use palmares_store::{Held, ResumableSession, Store, unix_ms};
 use palmares_tasks::Reason;
+use palmares_worlds::clock::{Saving, SessionClocks};
+use palmares_worlds::compute::Compute;
+use palmares_worlds::world::backlog::Gate;
+use palmares_worlds::world::realtime::RealtimeWorld;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Mutex, oneshot};
@@ -165,7 +165,7 @@ impl Session {
     /// A session of an earlier process. Its clock continues now. None when it is open already.
     pub(super) fn restored(shared: &Arc<Sessions>, row: ResumableSession) -> Option<Box<Self>> {
         let ResumableSession { session_id, team, token_hash, limit_s, clock, paused, epoch, .. } = row;
-        let state = ClockState::of(&clock);
+        let state = clock_rows::state(&clock);
         let held = Held::new(session_id.clone(), epoch);
         held.set_paused(paused);
         let inbox = shared.registry.insert(&token_hash, &held)?;

@@ -2,10 +2,10 @@
 
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
-use crate::compute::queue::WAIT;
 use crate::schedule::Timetable;
-use crate::store::unix_ms;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::unix_ms;
+use palmares_worlds::compute::queue::WAIT;
 
 impl Sessions {
     /// The end of the team's slot, ms since 1970 UTC; None without a schedule.

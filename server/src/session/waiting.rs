@@ -1,8 +1,8 @@
 //! A session without a connection: it waits for its client, or ends.
 
 use super::session::{Handover, InboxMessage, Session};
-use crate::world::realtime::RealtimeWorld;
 use palmares_tasks::Reason;
+use palmares_worlds::world::realtime::RealtimeWorld;
 use tokio::time::{Instant, sleep_until};
 
 impl Session {

@@ -7,11 +7,11 @@ use super::messages::WatchRun;
 use super::other_hosts::OtherHosts;
 use super::ranking_cache::RankingCache;
 use super::request::Target;
-use crate::auth::Auth;
-use crate::clock::SessionClocks;
 use crate::competition::Competition;
-use crate::process::lifecycle::Lifecycle;
-use crate::store::Store;
+use palmares_net::auth::Auth;
+use palmares_net::process::lifecycle::Lifecycle;
+use palmares_store::Store;
+use palmares_worlds::clock::SessionClocks;
 use std::sync::Arc;
 
 /// The parts of the server that a viewer's connection needs.

@@ -3,14 +3,14 @@
 use super::access::Watcher;
 use super::context::WatchContext;
 use super::viewer::Viewer;
-use crate::auth::{Identity, Role};
-use crate::config::settings::MESSAGE_BYTES;
-use crate::transport::{self, Caller, InboundLimits, UpgradeRefused};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
+use palmares_net::auth::{Identity, Role};
+use palmares_net::config::settings::MESSAGE_BYTES;
+use palmares_net::transport::{self, Caller, InboundLimits, UpgradeRefused};
 use palmares_protocol::Encoding;
 use std::sync::Arc;
 

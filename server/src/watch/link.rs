@@ -4,11 +4,11 @@
 
 use super::binary::WirePose;
 use super::messages::WatchRun;
-use crate::clock::SessionClock;
 use hmac::{Hmac, KeyInit, Mac};
 use palmares_tasks::Sensing;
 use palmares_tasks::referee::ObjectStatus;
 use palmares_tasks::run::{Contact, Telemetry};
+use palmares_worlds::clock::SessionClock;
 use serde::{Deserialize, Serialize};
 use sha2::Sha256;
 use std::fmt::{self, Debug, Formatter};

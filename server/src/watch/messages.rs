@@ -1,9 +1,9 @@
 //! The messages of the watch socket to spectators. None carries a seed.
 
-use crate::store::{Announcement, LeaderboardRow};
 use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::reply::ErrorReply;
 use palmares_senses::ChannelInfo;
+use palmares_store::{Announcement, LeaderboardRow};
 use palmares_tasks::referee::ObjectStatus;
 use palmares_tasks::run::{Contact, Telemetry};
 use palmares_tasks::scene::{Region, ScenePart};

@@ -1,7 +1,7 @@
 //! Places for viewers. Clients without a token cannot take those of teams and screens, and organizers always get in.
 
 use super::access::Watcher;
-use crate::transport::{Quota, Quotas};
+use palmares_net::transport::{Quota, Quotas};
 use palmares_protocol::{Code, Refusal};
 
 /// Places for viewers without a token.

@@ -3,9 +3,9 @@
 use super::frame::text;
 use super::hub::Hub;
 use super::messages::{Ranking, WatchReply};
-use crate::metrics::METRICS;
-use crate::store::{LeaderboardRow, ReadTeams, Store, StoreError};
 use axum::extract::ws::Utf8Bytes;
+use palmares_metrics::METRICS;
+use palmares_store::{LeaderboardRow, ReadTeams, Store, StoreError};
 use parking_lot::Mutex;
 use sqlx::AnyConnection;
 use std::sync::{Arc, OnceLock};
@@ -167,7 +167,7 @@ impl RankingCache {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::{Host, Location};
+    use palmares_store::{Host, Location};
     use serde_json::json;
 
     /// A cache on an empty database in a folder of its own.

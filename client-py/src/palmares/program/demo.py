@@ -148,7 +148,7 @@ def in_words(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], rep
     lines = [
         f"score {outcome['score']:g}: {counted(number, noun)} {place}, run {outcome['run_id']}",
         f"{outcome['sim_time_s']:.1f} s simulated, {outcome['rtf']:.1f} times as fast as real time",
-        f"replay: {replay} (`palmares verify` plays it again, Foxglove and the server's pages show it)",
+        f"replay: {replay} (`palmares verify` plays it again, Foxglove and the pages of a server show it)",
         "leaderboard:",
     ]
     places = (

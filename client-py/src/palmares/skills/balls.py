@@ -211,8 +211,8 @@ def play_balls(
             attempts.append(Attempt(row, plan.position, plan.yaw_rad, plan.grasp.name))
             mover.attempt(plan)
             LOG.info(
-                f"pick {len(attempts):2}: {plan.grasp.name:6} room {plan.room_m:.3f} m, one of {len(in_a)} "
-                f"balls, {mover.obs.sim_time_s:6.1f} s simulated"
+                f"attempt {len(attempts):2}: one of {len(in_a)} balls in box A, grasp '{plan.grasp.name}'; "
+                f"{mover.obs.sim_time_s:.1f} s simulated"
             )
         mover.wait(kind.rest_s)
     result, summary = mover.stop()

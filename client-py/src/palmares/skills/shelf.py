@@ -96,8 +96,8 @@ def play_shelf(kind: type[ShelfMover], client: Client, seed: int | None, picks: 
             attempts.append(tried)
             caught += len(mover.inside(mover.box) or []) > len(before)
             LOG.info(
-                f"pick {len(attempts):2}: {mover.scene.free[tried.index].name:28.28} {tried.grasp:6} "
-                f"one of {len(objects)}, {mover.obs.sim_time_s:6.1f} s simulated"
+                f"attempt {len(attempts):2}: {mover.scene.free[tried.index].name}, one of {len(objects)}, "
+                f"grasp '{tried.grasp}'; {mover.obs.sim_time_s:.1f} s simulated"
             )
         mover.wait(0.5)
     left = mover.inside(mover.shelf)

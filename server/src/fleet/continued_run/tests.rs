@@ -2,13 +2,13 @@
 
 use super::*;
 use crate::archive::{Archive, Keys};
-use crate::compute::admission::Admission;
-use crate::compute::open_worlds::WorldRequest;
-use crate::compute::scheduler::{Scheduler, Urgency};
 use crate::fleet::shipped_tick::encode;
 use palmares_protocol::Mode;
 use palmares_replay::verify;
 use palmares_tasks::{Action, BaseTarget, Noise, Reason, Seed};
+use palmares_worlds::compute::admission::Admission;
+use palmares_worlds::compute::open_worlds::WorldRequest;
+use palmares_worlds::compute::scheduler::{Scheduler, Urgency};
 use std::time::Instant;
 use tempfile::TempDir;
 

@@ -2,10 +2,24 @@
 
 use super::*;
 use crate::fleet::shipped_tick::decode;
-use crate::store::tests::fleet_database::FleetDatabase;
 use palmares_models::hand::Hand;
 use palmares_replay::StateHash;
+use palmares_store::{Host, Location};
 use palmares_tasks::{Action, BaseTarget, Seed, Task};
+
+#[path = "../../../store/src/tests/fleet_database.rs"]
+mod fleet_database;
+#[path = "../../../../tests/system/harness/postgres.rs"]
+mod postgres;
+
+use fleet_database::FleetDatabase;
+
+/// Ends all connections to a database but one.
+async fn end_other_connections(database: &FleetDatabase) {
+    let others = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity \
+                  WHERE datname = current_database() AND pid <> pg_backend_pid()";
+    database.execute(others).await;
+}
 
 fn run() -> Run {
     let hand = Hand::builtin("pinch").expect("a hand of the program");
@@ -76,7 +90,7 @@ async fn ticks_and_snapshots_of_all_runs_are_stored() {
     shipper.forget("a", &Held::new("a".into(), 1)).await;
     store.delete_shipped_run("a").await.expect("deletes");
     shipper.flush("b").await.expect("one owner");
-    assert_eq!(store.shipped_run("a").await.expect("query"), crate::store::ShippedRun::default());
+    assert_eq!(store.shipped_run("a").await.expect("query"), palmares_store::ShippedRun::default());
     drop(expected);
     while !shipper.shared.runs.lock().is_empty() {
         tokio::time::sleep(Duration::from_millis(5)).await;
@@ -96,7 +110,7 @@ async fn while_the_database_fails_the_gate_closes_and_afterwards_no_tick_is_miss
     play(&mut run, &mut observer, 20);
     shipper.flush("r").await.expect("one owner");
     // A lost connection alone is not noticed.
-    database.end_other_connections().await;
+    end_other_connections(&database).await;
     play(&mut run, &mut observer, 40);
     shipper.flush("r").await.expect("one owner");
     database.execute("ALTER TABLE run_actions RENAME TO away").await;

@@ -1,13 +1,13 @@
 //! Announcements to all clients.
 
 use super::request::{AdminRequest, entry};
-use crate::store::{Announcement, Store};
-use crate::transport::problem::Problem;
 use crate::watch::Hub;
 use axum::Json;
 use axum::extract::State;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::hidden;
+use palmares_store::{Announcement, Store};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;

@@ -5,11 +5,11 @@ use crate::competition::rules::CompetitionPhase;
 use crate::http::extract::Path;
 use crate::http::runs::SessionNow;
 use crate::http::state::AppState;
-use crate::store::CompetitionChange;
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
+use palmares_store::CompetitionChange;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

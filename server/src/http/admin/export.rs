@@ -1,23 +1,23 @@
 //! Exports: leaderboard, sessions, runs, audit as tables, and a backup of everything.
 
 use super::request::{MAX_ROWS, not_found};
-use crate::auth::Identity;
 use crate::backup;
 use crate::http::csv::{self, Table};
 use crate::http::extract::{Path, Query};
 use crate::http::runs::SessionNow;
 use crate::http::state::AppState;
 use crate::session::Sessions;
-use crate::store::Store;
-use crate::store::{AuditEntry, NewAuditEntry};
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
+use palmares_net::auth::Identity;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::Store;
+use palmares_store::{AuditEntry, NewAuditEntry};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::io;

@@ -1,8 +1,6 @@
 //! Passes an organizer's request on to the host that has the session, in a fleet.
 
 use crate::session::Sessions;
-use crate::store::Store;
-use crate::transport::problem::Problem;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::extract::{Request, State};
 use axum::http::header::{AUTHORIZATION, CONTENT_TYPE, HOST};
@@ -10,7 +8,9 @@ use axum::http::{Method, Response, Uri};
 use axum::middleware::Next;
 use axum::response::IntoResponse;
 use hyper_util::rt::TokioIo;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
+use palmares_store::Store;
 use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;

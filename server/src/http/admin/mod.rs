@@ -19,13 +19,13 @@ pub(super) use forward::to_owner;
 use super::openapi::operation::{Operation, Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;
 use super::runs::RunList;
-use crate::auth::Auth;
 use crate::http::state::AppState;
-use crate::store::{Announcement, Store};
-use crate::transport::problem::Problem;
 use axum::extract::{Request, State};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use palmares_net::auth::Auth;
+use palmares_net::transport::problem::Problem;
+use palmares_store::{Announcement, Store};
 use serde_json::{Map, Value};
 use std::sync::Arc;
 use teams::{

@@ -1,15 +1,15 @@
 //! Requests of organizers: the body, the identity, and the audit entry.
 
-use crate::auth::Identity;
 use crate::http::state::AppState;
-use crate::store::{ListFilter, NewAuditEntry};
-use crate::transport::problem::Problem;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::Extensions;
 use axum::http::request::Parts;
+use palmares_net::auth::Identity;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
+use palmares_store::{ListFilter, NewAuditEntry};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 

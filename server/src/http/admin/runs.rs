@@ -5,12 +5,12 @@ use crate::http::extract::{Path, Query};
 use crate::http::runs::{RunList, SessionNow};
 use crate::http::state::AppState;
 use crate::session::Command;
-use crate::store::{RunRecord, SimilarPair, Store};
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
+use palmares_store::{RunRecord, SimilarPair, Store};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -6,12 +6,12 @@ use crate::http::extract::Path;
 use crate::http::runs::SessionNow;
 use crate::http::state::AppState;
 use crate::session::Command;
-use crate::store::unix_ms;
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
+use palmares_store::unix_ms;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

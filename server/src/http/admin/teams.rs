@@ -1,17 +1,17 @@
 //! Teams and tokens. A token is shown once, in the response to the request that creates it.
 
 use super::request::{AdminRequest, entry, not_found};
-use crate::auth::Auth;
-use crate::auth::{self, Role};
 use crate::http::state::AppState;
-use crate::names::{self, DistinctNames, printable};
-use crate::store::Store;
-use crate::store::{TeamRow, TokenRow};
-use crate::transport::problem::Problem;
 use axum::Json;
 use axum::extract::State;
+use palmares_net::auth::Auth;
+use palmares_net::auth::{self, Role};
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
+use palmares_store::Store;
+use palmares_store::names::{self, DistinctNames, printable};
+use palmares_store::{TeamRow, TokenRow};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;

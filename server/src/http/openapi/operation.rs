@@ -1,6 +1,6 @@
 //! The description of an address and a method.
 
-use crate::transport::problem::ProblemBody;
+use palmares_net::transport::problem::ProblemBody;
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema};
 use serde_json::{Value, json};

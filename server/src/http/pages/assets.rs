@@ -1,11 +1,11 @@
 //! The viewer's scripts and style sheets, embedded from `viewer/dist`, which `cargo xtask viewer` builds.
 
 use crate::http::coding::takes;
-use crate::transport::problem::Problem;
 use axum::extract::Path;
 use axum::http::header::{CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
 use rust_embed::{EmbeddedFile, RustEmbed};

@@ -3,10 +3,8 @@
 use super::leaderboard::PLAIN;
 use super::shell::{Page, respond};
 use crate::competition::Competition;
-use crate::documents::{self, Document, Found, Group, Hit, ROOT, library};
 use crate::http::coding::takes;
 use crate::http::extract::{Path, Query};
-use crate::transport::problem::Problem;
 use axum::extract::State;
 use axum::http::header::{
     CACHE_CONTROL, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS,
@@ -14,6 +12,8 @@ use axum::http::header::{
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse, Redirect, Response};
 use maud::{Markup, PreEscaped, html};
+use palmares_documents::{Document, Found, Group, Hit, ROOT, library};
+use palmares_net::transport::problem::Problem;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
 use serde::Deserialize;
@@ -61,7 +61,7 @@ pub(in crate::http) async fn search(
     State(competition): State<Arc<Competition>>,
     Query(Words { q }): Query<Words>,
 ) -> Response {
-    page("Search", results(&q, &documents::search(&q)), &competition)
+    page("Search", results(&q, &palmares_documents::search(&q)), &competition)
 }
 
 /// `GET /docs/files/{path}`.
@@ -195,7 +195,7 @@ fn told(words: &str, found: &Found<'_>) -> Markup {
             @if !found.complete { "No section has all of these words. These have most of them: " }
             @match count {
                 1 => { "1 section." }
-                documents::MOST => { "The best " (documents::MOST) " sections." }
+                palmares_documents::MOST => { "The best " (palmares_documents::MOST) " sections." }
                 count => { (count) " sections." }
             }
         }

@@ -9,12 +9,12 @@ mod shell;
 pub(super) use assets::asset;
 
 use crate::competition::Competition;
-use crate::transport::problem;
 use axum::extract::{Path, State};
 use axum::http::header::ACCEPT;
 use axum::http::{HeaderMap, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use maud::html;
+use palmares_net::transport::problem;
 use palmares_protocol::text::shortened;
 use shell::{Page, respond, without_script};
 use std::sync::Arc;
