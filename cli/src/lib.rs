@@ -1,4 +1,13 @@
 //! The command line.
+//!
+//! | part | content |
+//! |---|---|
+//! | `cli/src/command.rs` | the commands, and their options |
+//! | `cli/src/admin/` | `palmares admin`, which calls a running server |
+//! | `cli/src/task/` | `palmares task`: checks of a task of your own |
+//! | `cli/src/verify/` | `palmares verify`: one replay, or all of a season |
+//! | `cli/src/render/` | `palmares render`: films and pictures of runs |
+//! | `cli/src/http/` | requests over HTTP and TLS |
 
 mod admin;
 mod command;
