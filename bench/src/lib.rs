@@ -5,8 +5,8 @@
 //!
 //! | part | content |
 //! |---|---|
-//! | `bench/src/cases/`, `bench/src/rigs.rs` | the cases, by name, and the scenes that several of them use |
-//! | `bench/src/gates/` | the bounds that a case must keep, in tests; one file for each file of `cases` |
+//! | `bench/src/cases/`, `bench/src/rigs.rs` | the cases, by name; small hands for cases with textbook answers |
+//! | `bench/src/gates/` | the bounds that a case must keep, in tests; one file for each subject |
 //! | `bench/src/engine/` | the interface to an engine, and our engine |
 //! | `bench/src/robust/` | random scenes, and one scene in many placements |
 //! | `bench/src/record/` | of which engine, models, machine and day a measured page is |

@@ -7,7 +7,7 @@
 //! | part | content |
 //! |---|---|
 //! | `models/src/hand/` | a hand; `coordinate.rs`, `motor.rs`, `tendon.rs` and others declare its numbers |
-//! | `models/src/shape/`, `models/src/object.rs`, `catalogue.rs` | shapes; an object; the objects of all tasks |
+//! | `models/src/shape/`, `models/src/object.rs`, `catalogue.rs` | shapes; a free object; the catalogue of everyday objects |
 //! | `models/src/read/` | makes them from files that may come from a stranger; `urdf/` reads URDF |
 //! | `models/src/measure/` | figures of a hand, and whether they are within a competition's limits |
 //! | `models/src/pieces/` | decomposes a mesh into convex pieces |

@@ -8,7 +8,7 @@
 //! | `xtask/src/pages_of_record/` | every page of measured results |
 //! | `xtask/src/docker/` | the container and the fleet of `deploy/fleet`, as users start them |
 //! | `xtask/src/release/` | a version, from its number to the files that are published |
-//! | `xtask/fleet/`, `xtask/src/fleet.rs` | faults in a fleet of hosts |
+//! | `xtask/fleet/`, `xtask/src/fleet.rs` | several hosts under faults, the ranking of a large event, a long load |
 
 mod apt;
 mod cargo;
