@@ -2,6 +2,14 @@
 //!
 //! A case is a scene with a figure of merit: an error against an analytic answer or, without one, against the
 //! same scene at a step of 0.02 ms. The report also has invariants that any run must keep.
+//!
+//! | part | content |
+//! |---|---|
+//! | `bench/src/cases/`, `bench/src/rigs.rs` | the cases, by name; small hands for cases with textbook answers |
+//! | `bench/src/gates/` | the bounds that a case must keep, in tests; one file for each subject |
+//! | `bench/src/engine/` | the interface to an engine, and our engine |
+//! | `bench/src/robust/` | random scenes, and one scene in many placements |
+//! | `bench/src/record/` | of which engine, models, machine and day a measured page is |
 
 pub mod audit;
 pub mod case_report;

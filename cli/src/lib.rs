@@ -1,4 +1,13 @@
 //! The command line.
+//!
+//! | part | content |
+//! |---|---|
+//! | `cli/src/command.rs` | the commands, and their options |
+//! | `cli/src/admin/` | `palmares admin`, which calls a running server |
+//! | `cli/src/task/` | `palmares task`: checks of a task of your own |
+//! | `cli/src/verify/` | `palmares verify`: one replay, or all of a season |
+//! | `cli/src/render/` | `palmares render`: films and pictures of runs |
+//! | `cli/src/http/` | requests over HTTP and TLS |
 
 mod admin;
 mod command;
@@ -14,16 +23,13 @@ mod schema;
 mod server;
 mod task;
 mod verify;
+mod version;
 
-use palmares_protocol::reply::ServerInfo;
+pub use version::version;
+
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
-
-/// The version and commit of this program, as in a server's `welcome`.
-pub fn version() -> ServerInfo {
-    ServerInfo { version: env!("CARGO_PKG_VERSION").into(), build_hash: env!("PALMARES_BUILD_HASH").into() }
-}
 
 /// Runs the command of these arguments, the first of which is the program's name. Prints errors; ends the process if the arguments are
 /// not valid.

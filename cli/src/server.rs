@@ -29,7 +29,7 @@ mod linked {
     pub(crate) use palmares_server::{ServeOptions, hand_limits, new_keys, restore};
 
     pub(crate) fn serve(options: &ServeOptions) -> anyhow::Result<std::process::ExitCode> {
-        palmares_server::serve(options, crate::version())
+        palmares_server::serve(options, crate::version::version())
     }
 
     pub(crate) fn schema(description: Description) -> anyhow::Result<Value> {

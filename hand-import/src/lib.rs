@@ -2,10 +2,12 @@
 //! `hand.toml` and meshes.
 //!
 //! 1. [`source`] opens the files, [`format`](mod@format) recognises the description by its content.
-//! 2. `read/` has a reader for each format. It fills a [`draft::Draft`], what the source states, and [`decision`]
+//! 2. `hand-import/src/read/` has a reader for each format. It fills a [`draft::Draft`], what the source states, and [`decision`]
 //!    collects what was taken, guessed and dropped, and what is wrong.
-//! 3. `complete/` fills the gaps of a draft, `meshes.rs` converts meshes.
-//! 4. `write/` writes the files; each decision is a comment in one of them.
+//! 3. `hand-import/src/complete/` fills the gaps of a draft, `hand-import/src/meshes/` converts meshes.
+//! 4. `hand-import/src/write/` writes the files; each decision is a comment in one of them.
+//!
+//! `hand-import/src/export/` writes a hand of Palmares in other formats.
 
 mod complete;
 pub mod decision;

@@ -1,5 +1,7 @@
-//! Tools for hands: description, closing in the air, trials in the tasks, images. With `bench`, the only crate that
-//! draws.
+//! Tools for hands: description, closing in the air, trials in the tasks, images. With `compare`, the only crate
+//! that draws.
+//!
+//! `hand-tools/src/decompose/` cuts meshes into convex pieces, for hands and tasks.
 
 mod analyse;
 mod check;

@@ -1,11 +1,17 @@
 //! Description of a hand and of objects: links, joints, inertia, shapes and the adaptive-synergy
 //! transmission.
 //!
-//! [`shape`], [`hand`], [`object`] and [`catalogue`] are the descriptions. [`read`] makes them from files,
-//! [`measure`] computes figures of a hand and compares them with a competition's limits, [`pieces`]
-//! decomposes a mesh into convex pieces. Nothing here moves; [`palmares-sim`](../palmares_sim/index.html)
-//! steps the models. Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in
-//! `a`.
+//! Nothing here moves; `palmares-sim` steps the models. Units are SI; a pose is written `a_from_b` and maps
+//! coordinates in `b` to coordinates in `a`.
+//!
+//! | part | content |
+//! |---|---|
+//! | `models/src/hand/` | a hand; `coordinate.rs`, `motor.rs`, `tendon.rs` and others declare its numbers |
+//! | `models/src/shape/`, `models/src/object.rs`, `catalogue.rs` | shapes; a free object; the catalogue of everyday objects |
+//! | `models/src/read/` | makes them from files that may come from a stranger; `urdf/` reads URDF |
+//! | `models/src/measure/` | figures of a hand, and whether they are within a competition's limits |
+//! | `models/src/pieces/` | decomposes a mesh into convex pieces |
+//! | `models/src/builtin.rs`, `models/hands/`, `models/objects/` | the built-in hands; data of hands and objects, with sources |
 
 pub mod arm;
 pub mod builtin;

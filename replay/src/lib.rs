@@ -3,6 +3,8 @@
 //!
 //! A [`Recorder`] writes during the run; [`read`] reads a file without trusting a byte of it; [`verify()`] simulates it
 //! again. `docs/replays.md` describes the format.
+//!
+//! `replay/src/likeness/` compares the movements of two runs.
 
 mod chain;
 mod descriptors;

@@ -1,4 +1,12 @@
 //! Runs: scene, rules, referee and score. No sockets, no clocks, no files at run time.
+//!
+//! | part | content |
+//! |---|---|
+//! | `tasks/src/task/` | a task as data; `rules/`: conditions and points, a file for each kind of rules |
+//! | `tasks/src/place/`, `tasks/src/settle.rs`, `start.rs` | the objects of a run and their first poses; they settle without the hand; the hand comes in |
+//! | `tasks/src/run/` | a run from tick 0 to its score: `tick.rs` steps it, `observe.rs` makes observations, `snapshot.rs` snapshots |
+//! | `tasks/src/referee/` | what happened to the objects: events, counts and points |
+//! | `tasks/src/training/` | shaped rewards, and runs that differ from those of the task |
 
 pub mod action;
 pub mod build;

@@ -1,5 +1,14 @@
 //! Developer commands: `cargo xtask demo`, `docker`, `fleet`, `fuzz`, `generate`, `pages`, `pages-of-record`, `release`, `report`, `test`,
 //! `validate`, `viewer` and `wheel`.
+//!
+//! | part | content |
+//! |---|---|
+//! | `xtask/src/check/` | `cargo xtask test`: `mod.rs` lists the checks in lanes, `verdicts.rs` keeps those of `--quick` |
+//! | `xtask/src/generate/` | schema and types from the Rust types of messages |
+//! | `xtask/src/pages_of_record/` | every page of measured results |
+//! | `xtask/src/docker/` | the container and the fleet of `deploy/fleet`, as users start them |
+//! | `xtask/src/release/` | a version, from its number to the files that are published |
+//! | `xtask/fleet/`, `xtask/src/fleet.rs` | several hosts under faults, the ranking of a large event, a long load |
 
 mod apt;
 mod cargo;

@@ -62,7 +62,7 @@ pub(super) fn start(
 ) -> anyhow::Result<Cluster> {
     let python =
         variable("PALMARES_PYTHON").map_or("python3".into(), |name| name.to_string_lossy().into_owned());
-    let server = crate::version();
+    let server = crate::version::version();
     let mut command = Command::new(&python);
     command.args(["-m", MODULE, "--build"]).arg(format!("{}, build {}", server.version, server.build_hash));
     if !address.is_empty() {

@@ -2,6 +2,8 @@
 //! the documentation.
 //!
 //! The same crates as on a server step it here: same inputs, same bits.
+//!
+//! `client-py/native/src/analysis/` has the functions of `palmares.analysis`.
 
 mod aligned;
 mod analysis;
