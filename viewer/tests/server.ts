@@ -88,10 +88,8 @@ async function crowd(url: string, count = CROWD): Promise<void> {
 
 /** Each server starts for the first test that uses it, and stays for the others. */
 export const test = base.extend<object, { server: Server; crowded: Server; few: Server; official: Official }>({
-  // eslint-disable-next-line no-empty-pattern -- Playwright requires a destructured argument
   server: [async ({}, use) => { await serve(practice, (url) => use({ url })); }, { scope: 'worker' }],
   /** A practice server with sixty teams on its leaderboard. */
-  // eslint-disable-next-line no-empty-pattern -- as above
   crowded: [async ({}, use) => {
     await serve(practice, async (url) => {
       await crowd(url);
@@ -99,14 +97,12 @@ export const test = base.extend<object, { server: Server; crowded: Server; few: 
     });
   }, { scope: 'worker' }],
   /** A practice server with five teams. */
-  // eslint-disable-next-line no-empty-pattern -- as above
   few: [async ({}, use) => {
     await serve(practice, async (url) => {
       await crowd(url, 5);
       await use({ url });
     });
   }, { scope: 'worker' }],
-  // eslint-disable-next-line no-empty-pattern -- as above
   official: [async ({}, use) => {
     await serve(competition, async (url, folder) => {
       const organizer = readFileSync(join(folder, 'data', 'organizer.token'), 'utf8').trim();
