@@ -19,13 +19,11 @@ export class Example {
     const started = spawn(python ?? '', [EXAMPLES + name, '--url', url, '--json', '--quiet', ...options], { stdio: ['ignore', 'pipe', 'inherit'] });
     let said = '';
     started.stdout.on('data', (data: Buffer) => { said += data.toString(); });
-    const played = new Promise<Played>((resolve, reject) => {
-      started.on('exit', (code) => {
+    const played = new Promise<Played>((resolve, reject) => started.on('exit', (code) => {
         const last = said.trim().split('\n').at(-1) ?? '';
         if (code === 0) resolve(JSON.parse(last) as Played);
         else reject(new Error(`${name} ended with ${code}: ${last}`));
-      });
-    });
+      }));
     // Only a test that awaits it must fail.
     played.catch(() => undefined);
     return new Example(started, played);

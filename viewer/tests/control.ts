@@ -29,9 +29,9 @@ export class Control {
   closed: number | null = null;
 
   private constructor(private readonly socket: Duplex, head: Buffer) {
-    socket.on('data', (data: Buffer) => { this.take(data); });
+    socket.on('data', (data: Buffer) => this.take(data));
     socket.on('error', () => undefined);
-    socket.on('close', () => { this.fail(`the connection was closed: ${this.closed}`); });
+    socket.on('close', () => this.fail(`the connection was closed: ${this.closed}`));
     if (head.length > 0) this.take(head);
   }
 
@@ -42,7 +42,7 @@ export class Control {
         Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': randomBytes(16).toString('base64'),
         'Sec-WebSocket-Protocol': 'palmares.v1.json', ...(token === undefined ? {} : { Authorization: `Bearer ${token}` }),
       } });
-      upgrade.on('upgrade', (_, socket, head) => { resolve(new Control(socket, head)); });
+      upgrade.on('upgrade', (_, socket, head) => resolve(new Control(socket, head)));
       upgrade.on('response', (answer) => { answer.resume(); reject(new Error(`the handshake was answered with ${answer.statusCode}`)); });
       upgrade.on('error', reject);
       upgrade.end();
@@ -142,7 +142,7 @@ export async function playing(url: string, team: string, token?: string): Promis
     while (on) {
       const z = 0.55 + 0.2 * Math.cos(control.tick / 60);
       await control.step(2, { base: { position: [0.15 * Math.sin(control.tick / 90), 0, z], quat_xyzw: [0, 1, 0, 0] }, hand: [0.5] });
-      await new Promise((go) => { setTimeout(go, 20); });
+      await new Promise((go) => setTimeout(go, 20));
     }
   };
   const over = play();

@@ -55,7 +55,7 @@ async function drag(page: Page, from: { x: number; y: number }, by: { x: number;
 
 test('a person drives a hand, and the recording repeats the run', async ({ page, server }) => {
   const wrong: string[] = [];
-  page.on('pageerror', (error) => { wrong.push(error.message); });
+  page.on('pageerror', (error) => wrong.push(error.message));
   page.on('console', (message) => { if (message.type() === 'error') wrong.push(message.text()); });
   await start(page, server.url);
 
@@ -202,7 +202,7 @@ test('a lost connection is reported, and the recording stays', async ({ page, se
   let hangUp = (): void => undefined;
   await page.routeWebSocket(/\/v1\/control$/, (socket) => {
     socket.connectToServer();
-    hangUp = () => { void socket.close({ code: 4409, reason: 'session_taken' }); };
+    hangUp = () => void socket.close({ code: 4409, reason: 'session_taken' });
   });
   await start(page, server.url);
   await hold(page, 'a', 300);

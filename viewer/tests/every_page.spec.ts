@@ -17,7 +17,7 @@ async function look(page: Page, name: string): Promise<void> {
     for (const colorScheme of THEMES) {
       await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
       // The theme changes after a frame.
-      await page.evaluate(() => new Promise((go) => { requestAnimationFrame(() => { requestAnimationFrame(go); }); }));
+      await page.evaluate(() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go))));
       const where = `${name}, ${width} px, ${colorScheme}`;
       expect.soft(await sideways(page), `${where}: moved sideways`).toBe(0);
       // The navigation is one line; the name leads to the leaderboard.

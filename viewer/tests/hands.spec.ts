@@ -61,7 +61,7 @@ async function drag(page: Page, from: Place, by: Place): Promise<void> {
 
 test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   const wrong: string[] = [];
-  page.on('pageerror', (error) => { wrong.push(error.message); });
+  page.on('pageerror', (error) => wrong.push(error.message));
   page.on('console', (message) => { if (message.type() === 'error') wrong.push(message.text()); });
   await page.goto(`${server.url}/hands`);
   const { hands } = await (await fetch(`${server.url}/v1/hands`)).json() as { hands: unknown[] };
@@ -157,14 +157,14 @@ test('the latency from an input to its pose is measured', async ({ page, server 
     const stats = stage.stats();
     // Software rendering takes most of the time: it is switched off.
     stage.renderer.render = () => undefined;
-    await new Promise((resolve) => { setTimeout(resolve, 1000); });
+    await new Promise((resolve) => setTimeout(resolve, 1000));
     for (let k = 0; k < 30; k += 1) {
       slider.value = String((k % 20) / 20);
       const [count, begun] = [hand.asking.count, performance.now()];
       slider.dispatchEvent(new Event('input'));
-      while (hand.asking.count === count) await new Promise((resolve) => { setTimeout(resolve, 0); });
+      while (hand.asking.count === count) await new Promise((resolve) => setTimeout(resolve, 0));
       all.push(performance.now() - begun);
-      await new Promise((resolve) => { setTimeout(resolve, 40); });
+      await new Promise((resolve) => setTimeout(resolve, 40));
     }
     return { all: all.sort((a, b) => a - b), stats };
   });

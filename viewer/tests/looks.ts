@@ -6,7 +6,7 @@ import type { Page } from '@playwright/test';
 export function complaints(...pages: Page[]): string[] {
   const heard: string[] = [];
   for (const page of pages) {
-    page.on('pageerror', (error) => { heard.push(error.message); });
+    page.on('pageerror', (error) => heard.push(error.message));
     page.on('console', (message) => { if (message.type() === 'error') heard.push(`${page.url()}: ${message.text()}`); });
     page.on('request', (request) => {
       const { protocol, origin } = new URL(request.url());

@@ -29,7 +29,7 @@ async function start(more: string[]): Promise<{ process: ChildProcess; url: stri
     };
     createInterface({ input: started.stdout }).on('line', look);
     createInterface({ input: started.stderr }).on('line', look);
-    started.on('exit', (code) => { reject(new Error(`the server ended with ${code}`)); });
+    started.on('exit', (code) => reject(new Error(`the server ended with ${code}`)));
   });
   return { process: started, url };
 }
@@ -122,14 +122,14 @@ export function drive(team: string): Promise<void> {
     const socket = new WebSocket(`ws://${location.host}/v1/control`, 'palmares.v1.json');
     const state = { tick: 0, id: 10, stop: false, result: null as unknown };
     Object.assign(window, { driven: state });
-    const say = (message: object): void => { socket.send(JSON.stringify(message)); };
+    const say = (message: object): void => socket.send(JSON.stringify(message));
     const step = (): void => {
       state.id += 1;
       // Down into the box and up again, repeatedly.
       const z = 0.55 + 0.2 * Math.cos(state.tick / 60);
       say({ op: 'step', id: state.id, tick: state.tick, repeat: 2, action: { base: { position: [0.15 * Math.sin(state.tick / 90), 0, z], quat_xyzw: [0, 1, 0, 0] }, hand: [0.5] } });
     };
-    socket.onopen = () => { say({ op: 'hello', id: 1, client: { name: team } }); };
+    socket.onopen = () => say({ op: 'hello', id: 1, client: { name: team } });
     socket.onmessage = (event: MessageEvent<string>) => {
       const message = JSON.parse(event.data) as { op: string; id?: number; tick?: number; message?: string };
       if (message.op === 'welcome') say({ op: 'reset', id: 2, task: 'balls', hand: 'softhand', seed: 1 });

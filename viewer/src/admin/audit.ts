@@ -53,9 +53,7 @@ export function auditTab(admin: AdminClient): Tab {
 
   const tab: Tab = {
     id: 'audit', title: 'Audit', period: 5000,
-    element: el('div', {}, el('div', { class: 'row head' }, newer, older, line, button('Copy this page', () => {
-      void copyText(table.element.innerText);
-    }, { class: 'small end' })), table.element),
+    element: el('div', {}, el('div', { class: 'row head' }, newer, older, line, button('Copy this page', () => void copyText(table.element.innerText), { class: 'small end' })), table.element),
     async refresh() {
       last = await lastOf(async (after) => (await fetched(after, 1)).length > 0, last);
       page = Math.min(page, Math.max(0, Math.ceil(last / PAGE) - 1));

@@ -32,7 +32,7 @@ export function competitionTab(admin: AdminClient, shown: (info: CompetitionResp
         return `${verb}: done.`;
       },
     };
-    return button(`${verb}…`, () => { void confirmAction(dialog); }, { class: more.danger === true ? 'danger' : path === 'open' ? 'primary' : undefined });
+    return button(`${verb}…`, () => void confirmAction(dialog), { class: more.danger === true ? 'danger' : path === 'open' ? 'primary' : undefined });
   };
 
   function show(info: CompetitionResponse): void {
@@ -57,10 +57,10 @@ export function competitionTab(admin: AdminClient, shown: (info: CompetitionResp
   }
 
   const table = (what: string): HTMLElement => el('li', { class: 'row' }, el('span', { class: 'grow' }, what),
-    ...['csv', 'json'].map((format) => button(format.toUpperCase(), () => { void admin.save(`/v1/admin/export/${what}?format=${format}`, `${what}.${format}`); }, { class: 'small', 'aria-label': `${what} as ${format.toUpperCase()}` })));
+    ...['csv', 'json'].map((format) => button(format.toUpperCase(), () => void admin.save(`/v1/admin/export/${what}?format=${format}`, `${what}.${format}`), { class: 'small', 'aria-label': `${what} as ${format.toUpperCase()}` })));
   const downloads = el('section', { class: 'panel' }, el('h2', {}, 'Downloads'), el('ul', { class: 'plain' }, ...['leaderboard', 'sessions', 'runs', 'audit'].map(table)),
     el('h3', {}, 'Backup'), el('p', {}, 'One archive with all data and secrets: anyone who has it can run the competition.'),
-    button('Download the backup', () => { void admin.save('/v1/admin/backup', 'palmares-backup.zip'); }));
+    button('Download the backup', () => void admin.save('/v1/admin/backup', 'palmares-backup.zip')));
 
   const tab: Tab = {
     id: 'competition', title: 'Competition', period: 10_000,
@@ -100,10 +100,10 @@ export function announceTab(admin: AdminClient): Tab {
       return 'Hidden.';
     },
   });
-  const remove = button('Hide the newest…', () => { void hide(); }, { hidden: true });
+  const remove = button('Hide the newest…', () => void hide(), { hidden: true });
   const tab: Tab = {
     id: 'announce', title: 'Announcements', period: 10_000,
-    element: el('section', { class: 'panel' }, el('div', { class: 'row head' }, el('h2', {}, 'Announcements'), el('span', { class: 'end row' }, remove, button('New announcement…', () => { void announce(); }, { class: 'primary' }))), line, list),
+    element: el('section', { class: 'panel' }, el('div', { class: 'row head' }, el('h2', {}, 'Announcements'), el('span', { class: 'end row' }, remove, button('New announcement…', () => void announce(), { class: 'primary' }))), line, list),
     async refresh() {
       try {
         const { announcements } = await getJson<{ announcements: Announcement[] }>('/v1/announcements');

@@ -44,7 +44,7 @@ export function confirmAction(options: ActionDialog): Promise<boolean> {
     ...fields.map(({ field, input }) => labelled(field.label, input, field.hint)),
     labelled('Reason', reason, options.needsReason === true ? 'Required; recorded in the audit.' : 'Recorded in the audit.'),
     typed === null ? null : labelled(['To confirm, type: ', name(options.typed ?? '')], typed),
-    error, el('div', { class: 'actions' }, button('Cancel', () => { dialog.close(); }), go));
+    error, el('div', { class: 'actions' }, button('Cancel', () => dialog.close()), go));
   const dialog = el('dialog', { 'aria-labelledby': `${id}-title` }, form);
   document.body.append(dialog);
   const opener = document.activeElement;
@@ -123,7 +123,7 @@ function control(field: Field, id: string): HTMLInputElement | HTMLSelectElement
 /** Shows a new token once, with a button to copy it. */
 export function showToken(whose: Child, token: string): Promise<void> {
   const field = el('input', { id: 'new-token', readonly: true, value: token, class: 'mono', 'aria-describedby': 'new-token-hint' });
-  const close = button('I have copied it', () => { dialog.close(); });
+  const close = button('I have copied it', () => dialog.close());
   const dialog = el('dialog', { 'aria-labelledby': 'new-token-title' },
     el('h2', { id: 'new-token-title' }, 'New token of ', whose),
     el('div', { class: 'field' }, el('label', { for: 'new-token' }, 'Token'), field,
@@ -132,7 +132,5 @@ export function showToken(whose: Child, token: string): Promise<void> {
   document.body.append(dialog);
   dialog.showModal();
   field.select();
-  return new Promise((resolve) => {
-    dialog.addEventListener('close', () => { field.value = ''; dialog.remove(); resolve(); });
-  });
+  return new Promise((resolve) => dialog.addEventListener('close', () => { field.value = ''; dialog.remove(); resolve(); }));
 }

@@ -20,14 +20,14 @@ export function handsTab(admin: AdminClient): Tab {
     (hand) => [
       [name(hand.name), el('span', { class: 'id' }, hand.hand_id)], name(hand.team), el('span', { class: `badge ${COLOUR[hand.status] ?? ''}` }, hand.status),
       dateTime(hand.created_unix_ms), hand.warnings.length === 0 ? 'none' : el('ul', { class: 'plain' }, ...hand.warnings.map((text) => el('li', {}, text))),
-      el('div', { class: 'row' }, button('Details', () => { void look(hand.hand_id); }, { class: 'small' }), ...decide(hand)),
+      el('div', { class: 'row' }, button('Details', () => void look(hand.hand_id), { class: 'small' }), ...decide(hand)),
     ],
     { label: 'Teams’ own hands', empty: 'No team has uploaded a hand.' });
 
   function decide(hand: HandRow): Child[] {
     return [
-      hand.status !== 'approved' && button('Approve…', () => { void confirmAction(dialog(hand, 'Approve', 'approve')); }, { class: 'small' }),
-      hand.status !== 'rejected' && button('Reject…', () => { void confirmAction(dialog(hand, 'Reject', 'reject')); }, { class: 'small danger' }),
+      hand.status !== 'approved' && button('Approve…', () => void confirmAction(dialog(hand, 'Approve', 'approve')), { class: 'small' }),
+      hand.status !== 'rejected' && button('Reject…', () => void confirmAction(dialog(hand, 'Reject', 'reject')), { class: 'small danger' }),
     ];
   }
 
@@ -62,7 +62,7 @@ export function handsTab(admin: AdminClient): Tab {
   function about({ hand, figures, in_the_way: way, description }: ShownHand): HTMLElement[] {
     return [
       el('div', { class: 'row head' }, el('h2', {}, name(hand.name), ' of ', name(hand.team)), el('span', { class: `badge ${COLOUR[hand.status] ?? ''}` }, hand.status),
-        el('span', { class: 'end row' }, ...decide(hand), button('Archive', () => { void admin.save(`/v1/admin/hands/${encodeURIComponent(hand.hand_id)}/archive`, `${hand.hand_id}.zip`); }, { class: 'small' }),
+        el('span', { class: 'end row' }, ...decide(hand), button('Archive', () => void admin.save(`/v1/admin/hands/${encodeURIComponent(hand.hand_id)}/archive`, `${hand.hand_id}.zip`), { class: 'small' }),
           button('Close', () => { at = null; details.hidden = true; details.replaceChildren(); }, { class: 'small' }))),
       description === undefined
         ? el('p', { class: 'notice' }, 'This server does not send the hand’s shapes. For an image run ', el('code', {}, `palmares admin hand show ${hand.hand_id} -o sides.png`), '.')

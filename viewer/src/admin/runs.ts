@@ -29,8 +29,8 @@ export function verification(run: Pick<RunRecord, 'verify_state' | 'verify_host'
 export function runsTab(admin: AdminClient): Tab {
   let all: RunRecord[] = [];
   let older = false;
-  const everything = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
-  const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => { show(); } } });
+  const everything = el('input', { type: 'checkbox', on: { change: () => show() } });
+  const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => show() } });
   const line = el('p', { class: 'soft', role: 'status' });
   const table = new KeyedTable<RunRecord>(
     [{ head: 'Run' }, { head: 'Team', class: 'wide' }, { head: 'Task' }, { head: 'Score', class: 'n' }, { head: 'Status' }, { head: 'Ended' }, { head: 'Notes', class: 'wide' }, { head: '', class: 'wide' }],
@@ -40,11 +40,11 @@ export function runsTab(admin: AdminClient): Tab {
       el('span', { class: `badge ${COLOUR[run.status] ?? ''}` }, run.status), dateTime(run.ended_unix_ms), notes(run),
       el('div', { class: 'row' },
         run.ended_unix_ms !== null && el('a', { class: 'button small', href: `/replay/${encodeURIComponent(run.run_id)}` }, 'Replay'),
-        run.ended_unix_ms !== null && button('File', () => { void admin.save(`/v1/runs/${encodeURIComponent(run.run_id)}/replay`, `${run.run_id}.mcap`); }, { class: 'small' }),
-        ['provisional', 'verified', 'rejected'].includes(run.status) && button('Verify again…', () => { void confirmAction(again(run)); }, { class: 'small' }),
+        run.ended_unix_ms !== null && button('File', () => void admin.save(`/v1/runs/${encodeURIComponent(run.run_id)}/replay`, `${run.run_id}.mcap`), { class: 'small' }),
+        ['provisional', 'verified', 'rejected'].includes(run.status) && button('Verify again…', () => void confirmAction(again(run)), { class: 'small' }),
         run.status === 'voided'
-          ? button('Count again…', () => { void confirmAction(unvoided(run)); }, { class: 'small' })
-          : button('Void…', () => { void confirmAction(voided(run)); }, { class: 'small danger' })),
+          ? button('Count again…', () => void confirmAction(unvoided(run)), { class: 'small' })
+          : button('Void…', () => void confirmAction(voided(run)), { class: 'small danger' })),
     ],
     { label: 'Runs', empty: 'Nothing to do: every run is verified, and none resembles another team’s run.' });
 

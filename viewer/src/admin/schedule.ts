@@ -31,7 +31,7 @@ export function scheduleTab(admin: AdminClient): Tab {
       const [word, colour] = STATES[slot.state as keyof typeof STATES];
       return [name(slot.team), el('span', { class: `badge ${colour}` }, word), dateTime(slot.begins_unix_ms), dateTime(slot.ends_unix_ms),
         Math.round((slot.ends_unix_ms - slot.begins_unix_ms) / 60_000),
-        el('div', { class: 'row' }, button('Move…', () => { void confirmAction(move(slot)); }, { class: 'small' }))];
+        el('div', { class: 'row' }, button('Move…', () => void confirmAction(move(slot)), { class: 'small' }))];
     },
     { label: 'Schedule', empty: 'No schedule: every team can begin its session at any time while the competition is open.' });
 
@@ -67,7 +67,7 @@ export function scheduleTab(admin: AdminClient): Tab {
     act: (reason, { team }) => change('clear', { ...(team === undefined || team === '' ? {} : { team }), reason }),
   });
 
-  const file = el('input', { type: 'file', accept: '.csv,text/csv', hidden: true, 'aria-label': 'CSV file', on: { change: () => { void chosen(); } } });
+  const file = el('input', { type: 'file', accept: '.csv,text/csv', hidden: true, 'aria-label': 'CSV file', on: { change: () => void chosen() } });
   async function chosen(): Promise<void> {
     const [one] = file.files ?? [];
     if (one === undefined) return;
@@ -79,8 +79,8 @@ export function scheduleTab(admin: AdminClient): Tab {
     });
   }
 
-  const removeAll = button('Remove…', () => { void confirmAction(clear()); }, { class: 'danger' });
-  const moveAll = button('Move all…', () => { void confirmAction(shift()); });
+  const removeAll = button('Remove…', () => void confirmAction(clear()), { class: 'danger' });
+  const moveAll = button('Move all…', () => void confirmAction(shift()));
   // Until the slots are known there are none.
   removeAll.hidden = moveAll.hidden = true;
 
@@ -98,8 +98,8 @@ export function scheduleTab(admin: AdminClient): Tab {
     id: 'schedule', title: 'Schedule', period: 10_000,
     element: el('section', { class: 'panel' },
       el('div', { class: 'row head' }, el('h2', {}, 'Schedule'), el('span', { class: 'end row' }, removeAll, moveAll,
-        button('Add a slot…', () => { void confirmAction(add()); }),
-        button('Import a CSV file…', () => { file.click(); }, { class: 'primary' }), file)),
+        button('Add a slot…', () => void confirmAction(add())),
+        button('Import a CSV file…', () => file.click(), { class: 'primary' }), file)),
       el('p', { class: 'soft' }, 'Columns of the file: team, begins_at, ends_at. Times state their offset from UTC: 2027-05-04T09:00:00+02:00.'),
       notice, line, table.element),
     async refresh() { show(await admin.get<Schedule>('/v1/admin/schedule')); },

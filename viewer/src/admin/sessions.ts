@@ -11,7 +11,7 @@ import type { Session } from '../wire/messages';
 export function sessionsTab(admin: AdminClient): Tab {
   const readings = new Map<string, ClockReading>();
   let all: Session[] = [];
-  const openOnly = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
+  const openOnly = el('input', { type: 'checkbox', on: { change: () => show() } });
   const table = new KeyedTable<Session>(
     [{ head: 'Team' }, { head: 'State' }, { head: 'Left', class: 'n' }, { head: 'Used', class: 'n' }, { head: 'Added', class: 'n' },
       { head: 'Pauses', class: 'n' }, { head: 'Runs', class: 'n' }, { head: 'Started' }, { head: '', class: 'wide' }],
@@ -33,7 +33,7 @@ export function sessionsTab(admin: AdminClient): Tab {
       el('div', { class: 'row' },
         open && session.paused_unix_ms === null && act(session, 'Pause', 'pause', 'Its clock and its runs stop until it is resumed.'),
         open && session.paused_unix_ms !== null && act(session, 'Resume', 'resume', 'Its clock and its runs continue.'),
-        session.status !== 'voided' && button('Add time…', () => { void confirmAction(grant(session)); }, { class: 'small' }),
+        session.status !== 'voided' && button('Add time…', () => void confirmAction(grant(session)), { class: 'small' }),
         open && act(session, 'End', 'end', 'The open run is scored, and the session is over.', { danger: true }),
         session.status !== 'voided' && act(session, 'Void', 'void', 'None of its runs counts any more, and the team may have another session.', { danger: true, needsReason: true }),
         open && el('a', { class: 'button small', href: `/live/${encodeURIComponent(session.session_id)}` }, 'Watch')),
@@ -49,7 +49,7 @@ export function sessionsTab(admin: AdminClient): Tab {
         return `${verb}: done.`;
       },
     };
-    return button(`${verb}…`, () => { void confirmAction(dialog); }, { class: more.danger === true ? 'small danger' : 'small' });
+    return button(`${verb}…`, () => void confirmAction(dialog), { class: more.danger === true ? 'small danger' : 'small' });
   }
 
   function grant(session: Session): ActionDialog {

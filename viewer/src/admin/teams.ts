@@ -12,8 +12,8 @@ export function teamsTab(admin: AdminClient): Tab {
     [{ head: 'Team' }, { head: 'Sessions', class: 'n' }, { head: 'Valid tokens', class: 'n' }, { head: 'Added' }, { head: '', class: 'wide' }],
     (team) => team.team,
     (team) => [name(team.team), team.sessions, team.live_tokens, dateTime(team.created_unix_ms), el('div', { class: 'row' },
-      button('New token…', () => { void issue(rotate(team.team)); }, { class: 'small' }),
-      team.live_tokens > 0 && button('Revoke…', () => { void confirmAction(revokeTeam(team.team)); }, { class: 'small danger' }))],
+      button('New token…', () => void issue(rotate(team.team)), { class: 'small' }),
+      team.live_tokens > 0 && button('Revoke…', () => void confirmAction(revokeTeam(team.team)), { class: 'small danger' }))],
     { label: 'Teams', empty: 'No team yet.' });
   const tokens = new KeyedTable<TokenRow>(
     [{ head: 'Owner' }, { head: 'Role' }, { head: 'Id' }, { head: 'Created' }, { head: 'Revoked' }, { head: '', class: 'wide' }],
@@ -21,12 +21,12 @@ export function teamsTab(admin: AdminClient): Tab {
     (token) => [
       [token.team !== null ? name(token.team) : token.label !== '' ? name(token.label) : '–', ' ', token.token_id === admin.tokenId ? el('span', { class: 'badge info' }, 'yours') : null],
       token.role, el('code', {}, token.token_id), dateTime(token.created_unix_ms), token.revoked_unix_ms === null ? '–' : dateTime(token.revoked_unix_ms),
-      el('div', { class: 'row' }, token.revoked_unix_ms === null && button('Revoke…', () => { void confirmAction(revoke(token)); }, { class: 'small danger' })),
+      el('div', { class: 'row' }, token.revoked_unix_ms === null && button('Revoke…', () => void confirmAction(revoke(token)), { class: 'small danger' })),
     ],
     { label: 'Tokens', empty: 'No tokens.' });
-  const revoked = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
+  const revoked = el('input', { type: 'checkbox', on: { change: () => show() } });
   let all: TokenRow[] = [];
-  const show = (): void => { tokens.show(revoked.checked ? all : all.filter((token) => token.revoked_unix_ms === null)); };
+  const show = (): void => tokens.show(revoked.checked ? all : all.filter((token) => token.revoked_unix_ms === null));
 
   /** Opens the dialog, and shows the new token. */
   async function issue(dialog: Omit<ActionDialog, 'act'> & { make: (reason: string | null, values: Readonly<Record<string, string>>) => Promise<IssuedToken> }): Promise<void> {
@@ -76,9 +76,9 @@ export function teamsTab(admin: AdminClient): Tab {
   const tab: Tab = {
     id: 'teams', title: 'Teams', period: 10_000,
     element: el('div', { class: 'stack' },
-      el('section', { class: 'panel' }, el('div', { class: 'row head' }, el('h2', {}, 'Teams'), button('Add a team…', () => { void add(); }, { class: 'primary end' })), teams.element),
+      el('section', { class: 'panel' }, el('div', { class: 'row head' }, el('h2', {}, 'Teams'), button('Add a team…', () => void add(), { class: 'primary end' })), teams.element),
       el('section', { class: 'panel' }, el('div', { class: 'row head' }, el('h2', {}, 'Tokens'), el('label', { class: 'check' }, revoked, 'show revoked'),
-        button('New token…', () => { void addToken(); }, { class: 'end' })), tokens.element)),
+        button('New token…', () => void addToken(), { class: 'end' })), tokens.element)),
     async refresh() {
       const [list, { tokens: found }] = await Promise.all([admin.get<{ teams: TeamRow[] }>('/v1/admin/teams'), admin.get<{ tokens: TokenRow[] }>('/v1/admin/tokens')]);
       teams.show(list.teams);

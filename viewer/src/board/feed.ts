@@ -31,7 +31,7 @@ export function openFeed(listener: FeedListener, token: string | null = null): (
     if (token !== null) protocols.push(`palmares.token.${token}`);
     const opened = new WebSocket(address, protocols);
     socket = opened;
-    const say = (message: Record<string, unknown>): void => { opened.send(JSON.stringify(message)); };
+    const say = (message: Record<string, unknown>): void => opened.send(JSON.stringify(message));
     opened.onopen = () => {
       wait = 500;
       say(listener.world === undefined ? { op: 'subscribe', id: 1, leaderboard: true } : { op: 'subscribe', id: 2, featured: true });

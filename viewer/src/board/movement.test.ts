@@ -8,9 +8,7 @@ function row(rank: number, team: string, total: number): LeaderboardRow {
   return { rank, team, total, runs: 1, reached_unix_ms: 0, sensors_only: false, sensors_rank: null, tasks: { balls: best } };
 }
 
-test('at first nobody has moved', () => {
-  expect(movement(null, [row(1, 'a', 3)]).size).toBe(0);
-});
+test('at first nobody has moved', () => expect(movement(null, [row(1, 'a', 3)]).size).toBe(0));
 
 test('who overtakes goes up, who is overtaken goes down, others stand', () => {
   const before = [row(1, 'a', 3), row(2, 'b', 2), row(3, 'c', 1), row(4, 'd', 0)];
@@ -31,9 +29,7 @@ test('a new team is new, a falling total has a mark', () => {
   expect(differs([row(1, 'a', 3)], [row(1, 'a', 3)])).toBe(false);
 });
 
-test('columns of today come first', () => {
-  expect(columns({ tasks: ['shelf', 'grasp'], rows: [row(1, 'a', 1)] })).toEqual(['shelf', 'grasp', 'balls']);
-});
+test('columns of today come first', () => expect(columns({ tasks: ['shelf', 'grasp'], rows: [row(1, 'a', 1)] })).toEqual(['shelf', 'grasp', 'balls']));
 
 test('replays of official runs are closed until the seeds are public', () => {
   expect(replayIsOpen({ mode: 'practice' })).toBe(true);

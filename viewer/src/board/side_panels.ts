@@ -42,7 +42,7 @@ export function connect(info: CompetitionResponse): HTMLElement {
     el('p', {}, el('a', { href: '/docs/teams' }, 'How to write a controller')),
     el('p', {}, 'Or with any WebSocket program: subprotocol ', el('code', {}, 'palmares.v1.json'), ', address ', el('code', {}, socket),
       official ? ', and the token in the header Authorization.' : '.'),
-    button('Copy the address', () => { void copyText(socket); }, { class: 'small' }));
+    button('Copy the address', () => void copyText(socket), { class: 'small' }));
 }
 
 /** The meaning of the columns and status marks. */

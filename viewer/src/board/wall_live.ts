@@ -56,7 +56,7 @@ export class LivePane {
 
   /** Handles a message of the watch socket; messages wait until the stage is loaded. */
   take(message: WatchReply): void {
-    this.taken = this.taken.then(() => this.read(message)).catch((error: unknown) => { console.error(error); });
+    this.taken = this.taken.then(() => this.read(message)).catch((error: unknown) => console.error(error));
   }
 
   private async read(message: WatchReply): Promise<void> {
@@ -99,7 +99,7 @@ export class LivePane {
     setText(this.news, text);
     this.news.classList.toggle('bad', bad);
     window.clearTimeout(this.silence);
-    this.silence = window.setTimeout(() => { setText(this.news, ''); }, NEWS_MS);
+    this.silence = window.setTimeout(() => setText(this.news, ''), NEWS_MS);
   }
 
   private noted(kinds: readonly string[]): void {

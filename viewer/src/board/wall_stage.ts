@@ -32,6 +32,6 @@ export async function stageFor(place: HTMLElement, created: (stage: Stage) => vo
 export function momentOf(message: Poses): Moment {
   const lists = message.poses;
   const poses = new Float32Array(lists.length * POSE);
-  lists.forEach((list, row) => { poses.set(list, row * POSE); });
+  lists.forEach((list, row) => poses.set(list, row * POSE));
   return { tick: message.tick, time: message.sim_time_s, score: null, poses };
 }

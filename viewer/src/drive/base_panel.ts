@@ -20,9 +20,9 @@ export class BasePanel {
 
   /** `pose`: the form for a pose in numbers. `changed` gets the new axes; `keys` whether keys move the hand. */
   constructor(pose: HTMLElement, changed: (frame: FrameName) => void, keys: (on: boolean) => void) {
-    this.frames.addEventListener('change', () => { changed(this.frame); });
-    this.keysOn.addEventListener('change', () => { keys(this.keysOn.checked); });
-    this.speed.addEventListener('input', () => { this.write(); });
+    this.frames.addEventListener('change', () => changed(this.frame));
+    this.keysOn.addEventListener('change', () => keys(this.keysOn.checked));
+    this.speed.addEventListener('input', () => this.write());
     this.element = el('details', { class: 'panel', open: true }, el('summary', {}, 'Move the hand'),
       el('p', { class: 'hint' }, 'Drag the handles in the image, hold keys, use a gamepad, or type a target:'),
       pose,

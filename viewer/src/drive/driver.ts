@@ -49,7 +49,7 @@ export class Driver {
     try {
       const socket = await ControlSocket.open(token);
       this.socket = socket;
-      socket.onLost = (why) => { this.lost(why); };
+      socket.onLost = (why) => this.lost(why);
       this.welcome = await socket.ask<Welcome>({ op: 'hello', client: { name: team, version: 'drive' } });
       if (this.welcome.note) this.listener.noted(this.welcome.note);
     } catch (error) {
@@ -88,7 +88,7 @@ export class Driver {
         return false;
       }
       this.welcome = welcome;
-      socket.onLost = (why) => { this.lost(why); };
+      socket.onLost = (why) => this.lost(why);
       const { run, scene, observation, sent } = kept;
       [this.run, this.scene, this.newest, this.factor, this.tick] = [run, scene, observation, kept.factor, welcome.run.tick];
       this.pace = new Pace(1000 * run.tick_s);

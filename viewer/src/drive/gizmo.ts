@@ -26,11 +26,11 @@ export class Gizmo {
     // In the capture phase: before `objectChange`, which needs the event's time.
     let at = performance.now();
     stage.renderer.domElement.addEventListener('pointermove', (event) => { at = event.timeStamp; }, { capture: true });
-    this.controls.addEventListener('change', () => { stage.touch(); });
+    this.controls.addEventListener('change', () => stage.touch());
     this.controls.addEventListener('dragging-changed', (event) => { stage.controls.enabled = event.value !== true; });
     this.controls.addEventListener('objectChange', () => {
       const { position, quaternion } = this.place;
-      this.limits.forEach(([least, most], axis) => { position.setComponent(axis, Math.min(Math.max(position.getComponent(axis), least), most)); });
+      this.limits.forEach(([least, most], axis) => position.setComponent(axis, Math.min(Math.max(position.getComponent(axis), least), most)));
       const [x, y, z] = position.toArray().map((value) => rounded(value, 1e5)) as Vec3;
       const [qx, qy, qz, qw] = quaternion.toArray().map((value) => rounded(value, 1e5));
       moved([x, y, z], [qx ?? 0, qy ?? 0, qz ?? 0, qw ?? 1], at);

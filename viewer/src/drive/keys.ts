@@ -54,7 +54,7 @@ export class Keys {
     });
     window.addEventListener('keyup', (event) => { if (this.down.delete(event.code)) this.changed(event.timeStamp); });
     // Without focus the page misses key-up events.
-    const release = (): void => { this.release(); };
+    const release = (): void => this.release();
     window.addEventListener('blur', release);
     document.addEventListener('visibilitychange', release);
     document.addEventListener('focusin', (event) => { if (keptBy(event.target, 'KeyW')) this.release(); });

@@ -26,7 +26,7 @@ export class Motors {
         if (!Number.isNaN(target.valueAsNumber)) slider.valueAsNumber = target.valueAsNumber;
         this.changed(event.timeStamp);
       });
-      slider.addEventListener('input', (event) => { this.changed(event.timeStamp); });
+      slider.addEventListener('input', (event) => this.changed(event.timeStamp));
       return row;
     });
     const all = (value: number) => (event: Event): void => {

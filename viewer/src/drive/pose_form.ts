@@ -40,7 +40,7 @@ export class PoseForm {
     } } },
       el('table', { class: 'dense' }, el('thead', {}, el('tr', {}, el('th', { scope: 'col' }, 'Base'), el('th', { scope: 'col', class: 'n' }, 'Now'), el('th', { scope: 'col' }, 'Target'))),
         el('tbody', {}, ...NAMES.map((label, k) => el('tr', {}, el('th', { scope: 'row' }, label), this.shown[k], el('td', {}, this.inputs[k]))))),
-      el('div', { class: 'row' }, el('button', { type: 'submit', class: 'small' }, 'Go to the target'), button('Target = now', () => { this.take(); }, { class: 'small' })));
+      el('div', { class: 'row' }, el('button', { type: 'submit', class: 'small' }, 'Go to the target'), button('Target = now', () => this.take(), { class: 'small' })));
     this.element = form;
   }
 

@@ -46,9 +46,9 @@ export class PushArrow {
     this.arrow.visible = false;
     stage.three.add(this.arrow);
     // In the capture phase: before the camera's controls get the event.
-    area.addEventListener('pointerdown', (event) => { this.begin(event); }, { capture: true });
-    area.addEventListener('pointermove', (event) => { this.drag(event); }, { capture: true });
-    for (const end of ['pointerup', 'pointercancel'] as const) area.addEventListener(end, (event) => { this.end(event); }, { capture: true });
+    area.addEventListener('pointerdown', (event) => this.begin(event), { capture: true });
+    area.addEventListener('pointermove', (event) => this.drag(event), { capture: true });
+    for (const end of ['pointerup', 'pointercancel'] as const) area.addEventListener(end, (event) => this.end(event), { capture: true });
   }
 
   setScene(scene: SceneInfo): void {

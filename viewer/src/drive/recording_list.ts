@@ -16,7 +16,7 @@ export class RecordingList {
     if (!row) {
       const says = el('p', {});
       this.rows.set(recording, says);
-      this.list.prepend(el('li', {}, says, button('Download as Python', () => { save(recording); }, { class: 'small' })));
+      this.list.prepend(el('li', {}, says, button('Download as Python', () => save(recording), { class: 'small' })));
       this.empty.hidden = true;
       row = says;
     }
@@ -31,5 +31,5 @@ function save(recording: ActionRecording): void {
   const address = URL.createObjectURL(new Blob([pythonOf(recording)], { type: 'text/x-python' }));
   const link = el('a', { href: address, download: 'driven.py' });
   link.click();
-  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
+  window.setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }

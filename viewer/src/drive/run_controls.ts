@@ -23,12 +23,12 @@ export class RunControls {
 
   constructor(orders: RunActions) {
     const factor = el('select', { id: 'factor' }, ...FACTORS.map(([value, label]) => el('option', { value, selected: value === 1 }, label)));
-    factor.addEventListener('change', () => { orders.factor(Number(factor.value)); });
-    this.recorded.addEventListener('change', () => { orders.record(this.recorded.checked); });
-    this.pause = button('Pause', () => { orders.pause(); });
-    this.step = button('Single step', () => { orders.step(); });
-    this.restarts = [button('Again, same seed', () => { orders.again(true); }), button('Again, new seed', () => { orders.again(false); })];
-    this.finish = button('Finish', () => { orders.finish(); });
+    factor.addEventListener('change', () => orders.factor(Number(factor.value)));
+    this.recorded.addEventListener('change', () => orders.record(this.recorded.checked));
+    this.pause = button('Pause', () => orders.pause());
+    this.step = button('Single step', () => orders.step());
+    this.restarts = [button('Again, same seed', () => orders.again(true)), button('Again, new seed', () => orders.again(false))];
+    this.finish = button('Finish', () => orders.finish());
     this.element = el('div', { class: 'dock row', role: 'group', 'aria-label': 'The run' }, this.pause, this.step, ...this.restarts, this.finish,
       el('label', { for: 'factor', class: 'row nowrap' }, 'Speed', factor),
       el('div', { class: 'check' }, this.recorded, el('label', { for: 'record' }, 'Record')));

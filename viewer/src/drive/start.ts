@@ -28,9 +28,9 @@ export class StartForm {
         this.fail(error instanceof ApiError ? error.message : String(error));
       }
     };
-    this.tasks.addEventListener('change', () => { this.describe(); });
-    this.hands.addEventListener('change', () => { this.describe(); });
-    this.team.addEventListener('change', () => { void this.offer(); });
+    this.tasks.addEventListener('change', () => this.describe());
+    this.hands.addEventListener('change', () => this.describe());
+    this.team.addEventListener('change', () => void this.offer());
     this.element = el('form', { on: { submit: (event) => { event.preventDefault(); void submit(); } } },
       el('div', { class: 'field' }, el('label', { for: 'task' }, 'Task'), this.tasks, this.taskSays),
       el('div', { class: 'field' }, el('label', { for: 'hand' }, 'Hand'), this.hands, this.handSays),

@@ -77,23 +77,23 @@ export class DriveView implements DriverListener {
     app.classList.add('stage-page', 'drive-page');
     this.stage = new Stage(app.appendChild(this.place));
     this.stage.setOverlay('regions', true);
-    this.stage.onFrame(() => { this.latency.frame(); });
-    this.stage.onPick((id) => { this.picked(id); });
-    this.arrow = new PushArrow(this.stage, this.place, (at) => { this.input(at); });
+    this.stage.onFrame(() => this.latency.frame());
+    this.stage.onPick((id) => this.picked(id));
+    this.arrow = new PushArrow(this.stage, this.place, (at) => this.input(at));
     this.gizmo = new Gizmo(this.stage, (position, quat_xyzw, at) => { this.driver.targets.drive({ position, quat_xyzw }); this.input(at); });
-    this.keys = new Keys((at) => { this.steer(at); }, (what) => { this.command(what); });
-    this.pushForm = new PushForm((push, at) => { this.push(push, at); });
+    this.keys = new Keys((at) => this.steer(at), (what) => this.command(what));
+    this.pushForm = new PushForm((push, at) => this.push(push, at));
     this.pose = new PoseForm((target, at) => { this.driver.targets.drive(target); this.input(at); });
-    this.base = new BasePanel(this.pose.element, (frame) => { this.gizmo.along(frame === 'hand' ? 'local' : 'world'); }, (on) => { this.keys.release(); this.keys.on = on; });
+    this.base = new BasePanel(this.pose.element, (frame) => this.gizmo.along(frame === 'hand' ? 'local' : 'world'), (on) => { this.keys.release(); this.keys.on = on; });
     this.motors = new Motors((hand, at) => { this.driver.targets.hand = hand; this.input(at); });
     this.start = new StartForm((choice) => this.begin(choice));
     this.transport = new RunControls({
-      pause: () => { this.command('pause'); }, step: () => { this.command('step'); }, finish: () => { void this.driver.finish(); },
-      again: (same) => { void this.again(same); }, factor: (factor) => { this.driver.factor = factor; }, record: (on) => { this.driver.recording?.record(on); },
+      pause: () => this.command('pause'), step: () => this.command('step'), finish: () => void this.driver.finish(),
+      again: (same) => void this.again(same), factor: (factor) => { this.driver.factor = factor; }, record: (on) => this.driver.recording?.record(on),
     });
     this.build(app);
     this.tool('move');
-    window.addEventListener('pagehide', () => { this.leave(); });
+    window.addEventListener('pagehide', () => this.leave());
     // The connection does not survive in the browser's cache of pages.
     window.addEventListener('pageshow', (event) => { if (event.persisted) location.reload(); });
     const loop = (now: number): void => {
@@ -112,10 +112,10 @@ export class DriveView implements DriverListener {
     const switches = overlaySwitches(stages);
     showOverlaySwitches(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
-    contacts?.addEventListener('change', () => { this.contactFeed.want(contacts.checked); });
+    contacts?.addEventListener('change', () => this.contactFeed.want(contacts.checked));
     const tools = el('div', { class: 'group', role: 'group', 'aria-label': 'What the mouse does' });
     for (const [tool, label] of [['move', 'Move'], ['turn', 'Turn'], ['push', 'Push']] as const) {
-      const made = button(label, () => { this.tool(tool); }, { class: 'small' });
+      const made = button(label, () => this.tool(tool), { class: 'small' });
       this.tools.set(tool, made);
       tools.append(made);
     }

@@ -4,7 +4,7 @@ import { turnTo } from './postures';
 import { equilibriumRequest, clampForce, inLink, inWorld, type Load, reactionOf } from './equilibrium';
 import type { EquilibriumResponse } from '../wire/messages';
 
-const near = (a: Vec3, b: Vec3): void => { a.forEach((x, k) => { expect(x).toBeCloseTo(b[k] ?? NaN, 9); }); };
+const near = (a: Vec3, b: Vec3): void => a.forEach((x, k) => expect(x).toBeCloseTo(b[k] ?? NaN, 9));
 
 describe('points of links', () => {
   it('are the same after a transform to the world and back', () => {

@@ -54,7 +54,7 @@ export function sides(hand: HandShapes): HTMLElement {
   const still = matchMedia('(prefers-reduced-motion: reduce)').matches;
   const whole = Array.from({ length: 12 }, (_, i) => outlines(hand, turntable((i * Math.PI) / 6))).flat();
   const frame = frameOf(whole);
-  const show = (degrees: number): void => { draw(moving, outlines(hand, turntable((degrees * Math.PI) / 180)), frame); };
+  const show = (degrees: number): void => draw(moving, outlines(hand, turntable((degrees * Math.PI) / 180)), frame);
   let own = !still;
   let last = 0;
   angle.addEventListener('input', () => { own = false; show(Number(angle.value)); });

@@ -1,13 +1,13 @@
 import { describe, expect, it, vi } from 'vitest';
 import { LatestRequest } from './latest_request';
 
-const turn = (): Promise<void> => new Promise((resolve) => { setTimeout(resolve, 0); });
+const turn = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
 
 describe('the latest request', () => {
   it('is the next one, and those before it are skipped', async () => {
     const [sent, received]: [number[], number[]] = [[], []];
     const open: ((answer: number) => void)[] = [];
-    const newest = new LatestRequest<number, number>((question) => { sent.push(question); return new Promise((resolve) => { open.push(resolve); }); }, (answer) => { received.push(answer); }, () => undefined);
+    const newest = new LatestRequest<number, number>((question) => { sent.push(question); return new Promise((resolve) => open.push(resolve)); }, (answer) => received.push(answer), () => undefined);
     for (const question of [1, 2, 3, 4]) newest.put(question);
     await turn();
     expect(sent).toEqual([1]);

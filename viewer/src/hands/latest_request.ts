@@ -42,7 +42,7 @@ export class LatestRequest<Request, Response> {
         if (!this.closed) this.received(response, request);
       } catch (error) {
         if (this.later(error)) {
-          await new Promise((resolve) => { setTimeout(resolve, RETRY_MS); });
+          await new Promise((resolve) => setTimeout(resolve, RETRY_MS));
           this.waiting ??= { request };
         } else if (!this.closed) {
           this.failed(error, request);

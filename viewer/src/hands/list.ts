@@ -28,7 +28,7 @@ export class HandListView {
         el('section', { class: 'panel' }, el('h2', {}, 'Your team'), teamForm(official, page.access, (access) => { page.access = access; void this.load(); })),
         el('section', { class: 'panel' }, el('h2', {}, 'Your own hand'),
           el('p', { class: 'hint' }, 'The server checks it and keeps it for your team; then you can use it on this page. How to make one: docs/hands.md.'),
-          uploadForm(() => page.access, official, (hand) => { page.open(hand.name, hand); }))));
+          uploadForm(() => page.access, official, (hand) => page.open(hand.name, hand)))));
     void this.load();
   }
 

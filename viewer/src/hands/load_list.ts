@@ -57,7 +57,7 @@ export class LoadList {
       for (const [load, row] of known) if (!loads.includes(load)) row.element.remove();
       for (const row of this.rows) if (!row.element.isConnected) this.list.append(row.element);
     }
-    this.rows.forEach((row, k) => { this.write(row, k + 1, reactionOf(row.load, loads, rest), chosen); });
+    this.rows.forEach((row, k) => this.write(row, k + 1, reactionOf(row.load, loads, rest), chosen));
   }
 
   private write({ load, element, title, says, inputs }: Row, number: number, reaction: EquilibriumResponse['reactions'][number] | null, chosen: number | null): void {
@@ -91,7 +91,7 @@ export class LoadList {
       // The other two keep all their digits, not only the shown ones: an error of 0.01 mm adds 1 N at a held point.
       fields.forEach((field, axis) => {
         field.addEventListener('input', () => { if (Number.isFinite(field.valueAsNumber)) this.wanted.set(load.id, what, axis, field.valueAsNumber / by); });
-        field.addEventListener('focus', () => { this.wanted.choose(load.id); });
+        field.addEventListener('focus', () => this.wanted.choose(load.id));
       });
       return el('fieldset', { class: 'vector' }, el('legend', {}, `${title}, ${unit}`), ...fields);
     };

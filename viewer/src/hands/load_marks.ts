@@ -105,7 +105,7 @@ export class LoadMarks {
   private readonly scratch = new Vector3();
 
   constructor(private readonly stage: Stage, private readonly area: HTMLElement) {
-    stage.onFrame(() => { this.place(); });
+    stage.onFrame(() => this.place());
   }
 
   /** Draws the loads, with `metres` of arrow for each N. */

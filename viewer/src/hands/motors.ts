@@ -9,7 +9,7 @@ export class MotorSliders {
   constructor(motors: readonly MotorDescription[], private readonly changed: (sigma: number[]) => void) {
     this.rows = motors.map((_, k) => {
       const slider = el('input', { type: 'range', id: `motor-${k}`, min: 0, max: 1, step: 0.01, value: 0 });
-      slider.addEventListener('input', () => { this.tell(); });
+      slider.addEventListener('input', () => this.tell());
       return { slider, shown: el('output', { for: `motor-${k}` }, '0.00') };
     });
     const all = (value: number) => (): void => { this.set(motors.map(() => value)); this.tell(); };

@@ -22,7 +22,7 @@ export class NamedFrames {
     this.labels = new Labels(names);
     this.frames.lines.visible = false;
     stage.three.add(this.frames.lines);
-    stage.onFrame(() => { this.place(); });
+    stage.onFrame(() => this.place());
   }
 
   set visible(on: boolean) {

@@ -18,14 +18,10 @@ const hand: HandDescription = {
 
 it('computes size and largest torque', () => {
   const { size, torque, strongest, shapes } = numbersOf(hand);
-  [0.2, 0.4, 0.2].forEach((edge, axis) => { expect(size[axis]).toBeCloseTo(edge, 9); });
+  [0.2, 0.4, 0.2].forEach((edge, axis) => expect(size[axis]).toBeCloseTo(edge, 9));
   expect([shapes, torque, strongest]).toEqual([2, 1, 'b']);
 });
 
-it('distinguishes angles and lengths', () => {
-  expect([isAngle(hand, 'a'), isAngle(hand, 'b')]).toEqual([true, false]);
-});
+it('distinguishes angles and lengths', () => expect([isAngle(hand, 'a'), isAngle(hand, 'b')]).toEqual([true, false]));
 
-it('scales arrows by the hand’s springs', () => {
-  expect(usualForce(hand)).toBe(1);
-});
+it('scales arrows by the hand’s springs', () => expect(usualForce(hand)).toBe(1));

@@ -25,6 +25,6 @@ test('a box has its true edges, and the nearer one is last', () => {
 test('every view is a rotation', () => {
   for (const { right, up, near } of [...Object.values(VIEWS), turntable(0.7), turntable(4)]) {
     const cross = [right[1] * up[2] - right[2] * up[1], right[2] * up[0] - right[0] * up[2], right[0] * up[1] - right[1] * up[0]];
-    cross.forEach((value, i) => { expect(value).toBeCloseTo(near[i] ?? NaN); });
+    cross.forEach((value, i) => expect(value).toBeCloseTo(near[i] ?? NaN));
   }
 });

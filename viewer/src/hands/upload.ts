@@ -60,7 +60,7 @@ export function uploadForm(access: () => Access, official: boolean, sent: (hand:
       files.value = '';
     }
   };
-  files.addEventListener('change', () => { void send([...files.files ?? []]); });
+  files.addEventListener('change', () => void send([...files.files ?? []]));
   const drop = el('div', { class: 'drop' }, el('label', { for: 'hand-files' }, 'Drop or choose one .zip file, or a .urdf file with its hand.toml and meshes:'), files);
   const over = (on: boolean) => (event: Event): void => { event.preventDefault(); drop.classList.toggle('over', on); };
   drop.addEventListener('dragover', over(true));

@@ -74,20 +74,18 @@ export class HandView {
     this.places = placesOf(hand, hand.coordinates.map((c) => c.rest), this.base);
     const usual = usualForce(hand);
     this.scale = el('select', { id: 'scale' }, ...FORCES.map((n) => el('option', { value: n, selected: n === usual }, `${n} N`)));
-    this.sliders = new MotorSliders(hand.motors, () => { this.ask(); });
+    this.sliders = new MotorSliders(hand.motors, () => this.ask());
     this.tensions = new Tensions(hand.tendons);
     this.law = new MethodPanel(hand);
     this.points = new LoadList(hand, {
-      add: (kind, link) => { this.add(kind, link, hand.links.find((one) => one.name === link)?.com ?? [0, 0, 0]); },
-      remove: (id) => { this.remove(id); },
-      choose: (id) => { this.choose(id); },
-      set: (id, what, axis, value) => {
-        this.change(id, (load) => {
+      add: (kind, link) => this.add(kind, link, hand.links.find((one) => one.name === link)?.com ?? [0, 0, 0]),
+      remove: (id) => this.remove(id),
+      choose: (id) => this.choose(id),
+      set: (id, what, axis, value) => this.change(id, (load) => {
           const vector: Vec3 = [...load[what]];
           vector[axis] = value;
           load[what] = what === 'force' ? clampForce(vector) : vector;
-        });
-      },
+        }),
     }, el('div', { class: 'field row nowrap' }, el('label', { for: 'scale' }, '5 cm of arrow ='), this.scale));
     this.tables = new Tables(hand, [['Closing', () => closingTable(hand, page.access)]]);
     const side = el('div', { class: 'side' });
@@ -98,18 +96,18 @@ export class HandView {
     this.frames = new NamedFrames(this.stage, this.place);
     this.grip = new LoadPointer(this.stage, this.marks, this.place, {
       pressed: (kind, link, at) => this.pressed(kind, link, at),
-      grabbed: (id) => { this.grabbed(id); },
-      dragged: (id, by) => { this.dragged(id, by); },
+      grabbed: (id) => this.grabbed(id),
+      dragged: (id, by) => this.dragged(id, by),
     });
     this.place.append(el('div', { class: 'hud top-left' }, this.says, this.picked),
       el('div', { class: 'hud bottom-left' }, this.modeButtons(), viewButtons(() => [this.stage])));
-    side.append(el('section', { class: 'panel' }, title, el('p', {}, name(hand.description)), button('Reset', () => { this.reset(); }, { class: 'small' })),
+    side.append(el('section', { class: 'panel' }, title, el('p', {}, name(hand.description)), button('Reset', () => this.reset(), { class: 'small' })),
       ...(check ? [checkReport(check)] : []), this.sliders.element, this.tensions.element, this.points.element, this.law.element, this.held(), this.shown(), this.figures(), this.further());
-    this.posture.addEventListener('change', () => { this.hold(this.posture.value as Posture); });
-    this.scale.addEventListener('change', () => { this.draw(); });
-    this.stage.onPick((id) => { this.pick(id); });
-    this.asking = new LatestRequest((question) => requestEquilibrium(hand.name, question, page.access), (rest, question) => { this.answered(rest, question); },
-      (error) => { this.failed(error instanceof Error ? error.message : String(error)); }, (error) => error instanceof ApiError && (error.status === 503 || error.status === 429));
+    this.posture.addEventListener('change', () => this.hold(this.posture.value as Posture));
+    this.scale.addEventListener('change', () => this.draw());
+    this.stage.onPick((id) => this.pick(id));
+    this.asking = new LatestRequest((question) => requestEquilibrium(hand.name, question, page.access), (rest, question) => this.answered(rest, question),
+      (error) => this.failed(error instanceof Error ? error.message : String(error)), (error) => error instanceof ApiError && (error.status === 503 || error.status === 429));
     this.hold('model');
     void fetchVisuals(hand.name, page.access.team, page.access.token).then((visuals) => {
       if (visuals.size === 0) return;
@@ -316,6 +314,6 @@ export class HandView {
   private further(): HTMLElement {
     return el('details', { class: 'panel' }, el('summary', {}, 'Your own hand'),
       teamForm(this.page.official, this.page.access, (access) => { this.page.access = access; }),
-      uploadForm(() => this.page.access, this.page.official, (hand) => { this.page.open(hand.name, hand); }), el('p', {}, el('a', { href: '/hands' }, 'All hands')));
+      uploadForm(() => this.page.access, this.page.official, (hand) => this.page.open(hand.name, hand)), el('p', {}, el('a', { href: '/hands' }, 'All hands')));
   }
 }

@@ -7,9 +7,7 @@ import { crc32, pathOf, zip } from './zip';
 
 const bytes = (text: string): Uint8Array => new TextEncoder().encode(text);
 
-it('sums are those of the standard', () => {
-  expect(crc32(bytes('123456789'))).toBe(0xcbf43926);
-});
+it('sums are those of the standard', () => expect(crc32(bytes('123456789'))).toBe(0xcbf43926));
 
 it('another program reads the archive', ({ skip }) => {
   const folder = mkdtempSync(join(tmpdir(), 'zip-'));

@@ -59,7 +59,7 @@ export class Gauges {
       const work = motor.work === undefined ? '' : `, ${motor.work.toFixed(2)} J`;
       set(this.motors[k], motor.position, `${motor.position.toFixed(2)}${work}`);
     });
-    telemetry.fingers?.forEach(({ force }, k) => { newtons(this.fingers[k], Math.hypot(...force)); });
+    telemetry.fingers?.forEach(({ force }, k) => newtons(this.fingers[k], Math.hypot(...force)));
     let taxel = 0;
     this.hand?.tactile?.forEach((patch, k) => {
       const count = patch.taxels[0] * patch.taxels[1];
@@ -67,7 +67,7 @@ export class Gauges {
       newtons(this.patches[k], pressed.reduce((sum, force) => sum + (force[2] ?? 0), 0));
       taxel += count;
     });
-    telemetry.tension.forEach((tension, k) => { set(this.tendons[k], Math.abs(tension), tension.toPrecision(3)); });
+    telemetry.tension.forEach((tension, k) => set(this.tendons[k], Math.abs(tension), tension.toPrecision(3)));
     this.readings.replaceChildren(...readingsOf(this.channels, telemetry.readings ?? []).flatMap(({ label, unit, numbers }) =>
       [el('dt', {}, label), el('dd', { class: 'num' }, `${numbers.map((x) => x.toFixed(2)).join(', ')} ${unit}`)]));
     const { predicted, q } = telemetry;

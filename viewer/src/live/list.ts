@@ -38,9 +38,9 @@ export class RunList {
     const nothing = (): void => undefined;
     this.socket = new WatchSocket(null, {
       scene: nothing, moment: nothing, score: nothing, events: nothing, clock: nothing, verdicts: nothing, ended: nothing,
-      runs: (runs) => { this.show(runs); },
+      runs: (runs) => this.show(runs),
       state: (state) => { if (state === 'connecting' && this.known === '') setText(this.status, 'Connecting …'); },
-      refused: (message) => { setText(this.status, message); },
+      refused: (message) => setText(this.status, message),
     }, token);
   }
 
@@ -54,7 +54,7 @@ export class RunList {
       el('th', { scope: 'row' }, name(run.team)),
       el('td', { 'data-label': 'Task' }, run.task),
       el('td', { 'data-label': 'Hand' }, name(run.hand)),
-      el('td', {}, el('a', { class: 'button', href: `/live/${encodeURIComponent(run.session_id)}`, 'aria-label': `Watch ${run.team}`, on: { click: (event) => { this.watch(event as MouseEvent, run.session_id); } } }, 'Watch'),
+      el('td', {}, el('a', { class: 'button', href: `/live/${encodeURIComponent(run.session_id)}`, 'aria-label': `Watch ${run.team}`, on: { click: (event) => this.watch(event as MouseEvent, run.session_id) } }, 'Watch'),
         run.official ? el('span', { class: 'badge info' }, 'official') : null))));
   }
 
@@ -65,7 +65,7 @@ export class RunList {
     this.socket?.close();
     window.clearInterval(this.timer);
     history.pushState(null, '', `/live/${encodeURIComponent(session)}`);
-    window.addEventListener('popstate', () => { location.reload(); });
+    window.addEventListener('popstate', () => location.reload());
     new LiveView(this.app, { session_id: session }, this.token);
   }
 }

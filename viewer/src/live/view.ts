@@ -68,8 +68,8 @@ export class LiveView implements WatchListener {
       el('section', { class: 'panel' }, el('h2', {}, 'Objects'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Highlight'), this.objects), this.verdict),
       el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
       this.gauges.element, this.switches, this.token, el('p', {}, el('a', { href: '/live' }, 'Other runs')));
-    this.objects.addEventListener('change', () => { this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)); });
-    this.stage.onPick((id) => { this.pick(id); });
+    this.objects.addEventListener('change', () => this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)));
+    this.stage.onPick((id) => this.pick(id));
     this.socket = new WatchSocket(target, this, token);
     window.palmares = { stage: this.stage, live: this };
   }

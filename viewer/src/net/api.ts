@@ -67,5 +67,5 @@ export async function saveFile(path: string, fileName: string, token: string | n
   link.href = address;
   link.download = fileName;
   link.click();
-  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
+  window.setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }

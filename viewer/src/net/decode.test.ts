@@ -8,8 +8,7 @@ function pack(q: number[]): number {
   return ((largest << 30) | ((bits[0] ?? 0) << 20) | ((bits[1] ?? 0) << 10) | (bits[2] ?? 0)) >>> 0;
 }
 
-describe('packed quaternions', () => {
-  it('are within 0.25 degrees of what was packed, wherever they point', () => {
+describe('packed quaternions', () => it('are within 0.25 degrees of what was packed, wherever they point', () => {
     let state = 1;
     const random = (): number => { state = (state * 48271) % 2147483647; return state / 2147483647 - 0.5; };
     for (let k = 0; k < 2000; k += 1) {
@@ -20,8 +19,7 @@ describe('packed quaternions', () => {
       const dot = Math.min(1, Math.abs(q.reduce((sum, x, i) => sum + x * (back[i] ?? 0), 0)));
       expect((2 * Math.acos(dot) * 180) / Math.PI).toBeLessThan(0.25);
     }
-  });
-});
+  }));
 
 describe('frames', () => {
   function frame(flags: number, bodies: [number, number[]][], tail: number[] = []): ArrayBuffer {
@@ -35,10 +33,10 @@ describe('frames', () => {
     bodies.forEach(([place, xyz], k) => {
       const at = 12 + 18 * k;
       view.setUint16(at, place, true);
-      xyz.forEach((x, i) => { view.setFloat32(at + 2 + 4 * i, x, true); });
+      xyz.forEach((x, i) => view.setFloat32(at + 2 + 4 * i, x, true));
       view.setUint32(at + 14, pack([0, 0, 0, 1]), true);
     });
-    tail.forEach((byte, k) => { view.setUint8(12 + 18 * bodies.length + k, byte); });
+    tail.forEach((byte, k) => view.setUint8(12 + 18 * bodies.length + k, byte));
     return data;
   }
 

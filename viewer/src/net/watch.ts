@@ -63,7 +63,7 @@ export class WatchSocket {
     if (this.token && !isToken(this.token)) {
       this.over = true;
       // After the constructor.
-      queueMicrotask(() => { this.listener.refused(NO_TOKEN, 'not_authorized'); });
+      queueMicrotask(() => this.listener.refused(NO_TOKEN, 'not_authorized'));
       return;
     }
     const address = new URL('/v1/watch', location.href);
@@ -98,7 +98,7 @@ export class WatchSocket {
       // A browser does not report why a handshake was refused: perhaps the token is invalid.
       if (this.token && !opened) void this.checkToken(this.token);
       this.listener.state('connecting');
-      this.timer = window.setTimeout(() => { this.open(); }, this.wait * (0.75 + Math.random() / 2));
+      this.timer = window.setTimeout(() => this.open(), this.wait * (0.75 + Math.random() / 2));
       this.wait = Math.min(2 * this.wait, MAX_WAIT_MS);
     };
   }
@@ -153,7 +153,7 @@ export class WatchSocket {
 
   private poses(message: Poses): void {
     const poses = new Float32Array(POSE * message.poses.length);
-    message.poses.forEach((pose, row) => { poses.set(pose, POSE * row); });
+    message.poses.forEach((pose, row) => poses.set(pose, POSE * row));
     this.listener.moment({ tick: message.tick, time: message.sim_time_s, score: null, poses }, performance.now());
   }
 

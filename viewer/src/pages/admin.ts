@@ -36,7 +36,7 @@ function login(why?: string): void {
     const token = field.value.trim();
     go.disabled = true;
     error.textContent = '';
-    const admin = new AdminClient(token, (lost) => { login(lost); });
+    const admin = new AdminClient(token, (lost) => login(lost));
     // Not through AdminClient: here a refusal concerns the typed token.
     getJson('/v1/admin/teams', token).then(() => { field.value = ''; enter(admin); }, (failure: unknown) => {
       admin.leave();

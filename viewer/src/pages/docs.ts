@@ -43,4 +43,4 @@ field?.addEventListener('input', () => {
   }, PAUSE_MS);
 });
 // Back and forward lead to other documents.
-window.addEventListener('popstate', () => { location.reload(); });
+window.addEventListener('popstate', () => location.reload());

@@ -23,7 +23,7 @@ class Page implements Opener {
       this.fail('Hands', error);
       return;
     }
-    window.addEventListener('popstate', () => { this.show(handOf(location.pathname), null); });
+    window.addEventListener('popstate', () => this.show(handOf(location.pathname), null));
     // The link to the list stays in this document, too.
     this.app.addEventListener('click', (event) => {
       const link = event.target instanceof Element ? event.target.closest('a') : null;

@@ -48,7 +48,7 @@ async function start(): Promise<void> {
   };
   show(await getJson<Board>('/v1/leaderboard'));
   openFeed({
-    ranking: (rows: LeaderboardRow[]) => { show({ tasks: info.tasks, rows }); },
+    ranking: (rows: LeaderboardRow[]) => show({ tasks: info.tasks, rows }),
     announcement: ({ text }: Announcement) => { notice.hidden = text === ''; setText(notice, text); },
     connected: (yes) => { live = yes; say(); },
   });

@@ -25,8 +25,8 @@ function show(): void {
   const start = view?.player.time ?? timeInAddress() ?? 0;
   view?.dispose();
   view = new ReplayView(app, loaded, start, {
-    addRun: (other) => { void compareRun(other); },
-    addFile: (file) => { void compareFile(file); },
+    addRun: (other) => void compareRun(other),
+    addFile: (file) => void compareFile(file),
     remove: loaded.length > 1 ? () => { loaded = loaded.slice(0, 1); address(null); show(); } : null,
   });
   const shown = view;
@@ -53,7 +53,7 @@ function waiting(): { say: (words: string) => void; fail: (error: unknown) => vo
       status.className = 'notice bad';
       status.setAttribute('role', 'alert');
       status.textContent = errorText(error);
-      const form = error instanceof ReplayUnavailable && error.wantsToken ? [tokenForm(() => { void fetchRuns(); })] : [];
+      const form = error instanceof ReplayUnavailable && error.wantsToken ? [tokenForm(() => void fetchRuns())] : [];
       app.append(el('div', { class: 'stack' }, ...form, chooser()));
     },
   };
@@ -120,7 +120,7 @@ function tokenForm(use: () => void): HTMLElement {
 /** Form for a local file, chosen or dropped. */
 function chooser(): HTMLElement {
   const input = el('input', { type: 'file', id: 'file', accept: '.mcap' });
-  input.addEventListener('change', () => { void openFile(input.files?.[0]); });
+  input.addEventListener('change', () => void openFile(input.files?.[0]));
   return el('div', { class: 'drop stack' }, el('label', { for: 'file' }, 'Open an MCAP file recorded by Palmares'), el('div', {}, input),
     el('p', { class: 'hint' }, 'Or drop it anywhere on this page. The file stays on this computer.'));
 }
@@ -139,11 +139,11 @@ function start(): void {
   const list = new ReplayList((chosen) => {
     run = chosen;
     history.pushState(null, '', `/replay/${encodeURIComponent(chosen)}`);
-    window.addEventListener('popstate', () => { location.reload(); });
+    window.addEventListener('popstate', () => location.reload());
     void fetchRuns();
   });
   app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'Play a recorded run and look at its motors, forces and score.')),
-    el('div', { class: 'stack' }, list.element, chooser(), el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), tokenForm(() => { void list.load(token); }))));
+    el('div', { class: 'stack' }, list.element, chooser(), el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), tokenForm(() => void list.load(token)))));
   void list.load(null);
 }
 

@@ -97,10 +97,10 @@ function announced({ text, unix_ms: at }: Announcement): void {
 function listen(): void {
   stop();
   stop = openFeed({
-    ranking: (rows) => { ranking.show({ tasks: info?.tasks ?? [], rows }); },
+    ranking: (rows) => ranking.show({ tasks: info?.tasks ?? [], rows }),
     announcement: announced,
     connected: (yes) => { connected = yes; },
-    world: (message) => { live.take(message); },
+    world: (message) => live.take(message),
     revoked: () => { token = null; readings.clear(); live.leave(); askToken('The token was revoked: the wall shows no official runs and no clocks.'); listen(); },
   }, token);
 }
@@ -142,7 +142,7 @@ function askToken(why = ''): void {
     el('p', {}, 'With a viewer’s token the wall shows official runs and session clocks. This page keeps it only in memory.'),
     error,
     el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field),
-    el('div', { class: 'actions' }, button('Continue without', () => { dialog.close(); }), el('button', { type: 'submit', class: 'primary' }, 'Use this token')));
+    el('div', { class: 'actions' }, button('Continue without', () => dialog.close()), el('button', { type: 'submit', class: 'primary' }, 'Use this token')));
   const dialog = el('dialog', { 'aria-labelledby': 'token-title' }, form);
   form.addEventListener('submit', (event) => {
     event.preventDefault();
@@ -167,7 +167,7 @@ let quiet = 0;
 function showHelp(): void {
   help.classList.add('seen');
   window.clearTimeout(quiet);
-  quiet = window.setTimeout(() => { help.classList.remove('seen'); }, 5000);
+  quiet = window.setTimeout(() => help.classList.remove('seen'), 5000);
 }
 
 function onKey(event: KeyboardEvent): void {
@@ -181,7 +181,7 @@ function onKey(event: KeyboardEvent): void {
 }
 
 async function start(): Promise<void> {
-  help.append(button('Back', () => { skip(-1); }), button('Pause', hold), button('Next', () => { skip(1); }), button('Token…', () => { askToken(); }),
+  help.append(button('Back', () => skip(-1)), button('Pause', hold), button('Next', () => skip(1)), button('Token…', () => askToken()),
     el('span', {}, el('kbd', {}, '←'), ' ', el('kbd', {}, '→'), ' skip, ', el('kbd', {}, 'space'), ' pause, ', el('kbd', {}, 't'), ' token'));
   mainElement().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), paneArea, banner, help);
   document.addEventListener('keydown', onKey);
@@ -198,12 +198,12 @@ async function start(): Promise<void> {
   if (info.mode === 'official') showHelp();
   beat();
   window.setInterval(beat, 250);
-  window.setInterval(() => { void readSessions(); }, 2000);
+  window.setInterval(() => void readSessions(), 2000);
   window.setInterval(() => { getJson<CompetitionResponse>('/v1/competition').then((now) => { info = now; }, () => undefined); }, 15_000);
 }
 
 start().catch((error: unknown) => {
   mainElement().replaceChildren(el('p', { class: 'notice bad', role: 'alert' }, error instanceof ApiError ? `${error.message}. Trying again.` : 'This page has an error.'));
-  if (error instanceof ApiError) window.setTimeout(() => { location.reload(); }, 5000);
+  if (error instanceof ApiError) window.setTimeout(() => location.reload(), 5000);
   else console.error(error);
 });

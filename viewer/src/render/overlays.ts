@@ -88,7 +88,7 @@ export class Centres {
   }
 
   show(places: readonly Vector3[]): void {
-    places.forEach((at, k) => { this.mesh.setMatrixAt(k, this.matrix.makeTranslation(at)); });
+    places.forEach((at, k) => this.mesh.setMatrixAt(k, this.matrix.makeTranslation(at)));
     this.mesh.count = Math.min(places.length, this.mesh.instanceMatrix.count);
     this.mesh.instanceMatrix.needsUpdate = true;
   }

@@ -70,8 +70,8 @@ export class Stage {
   private readonly lights: Lights;
   private readonly control: DetailControl;
   private readonly director: Director;
-  private readonly woken = (): void => { this.control.restart(); };
-  private readonly retheme = (): void => { this.ground(); };
+  private readonly woken = (): void => this.control.restart();
+  private readonly retheme = (): void => this.ground();
   private shown: Shown | null = null;
   private moment: Moment | null = null;
   private picked: number | null = null;
@@ -103,7 +103,7 @@ export class Stage {
     this.lights = new Lights(this.three);
     this.three.add(this.arrows.mesh);
     this.arrows.mesh.visible = false;
-    this.observer = new ResizeObserver(() => { this.resize(); });
+    this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(container);
     this.themes.addEventListener('change', this.retheme);
     this.control = new DetailControl(lastLevel(this.renderer.software ? SOFTWARE_LEVEL : 0));
@@ -379,7 +379,7 @@ export class Stage {
     const { shown, moment } = this;
     this.stale = false;
     if (!shown) return;
-    shown.info.moving.forEach((id, row) => { shown.solid.move(id, this.blend.poses, this.blend.poses, row * POSE, row * POSE + 3); });
+    shown.info.moving.forEach((id, row) => shown.solid.move(id, this.blend.poses, this.blend.poses, row * POSE, row * POSE + 3));
     const predicted = moment?.telemetry?.predicted;
     if (shown.ghost && this.overlays.has('ghost')) this.placeGhost(shown, predicted ?? null);
     if (this.overlays.has('contacts')) this.arrows.show(moment?.contacts ?? []);

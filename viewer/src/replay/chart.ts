@@ -14,7 +14,7 @@ export interface AxisWanted { scale: string; label: string; side: 'left' | 'righ
 /** A choice of the shown time span. */
 export function spanChoice(id: string, zoom: (span: number | null) => void): HTMLElement {
   const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s`)));
-  choice.addEventListener('change', () => { zoom(Number(choice.value) || null); });
+  choice.addEventListener('change', () => zoom(Number(choice.value) || null));
   return el('div', { class: 'row' }, el('label', { for: id }, 'Show'), choice);
 }
 
@@ -43,9 +43,9 @@ export class Chart {
   private readonly place = el('div', { class: 'chart' });
   private readonly legend = el('ul', { class: 'keys' });
   private readonly marker = el('div', { class: 'now' });
-  private readonly observer = new ResizeObserver(() => { this.resize(); });
+  private readonly observer = new ResizeObserver(() => this.resize());
   private readonly dark = matchMedia('(prefers-color-scheme: dark)');
-  private readonly redraw = (): void => { this.build(); };
+  private readonly redraw = (): void => this.build();
   private plot: uPlot | null = null;
   private lines: Drawn[] = [];
   private values: HTMLElement[] = [];

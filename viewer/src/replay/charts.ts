@@ -47,7 +47,7 @@ export class Charts {
       this.grid.append(chart.element);
     };
     fill(this.joint, ...[...new Set(runs.flatMap(({ series }) => series.joints()))].map((name) => el('option', { value: name }, name)));
-    this.joint.addEventListener('change', () => { this.redraw(); });
+    this.joint.addEventListener('change', () => this.redraw());
     add(telemetry ? 'Motors, σ' : 'Motors, commanded σ', 'σ', () => coloured(runs, ({ series }) => series.motors()), [0, 1]);
     add(telemetry ? 'Joint angle' : 'Rotation of a link, from its poses', '°', () => coloured(runs, ({ series }) => series.joint(this.joint.value)), undefined, this.joint);
     if (telemetry) {
@@ -65,7 +65,7 @@ export class Charts {
         'Reached motor positions, tensions, contacts, the score over time and the prediction are missing; rotations of links are computed from the poses.'));
     }
     this.element.append(this.values);
-    this.values.addEventListener('toggle', () => { this.table(); });
+    this.values.addEventListener('toggle', () => this.table());
   }
 
   /** Redraws for another object or joint. */

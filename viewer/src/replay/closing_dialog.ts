@@ -27,14 +27,14 @@ export class ClosingDialog {
     this.tension = chart('Tension of the motors, in the hand’s unit', 'tension', [0, 1]);
     this.angles.element.classList.add('tall');
     fill(this.which, ...runs.map(({ mark }, k) => el('option', { value: k }, mark)));
-    this.which.addEventListener('change', () => { this.choose(); });
-    this.joints.addEventListener('change', () => { this.draw(); });
+    this.which.addEventListener('change', () => this.choose());
+    this.joints.addEventListener('change', () => this.draw());
     this.element.append(el('h2', { id: 'closing' }, 'Closing: measured and predicted'),
       el('p', { class: 'hint' }, 'Solid lines are measured. Dashed lines are the motor’s command, and the predicted joint angles of a hand without contact. Where the two differ, the hand touches something. Click to go to a moment.'),
       el('div', { class: 'row choices' }, el('div', { class: 'row', hidden: runs.length < 2 }, el('label', { for: 'closing-run' }, 'Run'), this.which),
         el('div', { class: 'row' }, el('label', { for: 'closing-joints' }, 'Joints'), this.joints), spanChoice('closing-span', (span) => { for (const one of this.charts) one.zoom(span); })),
       this.angles.element, this.missing, this.motors.element, this.tension.element,
-      el('div', { class: 'actions' }, button('Close', () => { this.element.close(); })));
+      el('div', { class: 'actions' }, button('Close', () => this.element.close())));
     this.choose();
   }
 

@@ -32,21 +32,21 @@ export function about({ recording, file, bytes }: Loaded, mark: string): HTMLEle
       el('p', {}, 'This page shows the file’s content without checking it. This command replays the actions and checks the score:'),
       el('pre', { tabindex: 0 }, 'palmares verify ', name(file)),
       el('p', {}, signed ? 'It also checks the signature.' : 'This file is not signed.')),
-    bytes ? button('Download the file', () => { save(bytes, file); }, { class: 'small' }) : null);
+    bytes ? button('Download the file', () => save(bytes, file), { class: 'small' }) : null);
 }
 
 /** Saves the bytes that are already loaded: a new download would need the token again. */
 function save(bytes: Uint8Array<ArrayBuffer>, file: string): void {
   const address = URL.createObjectURL(new Blob([bytes], { type: 'application/octet-stream' }));
   el('a', { href: address, download: file }).click();
-  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
+  window.setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
 /** A list of the events, each with a button that goes to its time. */
 export function eventList(recording: Recording, go: (time: number) => void, mark: string): HTMLElement {
   const line = (event: RecordedEvent): HTMLElement => {
     const body = objectOf(recording, event);
-    return el('li', {}, button(`${event.time.toFixed(2)} s`, () => { go(event.time); }, { class: 'small quiet num' }),
+    return el('li', {}, button(`${event.time.toFixed(2)} s`, () => go(event.time), { class: 'small quiet num' }),
       el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind, recording.scene.goals)));
   };
   const list = recording.events.length > 0 ? el('ol', { class: 'log' }, ...recording.events.map(line)) : el('p', { class: 'soft' }, 'No events.');

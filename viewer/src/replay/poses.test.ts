@@ -7,7 +7,7 @@ describe('poses of a replay', () => {
   it('compose through parent frames', () => {
     // A quarter turn about z, and a step along the turned x.
     const pose = compose([1, 0, 0, 0, 0, half, half], [2, 0, 0, 0, 0, 0, 1]);
-    [1, 2, 0, 0, 0, half, half].forEach((x, k) => { expect(pose[k]).toBeCloseTo(x, 12); });
+    [1, 2, 0, 0, 0, half, half].forEach((x, k) => expect(pose[k]).toBeCloseTo(x, 12));
     const table = new PoseTable(['hand/base', 'hand/tip'], [{
       time: 0,
       transforms: [{ parent: 'hand/base', child: 'hand/tip', pose: [2, 0, 0, 0, 0, 0, 1] }, { parent: 'world', child: 'hand/base', pose: [1, 0, 0, 0, 0, half, half] }],

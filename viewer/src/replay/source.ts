@@ -47,7 +47,7 @@ async function readBody(response: Response, report: (words: string) => void): Pr
 }
 
 async function read(bytes: Uint8Array, report: (words: string) => void): Promise<Recording> {
-  return readRecording(bytes, (done) => { report(`Reading … ${Math.round(100 * done)} %`); });
+  return readRecording(bytes, (done) => report(`Reading … ${Math.round(100 * done)} %`));
 }
 
 /** Loads a run's replay from this server. */

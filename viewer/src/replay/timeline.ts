@@ -13,18 +13,18 @@ export class Timeline {
   readonly element: HTMLElement;
   private readonly bar: HTMLInputElement;
   private readonly clock = el('output', { class: 'clock num' });
-  private readonly playing = button('Play', () => { this.toggle(); }, { class: 'primary play', title: 'Space' });
-  private readonly keyed = (event: KeyboardEvent): void => { this.key(event); };
+  private readonly playing = button('Play', () => this.toggle(), { class: 'primary play', title: 'Space' });
+  private readonly keyed = (event: KeyboardEvent): void => this.key(event);
 
   constructor(private readonly player: Player, private readonly tickS: number, marks: EventMark[], ...more: HTMLElement[]) {
     const last = Math.max(Math.round(player.duration / tickS), 1);
     const speed = el('select', { class: 'speed', 'aria-label': 'Speed' }, ...SPEEDS.map((s) => el('option', { value: s, selected: s === 1 }, `${s}×`)));
-    speed.addEventListener('change', () => { player.setSpeed(Number(speed.value)); });
+    speed.addEventListener('change', () => player.setSpeed(Number(speed.value)));
     this.bar = el('input', { type: 'range', min: 0, max: last, step: 1, value: 0, 'aria-label': 'Time in the run' });
-    this.bar.addEventListener('input', () => { player.seek(Number(this.bar.value) * tickS); });
+    this.bar.addEventListener('input', () => player.seek(Number(this.bar.value) * tickS));
     this.element = el('div', { class: 'timeline' },
       el('div', { class: 'row' }, this.playing, el('div', { class: 'group' },
-        button('−1 tick', () => { player.step(-1); }, { title: 'Left arrow' }), button('+1 tick', () => { player.step(1); }, { title: 'Right arrow' })), speed, this.clock, ...more),
+        button('−1 tick', () => player.step(-1), { title: 'Left arrow' }), button('+1 tick', () => player.step(1), { title: 'Right arrow' })), speed, this.clock, ...more),
       el('div', { class: 'bar' }, this.marks(marks), this.bar));
     document.addEventListener('keydown', this.keyed);
   }
@@ -67,11 +67,11 @@ export class Timeline {
     if (event.key === ' ' && at.closest('button, input[type=checkbox], summary, a')) return;
     const second = Math.round(1 / this.tickS);
     const acts: Record<string, () => void> = {
-      ' ': () => { this.toggle(); },
-      ArrowLeft: () => { this.player.step(event.shiftKey ? -second : -1); },
-      ArrowRight: () => { this.player.step(event.shiftKey ? second : 1); },
-      Home: () => { this.player.seek(0); },
-      End: () => { this.player.seek(this.player.duration); },
+      ' ': () => this.toggle(),
+      ArrowLeft: () => this.player.step(event.shiftKey ? -second : -1),
+      ArrowRight: () => this.player.step(event.shiftKey ? second : 1),
+      Home: () => this.player.seek(0),
+      End: () => this.player.seek(this.player.duration),
     };
     const act = acts[event.key];
     if (!act) return;

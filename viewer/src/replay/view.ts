@@ -44,7 +44,7 @@ export class ReplayView {
     const duration = Math.max(...loaded.map(({ recording }) => recording.duration));
     const tickS = Math.min(...loaded.map(({ recording }) => recording.tickS));
     this.player = new Player(duration, tickS);
-    const go = (time: number): void => { this.player.seek(time); };
+    const go = (time: number): void => this.player.seek(time);
     const stages = (): Stage[] => this.shown.map(({ stage }) => stage);
     this.charts = new Charts(this.shown, duration, go);
     this.closing = new ClosingDialog(this.shown, duration, go);
@@ -52,7 +52,7 @@ export class ReplayView {
       event, row, words: [mark, objectOf(recording, event)?.name, eventWords(event.kind, recording.scene.goals)].filter(Boolean).join(' '),
     })));
     this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
-      button('Closing', () => { this.closing.open(this.player.time); }, { title: 'Closing: measured and predicted', 'aria-label': 'Closing: measured and predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
+      button('Closing', () => this.closing.open(this.player.time), { title: 'Closing: measured and predicted', 'aria-label': 'Closing: measured and predicted' }), button('Copy link', () => void this.copy(loaded), { class: 'quiet' })));
     dock.append(this.timeline.element, this.charts.element);
     this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     this.gauges.setHand(first?.scene.hand ?? null, first?.scene.readings ?? []);
@@ -62,8 +62,8 @@ export class ReplayView {
     side.append(...this.shown.map((one) => about(one.loaded, one.mark)), this.chooser(), switches,
       ...this.shown.map((one) => eventList(one.loaded.recording, (time) => { this.player.pause(); go(time); }, one.mark)),
       this.gauges.element, comparePanel(comparing), el('p', {}, el('a', { href: '/replay' }, 'Open another replay')), this.closing.element);
-    this.player.onTime((time, exact) => { this.show(time, exact); });
-    this.shown[0]?.stage.onFrame(() => { this.player.advance(performance.now()); });
+    this.player.onTime((time, exact) => this.show(time, exact));
+    this.shown[0]?.stage.onFrame(() => this.player.advance(performance.now()));
     this.choose(this.shown[0]?.object ?? null, this.shown[0]);
     this.player.seek(start);
   }
@@ -86,7 +86,7 @@ export class ReplayView {
     const series = new Series(loaded.recording);
     const object = scene.bodies.find((body) => body.kind === 'object')?.id ?? null;
     const shown: Shown = { loaded, mark, stage, said, series, object, moment: null };
-    stage.onPick((id) => { this.choose(id, shown); });
+    stage.onPick((id) => this.choose(id, shown));
     return shown;
   }
 
@@ -94,7 +94,7 @@ export class ReplayView {
   private chooser(): HTMLElement {
     const objects = this.shown[0]?.loaded.recording.scene.bodies.filter((body) => body.kind === 'object') ?? [];
     fill(this.objects, el('option', { value: '' }, 'none'), ...objects.map((body) => el('option', { value: body.id }, body.name)));
-    this.objects.addEventListener('change', () => { this.choose(this.objects.value === '' ? null : Number(this.objects.value), this.shown[0]); });
+    this.objects.addEventListener('change', () => this.choose(this.objects.value === '' ? null : Number(this.objects.value), this.shown[0]));
     return el('section', { class: 'panel' }, el('h2', {}, 'Object'),
       el('div', { class: 'field' }, el('label', { for: 'object' }, 'Click an object or choose one'), this.objects), this.place);
   }
