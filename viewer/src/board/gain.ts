@@ -3,7 +3,10 @@ import { signed } from './movement';
 import type { GoalInfo } from '../wire/messages';
 
 /** The points of the objects that a task counts: in the goal, and the penalty outside (less than 0), or 0. */
-export interface Worth { goal: number; penalty: number }
+export interface Worth {
+  goal: number;
+  penalty: number;
+}
 
 /** The points of a task that counts objects; null for one with goals in stages. */
 export function worthOf(goals: readonly GoalInfo[] | undefined): Worth | null {

@@ -21,8 +21,18 @@ export class LivePane {
   private readonly score = el('span');
   private readonly time = el('div', { class: 'time' });
   private readonly news = el('div', { class: 'news', role: 'status' });
-  readonly element = el('section', { class: 'live', 'aria-label': 'Live', hidden: true }, this.place,
-    el('div', { class: 'caption' }, el('div', { class: 'grow' }, this.who, this.what), this.time, el('div', { class: 'score' }, el('span', { class: 'visually-hidden' }, 'Score '), this.score)));
+  readonly element = el(
+    'section',
+    { class: 'live', 'aria-label': 'Live', hidden: true },
+    this.place,
+    el(
+      'div',
+      { class: 'caption' },
+      el('div', { class: 'grow' }, this.who, this.what),
+      this.time,
+      el('div', { class: 'score' }, el('span', { class: 'visually-hidden' }, 'Score '), this.score),
+    ),
+  );
   private stage: StageLike | null = null;
   /** The stage, for tests. */
   drawing: Stage | null = null;
@@ -61,18 +71,36 @@ export class LivePane {
 
   private async read(message: WatchReply): Promise<void> {
     switch (message.op) {
-      case 'scene': await this.begin(message); break;
-      case 'poses': this.stage?.poses(message, performance.now()); setText(this.time, clock(Math.floor(message.sim_time_s))); break;
-      case 'score': this.scored(message.score); break;
-      case 'events': this.noted(message.events.map((event) => event.kind)); break;
-      case 'clock': this.last = this.run === null ? null : { team: this.run.team, left: message.session_left_s }; break;
-      case 'ended': this.say('run over'); this.run = null; this.points = null; break;
-      default: break;
+      case 'scene':
+        await this.begin(message);
+        break;
+      case 'poses':
+        this.stage?.poses(message, performance.now());
+        setText(this.time, clock(Math.floor(message.sim_time_s)));
+        break;
+      case 'score':
+        this.scored(message.score);
+        break;
+      case 'events':
+        this.noted(message.events.map((event) => event.kind));
+        break;
+      case 'clock':
+        this.last = this.run === null ? null : { team: this.run.team, left: message.session_left_s };
+        break;
+      case 'ended':
+        this.say('run over');
+        this.run = null;
+        this.points = null;
+        break;
+      default:
+        break;
     }
   }
 
   private async begin(message: WatchScene): Promise<void> {
-    this.stage ??= await stageFor(this.place, (stage) => { this.drawing = stage; });
+    this.stage ??= await stageFor(this.place, (stage) => {
+      this.drawing = stage;
+    });
     this.place.append(this.news);
     this.stage?.scene(message);
     this.run = message.run;

@@ -58,30 +58,52 @@ export class RankingPane {
     }
     const [from, to] = this.parts[this.page] ?? [0, 0];
     const perColumn = Math.min(TEAMS, total);
-    const tables = to - from > perColumn ? [this.table(from, from + perColumn, []), this.table(from + perColumn, to, [])] : [this.table(from, to, this.isAlone ? columns(this.board) : [])];
+    const tables =
+      to - from > perColumn
+        ? [this.table(from, from + perColumn, []), this.table(from + perColumn, to, [])]
+        : [this.table(from, to, this.isAlone ? columns(this.board) : [])];
     // Few teams have larger rows.
     this.element.classList.toggle('few', perColumn <= TEAMS / 2);
     this.element.style.setProperty('--rows', String(perColumn));
-    this.element.replaceChildren(el('div', { class: 'tables' }, ...tables),
-      el('p', { class: 'pages' }, this.count > 1 ? `${from + 1}–${to} of ${total} teams` : ''));
+    this.element.replaceChildren(
+      el('div', { class: 'tables' }, ...tables),
+      el('p', { class: 'pages' }, this.count > 1 ? `${from + 1}–${to} of ${total} teams` : ''),
+    );
   }
 
   private table(from: number, to: number, tasks: readonly string[]): HTMLElement {
     const line = tasks.length > 0 ? WIDE : to - from <= TEAMS / 2 ? FEW : MANY;
-    const size = (team: string): string | undefined => team.length > Math.max(LONGEST, line) ? 'longest' : team.length > line ? 'long' : undefined;
+    const size = (team: string): string | undefined =>
+      team.length > Math.max(LONGEST, line) ? 'longest' : team.length > line ? 'long' : undefined;
     const rows = this.board.rows.slice(from, to).map((row) => {
       const move = this.moves.get(row.team);
-      return el('tr', {}, el('td', { class: 'n rank' }, row.rank), el('th', { scope: 'row', class: size(row.team) }, el('div', {}, name(row.team), move === undefined ? null : marked(move))),
+      return el(
+        'tr',
+        {},
+        el('td', { class: 'n rank' }, row.rank),
+        el('th', { scope: 'row', class: size(row.team) }, el('div', {}, name(row.team), move === undefined ? null : marked(move))),
         ...tasks.map((task) => el('td', { class: 'n task' }, row.tasks[task] === undefined ? '–' : points(row.tasks[task].score))),
-        el('td', { class: 'n total' }, points(row.total)));
+        el('td', { class: 'n total' }, points(row.total)),
+      );
     });
-    const head = el('tr', {}, ...['#', 'Team', ...tasks, 'Total'].map((text, index) => el('th', { scope: 'col', class: index === 1 ? undefined : index > 1 && index < tasks.length + 2 ? 'n task' : 'n' }, text)));
+    const head = el(
+      'tr',
+      {},
+      ...['#', 'Team', ...tasks, 'Total'].map((text, index) =>
+        el('th', { scope: 'col', class: index === 1 ? undefined : index > 1 && index < tasks.length + 2 ? 'n task' : 'n' }, text),
+      ),
+    );
     return el('table', {}, el('thead', {}, head), el('tbody', {}, ...rows));
   }
 }
 
 /** Clock of an open session; s. */
-export interface WallClock { id: string; team: string; left: number | null; paused: boolean }
+export interface WallClock {
+  id: string;
+  team: string;
+  left: number | null;
+  paused: boolean;
+}
 
 /** Most clocks below the picture. */
 const MAX_CLOCKS = 4;
@@ -98,8 +120,22 @@ export class ClocksPane {
     if (this.element.dataset['shown'] !== signature) {
       this.element.dataset['shown'] = signature;
       const more = clocks.length - seen.length;
-      this.element.replaceChildren(el('h2', {}, 'Time left', more > 0 ? el('span', {}, ` and ${more} more`) : null), el('div', { class: 'grid' }, ...seen.map((one) => el('div', { class: one.paused ? 'clock-card paused' : 'clock-card' },
-        el('div', { class: 'who' }, name(one.team)), one.paused ? el('div', { class: 'state' }, 'paused') : null, el('div', { class: 'time', 'data-id': one.id })))));
+      this.element.replaceChildren(
+        el('h2', {}, 'Time left', more > 0 ? el('span', {}, ` and ${more} more`) : null),
+        el(
+          'div',
+          { class: 'grid' },
+          ...seen.map((one) =>
+            el(
+              'div',
+              { class: one.paused ? 'clock-card paused' : 'clock-card' },
+              el('div', { class: 'who' }, name(one.team)),
+              one.paused ? el('div', { class: 'state' }, 'paused') : null,
+              el('div', { class: 'time', 'data-id': one.id }),
+            ),
+          ),
+        ),
+      );
     }
     for (const one of seen) {
       const time = this.element.querySelector(`[data-id="${CSS.escape(one.id)}"]`);

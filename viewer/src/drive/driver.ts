@@ -41,7 +41,10 @@ export class Driver {
   private sent: KeptRun['sent'] = null;
   private inFlight: Promise<void> | null = null;
 
-  constructor(private readonly listener: DriverListener, private readonly latency: Latency) {}
+  constructor(
+    private readonly listener: DriverListener,
+    private readonly latency: Latency,
+  ) {}
 
   /** Connects, and opens the first run. `hand`: description of the hand. */
   async connect(team: string, token: string | null, task: string, hand: HandDescription, seed: number | null): Promise<void> {
@@ -65,8 +68,18 @@ export class Driver {
     const { welcome, run, scene, newest, recording, sent, factor, phase } = this;
     if (!this.socket || !welcome || !run || !scene || !newest || !recording || (phase !== 'running' && phase !== 'paused')) return null;
     return {
-      resume_token: welcome.resume_token, team: welcome.team, task: run.task, hand, run, scene, observation: newest, recording: recording.state,
-      targets: this.targets.sent, sent, paused: phase === 'paused', factor,
+      resume_token: welcome.resume_token,
+      team: welcome.team,
+      task: run.task,
+      hand,
+      run,
+      scene,
+      observation: newest,
+      recording: recording.state,
+      targets: this.targets.sent,
+      sent,
+      paused: phase === 'paused',
+      factor,
     };
   }
 
@@ -82,7 +95,11 @@ export class Driver {
     try {
       const socket = await ControlSocket.open(null);
       this.socket = socket;
-      const welcome = await socket.ask<Welcome>({ op: 'hello', client: { name: kept.team, version: 'drive' }, resume_token: kept.resume_token });
+      const welcome = await socket.ask<Welcome>({
+        op: 'hello',
+        client: { name: kept.team, version: 'drive' },
+        resume_token: kept.resume_token,
+      });
       if (!welcome.run?.open || welcome.run.run_id !== kept.observation.run_id) {
         this.disconnect();
         return false;
@@ -166,15 +183,17 @@ export class Driver {
   }
 
   private step(ticks: number): void {
-    this.inFlight = this.exchange(ticks).catch((error: unknown) => {
-      if (error instanceof ConnectionLost) return;
-      // The refused step changed nothing; the run is paused until the next input.
-      this.pause(true);
-      this.listener.failed(sentence(error), false);
-    }).finally(() => {
-      this.inFlight = null;
-      if (this.latency.waiting) this.pump();
-    });
+    this.inFlight = this.exchange(ticks)
+      .catch((error: unknown) => {
+        if (error instanceof ConnectionLost) return;
+        // The refused step changed nothing; the run is paused until the next input.
+        this.pause(true);
+        this.listener.failed(sentence(error), false);
+      })
+      .finally(() => {
+        this.inFlight = null;
+        if (this.latency.waiting) this.pump();
+      });
   }
 
   /** Sends the pushes and the step with the changed targets together; the replies come in order. */

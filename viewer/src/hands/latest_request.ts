@@ -15,8 +15,10 @@ export class LatestRequest<Request, Response> {
    * may be repeated.
    */
   constructor(
-    private readonly ask: (request: Request) => Promise<Response>, private readonly received: (response: Response, request: Request) => void,
-    private readonly failed: (error: unknown, request: Request) => void, private readonly later: (error: unknown) => boolean = () => false,
+    private readonly ask: (request: Request) => Promise<Response>,
+    private readonly received: (response: Response, request: Request) => void,
+    private readonly failed: (error: unknown, request: Request) => void,
+    private readonly later: (error: unknown) => boolean = () => false,
   ) {}
 
   /** Sends a request now, or after the current one. */

@@ -15,7 +15,10 @@ export class NamedFrames {
   private poses: Pose[] = [];
   private on = false;
 
-  constructor(private readonly stage: Stage, private readonly area: HTMLElement) {
+  constructor(
+    private readonly stage: Stage,
+    private readonly area: HTMLElement,
+  ) {
     // An element of its own, above the names of links.
     const names = el('div', { class: 'frame-names' });
     area.append(names);

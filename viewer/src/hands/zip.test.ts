@@ -13,8 +13,15 @@ it('another program reads the archive', ({ skip }) => {
   const folder = mkdtempSync(join(tmpdir(), 'zip-'));
   try {
     const file = join(folder, 'hand.zip');
-    writeFileSync(file, zip([{ name: 'hand.urdf', bytes: bytes('<robot/>') }, { name: 'meshes/fingertip-é.stl', bytes: new Uint8Array(3000).fill(7) }]));
-    const program = 'import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); assert z.testzip() is None; print([(i.filename, i.file_size) for i in z.infolist()])';
+    writeFileSync(
+      file,
+      zip([
+        { name: 'hand.urdf', bytes: bytes('<robot/>') },
+        { name: 'meshes/fingertip-é.stl', bytes: new Uint8Array(3000).fill(7) },
+      ]),
+    );
+    const program =
+      'import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); assert z.testzip() is None; print([(i.filename, i.file_size) for i in z.infolist()])';
     let listed: string;
     try {
       listed = execFileSync('python3', ['-X', 'utf8', '-c', program, file], { encoding: 'utf8' });

@@ -16,7 +16,11 @@ export function countWords(count: { in_goal: number; outside: number }, scene: P
 export function placeWords({ counts, place, reasons }: Verdict, goals: readonly string[] = []): string {
   if (goals.includes(place)) return `: next goal: ${place.replaceAll('_', ' ')} (${goals.indexOf(place) + 1} of ${goals.length}).`;
   if (goals.length > 0) {
-    const words: Record<string, string> = { done: 'all its goals are reached', later: 'another goal comes first', none: 'no goal is about it' };
+    const words: Record<string, string> = {
+      done: 'all its goals are reached',
+      later: 'another goal comes first',
+      none: 'no goal is about it',
+    };
     return `: ${words[place] ?? place.replaceAll('_', ' ')}.`;
   }
   const moves = reasons.some((reason) => reason.rule === 'at_rest' && !reason.holds);

@@ -3,7 +3,8 @@ import { palmOf } from './palm';
 import softhand from './testdata/softhand.json';
 import type { HandDescription } from '../wire/messages';
 
-describe('the palm', () => it('of the anthropomorphic hand faces +x, as in its model', () => {
+describe('the palm', () =>
+  it('of the anthropomorphic hand faces +x, as in its model', () => {
     const hand = softhand as unknown as HandDescription;
     const coordinates = hand.coordinates.map((c) => ({ ...c, minimum: 0, maximum: 1.5 }));
     const { direction, middle } = palmOf({ ...hand, coordinates });

@@ -6,7 +6,8 @@ export function isToken(text: string): boolean {
 }
 
 export const NO_TOKEN = 'This is not a token. A token begins with plm_ and has no spaces: copy all of it.';
-export const UNKNOWN_TOKEN = 'The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.';
+export const UNKNOWN_TOKEN =
+  'The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.';
 export const NEEDS_TOKEN = 'This needs a token, which an organizer can give you.';
 
 /** The words for a refusal with this HTTP status; null for a status that has nothing to do with tokens. */

@@ -60,7 +60,17 @@ class Page implements Opener {
       [description, module] = await Promise.all([describeHand(hand, this.access), import('../hands/view')]);
     } catch (error) {
       this.fail(hand, error);
-      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own hand?'), teamForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
+      this.app.append(
+        el(
+          'section',
+          { class: 'panel' },
+          el('h2', {}, 'Is it your team’s own hand?'),
+          teamForm(this.official, this.access, (access) => {
+            this.access = access;
+            this.show(hand, null);
+          }),
+        ),
+      );
       return;
     }
     // The person has opened another page meanwhile.
@@ -70,8 +80,11 @@ class Page implements Opener {
   }
 
   private fail(hand: string, error: unknown): void {
-    this.app.replaceChildren(el('h1', {}, name(hand)), el('p', { class: 'notice bad', role: 'alert' }, error instanceof Error ? error.message : String(error)),
-      el('p', {}, el('a', { href: '/hands' }, 'All hands')));
+    this.app.replaceChildren(
+      el('h1', {}, name(hand)),
+      el('p', { class: 'notice bad', role: 'alert' }, error instanceof Error ? error.message : String(error)),
+      el('p', {}, el('a', { href: '/hands' }, 'All hands')),
+    );
   }
 }
 

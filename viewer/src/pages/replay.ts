@@ -27,11 +27,25 @@ function show(): void {
   view = new ReplayView(app, loaded, start, {
     addRun: (other) => void compareRun(other),
     addFile: (file) => void compareFile(file),
-    remove: loaded.length > 1 ? () => { loaded = loaded.slice(0, 1); address(null); show(); } : null,
+    remove:
+      loaded.length > 1
+        ? () => {
+            loaded = loaded.slice(0, 1);
+            address(null);
+            show();
+          }
+        : null,
   });
   const shown = view;
   document.title = `${loaded.map(({ recording }) => recording.info.get('team') ?? '–').join(' and ')} – Replay – Palmares`;
-  window.palmares = { stage: shown.stages[0], stages: shown.stages, recording: loaded[0]?.recording, recordings: loaded.map((one) => one.recording), player: shown.player, time: () => shown.player.time };
+  window.palmares = {
+    stage: shown.stages[0],
+    stages: shown.stages,
+    recording: loaded[0]?.recording,
+    recordings: loaded.map((one) => one.recording),
+    player: shown.player,
+    time: () => shown.player.time,
+  };
 }
 
 /** Writes the second run into the address. */
@@ -48,7 +62,9 @@ function waiting(): { say: (words: string) => void; fail: (error: unknown) => vo
   app.className = '';
   app.replaceChildren(el('h1', {}, 'Replay'), status);
   return {
-    say: (words) => { status.textContent = words; },
+    say: (words) => {
+      status.textContent = words;
+    },
     fail: (error) => {
       status.className = 'notice bad';
       status.setAttribute('role', 'alert');
@@ -71,7 +87,7 @@ async function fetchRuns(): Promise<void> {
   }
   const other = new URLSearchParams(location.search).get('with');
   if (!other) show();
-  else if (!await compareRun(other, say)) show();
+  else if (!(await compareRun(other, say))) show();
 }
 
 /** Adds a second run from this server; returns whether that worked. */
@@ -112,27 +128,58 @@ async function openFile(file: File | undefined): Promise<void> {
 
 function tokenForm(use: () => void): HTMLElement {
   const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
-  return el('form', { class: 'panel', on: { submit: (event) => { event.preventDefault(); token = field.value.trim() || null; use(); } } },
-    el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field, el('p', { class: 'hint' }, 'This page keeps it only in memory.')),
-    el('button', { type: 'submit' }, 'Use this token'));
+  return el(
+    'form',
+    {
+      class: 'panel',
+      on: {
+        submit: (event) => {
+          event.preventDefault();
+          token = field.value.trim() || null;
+          use();
+        },
+      },
+    },
+    el(
+      'div',
+      { class: 'field' },
+      el('label', { for: 'token' }, 'Token'),
+      field,
+      el('p', { class: 'hint' }, 'This page keeps it only in memory.'),
+    ),
+    el('button', { type: 'submit' }, 'Use this token'),
+  );
 }
 
 /** Form for a local file, chosen or dropped. */
 function chooser(): HTMLElement {
   const input = el('input', { type: 'file', id: 'file', accept: '.mcap' });
   input.addEventListener('change', () => void openFile(input.files?.[0]));
-  return el('div', { class: 'drop stack' }, el('label', { for: 'file' }, 'Open an MCAP file recorded by Palmares'), el('div', {}, input),
-    el('p', { class: 'hint' }, 'Or drop it anywhere on this page. The file stays on this computer.'));
+  return el(
+    'div',
+    { class: 'drop stack' },
+    el('label', { for: 'file' }, 'Open an MCAP file recorded by Palmares'),
+    el('div', {}, input),
+    el('p', { class: 'hint' }, 'Or drop it anywhere on this page. The file stays on this computer.'),
+  );
 }
 
-document.addEventListener('dragover', (event) => { event.preventDefault(); document.body.classList.add('dropping'); });
-document.addEventListener('dragleave', (event) => { if (event.relatedTarget === null) document.body.classList.remove('dropping'); });
+document.addEventListener('dragover', (event) => {
+  event.preventDefault();
+  document.body.classList.add('dropping');
+});
+document.addEventListener('dragleave', (event) => {
+  if (event.relatedTarget === null) document.body.classList.remove('dropping');
+});
 document.addEventListener('drop', (event) => {
   event.preventDefault();
   document.body.classList.remove('dropping');
   void openFile(event.dataTransfer?.files[0]);
 });
-window.addEventListener('hashchange', () => { const time = timeInAddress(); if (time !== null) view?.player.seek(time); });
+window.addEventListener('hashchange', () => {
+  const time = timeInAddress();
+  if (time !== null) view?.player.seek(time);
+});
 
 /** `/replay` without a run: the server's runs, and a file. */
 function start(): void {
@@ -142,8 +189,26 @@ function start(): void {
     window.addEventListener('popstate', () => location.reload());
     void fetchRuns();
   });
-  app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'Play a recorded run and look at its motors, forces and score.')),
-    el('div', { class: 'stack' }, list.element, chooser(), el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), tokenForm(() => void list.load(token)))));
+  app.replaceChildren(
+    el(
+      'div',
+      { class: 'title' },
+      el('h1', {}, 'Replay'),
+      el('p', { class: 'lead' }, 'Play a recorded run and look at its motors, forces and score.'),
+    ),
+    el(
+      'div',
+      { class: 'stack' },
+      list.element,
+      chooser(),
+      el(
+        'details',
+        { class: 'panel' },
+        el('summary', {}, 'I have a token'),
+        tokenForm(() => void list.load(token)),
+      ),
+    ),
+  );
   void list.load(null);
 }
 

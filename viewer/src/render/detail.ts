@@ -51,9 +51,13 @@ export class DetailControl {
     this.level = Math.min(Math.max(Math.round(level), 0), PLAINEST);
   }
 
-  get index(): number { return this.plain ? PLAINEST : this.level; }
+  get index(): number {
+    return this.plain ? PLAINEST : this.level;
+  }
 
-  get detail(): Detail { return DETAILS[this.index] ?? { samples: 0, shadows: false, fine: false, scale: 0.5 }; }
+  get detail(): Detail {
+    return DETAILS[this.index] ?? { samples: 0, shadows: false, fine: false, scale: 0.5 };
+  }
 
   /** Draws the plainest picture, whatever the frame rate, or lets the frame rate decide. */
   setPlain(on: boolean): void {
@@ -121,7 +125,9 @@ function stored(of: () => Storage, key: string): string | null {
 function store(of: () => Storage, key: string, value: string): void {
   try {
     of().setItem(key, value);
-  } catch { /* The next page measures again. */ }
+  } catch {
+    /* The next page measures again. */
+  }
 }
 
 /** The level that the last page of this tab ended with; `fallback` for the first page. */

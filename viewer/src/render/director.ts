@@ -55,9 +55,14 @@ export class Director {
   private last: number | null = null;
   private readonly middle = new Vector3();
 
-  constructor(private readonly camera: PerspectiveCamera, private readonly controls: OrbitControls) {}
+  constructor(
+    private readonly camera: PerspectiveCamera,
+    private readonly controls: OrbitControls,
+  ) {}
 
-  get view(): ViewName { return this.name; }
+  get view(): ViewName {
+    return this.name;
+  }
 
   /** Starts a named view. */
   start(name: ViewName): void {
@@ -122,7 +127,12 @@ export class Director {
     const axes = new Axes(this.towards);
     const [most, wished] = close
       ? [this.bounds(axes, scaled(pane, CLOSE_MOST)).add(subject.hand), this.bounds(axes, scaled(pane, CLOSE)).add(subject.hand)]
-      : [this.bounds(axes, pane).add(subject.scene).add(subject.hand), this.bounds(axes, pane).add(subject.scene).add(subject.hand, subject.alone ? 0 : AROUND_M)];
+      : [
+          this.bounds(axes, pane).add(subject.scene).add(subject.hand),
+          this.bounds(axes, pane)
+            .add(subject.scene)
+            .add(subject.hand, subject.alone ? 0 : AROUND_M),
+        ];
     const fit = wished.fit();
     const place = share === null ? fit : most.nearest(this.nearer(axes.placeOf(this.camera.position), fit, wished, share));
     const depth = Math.min((wished.near + wished.far) / 2, place.depth - 0.02);
@@ -145,8 +155,16 @@ export class Director {
       return false;
     }
     if (atOnce || this.wanted === null || now - this.chosenAt >= CHOICE_MS) {
-      const wish = this.name === 'palm' ? new Vector3(...subject.palm.direction).transformDirection(subject.base) : FROM.follow.clone().normalize();
-      this.wanted = bestDirection(subject.links, wish, this.usual(subject), subject.blockers, subject.ground, this.fresh ? null : this.wanted);
+      const wish =
+        this.name === 'palm' ? new Vector3(...subject.palm.direction).transformDirection(subject.base) : FROM.follow.clone().normalize();
+      this.wanted = bestDirection(
+        subject.links,
+        wish,
+        this.usual(subject),
+        subject.blockers,
+        subject.ground,
+        this.fresh ? null : this.wanted,
+      );
       this.chosenAt = now;
     }
     const before = this.towards.clone();

@@ -1,7 +1,16 @@
 /** Overlays: regions of the rules, frames of bodies, centres of mass. */
 import type { Region } from '../wire/messages';
 import {
-  BufferAttribute, BufferGeometry, Color, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, SphereGeometry, Vector3,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  InstancedMesh,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  MeshBasicMaterial,
+  SphereGeometry,
+  Vector3,
 } from 'three';
 
 /** Length of a drawn axis, m; shorter for the hand's links, which are close together. */

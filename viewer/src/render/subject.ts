@@ -47,9 +47,15 @@ export class Subject {
     const { panels, grounds } = splitFurniture(info);
     const objects = info.bodies.filter((body) => body.kind === 'object');
     this.ground = Math.max(...grounds.map((body) => bodyBox(body).applyMatrix4(matrixOf(body)).max.z));
-    this.blockers = [...panels.flatMap(({ body, outward }) => blockersOf(outward ? 'wall' : 'board', [body])), ...blockersOf('object', objects)];
+    this.blockers = [
+      ...panels.flatMap(({ body, outward }) => blockersOf(outward ? 'wall' : 'board', [body])),
+      ...blockersOf('object', objects),
+    ];
     const first = new Map(info.bodies.map((body) => [body.id, body]));
-    this.place((id, into) => { const body = first.get(id); return body ? into.copy(matrixOf(body)) : null; });
+    this.place((id, into) => {
+      const body = first.get(id);
+      return body ? into.copy(matrixOf(body)) : null;
+    });
   }
 
   /** Moves hand and objects to the present poses. */
