@@ -62,11 +62,11 @@ test('balls move from box to box on the screen, and an event of the replay opens
     };
     const wanted = recording.events.filter((one) => one.kind === 'in_goal')[3]?.time ?? NaN;
     const poses = recording.poses.at(wanted);
-    const apart = recording.scene.moving.map((id, row) =>
+    const distances = recording.scene.moving.map((id, row) =>
       Math.hypot(...(stage.placeOf(id) ?? [9, 9, 9]).map((x, k) => x - (poses[7 * row + k] ?? 0))),
     );
-    return { wanted, time: time(), apart: Math.max(...apart) };
+    return { wanted, time: time(), distance: Math.max(...distances) };
   });
   expect(found.time).toBeCloseTo(found.wanted, 6);
-  expect(found.apart).toBeLessThan(1e-6);
+  expect(found.distance).toBeLessThan(1e-6);
 });

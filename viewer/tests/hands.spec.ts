@@ -45,7 +45,7 @@ const shown = <T>(page: Page, what: (it: Shown) => T): Promise<T> => page.evalua
 const q = (page: Page): Promise<number[]> => shown(page, ({ hand }) => hand.rest?.q ?? []);
 const loads = (page: Page): Promise<Shown['hand']['loads']> => shown(page, ({ hand }) => hand.loads);
 const reaction = (page: Page): Promise<number> => shown(page, ({ hand }) => Math.hypot(...(hand.rest?.reactions[0]?.force ?? [])));
-const apart = (a: Place, b: Place): number => Math.hypot(a.x - b.x, a.y - b.y);
+const distance = (a: Place, b: Place): number => Math.hypot(a.x - b.x, a.y - b.y);
 
 async function open(page: Page, url: string, hand: string): Promise<void> {
   await page.goto(`${url}/hands/${hand}`);
@@ -100,7 +100,7 @@ test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   await page.getByRole('slider', { name: 'close_motor' }).focus();
   for (let k = 0; k < 30; k += 1) await page.keyboard.press('ArrowRight');
   await page.getByRole('slider', { name: 'curl_motor' }).fill('0.3');
-  await expect.poll(async () => apart(await onScreen(page, 'left_distal'), wide)).toBeGreaterThan(5);
+  await expect.poll(async () => distance(await onScreen(page, 'left_distal'), wide)).toBeGreaterThan(5);
   await expect(page.getByText('Equilibrium by the closed form')).toBeVisible();
   const free = await shown(page, ({ hand }) => hand.rest);
   // The closed form of this hand at σ = 0.3, as in docs/hands.md.
@@ -255,13 +255,13 @@ test('an uploaded hand is checked and can be used', async ({ page, server }) => 
   expect(looks.parts.map(({ link }) => link)).toEqual(['palm', 'left_proximal', 'left_distal', 'right_proximal', 'right_distal']);
   const at = await onScreen(page, 'left_distal');
   await page.getByRole('button', { name: 'Close', exact: true }).click();
-  await expect.poll(async () => apart(await onScreen(page, 'left_distal'), at)).toBeGreaterThan(5);
+  await expect.poll(async () => distance(await onScreen(page, 'left_distal'), at)).toBeGreaterThan(5);
   const turned = await onScreen(page, 'palm');
   const tip = await onScreen(page, 'left_distal');
   await page.locator('.stage > canvas').focus();
   for (let k = 0; k < 8; k += 1) await page.keyboard.press('ArrowRight');
   await expect
-    .poll(async () => apart(await onScreen(page, 'left_distal'), tip) + apart(await onScreen(page, 'palm'), turned))
+    .poll(async () => distance(await onScreen(page, 'left_distal'), tip) + distance(await onScreen(page, 'palm'), turned))
     .toBeGreaterThan(5);
 
   // The corrected file, uploaded from the hand's page; then the list has it.

@@ -57,7 +57,7 @@ test('a run is live, enters the ranking, and has a replay', async ({ browser, se
   await replay.bringToFront();
   await replay.goto(`${server.url}/replay/${run}`);
   await expect(replay.getByRole('heading', { name: /crabs/ })).toBeVisible();
-  const apart = await replay.evaluate(async () => {
+  const distance = await replay.evaluate(async () => {
     const { stage, recording, player } = window.palmares as {
       stage: { placeOf(id: number): number[] | null };
       recording: { scene: { moving: number[] }; duration: number; poses: { at(time: number): Float32Array } };
@@ -72,7 +72,7 @@ test('a run is live, enters the ranking, and has a replay', async ({ browser, se
       ),
     );
   });
-  expect(apart).toBeLessThan(1e-6);
+  expect(distance).toBeLessThan(1e-6);
   await replay.screenshot({ path: '../target/viewer-tests/replay.png' });
   expect(wrong).toEqual([]);
 });

@@ -67,8 +67,8 @@ const competition = (folder: string): string[] => {
   return ['--config', file];
 };
 
-async function answered(asked: Promise<Response>): Promise<Record<string, unknown>> {
-  const answer = await asked;
+async function answered(response: Promise<Response>): Promise<Record<string, unknown>> {
+  const answer = await response;
   const body = (await answer.json()) as Record<string, unknown>;
   if (!answer.ok) throw new Error(`${answer.status}: ${String(body['detail'])}`);
   return body;

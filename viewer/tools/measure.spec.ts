@@ -1,5 +1,5 @@
 /**
- * What the pages cost, printed as tables: bytes of a first load, script and draw calls of a frame with everything switched
+ * The cost of the pages, printed as tables: bytes of a first load, script and draw calls of a frame with everything switched
  * on, frames a second of a live page as it opens, bytes a second of a viewer, and the time from a driver's input to the
  * frame that shows it. Nothing is asserted.
  */

@@ -45,7 +45,7 @@ export function auditTab(admin: AdminClient): Tab {
   };
   const newer = button('Newer', turn(-1), { class: 'small' });
   const older = button('Older', turn(1), { class: 'small' });
-  // Until it is known how many there are: a button that is disabled while it has the focus loses it.
+  // Until the number of records is known: a button that is disabled while it has the focus loses it.
   newer.disabled = true;
   older.disabled = true;
   const table = new KeyedTable<AuditEntry>(

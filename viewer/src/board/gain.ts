@@ -1,4 +1,7 @@
-/** A change of the score in words. An object that was dropped outside and arrives after all changes it by its points and by the penalty, which is taken back. */
+/**
+ * A change of the score in words. If an object that was dropped outside arrives later, the score changes by its points and by the
+ * penalty, which is taken back.
+ */
 import { signed } from './movement';
 import type { GoalInfo } from '../wire/messages';
 

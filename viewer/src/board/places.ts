@@ -4,7 +4,7 @@ import type { CompetitionResponse } from '../wire/messages';
 
 const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
 
-/** What the standing needs to know. */
+/** The fields that the sentences need. */
 export type Standing = Pick<CompetitionResponse, 'mode' | 'phase' | 'paused_unix_ms' | 'places' | 'schedule'> &
   Partial<Pick<CompetitionResponse, 'worlds'>>;
 

@@ -31,7 +31,7 @@ export function taskCards(tasks: readonly TaskInfo[]): HTMLElement[] {
   });
 }
 
-/** How a program connects. */
+/** The panel about connecting a program. */
 export function connect(info: CompetitionResponse): HTMLElement {
   const official = info.mode === 'official';
   const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/control`;

@@ -7,7 +7,7 @@ import type { Stage } from '../render/stage';
 import { stageFor, type StageLike } from './wall_stage';
 import type { WatchReply, WatchRun, WatchScene } from '../wire/messages';
 
-/** Events that are told beside the score. */
+/** Events that are shown beside the score. */
 const HIGHLIGHTS = new Set(['in_goal', 'lifted', 'held', 'shaken']);
 
 /** Display time of the text next to the score, ms. */

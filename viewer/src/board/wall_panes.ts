@@ -10,9 +10,9 @@ import { marked } from './table';
 /** Teams in a column: more would be too small to read from the back of a hall. */
 export const TEAMS = 10;
 
-/** Characters of a name on one line: among few teams, which have large letters, among many, and in the whole width. */
+/** Most characters of a name on one line: with few teams in large letters, with many teams, and over the whole width. */
 const [FEW, MANY, WIDE] = [14, 20, 34];
-/** A name of more is shown in the smallest letters. */
+/** A longer name is shown in the smallest letters. */
 const LONGEST = 36;
 
 /** The ranking: a column of `TEAMS` beside the picture; two of them, or one with all figures, where there is none. */

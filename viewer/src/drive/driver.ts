@@ -111,7 +111,7 @@ export class Driver {
       this.pace = new Pace(1000 * run.tick_s);
       this.targets = Targets.of(kept.targets);
       this.recording = ActionRecording.of(kept.recording);
-      // The server may have made the step whose answer the last page did not see.
+      // The server may have made the step whose answer the last page did not receive.
       const ahead = welcome.run.tick - observation.tick;
       if (ahead > 0 && ahead === sent?.ticks) this.recording.step(ahead, sent.action);
       else if (ahead > 0) this.recording.gap(ahead);

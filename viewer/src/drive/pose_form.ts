@@ -1,4 +1,7 @@
-/** The base's pose as numbers: where it is, and a target to go to. Positions in m; angles in degrees, roll about x, then pitch about y, then yaw about z. */
+/**
+ * The base's pose as numbers: where it is, and a target to go to. Positions in m; angles in degrees, roll about x, then pitch about y,
+ * then yaw about z.
+ */
 import { Euler, MathUtils, Quaternion } from 'three';
 import type { Quat, Vec3 } from '../model/scene';
 import { button, el, setText } from '../ui/elements';

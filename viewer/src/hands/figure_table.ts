@@ -9,7 +9,7 @@ function badge(row: FigureRow): HTMLElement | null {
   return row.beyond_others ? el('span', { class: 'badge warn' }, 'beyond all built-in hands') : null;
 }
 
-/** Number of other hands that have a column each; of more, the least and the largest value are shown. */
+/** Number of other hands that have a column each; if there are more, the least and the largest value are shown. */
 const MAX_OTHERS = 4;
 
 /** The heads and cells about the other hands. */

@@ -1,4 +1,7 @@
-/** The hand's telemetry as bars and figures: motors, tensions, contact forces on fingers and patches, sensors, deviation of joints from the prediction. */
+/**
+ * The hand's telemetry as bars and figures: motors, tensions, contact forces on fingers and patches, sensors, deviation of joints from
+ * the prediction.
+ */
 import { points } from '../ui/format';
 import { el, nameInWords, setText } from '../ui/elements';
 import { type Channel, readingsOf } from '../model/channel';

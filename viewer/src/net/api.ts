@@ -1,4 +1,4 @@
-/** The server's HTTP API. Errors carry the server's own message, but for tokens. */
+/** The server's HTTP API. Errors carry the server's own message, except about tokens. */
 import { isToken, NO_TOKEN, refusal } from './token';
 
 /** A request that the server refused, or did not answer (status 0). */

@@ -1,4 +1,4 @@
-/** A token that a person pastes: whether it can be one, and words where the server does not take it. The server's own words are for programs. */
+/** Tokens that a person pastes: whether a text can be one, and the words for a refusal. The server's own words are for programs. */
 
 /** Whether a text can be sent as a token; others are not, since neither a header nor a socket carries them. */
 export function isToken(text: string): boolean {

@@ -1,4 +1,7 @@
-/** `/replay/RUN`: a run's replay; `?with=RUN` compares it with another run; `/replay`: the server's runs, and local files, which are not uploaded. */
+/**
+ * `/replay/RUN`: a run's replay; `?with=RUN` compares it with another run. `/replay`: the server's runs, and local files, which are not
+ * uploaded.
+ */
 import '../style/base.css';
 import '../style/replay.css';
 import { el, mainElement, toast } from '../ui/elements';

@@ -1,4 +1,4 @@
-/** How much detail the 3D view draws. The measured frame rate decides; a person can ask for the plainest picture. */
+/** The 3D view's level of detail. The measured frame rate decides; a person can choose the plainest picture. */
 
 /** A level of detail. */
 export interface Detail {
@@ -19,7 +19,7 @@ export const DETAILS: readonly Detail[] = [
   { samples: 0, shadows: false, fine: false, scale: 0.5 },
 ];
 const PLAINEST = DETAILS.length - 1;
-/** Where a program draws instead of a graphics card, the first level tried. */
+/** The first level that is tried if a program draws instead of a graphics card. */
 export const SOFTWARE_LEVEL = 2;
 
 /** Frames per second: below the first the next level is plainer; below the second it is plainer by two. */
@@ -140,7 +140,7 @@ export function keepLevel(level: number): void {
   store(() => sessionStorage, LEVEL_KEY, String(level));
 }
 
-/** Whether a person has asked for the plain picture, on any page of this browser. */
+/** Whether a person has chosen the plain picture, on any page of this browser. */
 export function wantsPlain(): boolean {
   return stored(() => localStorage, PLAIN_KEY) === 'true';
 }

@@ -194,7 +194,7 @@ describe('the camera', { timeout: 60_000 }, () => {
     expect(shot.camera.position.distanceTo(own)).toBe(0);
     shot.frame([0, 0, 1.8], [0, 1, 0, 0]);
     expect(shot.seen(shot.subject.hand).inside).toBe(true);
-    // Who looks elsewhere looks there.
+    // A person who looks away from the hand keeps that direction.
     shot.camera.position.add(new Vector3(3, 0, 0));
     shot.controls.target.add(new Vector3(3, 0, 0));
     shot.controls.update();

@@ -1,6 +1,6 @@
 /**
  * Moves the camera: the hand is always in its picture, and in the views of the whole scene all of the scene, too. *Palm* and
- * *Follow* go with the hand and choose a side from which it is seen. A person who moves the camera has it; then it moves only to
+ * *Follow* go with the hand and choose a side from which it is visible. A person who moves the camera has it; then it moves only to
  * keep a hand in the picture that was in it.
  */
 import { type PerspectiveCamera, Vector3 } from 'three';
@@ -34,7 +34,7 @@ const CHOICE_MS = 250;
 const JUMP_M = 0.12;
 /** Attempts to look from higher. */
 const TRIES = 8;
-/** Smaller movements of the camera are none, m. */
+/** Smaller movements of the camera are left out, m. */
 const STILL_M = 1e-5;
 
 function scaled(pane: Pane, by: number): Pane {
@@ -77,7 +77,7 @@ export class Director {
     this.held = subject === null || this.shows(subject.hand);
   }
 
-  /** While something else moves the camera: in a view that follows the hand, it goes along. */
+  /** Moves the camera along with the hand in a view that follows it, also while something else moves the camera. */
   along(subject: Subject, stays = false): void {
     if (this.close(subject) && !this.fresh && !stays) {
       const move = subject.middle.clone().sub(this.middle);

@@ -1,7 +1,7 @@
 /**
  * A camera of a fixed direction that has points in its picture. With x to the right, y up and z towards the camera, a point is right
  * of the picture's edge if x − c > slope · (d − z), where c and d are the camera's coordinates. All such bounds are linear in c
- * and d, so all that matters of a set of points is its strictest bound on each side, and every camera between two good ones is good.
+ * and d: only the strictest bound of a set of points on each side matters, and every camera between two good ones is good.
  */
 import { Vector3 } from 'three';
 

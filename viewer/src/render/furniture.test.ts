@@ -18,7 +18,7 @@ const body = (...parts: Part[]): Body => ({
 });
 const scene = (...bodies: Body[]): SceneInfo => ({ bodies, moving: [], regions: [] });
 
-test('the lowest board carries objects; lids and walls have an outer face; the ground is apart', () => {
+test('the lowest board carries objects; lids and walls have an outer face; the ground is a part of its own', () => {
   const turned = Math.SQRT1_2;
   const [lid, floor, wall, block] = [
     box(0.3, 0.2, 0.01, [0, 0, 0.4]),

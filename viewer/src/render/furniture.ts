@@ -8,7 +8,7 @@ const THIN = 0.25;
 /** A flat part with a larger half extent is the ground, m. */
 const GROUND_M = 0.7;
 
-/** A part of furniture, as a body with an id of its own. Who stands on the side of `outward` looks at its outer face. */
+/** A part of furniture, as a body with an id of its own. A camera on the side of `outward` looks at its outer face. */
 export interface Panel {
   body: Body;
   outward: Vector3 | null;

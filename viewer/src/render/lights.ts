@@ -71,7 +71,7 @@ export class Lights {
     this.grid.position.z = this.ground.position.z + 0.0005;
   }
 
-  /** The ground fades into this colour, seen from `camera`. */
+  /** The ground fades into this colour with the distance from `camera`. */
   fade(background: Color, camera: Vector3): void {
     const distance = camera.distanceTo(this.sun.target.position);
     this.fog.color.copy(background);

@@ -4,7 +4,7 @@ import { FullScreenQuad } from 'three/addons/postprocessing/Pass.js';
 import { el } from '../ui/elements';
 import type { Detail } from './detail';
 
-/** What the stage needs of a renderer. */
+/** The part of a renderer that the stage uses. */
 export interface Renderer {
   readonly domElement: HTMLCanvasElement;
   readonly info: { readonly render: { calls: number; triangles: number } };
@@ -17,7 +17,7 @@ export interface Renderer {
   dispose(): void;
 }
 
-/** Without antialiasing: a browser fixes that of a canvas for ever, so a target of its own has it. */
+/** A canvas cannot change its antialiasing later: it has none, and a render target has it instead. */
 const CONTEXT = { alpha: false, depth: true, stencil: false, antialias: false, premultipliedAlpha: true } as const;
 /** Names of programs that draw without a graphics card. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
@@ -57,7 +57,7 @@ class WebGL implements Renderer {
     this.three = new WebGLRenderer({ canvas: domElement, context });
     this.three.shadowMap.enabled = true;
     this.three.shadowMap.type = PCFShadowMap;
-    // Of the scene, without the copy.
+    // The counts are those of the scene, without the copy.
     this.three.info.autoReset = false;
   }
 

@@ -1,4 +1,4 @@
-/** From which side a camera sees a hand: a few directions around the wished one are tried, and rays show what is between. */
+/** Chooses the side from which a camera shows a hand: it tries directions around the wished one, with rays to the links. */
 import { type Matrix4, Matrix4 as Transform, Vector3 } from 'three';
 import type { Body } from '../model/scene';
 import { boxOf, matrixOf } from './points';
@@ -19,7 +19,7 @@ const ON_RING = 8;
 const STEEPEST = Math.sin((78 * Math.PI) / 180);
 /** Least height of the camera above the ground, m. */
 export const ABOVE_M = 0.04;
-/** What counts: seen links, no glass between, near the wished direction, near the present one. */
+/** Weights: visible links, no glass between, near the wished direction, near the present one. */
 const [SEEN, CLEAR, NEAR, STAYS] = [1.5, 0.3, 0.8, 0.25];
 
 /** Boxes around the parts of bodies. */

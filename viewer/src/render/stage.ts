@@ -233,7 +233,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  /** Looks from where another stage looks, as a person has chosen. */
+  /** Takes over another stage's camera, which a person has moved. */
   lookAs(other: Stage): void {
     this.camera.position.copy(other.camera.position);
     this.controls.target.copy(other.controls.target);

@@ -1,4 +1,4 @@
-/** What a camera of a run shows: the scene, and the hand where it is. */
+/** The subject of a run's camera: the scene, and the hand where it is. */
 import { type Matrix4, Matrix4 as Transform, Vector3 } from 'three';
 import { type Palm, palmOf } from '../model/palm';
 import type { SceneInfo } from '../model/scene';

@@ -1,4 +1,7 @@
-/** Lines of the charts, from a recording. Each value holds until the next. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
+/**
+ * Lines of the charts, from a recording. Each value holds until the next. Times in s, angles in degrees, forces in N, tensions in the
+ * hand's own unit.
+ */
 import type { TelemetryRecord } from '../wire/telemetry';
 import type { Recording } from './recording';
 import { type Turn, turns } from './link_angles';

@@ -97,7 +97,10 @@ export class Timeline {
     return place;
   }
 
-  /** Space plays and pauses; arrows step by a tick, with shift by a second; Home and End go to the ends. Focused controls keep their own keys. */
+  /**
+   * Space plays and pauses; arrows step by a tick, with shift by a second; Home and End go to the ends. Focused controls keep their
+   * own keys.
+   */
   private key(event: KeyboardEvent): void {
     const at = event.target as HTMLElement;
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
