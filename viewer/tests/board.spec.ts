@@ -5,12 +5,19 @@ import { complaints, screen, sideways } from './looks';
 import { CROWD, test } from './server';
 
 /** Sizes of the ranking's rows and names, px. */
-const rows = (page: Page): Promise<{ height: number; name: number; beyond: boolean; size: number }[]> => page.evaluate(() =>
-  [...document.querySelectorAll('main table tbody tr')].map((row) => {
-    const name = row.querySelector('th[scope=row], th') ?? row;
-    const seen = row.getBoundingClientRect();
-    return { height: seen.height, name: name.getBoundingClientRect().width, beyond: seen.right > document.documentElement.clientWidth + 1, size: parseFloat(getComputedStyle(name).fontSize) };
-  }));
+const rows = (page: Page): Promise<{ height: number; name: number; beyond: boolean; size: number }[]> =>
+  page.evaluate(() =>
+    [...document.querySelectorAll('main table tbody tr')].map((row) => {
+      const name = row.querySelector('th[scope=row], th') ?? row;
+      const seen = row.getBoundingClientRect();
+      return {
+        height: seen.height,
+        name: name.getBoundingClientRect().width,
+        beyond: seen.right > document.documentElement.clientWidth + 1,
+        size: parseFloat(getComputedStyle(name).fontSize),
+      };
+    }),
+  );
 
 for (const javaScriptEnabled of [true, false]) {
   test(`sixty teams are readable on a phone ${javaScriptEnabled ? 'with scripts' : 'without scripts'}`, async ({ browser, crowded }) => {
@@ -19,13 +26,23 @@ for (const javaScriptEnabled of [true, false]) {
     await expect(page.locator('main table tbody tr')).toHaveCount(CROWD);
     if (javaScriptEnabled) await expect(page.getByText('60 teams. Live.')).toBeVisible();
     const seen = javaScriptEnabled ? await rows(page) : [];
-    expect(await page.locator('main table tbody tr th').first().evaluate((name) => name.textContent.length)).toBeGreaterThanOrEqual(64);
+    expect(
+      await page
+        .locator('main table tbody tr th')
+        .first()
+        .evaluate((name) => name.textContent.length),
+    ).toBeGreaterThanOrEqual(64);
     if (javaScriptEnabled) {
       expect(Math.min(...seen.map((row) => row.name))).toBeGreaterThan(100);
       expect(seen.filter((row) => row.beyond)).toEqual([]);
       expect(await sideways(page)).toBe(0);
       // The figures are below the name.
-      expect(await page.locator('main table tbody tr').first().evaluate((row) => getComputedStyle(row).display)).toBe('grid');
+      expect(
+        await page
+          .locator('main table tbody tr')
+          .first()
+          .evaluate((row) => getComputedStyle(row).display),
+      ).toBe('grid');
     } else {
       const first = await page.locator('main table tbody tr th').first().boundingBox();
       expect(first?.width).toBeGreaterThan(100);
@@ -45,7 +62,9 @@ test('a new score updates ranking and wall at once, marks who moved, and links t
   const wall = await context.newPage();
   const wrong = complaints(board, wall);
   let loads = 0;
-  board.on('load', () => { loads += 1; });
+  board.on('load', () => {
+    loads += 1;
+  });
   await wall.goto(`${crowded.url}/wall`);
   await board.goto(`${crowded.url}/`);
   await expect(board.getByText('60 teams. Live.')).toBeVisible();
@@ -78,9 +97,16 @@ test('a new score updates ranking and wall at once, marks who moved, and links t
   await context.close();
 });
 
-for (const [width, height] of [[1920, 1080], [1280, 720]] as const) {
+for (const [width, height] of [
+  [1920, 1080],
+  [1280, 720],
+] as const) {
   for (const teams of [5, CROWD]) {
-    test(`the wall fills ${width} × ${height} with ranking and picture for ${teams} teams, readable from the back of a hall`, async ({ browser, crowded, few }) => {
+    test(`the wall fills ${width} × ${height} with ranking and picture for ${teams} teams, readable from the back of a hall`, async ({
+      browser,
+      crowded,
+      few,
+    }) => {
       const { url } = teams === CROWD ? crowded : few;
       const page = await (await browser.newContext({ viewport: { width, height } })).newPage();
       const wrong = complaints(page);
@@ -107,9 +133,15 @@ for (const [width, height] of [[1920, 1080], [1280, 720]] as const) {
       expect((last?.y ?? 0) + (last?.height ?? 0) - (first?.y ?? 0)).toBeGreaterThan(0.75 * height);
       expect((last?.y ?? 0) + (last?.height ?? 0)).toBeLessThanOrEqual(height);
       // Text is at least a thirtieth of the height: 5 cm on a screen 1.5 m high.
-      const sizes = await page.evaluate(() => [...document.querySelectorAll('main :is(.ranking, .beside) *, .wall-head *')]
-        .filter((one) => [...one.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.textContent?.trim() !== '') && !one.closest('.visually-hidden, [hidden], .stage'))
-        .map((one) => parseFloat(getComputedStyle(one).fontSize)));
+      const sizes = await page.evaluate(() =>
+        [...document.querySelectorAll('main :is(.ranking, .beside) *, .wall-head *')]
+          .filter(
+            (one) =>
+              [...one.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.textContent?.trim() !== '') &&
+              !one.closest('.visually-hidden, [hidden], .stage'),
+          )
+          .map((one) => parseFloat(getComputedStyle(one).fontSize)),
+      );
       expect(Math.min(...sizes)).toBeGreaterThanOrEqual(height / 30);
       expect((await rows(page)).filter((row) => row.beyond)).toEqual([]);
       await page.screenshot({ path: screen(`wall-${teams}-${width}`) });
@@ -156,7 +188,10 @@ test('a team has a page with its place, its scores in time and its replays', asy
   await expect(page.getByText('3 runs')).toBeVisible();
   await expect(page.getByRole('group', { name: 'Scores of 3 runs of grasp; the best is 1.0' })).toBeVisible();
   await expect(page.locator('.scores circle.run')).toHaveCount(3);
-  const best = page.getByRole('row', { name: /^grasp 1\.0/ }).first().getByRole('link', { name: /Replay/ });
+  const best = page
+    .getByRole('row', { name: /^grasp 1\.0/ })
+    .first()
+    .getByRole('link', { name: /Replay/ });
   await expect(best).toHaveAttribute('href', `/replay/${runs[1]}`);
   for (const run of runs) await expect(page.locator(`table a[href="/replay/${run}"]`).first()).toBeVisible();
   await page.goto(`${crowded.url}/teams/nobody`);

@@ -6,26 +6,36 @@ import { test } from '@playwright/test';
 const EXAMPLES = fileURLToPath(new URL('../../client-py/src/palmares/examples/', import.meta.url));
 
 /** Output of an example with `--json`. */
-export interface Played { run_id: string; score: number }
+export interface Played {
+  run_id: string;
+  score: number;
+}
 
 /** A running example that plays one run. */
 export class Example {
-  private constructor(private readonly process: ChildProcess, readonly played: Promise<Played>) {}
+  private constructor(
+    private readonly process: ChildProcess,
+    readonly played: Promise<Played>,
+  ) {}
 
   /** Starts an example; without an interpreter the test is skipped with a message. */
   static start(name: string, url: string, ...options: string[]): Example {
     const python = process.env['PALMARES_CLIENT_PYTHON'];
     test.skip(!python, 'PALMARES_CLIENT_PYTHON names no Python with the client');
-    const started = spawn(python ?? '', [EXAMPLES + name, '--url', url, '--json', '--quiet', ...options], { stdio: ['ignore', 'pipe', 'inherit'] });
+    const started = spawn(python ?? '', [EXAMPLES + name, '--url', url, '--json', '--quiet', ...options], {
+      stdio: ['ignore', 'pipe', 'inherit'],
+    });
     let said = '';
-    started.stdout.on('data', (data: Buffer) => { said += data.toString(); });
-    const played = new Promise<Played>((resolve, reject) => {
+    started.stdout.on('data', (data: Buffer) => {
+      said += data.toString();
+    });
+    const played = new Promise<Played>((resolve, reject) =>
       started.on('exit', (code) => {
         const last = said.trim().split('\n').at(-1) ?? '';
         if (code === 0) resolve(JSON.parse(last) as Played);
         else reject(new Error(`${name} ended with ${code}: ${last}`));
-      });
-    });
+      }),
+    );
     // Only a test that awaits it must fail.
     played.catch(() => undefined);
     return new Example(started, played);

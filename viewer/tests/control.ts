@@ -8,14 +8,20 @@ import type { Duplex } from 'node:stream';
 
 export type Message = Record<string, unknown> & { op: string; id?: number; tick?: number; message?: string };
 
-interface Waiting { resolve(message: Message): void; reject(error: Error): void }
+interface Waiting {
+  resolve(message: Message): void;
+  reject(error: Error): void;
+}
 
 const [TEXT, CLOSE, PING, PONG] = [1, 8, 9, 10];
 
 /** A client's frame, which must be masked. */
 function frame(kind: number, body: Buffer): Buffer {
   const mask = randomBytes(4);
-  const head = body.length < 126 ? Buffer.from([0x80 | kind, 0x80 | body.length]) : Buffer.from([0x80 | kind, 0xfe, body.length >> 8, body.length & 255]);
+  const head =
+    body.length < 126
+      ? Buffer.from([0x80 | kind, 0x80 | body.length])
+      : Buffer.from([0x80 | kind, 0xfe, body.length >> 8, body.length & 255]);
   return Buffer.concat([head, mask, body.map((byte, k) => byte ^ (mask[k % 4] ?? 0))]);
 }
 
@@ -28,22 +34,34 @@ export class Control {
   /** Code of the close frame; null while the connection is open. */
   closed: number | null = null;
 
-  private constructor(private readonly socket: Duplex, head: Buffer) {
-    socket.on('data', (data: Buffer) => { this.take(data); });
+  private constructor(
+    private readonly socket: Duplex,
+    head: Buffer,
+  ) {
+    socket.on('data', (data: Buffer) => this.take(data));
     socket.on('error', () => undefined);
-    socket.on('close', () => { this.fail(`the connection was closed: ${this.closed}`); });
+    socket.on('close', () => this.fail(`the connection was closed: ${this.closed}`));
     if (head.length > 0) this.take(head);
   }
 
   /** Connects; throws the HTTP status of a refusal. */
   static open(url: string, token?: string): Promise<Control> {
     return new Promise((resolve, reject) => {
-      const upgrade = request(`${url}/v1/control`, { headers: {
-        Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': randomBytes(16).toString('base64'),
-        'Sec-WebSocket-Protocol': 'palmares.v1.json', ...(token === undefined ? {} : { Authorization: `Bearer ${token}` }),
-      } });
-      upgrade.on('upgrade', (_, socket, head) => { resolve(new Control(socket, head)); });
-      upgrade.on('response', (answer) => { answer.resume(); reject(new Error(`the handshake was answered with ${answer.statusCode}`)); });
+      const upgrade = request(`${url}/v1/control`, {
+        headers: {
+          Connection: 'Upgrade',
+          Upgrade: 'websocket',
+          'Sec-WebSocket-Version': '13',
+          'Sec-WebSocket-Key': randomBytes(16).toString('base64'),
+          'Sec-WebSocket-Protocol': 'palmares.v1.json',
+          ...(token === undefined ? {} : { Authorization: `Bearer ${token}` }),
+        },
+      });
+      upgrade.on('upgrade', (_, socket, head) => resolve(new Control(socket, head)));
+      upgrade.on('response', (answer) => {
+        answer.resume();
+        reject(new Error(`the handshake was answered with ${answer.statusCode}`));
+      });
       upgrade.on('error', reject);
       upgrade.end();
     });
@@ -134,7 +152,11 @@ export async function grasp(control: Control, ticks: number): Promise<void> {
 }
 
 /** A run that continues during a test, at about real time: the hand moves down into the box and up. `stop` ends it. */
-export async function playing(url: string, team: string, token?: string): Promise<{ run: string; over: Promise<void>; control: Control; stop(): Promise<void> }> {
+export async function playing(
+  url: string,
+  team: string,
+  token?: string,
+): Promise<{ run: string; over: Promise<void>; control: Control; stop(): Promise<void> }> {
   const control = await Control.open(url, token);
   const run = await control.begin(team, 'balls');
   let on = true;
@@ -142,13 +164,15 @@ export async function playing(url: string, team: string, token?: string): Promis
     while (on) {
       const z = 0.55 + 0.2 * Math.cos(control.tick / 60);
       await control.step(2, { base: { position: [0.15 * Math.sin(control.tick / 90), 0, z], quat_xyzw: [0, 1, 0, 0] }, hand: [0.5] });
-      await new Promise((go) => { setTimeout(go, 20); });
+      await new Promise((go) => setTimeout(go, 20));
     }
   };
   const over = play();
   over.catch(() => undefined);
   return {
-    run, over, control,
+    run,
+    over,
+    control,
     stop: async () => {
       on = false;
       await over.catch(() => undefined);

@@ -66,7 +66,13 @@ for (const width of [1280, 390]) {
     let blocks = 0;
     for (const name of ['protocol', 'teams', 'replays', 'organizers', 'architecture']) {
       await page.goto(`${server.url}/docs/${name}`);
-      const code = await page.locator('.document pre').evaluateAll((all) => all.map((one) => ({ beyond: one.scrollWidth - one.clientWidth, drawing: one.classList.contains('drawing'), text: one.textContent.slice(0, 60) })));
+      const code = await page.locator('.document pre').evaluateAll((all) =>
+        all.map((one) => ({
+          beyond: one.scrollWidth - one.clientWidth,
+          drawing: one.classList.contains('drawing'),
+          text: one.textContent.slice(0, 60),
+        })),
+      );
       // A drawing of lines scrolls.
       expect(code.filter(({ beyond, drawing }) => beyond > 0 && !drawing)).toEqual([]);
       blocks += code.length;

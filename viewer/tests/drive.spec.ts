@@ -7,8 +7,16 @@ interface Driving {
   stage: { screenPosition(id: number): { x: number; y: number } | null; renderer: { render(): void } };
   drive: {
     latencies: number[];
-    view: { newest: { tick: number } | null; scene: { bodies: { id: number; kind: string; name: string }[] } | null; observation: { hand: { base: { position: number[]; quat_xyzw: number[] }; actuators: { command: number }[] } } };
-    driver: { tick: number; phase: string; recording: { entries: { kind: string }[]; result: { score: number; ticks: number; state_hash: string } | null } };
+    view: {
+      newest: { tick: number } | null;
+      scene: { bodies: { id: number; kind: string; name: string }[] } | null;
+      observation: { hand: { base: { position: number[]; quat_xyzw: number[] }; actuators: { command: number }[] } };
+    };
+    driver: {
+      tick: number;
+      phase: string;
+      recording: { entries: { kind: string }[]; result: { score: number; ticks: number; state_hash: string } | null };
+    };
   };
 }
 
@@ -16,8 +24,12 @@ interface Driving {
 test.use({ viewport: { width: 900, height: 560 } });
 
 const tick = (page: Page): Promise<number> => page.evaluate(() => (window.palmares as unknown as Driving).drive.driver.tick);
-const base = (page: Page): Promise<number[]> => page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.base.position);
-const pushes = (page: Page): Promise<number> => page.evaluate(() => (window.palmares as unknown as Driving).drive.driver.recording.entries.filter((entry) => entry.kind === 'push').length);
+const base = (page: Page): Promise<number[]> =>
+  page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.base.position);
+const pushes = (page: Page): Promise<number> =>
+  page.evaluate(
+    () => (window.palmares as unknown as Driving).drive.driver.recording.entries.filter((entry) => entry.kind === 'push').length,
+  );
 
 /** Position of a body in the window, px. */
 async function onScreen(page: Page, body: string): Promise<{ x: number; y: number }> {
@@ -55,14 +67,24 @@ async function drag(page: Page, from: { x: number; y: number }, by: { x: number;
 
 test('a person drives a hand, and the recording repeats the run', async ({ page, server }) => {
   const wrong: string[] = [];
-  page.on('pageerror', (error) => { wrong.push(error.message); });
-  page.on('console', (message) => { if (message.type() === 'error') wrong.push(message.text()); });
+  page.on('pageerror', (error) => wrong.push(error.message));
+  page.on('console', (message) => {
+    if (message.type() === 'error') wrong.push(message.text());
+  });
   await start(page, server.url);
 
   // Keys move the hand.
   const first = await onScreen(page, 'base');
   await page.keyboard.down('d');
-  await expect.poll(async () => { const now = await onScreen(page, 'base'); return Math.hypot(now.x - first.x, now.y - first.y); }, { timeout: 20_000 }).toBeGreaterThan(10);
+  await expect
+    .poll(
+      async () => {
+        const now = await onScreen(page, 'base');
+        return Math.hypot(now.x - first.x, now.y - first.y);
+      },
+      { timeout: 20_000 },
+    )
+    .toBeGreaterThan(10);
   await page.keyboard.up('d');
   for (const key of ['w', 'q', 'j', 'k', 'o']) await hold(page, key, 250);
 
@@ -74,7 +96,9 @@ test('a person drives a hand, and the recording repeats the run', async ({ page,
   // Sliders, by keyboard.
   await page.getByRole('slider', { name: 'motor' }).focus();
   for (let k = 0; k < 30; k += 1) await page.keyboard.press('ArrowRight');
-  await expect.poll(() => page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.actuators[0]?.command)).toBeCloseTo(0.3, 2);
+  await expect
+    .poll(() => page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.actuators[0]?.command))
+    .toBeCloseTo(0.3, 2);
 
   // Pushes: by an arrow, and by the form.
   await page.getByRole('button', { name: 'Push', exact: true }).click();
@@ -82,7 +106,16 @@ test('a person drives a hand, and the recording repeats the run', async ({ page,
   await expect.poll(() => pushes(page)).toBeGreaterThan(3);
   // A slow page still draws the last pushes of the drag.
   let dragged = 0;
-  await expect.poll(async () => { const before = dragged; dragged = await pushes(page); return dragged - before; }, { intervals: [500] }).toBe(0);
+  await expect
+    .poll(
+      async () => {
+        const before = dragged;
+        dragged = await pushes(page);
+        return dragged - before;
+      },
+      { intervals: [500] },
+    )
+    .toBe(0);
   await page.getByLabel('Link').selectOption('index_distal');
   await page.getByRole('button', { name: 'Push once' }).click();
   await expect.poll(() => pushes(page)).toBe(dragged + 1);
@@ -130,16 +163,21 @@ test('the latency from an input to its frame is measured', async ({ page, server
     }, drawn);
     // Earlier frames may still be in the rendering queue.
     await page.waitForTimeout(1000);
-    await page.evaluate(() => { (window.palmares as unknown as Driving).drive.latencies.length = 0; });
-    for (let k = 0; k < 12; k += 1) for (const key of ['d', 'a']) {
-      await hold(page, key, 80);
-      await page.waitForTimeout(80);
-    }
+    await page.evaluate(() => {
+      (window.palmares as unknown as Driving).drive.latencies.length = 0;
+    });
+    for (let k = 0; k < 12; k += 1)
+      for (const key of ['d', 'a']) {
+        await hold(page, key, 80);
+        await page.waitForTimeout(80);
+      }
     const measured = await page.evaluate(() => (window.palmares as unknown as Driving).drive.latencies.slice().sort((a, b) => a - b));
     const of = (share: number): string => (measured[Math.min(Math.floor(share * measured.length), measured.length - 1)] ?? NaN).toFixed(1);
     expect(measured.length).toBeGreaterThan(5);
     // The times depend on the machine: they are printed, not asserted.
-    console.warn(`${drawn ? 'drawn by software' : 'handed over, not drawn'}: ${measured.length} inputs, half within ${of(0.5)} ms, 95 of 100 within ${of(0.95)} ms`);
+    console.warn(
+      `${drawn ? 'drawn by software' : 'handed over, not drawn'}: ${measured.length} inputs, half within ${of(0.5)} ms, 95 of 100 within ${of(0.95)} ms`,
+    );
   }
 });
 
@@ -148,7 +186,11 @@ test('typed targets move base and motors, and a reload keeps the run', async ({ 
   const targets = [0.1234, 0.05, 0.5];
   // A number out of range and none at all are marked as wrong, not one between the steps of the arrows.
   const x = page.getByLabel('Target x, m');
-  for (const [value, width] of [['1000', '2px'], ['', '2px'], ['0.1234', '1px']] as const) {
+  for (const [value, width] of [
+    ['1000', '2px'],
+    ['', '2px'],
+    ['0.1234', '1px'],
+  ] as const) {
     await x.fill(value);
     await page.keyboard.press('Tab');
     await expect(x).toHaveCSS('border-top-width', width);
@@ -159,9 +201,13 @@ test('typed targets move base and motors, and a reload keeps the run', async ({ 
   await expect.poll(away, { timeout: 30_000 }).toBeLessThan(1e-3);
   await page.getByRole('spinbutton', { name: 'motor, target' }).fill('0.4');
   await page.keyboard.press('Tab');
-  const command = (): Promise<number | undefined> => page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.actuators[0]?.command);
+  const command = (): Promise<number | undefined> =>
+    page.evaluate(() => (window.palmares as unknown as Driving).drive.view.observation.hand.actuators[0]?.command);
   await expect.poll(command).toBeCloseTo(0.4, 2);
-  const run = (): Promise<string> => page.evaluate(() => (window.palmares as unknown as { drive: { view: { observation: { run_id: string } } } }).drive.view.observation.run_id);
+  const run = (): Promise<string> =>
+    page.evaluate(
+      () => (window.palmares as unknown as { drive: { view: { observation: { run_id: string } } } }).drive.view.observation.run_id,
+    );
   const [before, same] = [await tick(page), await run()];
   await page.reload();
   // At first the page that loads has nothing yet.
@@ -170,7 +216,11 @@ test('typed targets move base and motors, and a reload keeps the run', async ({ 
   expect(await command()).toBeCloseTo(0.4, 2);
   expect(await away()).toBeLessThan(1e-3);
   // The recording has no gap: it still repeats the run.
-  expect(await page.evaluate(() => (window.palmares as unknown as { drive: { driver: { recording: { whole: boolean } } } }).drive.driver.recording.whole)).toBe(true);
+  expect(
+    await page.evaluate(
+      () => (window.palmares as unknown as { drive: { driver: { recording: { whole: boolean } } } }).drive.driver.recording.whole,
+    ),
+  ).toBe(true);
   await page.getByRole('button', { name: 'Finish' }).click();
   await expect(page.getByText(/The run is over: .*, 0 of 10 objects in the goal/)).toBeVisible();
 });
@@ -188,13 +238,21 @@ test('keys in a text field do not move the hand', async ({ page, server }) => {
 
 test('a gamepad moves the hand', async ({ page, server }) => {
   await page.addInitScript(() => {
-    const pad = { connected: true, id: 'a gamepad', timestamp: 1, axes: [0, 0, 0, 0], buttons: Array.from({ length: 17 }, () => ({ value: 0, pressed: false, touched: false })) };
+    const pad = {
+      connected: true,
+      id: 'a gamepad',
+      timestamp: 1,
+      axes: [0, 0, 0, 0],
+      buttons: Array.from({ length: 17 }, () => ({ value: 0, pressed: false, touched: false })),
+    };
     Object.assign(window, { pad });
     Object.defineProperty(navigator, 'getGamepads', { value: () => [pad] });
   });
   await start(page, server.url);
   const before = await base(page);
-  await page.evaluate(() => { Object.assign((window as unknown as { pad: object }).pad, { timestamp: 2, axes: [1, 0, 0, 0] }); });
+  await page.evaluate(() => {
+    Object.assign((window as unknown as { pad: object }).pad, { timestamp: 2, axes: [1, 0, 0, 0] });
+  });
   await expect.poll(async () => Math.hypot(...(await base(page)).map((x, k) => x - (before[k] ?? 0)))).toBeGreaterThan(0.05);
 });
 
@@ -202,7 +260,7 @@ test('a lost connection is reported, and the recording stays', async ({ page, se
   let hangUp = (): void => undefined;
   await page.routeWebSocket(/\/v1\/control$/, (socket) => {
     socket.connectToServer();
-    hangUp = () => { void socket.close({ code: 4409, reason: 'session_taken' }); };
+    hangUp = () => void socket.close({ code: 4409, reason: 'session_taken' });
   });
   await start(page, server.url);
   await hold(page, 'a', 300);

@@ -5,7 +5,10 @@ import { APPLE, Control, grasp, playing } from './control';
 import { barriers, complaints, screen, sideways } from './looks';
 import { type Official, test } from './server';
 
-const SIZES = [[1280, 800], [390, 844]] as const;
+const SIZES = [
+  [1280, 800],
+  [390, 844],
+] as const;
 const THEMES = ['light', 'dark'] as const;
 
 test.setTimeout(150_000);
@@ -17,17 +20,28 @@ async function look(page: Page, name: string): Promise<void> {
     for (const colorScheme of THEMES) {
       await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
       // The theme changes after a frame.
-      await page.evaluate(() => new Promise((go) => { requestAnimationFrame(() => { requestAnimationFrame(go); }); }));
+      await page.evaluate(() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go))));
       const where = `${name}, ${width} px, ${colorScheme}`;
       expect.soft(await sideways(page), `${where}: moved sideways`).toBe(0);
       // The navigation is one line; the name leads to the leaderboard.
-      const links = await page.locator('header.nav :is(.brand, nav a)').evaluateAll((all) => all.map((one) => one.getBoundingClientRect()).filter((box) => box.width > 0).map(({ top, bottom, right }) => ({ top, bottom, right })));
+      const links = await page.locator('header.nav :is(.brand, nav a)').evaluateAll((all) =>
+        all
+          .map((one) => one.getBoundingClientRect())
+          .filter((box) => box.width > 0)
+          .map(({ top, bottom, right }) => ({ top, bottom, right })),
+      );
       expect.soft(links.length, where).toBeGreaterThanOrEqual(7);
-      expect.soft(Math.max(...links.map(({ top }) => top)), `${where}: navigation of several lines`).toBeLessThan(Math.min(...links.map(({ bottom }) => bottom)));
+      expect
+        .soft(Math.max(...links.map(({ top }) => top)), `${where}: navigation of several lines`)
+        .toBeLessThan(Math.min(...links.map(({ bottom }) => bottom)));
       expect.soft(Math.max(...links.map(({ right }) => right)), `${where}: a link beyond the window`).toBeLessThanOrEqual(width);
       // On a 3D page nothing is below the window.
-      if (width > 1000 && await page.locator('main.stage-page').count() > 0) {
-        await expect.soft.poll(() => page.evaluate(() => document.documentElement.scrollHeight - innerHeight), { message: `${where}: longer than the window` }).toBeLessThanOrEqual(0);
+      if (width > 1000 && (await page.locator('main.stage-page').count()) > 0) {
+        await expect.soft
+          .poll(() => page.evaluate(() => document.documentElement.scrollHeight - innerHeight), {
+            message: `${where}: longer than the window`,
+          })
+          .toBeLessThanOrEqual(0);
       }
       // Colours do not depend on the width: both themes are checked for wide windows, one for narrow ones.
       if (width > 1000 || colorScheme === 'dark') expect.soft(await barriers(page), where).toEqual([]);
@@ -40,16 +54,34 @@ async function look(page: Page, name: string): Promise<void> {
 const FIRST_LOAD = 250_000;
 
 /** Bytes of a page with its scripts and styles, as they were sent; without pictures, and without the data that it asks for. */
-const sent = (page: Page): Promise<number> => page.evaluate(() => {
-  const entries = [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')] as PerformanceResourceTiming[];
-  return entries.filter(({ initiatorType }) => !['fetch', 'xmlhttprequest', 'img'].includes(initiatorType)).reduce((sum, { encodedBodySize }) => sum + encodedBodySize, 0);
-});
+const sent = (page: Page): Promise<number> =>
+  page.evaluate(() => {
+    const entries = [
+      ...performance.getEntriesByType('navigation'),
+      ...performance.getEntriesByType('resource'),
+    ] as PerformanceResourceTiming[];
+    return entries
+      .filter(({ initiatorType }) => !['fetch', 'xmlhttprequest', 'img'].includes(initiatorType))
+      .reduce((sum, { encodedBodySize }) => sum + encodedBodySize, 0);
+  });
 
 /** Pages of a practice server, and how to wait for each. */
 const pages = (run: string): [name: string, address: string, ready: (page: Page) => Promise<unknown>][] => [
   ['leaderboard', '/', (page) => page.getByText('Live.').waitFor()],
-  ['live', '/live', (page) => page.getByRole('link', { name: /^Watch/ }).first().waitFor()],
-  ['live-featured', '/live/featured', (page) => page.waitForFunction(() => ((window.palmares?.['live'] as { newest?: { tick: number } } | undefined)?.newest?.tick ?? 0) > 0)],
+  [
+    'live',
+    '/live',
+    (page) =>
+      page
+        .getByRole('link', { name: /^Watch/ })
+        .first()
+        .waitFor(),
+  ],
+  [
+    'live-featured',
+    '/live/featured',
+    (page) => page.waitForFunction(() => ((window.palmares?.['live'] as { newest?: { tick: number } } | undefined)?.newest?.tick ?? 0) > 0),
+  ],
   ['replay', '/replay', (page) => page.getByLabel('Open an MCAP file').waitFor()],
   ['replay-run', `/replay/${run}`, (page) => page.waitForFunction(() => window.palmares?.['player'] !== undefined)],
   ['replay-closing', `/replay/${run}`, (page) => page.getByRole('button', { name: 'Closing: measured and predicted' }).click()],
@@ -82,13 +114,17 @@ test('pages of a practice server', async ({ page, server }) => {
     await ready(page);
     const bytes = await sent(page);
     // The library that draws is larger.
-    expect.soft(bytes, `${name}: first load`).toBeGreaterThan(await page.locator('main.stage-page').count() > 0 ? 100_000 : 1000);
+    expect.soft(bytes, `${name}: first load`).toBeGreaterThan((await page.locator('main.stage-page').count()) > 0 ? 100_000 : 1000);
     expect.soft(bytes, `${name}: first load`).toBeLessThanOrEqual(FIRST_LOAD);
     await look(page, name);
   }
   // The wall shows the paused run beside the ranking.
   await expect(page.locator('.live .score')).toHaveText('Score 1.0');
-  await expect.poll(() => page.evaluate(() => (window.palmares as { live: { drawing: { placeOf(id: number): number[] } } }).live.drawing.placeOf(0)[2])).toBeGreaterThan(0.1);
+  await expect
+    .poll(() =>
+      page.evaluate(() => (window.palmares as { live: { drawing: { placeOf(id: number): number[] } } }).live.drawing.placeOf(0)[2]),
+    )
+    .toBeGreaterThan(0.1);
   going.end();
   expect(wrong).toEqual([]);
 });
@@ -97,13 +133,20 @@ test('pages of a practice server', async ({ page, server }) => {
 async function furnish(official: Official): Promise<() => Promise<void>> {
   const { phase } = await official.get('/v1/competition');
   if (phase === 'closed') await official.post('/v1/admin/competition/open', { reason: 'a look around' });
-  const first = await official.post('/v1/admin/team/add', { team: 'a team with a long name, and <em>markup</em> in it, \u0648\u0639\u0631\u0628\u064a', reason: null });
+  const first = await official.post('/v1/admin/team/add', {
+    team: 'a team with a long name, and <em>markup</em> in it, \u0648\u0639\u0631\u0628\u064a',
+    reason: null,
+  });
   const second = await official.post('/v1/admin/team/add', { team: 'lobsters', reason: null });
   await official.post('/v1/admin/announcement', { text: 'Lunch at noon', reason: 'so that all come' });
   const played = await playing(official.url, 'x', second['token'] as string);
   await played.stop();
   const going = await playing(official.url, 'x', first['token'] as string);
-  await fetch(`${official.url}/v1/hands`, { method: 'POST', headers: { Authorization: `Bearer ${String(second['token'])}` }, body: claw() });
+  await fetch(`${official.url}/v1/hands`, {
+    method: 'POST',
+    headers: { Authorization: `Bearer ${String(second['token'])}` },
+    body: claw(),
+  });
   return () => going.stop();
 }
 

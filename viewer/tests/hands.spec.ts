@@ -4,16 +4,29 @@ import { expect, type Page } from '@playwright/test';
 import { test } from './server';
 
 interface Shown {
-  stage: { screenPosition(id: number): { x: number; y: number } | null; stats(): { drawCalls: number; scriptMs: number }; renderer: { render(): void } };
+  stage: {
+    screenPosition(id: number): { x: number; y: number } | null;
+    stats(): { drawCalls: number; scriptMs: number };
+    renderer: { render(): void };
+  };
   hand: {
     hand: { name: string; links: { name: string }[] };
-    rest: { q: number[]; tension: number[]; law: string; reactions: { force: number[]; gap: number }[]; links: { name: string; position: number[] }[] } | null;
+    rest: {
+      q: number[];
+      tension: number[];
+      law: string;
+      reactions: { force: number[]; gap: number }[];
+      links: { name: string; position: number[] }[];
+    } | null;
     loads: { id: number; kind: string; link: string; force: number[]; place: number[] }[];
     asking: { count: number };
     handleOf(id: number): { x: number; y: number } | null;
   };
 }
-interface Place { x: number; y: number }
+interface Place {
+  x: number;
+  y: number;
+}
 
 /** A small window, since software rendering is slow. */
 test.use({ viewport: { width: 1000, height: 700 } });
@@ -22,17 +35,23 @@ test.use({ viewport: { width: 1000, height: 700 } });
 const FILES = '../models/hands/pinch';
 const urdf = readFileSync(`${FILES}/hand.urdf`, 'utf8');
 const toml = readFileSync(`${FILES}/hand.toml`, 'utf8').replace('name = "pinch"', 'name = "claw"');
-const file = (name: string, text: string): { name: string; mimeType: string; buffer: Buffer } => ({ name, mimeType: 'text/plain', buffer: Buffer.from(text) });
+const file = (name: string, text: string): { name: string; mimeType: string; buffer: Buffer } => ({
+  name,
+  mimeType: 'text/plain',
+  buffer: Buffer.from(text),
+});
 
 const shown = <T>(page: Page, what: (it: Shown) => T): Promise<T> => page.evaluate(`(${what.toString()})(window.palmares)`);
 const q = (page: Page): Promise<number[]> => shown(page, ({ hand }) => hand.rest?.q ?? []);
 const loads = (page: Page): Promise<Shown['hand']['loads']> => shown(page, ({ hand }) => hand.loads);
-const reaction = (page: Page): Promise<number> => shown(page, ({ hand }) => Math.hypot(...hand.rest?.reactions[0]?.force ?? []));
-const apart = (a: Place, b: Place): number => Math.hypot(a.x - b.x, a.y - b.y);
+const reaction = (page: Page): Promise<number> => shown(page, ({ hand }) => Math.hypot(...(hand.rest?.reactions[0]?.force ?? [])));
+const distance = (a: Place, b: Place): number => Math.hypot(a.x - b.x, a.y - b.y);
 
 async function open(page: Page, url: string, hand: string): Promise<void> {
   await page.goto(`${url}/hands/${hand}`);
-  await expect.poll(() => page.evaluate(() => ((window.palmares as unknown as Shown | undefined)?.hand.rest?.q.length ?? 0))).toBeGreaterThan(0);
+  await expect
+    .poll(() => page.evaluate(() => (window.palmares as unknown as Shown | undefined)?.hand.rest?.q.length ?? 0))
+    .toBeGreaterThan(0);
 }
 
 /** A position on the canvas (px), in the window. */
@@ -43,10 +62,13 @@ async function inWindow(page: Page, at: Place | null): Promise<Place> {
 
 /** Position of a link's origin in the window, px. */
 async function onScreen(page: Page, link: string): Promise<Place> {
-  return inWindow(page, await page.evaluate((wanted) => {
-    const { stage, hand } = window.palmares as unknown as Shown;
-    return stage.screenPosition(hand.hand.links.findIndex((one) => one.name === wanted));
-  }, link));
+  return inWindow(
+    page,
+    await page.evaluate((wanted) => {
+      const { stage, hand } = window.palmares as unknown as Shown;
+      return stage.screenPosition(hand.hand.links.findIndex((one) => one.name === wanted));
+    }, link),
+  );
 }
 
 async function drag(page: Page, from: Place, by: Place): Promise<void> {
@@ -61,10 +83,12 @@ async function drag(page: Page, from: Place, by: Place): Promise<void> {
 
 test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   const wrong: string[] = [];
-  page.on('pageerror', (error) => { wrong.push(error.message); });
-  page.on('console', (message) => { if (message.type() === 'error') wrong.push(message.text()); });
+  page.on('pageerror', (error) => wrong.push(error.message));
+  page.on('console', (message) => {
+    if (message.type() === 'error') wrong.push(message.text());
+  });
   await page.goto(`${server.url}/hands`);
-  const { hands } = await (await fetch(`${server.url}/v1/hands`)).json() as { hands: unknown[] };
+  const { hands } = (await (await fetch(`${server.url}/v1/hands`)).json()) as { hands: unknown[] };
   // Each is drawn open and half closed.
   await expect(page.locator('.hand-card svg')).toHaveCount(2 * hands.length, { timeout: 20_000 });
   await page.getByRole('link', { name: 'pinch' }).click();
@@ -76,19 +100,19 @@ test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   await page.getByRole('slider', { name: 'close_motor' }).focus();
   for (let k = 0; k < 30; k += 1) await page.keyboard.press('ArrowRight');
   await page.getByRole('slider', { name: 'curl_motor' }).fill('0.3');
-  await expect.poll(async () => apart(await onScreen(page, 'left_distal'), wide)).toBeGreaterThan(5);
+  await expect.poll(async () => distance(await onScreen(page, 'left_distal'), wide)).toBeGreaterThan(5);
   await expect(page.getByText('Equilibrium by the closed form')).toBeVisible();
   const free = await shown(page, ({ hand }) => hand.rest);
   // The closed form of this hand at σ = 0.3, as in docs/hands.md.
   expect(free?.tension[0]).toBeCloseTo(5.378386, 5);
-  await expect(page.getByRole('row', { name: /^left_base/ })).toContainText(`${((free?.q[0] ?? 0) * 180 / Math.PI).toFixed(1)}°`);
+  await expect(page.getByRole('row', { name: /^left_base/ })).toContainText(`${(((free?.q[0] ?? 0) * 180) / Math.PI).toFixed(1)}°`);
 
   // An arrow dragged from a link turns its joints; a label shows its force.
   await page.getByRole('button', { name: 'Push', exact: true }).click();
   await drag(page, await onScreen(page, 'left_distal'), { x: 25, y: 0 });
-  await expect.poll(async () => Math.hypot(...(await loads(page))[0]?.force ?? [])).toBeGreaterThan(0.2);
+  await expect.poll(async () => Math.hypot(...((await loads(page))[0]?.force ?? []))).toBeGreaterThan(0.2);
   const [push] = await loads(page);
-  await expect(page.locator('.load-tag')).toHaveText(`1: ${Math.hypot(...push?.force ?? []).toFixed(2)} N`);
+  await expect(page.locator('.load-tag')).toHaveText(`1: ${Math.hypot(...(push?.force ?? [])).toFixed(2)} N`);
   await expect.poll(async () => Math.abs(((await q(page))[0] ?? 0) - (free?.q[0] ?? 0))).toBeGreaterThan(0.01);
   // The arrow's head can be dragged again.
   const head = await inWindow(page, await shown(page, ({ hand }) => hand.handleOf(1)));
@@ -106,13 +130,18 @@ test('a hand is chosen, closed, pushed and held', async ({ page, server }) => {
   await page.getByRole('slider', { name: 'close_motor' }).fill('0.4');
   await expect.poll(() => reaction(page)).toBeGreaterThan(0.1);
   await expect(page.getByText('Equilibrium by Newton’s method')).toBeVisible();
-  await expect(page.getByText('link \'right_distal\' is held: a pin holds one of its points')).toBeVisible();
+  await expect(page.getByText("link 'right_distal' is held: a pin holds one of its points")).toBeVisible();
   // A typed position moves the pin, and the finger follows.
   const before = await shown(page, ({ hand }) => hand.rest?.links.find((link) => link.name === 'right_distal')?.position ?? []);
   const held = page.getByRole('group', { name: /^Held at/ });
   const y = held.getByLabel('y, mm');
   await y.fill(String(Number(await y.inputValue()) - 3));
-  await expect.poll(async () => { const now = await shown(page, ({ hand }) => hand.rest?.links.find((link) => link.name === 'right_distal')?.position ?? []); return Math.hypot(...now.map((x, k) => x - (before[k] ?? 0))); }).toBeGreaterThan(1e-3);
+  await expect
+    .poll(async () => {
+      const now = await shown(page, ({ hand }) => hand.rest?.links.find((link) => link.name === 'right_distal')?.position ?? []);
+      return Math.hypot(...now.map((x, k) => x - (before[k] ?? 0)));
+    })
+    .toBeGreaterThan(1e-3);
   // Pins can be dragged, too.
   const place = (await loads(page))[0]?.place ?? [];
   await drag(page, await inWindow(page, await shown(page, ({ hand }) => hand.handleOf(2))), { x: 0, y: 12 });
@@ -128,7 +157,9 @@ test('one request at a time, and the latest wins', async ({ page, server }) => {
   let [awaited, most, sent] = [0, 0, 0];
   await open(page, server.url, 'softhand');
   let goOn = (): void => undefined;
-  const first = new Promise<void>((resolve) => { goOn = resolve; });
+  const first = new Promise<void>((resolve) => {
+    goOn = resolve;
+  });
   await page.route('**/equilibrium', async (route) => {
     awaited += 1;
     sent += 1;
@@ -142,7 +173,9 @@ test('one request at a time, and the latest wins', async ({ page, server }) => {
   await expect.poll(() => sent).toBe(1);
   // All others arrive while the first is on its way.
   for (let k = 2; k <= 40; k += 1) await slider.fill(String(k / 100));
-  const { q: exact } = await (await page.request.post(`${server.url}/v1/hands/softhand/equilibrium`, { data: { motors: [0.4] } })).json() as { q: number[] };
+  const { q: exact } = (await (
+    await page.request.post(`${server.url}/v1/hands/softhand/equilibrium`, { data: { motors: [0.4] } })
+  ).json()) as { q: number[] };
   goOn();
   await expect.poll(() => q(page)).toEqual(exact);
   expect([sent, most]).toEqual([2, 1]);
@@ -157,25 +190,38 @@ test('the latency from an input to its pose is measured', async ({ page, server 
     const stats = stage.stats();
     // Software rendering takes most of the time: it is switched off.
     stage.renderer.render = () => undefined;
-    await new Promise((resolve) => { setTimeout(resolve, 1000); });
+    await new Promise((resolve) => setTimeout(resolve, 1000));
     for (let k = 0; k < 30; k += 1) {
       slider.value = String((k % 20) / 20);
       const [count, begun] = [hand.asking.count, performance.now()];
       slider.dispatchEvent(new Event('input'));
-      while (hand.asking.count === count) await new Promise((resolve) => { setTimeout(resolve, 0); });
+      while (hand.asking.count === count) await new Promise((resolve) => setTimeout(resolve, 0));
       all.push(performance.now() - begun);
-      await new Promise((resolve) => { setTimeout(resolve, 40); });
+      await new Promise((resolve) => setTimeout(resolve, 40));
     }
     return { all: all.sort((a, b) => a - b), stats };
   });
   // The times depend on the machine: they are printed, not asserted.
-  console.warn(`half within ${took.all[15]?.toFixed(1)} ms, 95 of 100 within ${took.all[28]?.toFixed(1)} ms; ${took.stats.drawCalls} draw calls, ${took.stats.scriptMs.toFixed(1)} ms of script`);
+  console.warn(
+    `half within ${took.all[15]?.toFixed(1)} ms, 95 of 100 within ${took.all[28]?.toFixed(1)} ms; ${took.stats.drawCalls} draw calls, ${took.stats.scriptMs.toFixed(1)} ms of script`,
+  );
 });
 
 test('a refusal is shown, and the pose stays', async ({ page, server }) => {
   await open(page, server.url, 'pinch');
   const before = await q(page);
-  await page.route('**/equilibrium', (route) => route.fulfill({ status: 409, contentType: 'application/problem+json', body: JSON.stringify({ status: 409, title: 'Conflict', detail: 'the hand has no such equilibrium: nothing holds it', code: 'wrong_state' }) }));
+  await page.route('**/equilibrium', (route) =>
+    route.fulfill({
+      status: 409,
+      contentType: 'application/problem+json',
+      body: JSON.stringify({
+        status: 409,
+        title: 'Conflict',
+        detail: 'the hand has no such equilibrium: nothing holds it',
+        code: 'wrong_state',
+      }),
+    }),
+  );
   await page.getByRole('button', { name: 'Close' }).click();
   await expect(page.getByRole('status').getByText('nothing holds it. The previous pose is shown.')).toBeVisible();
   expect(await q(page)).toEqual(before);
@@ -205,16 +251,18 @@ test('an uploaded hand is checked and can be used', async ({ page, server }) => 
   await expect(check).toContainText("link 'palm'");
   await expect(check).toContainText('usable, ');
   await expect(page).toHaveURL(/\/hands\/claw$/);
-  const looks = await (await page.request.get(`${server.url}/v1/hands/claw/visuals?team=crabs`)).json() as { parts: { link: string }[] };
+  const looks = (await (await page.request.get(`${server.url}/v1/hands/claw/visuals?team=crabs`)).json()) as { parts: { link: string }[] };
   expect(looks.parts.map(({ link }) => link)).toEqual(['palm', 'left_proximal', 'left_distal', 'right_proximal', 'right_distal']);
   const at = await onScreen(page, 'left_distal');
   await page.getByRole('button', { name: 'Close', exact: true }).click();
-  await expect.poll(async () => apart(await onScreen(page, 'left_distal'), at)).toBeGreaterThan(5);
+  await expect.poll(async () => distance(await onScreen(page, 'left_distal'), at)).toBeGreaterThan(5);
   const turned = await onScreen(page, 'palm');
   const tip = await onScreen(page, 'left_distal');
   await page.locator('.stage > canvas').focus();
   for (let k = 0; k < 8; k += 1) await page.keyboard.press('ArrowRight');
-  await expect.poll(async () => apart(await onScreen(page, 'left_distal'), tip) + apart(await onScreen(page, 'palm'), turned)).toBeGreaterThan(5);
+  await expect
+    .poll(async () => distance(await onScreen(page, 'left_distal'), tip) + distance(await onScreen(page, 'palm'), turned))
+    .toBeGreaterThan(5);
 
   // The corrected file, uploaded from the hand's page; then the list has it.
   await page.getByText('Your own hand').click();
@@ -234,12 +282,23 @@ test('an uploaded hand is checked and can be used', async ({ page, server }) => 
 test('in a competition the team’s token uploads a hand, and stays in memory', async ({ page, server }) => {
   await page.route('**/v1/competition', (route) => route.fulfill({ json: { name: 'the finals', mode: 'official' } }));
   const sent: { url: string; token: string | undefined; zip: string | undefined }[] = [];
-  await page.route((url) => url.pathname === '/v1/hands', async (route) => {
-    const request = route.request();
-    if (request.method() !== 'POST') return route.continue({ headers: { ...request.headers(), authorization: '' } });
-    sent.push({ url: request.url(), token: request.headers()['authorization'], zip: request.postDataBuffer()?.subarray(0, 2).toString() });
-    return route.fulfill({ status: 403, contentType: 'application/problem+json', body: JSON.stringify({ status: 403, title: 'Forbidden', detail: 'no hands are taken any more', code: 'forbidden' }) });
-  });
+  await page.route(
+    (url) => url.pathname === '/v1/hands',
+    async (route) => {
+      const request = route.request();
+      if (request.method() !== 'POST') return route.continue({ headers: { ...request.headers(), authorization: '' } });
+      sent.push({
+        url: request.url(),
+        token: request.headers()['authorization'],
+        zip: request.postDataBuffer()?.subarray(0, 2).toString(),
+      });
+      return route.fulfill({
+        status: 403,
+        contentType: 'application/problem+json',
+        body: JSON.stringify({ status: 403, title: 'Forbidden', detail: 'no hands are taken any more', code: 'forbidden' }),
+      });
+    },
+  );
   await page.goto(`${server.url}/hands`);
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml)]);
   await expect(page.getByText('Enter your team’s token first')).toBeVisible();
@@ -248,5 +307,7 @@ test('in a competition the team’s token uploads a hand, and stays in memory', 
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml)]);
   await expect(page.locator('.notice.bad')).toContainText('no hands are taken any more');
   expect(sent).toEqual([{ url: `${server.url}/v1/hands`, token: 'Bearer secret-of-crabs', zip: 'PK' }]);
-  expect(await page.evaluate(() => JSON.stringify([{ ...localStorage }, { ...sessionStorage }, document.cookie, location.href]))).not.toContain('secret');
+  expect(
+    await page.evaluate(() => JSON.stringify([{ ...localStorage }, { ...sessionStorage }, document.cookie, location.href])),
+  ).not.toContain('secret');
 });

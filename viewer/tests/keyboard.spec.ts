@@ -3,13 +3,23 @@ import { expect, type Page } from '@playwright/test';
 import { playing } from './control';
 import { test } from './server';
 
-interface Found { all: string[]; missed: string[]; unseen: string[] }
+interface Found {
+  all: string[];
+  missed: string[];
+  unseen: string[];
+}
 
 /** Tabs once around the page. `unseen`: focused elements without an outline, or outside the window. */
 async function around(page: Page): Promise<Found> {
   await page.evaluate(() => {
-    const all = [...document.querySelectorAll<HTMLElement>('a[href], button, input, select, textarea, summary, [tabindex]')].filter((one) =>
-      one.checkVisibility({ visibilityProperty: true }) && one.getBoundingClientRect().width > 0 && !one.matches(':disabled') && one.tabIndex >= 0 && one.closest('[inert]') === null);
+    const all = [...document.querySelectorAll<HTMLElement>('a[href], button, input, select, textarea, summary, [tabindex]')].filter(
+      (one) =>
+        one.checkVisibility({ visibilityProperty: true }) &&
+        one.getBoundingClientRect().width > 0 &&
+        !one.matches(':disabled') &&
+        one.tabIndex >= 0 &&
+        one.closest('[inert]') === null,
+    );
     Object.assign(window, { around: { all, seen: new Set<Element>(), unseen: [] as string[] } });
     (document.activeElement as HTMLElement | null)?.blur();
     document.body.tabIndex = -1;
@@ -25,7 +35,8 @@ async function around(page: Page): Promise<Found> {
       seen.add(at);
       const [style, box] = [getComputedStyle(at), at.getBoundingClientRect()];
       const outlined = style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) >= 2;
-      if (!outlined || box.bottom < 0 || box.top > innerHeight || box.right < 0 || box.left > innerWidth) unseen.push(at.outerHTML.slice(0, 120));
+      if (!outlined || box.bottom < 0 || box.top > innerHeight || box.right < 0 || box.left > innerWidth)
+        unseen.push(at.outerHTML.slice(0, 120));
       return false;
     });
     if (over) break;
@@ -33,7 +44,11 @@ async function around(page: Page): Promise<Found> {
   return page.evaluate(() => {
     const { all, seen, unseen } = (window as unknown as { around: { all: Element[]; seen: Set<Element>; unseen: string[] } }).around;
     const words = (one: Element): string => one.outerHTML.slice(0, 120);
-    return { all: all.map(words), missed: all.filter((one) => one.isConnected && !one.matches(':disabled') && !seen.has(one)).map(words), unseen };
+    return {
+      all: all.map(words),
+      missed: all.filter((one) => one.isConnected && !one.matches(':disabled') && !seen.has(one)).map(words),
+      unseen,
+    };
   });
 }
 
@@ -46,7 +61,8 @@ test('the live page works without a pointer', async ({ page, server }) => {
   expect(missed).toEqual([]);
   expect(unseen).toEqual([]);
   // Turn the camera, highlight an object, switch an overlay.
-  const camera = (): Promise<number[]> => page.evaluate(() => (window.palmares as { stage: { camera: { position: { toArray(): number[] } } } }).stage.camera.position.toArray());
+  const camera = (): Promise<number[]> =>
+    page.evaluate(() => (window.palmares as { stage: { camera: { position: { toArray(): number[] } } } }).stage.camera.position.toArray());
   const before = await camera();
   await page.locator('.stage canvas').focus();
   await page.keyboard.press('ArrowLeft');

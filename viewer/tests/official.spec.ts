@@ -29,7 +29,13 @@ async function logIn(page: Page, official: Official, token = official.organizer)
 const tab = (page: Page, name: string): Promise<void> => page.getByRole('tab', { name, exact: true }).click();
 
 /** Presses a button, enters a reason in its dialog, and confirms. */
-async function decide(page: Page, pressed: Locator, verb: string, reason: string, fill: (dialog: Locator) => Promise<void> = () => Promise.resolve()): Promise<void> {
+async function decide(
+  page: Page,
+  pressed: Locator,
+  verb: string,
+  reason: string,
+  fill: (dialog: Locator) => Promise<void> = () => Promise.resolve(),
+): Promise<void> {
   await pressed.click();
   const dialog = page.getByRole('dialog');
   await fill(dialog);
@@ -57,14 +63,18 @@ test('only an organizer gets in, and the token stays in memory', async ({ page, 
   await expect(alert).toContainText('This is not a token');
   await field.fill(`plm_0123456789abcdef_${'0'.repeat(64)}`);
   await go.click();
-  await expect(alert).toHaveText('The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.');
+  await expect(alert).toHaveText(
+    'The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.',
+  );
   await field.fill(await addTeam(official, OTHER));
   await go.click();
   await expect(alert).toContainText('not an organizer’s');
   await field.fill(official.organizer);
   await field.press('Enter');
   await expect(page.getByRole('tab', { name: 'Sessions' })).toBeVisible();
-  expect(await page.evaluate(() => JSON.stringify([{ ...localStorage }, { ...sessionStorage }, document.cookie, location.href]))).not.toContain('plm_');
+  expect(
+    await page.evaluate(() => JSON.stringify([{ ...localStorage }, { ...sessionStorage }, document.cookie, location.href])),
+  ).not.toContain('plm_');
   expect(await page.content()).not.toContain(official.organizer);
   await page.reload();
   await expect(page.getByRole('button', { name: 'Log in' })).toBeVisible();
@@ -74,7 +84,9 @@ test('a team is added, and its token is shown once', async ({ page, official }) 
   const wrong = complaints(page);
   await logIn(page, official);
   await tab(page, 'Teams');
-  await decide(page, page.getByRole('button', { name: 'Add a team…' }), 'Add', 'paid its fee', (dialog) => dialog.getByLabel('Name').fill(TEAM));
+  await decide(page, page.getByRole('button', { name: 'Add a team…' }), 'Add', 'paid its fee', (dialog) =>
+    dialog.getByLabel('Name').fill(TEAM),
+  );
   const token = await page.getByRole('dialog').getByLabel('Token').inputValue();
   expect(token).toMatch(/^plm_[0-9a-f]+_[0-9a-f]+$/);
   tokens.set(TEAM, token);
@@ -101,7 +113,9 @@ test('a session is opened, paused, extended and ended; a run is voided; the audi
   await page.getByRole('dialog').getByRole('button', { name: 'Open' }).click();
   await expect(page.getByRole('alert').filter({ hasText: 'does not match' })).toBeVisible();
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await decide(page, page.getByRole('button', { name: 'Open…' }), 'Open', 'nine o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await decide(page, page.getByRole('button', { name: 'Open…' }), 'Open', 'nine o’clock', (dialog) =>
+    dialog.getByLabel('To confirm').fill(EVENT),
+  );
   await expect(page.getByText('Open: a team’s session begins when its client connects.')).toBeVisible();
 
   const control = await Control.open(official.url, tokens.get(TEAM));
@@ -121,7 +135,9 @@ test('a session is opened, paused, extended and ended; a run is voided; the audi
   expect(await left(row)).toBe(held);
   await decide(page, row.getByRole('button', { name: 'Resume…' }), 'Resume', 'a false alarm');
   await expect(row.getByText('running')).toBeVisible();
-  await decide(page, row.getByRole('button', { name: 'Add time…' }), 'Add', 'the alarm', (dialog) => dialog.getByLabel('Seconds').fill('120'));
+  await decide(page, row.getByRole('button', { name: 'Add time…' }), 'Add', 'the alarm', (dialog) =>
+    dialog.getByLabel('Seconds').fill('120'),
+  );
   await expect.poll(() => left(row)).toBeGreaterThan(held + 60);
   // Adding time needs a reason.
   await row.getByRole('button', { name: 'Add time…' }).click();
@@ -146,8 +162,16 @@ test('a session is opened, paused, extended and ended; a run is voided; the audi
 
   await tab(page, 'Audit');
   const audit = page.getByRole('table', { name: 'Audit' });
-  for (const [action, reason] of [['competition.open', 'nine o’clock'], ['session.pause', 'fire alarm'], ['session.resume', 'a false alarm'], ['session.grant 120 s', 'the alarm'],
-    ['run.void', 'the ball was <b>pushed</b>'], ['run.unvoid', 'nobody pushed it'], ['session.end', 'the team went home'], ['team.add', 'paid its fee']] as const) {
+  for (const [action, reason] of [
+    ['competition.open', 'nine o’clock'],
+    ['session.pause', 'fire alarm'],
+    ['session.resume', 'a false alarm'],
+    ['session.grant 120 s', 'the alarm'],
+    ['run.void', 'the ball was <b>pushed</b>'],
+    ['run.unvoid', 'nobody pushed it'],
+    ['session.end', 'the team went home'],
+    ['team.add', 'paid its fee'],
+  ] as const) {
     await expect(audit.getByRole('row').filter({ hasText: action }).filter({ hasText: reason }).first()).toBeVisible();
   }
   expect(wrong).toEqual([]);
@@ -167,7 +191,9 @@ test('an announcement appears on leaderboard and wall without a reload, until it
   // A background page is slow.
   await page.bringToFront();
   const said = 'Lunch at noon <i>in the hall</i> \u063a\u062f\u0627\u0621';
-  await decide(page, page.getByRole('button', { name: 'New announcement…' }), 'Announce', 'so that all come', (dialog) => dialog.getByLabel('Text').fill(said));
+  await decide(page, page.getByRole('button', { name: 'New announcement…' }), 'Announce', 'so that all come', (dialog) =>
+    dialog.getByLabel('Text').fill(said),
+  );
   await expect(page.getByRole('listitem').filter({ hasText: said })).toBeVisible();
   await expect(board.getByText(said)).toBeVisible();
   await expect(wall.getByText(said)).toBeVisible();
@@ -182,7 +208,7 @@ test('a team’s hand is inspected, approved and rejected', async ({ page, offic
   const wrong = complaints(page);
   const team = { Authorization: `Bearer ${tokens.get(OTHER)}` };
   const sent = await fetch(`${official.url}/v1/hands`, { method: 'POST', headers: team, body: claw() });
-  expect([sent.status, (await sent.json() as { name: string }).name]).toEqual([201, 'claw-1']);
+  expect([sent.status, ((await sent.json()) as { name: string }).name]).toEqual([201, 'claw-1']);
   await logIn(page, official);
   await tab(page, 'Hands');
   const row = page.getByRole('table', { name: 'Teams’ own hands' }).getByRole('row').filter({ hasText: OTHER });
@@ -196,7 +222,12 @@ test('a team’s hand is inspected, approved and rejected', async ({ page, offic
   await expect.poll(seen).not.toBe(first);
   const figures = page.getByRole('region', { name: 'Figures' });
   await expect(figures.getByRole('columnheader', { name: 'Most of others' })).toBeVisible();
-  await expect(figures.getByRole('row').filter({ hasText: /mass of the hand/i }).first()).toContainText('≤ 5');
+  await expect(
+    figures
+      .getByRole('row')
+      .filter({ hasText: /mass of the hand/i })
+      .first(),
+  ).toContainText('≤ 5');
 
   await decide(page, row.getByRole('button', { name: 'Approve…' }), 'Approve', 'it is a hand');
   await expect(row.getByText('approved')).toBeVisible();
@@ -206,7 +237,7 @@ test('a team’s hand is inspected, approved and rejected', async ({ page, offic
   await page.getByRole('dialog').getByLabel('Reason').fill('its fingers are <u>blades</u>');
   await page.getByRole('dialog').getByRole('button', { name: 'Reject' }).click();
   await expect(row.getByText('rejected')).toBeVisible();
-  const { own } = await official.get('/v1/hands', tokens.get(OTHER)) as { own: { note: string }[] };
+  const { own } = (await official.get('/v1/hands', tokens.get(OTHER))) as { own: { note: string }[] };
   expect(own.map((hand) => hand.note)).toEqual(['its fingers are <u>blades</u>']);
   await expect(page.getByText('its fingers are <u>blades</u>').first()).toBeVisible();
   expect(wrong).toEqual([]);
@@ -223,7 +254,9 @@ test('a viewer’s token shows clocks and runs, until it is revoked', async ({ b
   await wall.keyboard.press('t');
   await wall.getByRole('textbox', { name: 'Token' }).fill(`plm_0123456789abcdef_${'0'.repeat(64)}`);
   await wall.getByRole('button', { name: 'Use this token' }).click();
-  await expect(wall.getByRole('alert')).toHaveText('The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.');
+  await expect(wall.getByRole('alert')).toHaveText(
+    'The server does not know this token. Copy all of it, from plm_ to its end. If it was revoked, ask an organizer for another one.',
+  );
   await wall.getByRole('textbox', { name: 'Token' }).fill(token as string);
   await wall.getByRole('button', { name: 'Use this token' }).click();
   await expect(wall.getByRole('dialog')).toHaveCount(0);
@@ -241,7 +274,9 @@ test('a viewer’s token shows clocks and runs, until it is revoked', async ({ b
   for (const wrongToken of ['not a token', `plm_0123456789abcdef_${'0'.repeat(64)}`]) {
     await live.getByLabel('Token').fill(wrongToken);
     await live.getByRole('button', { name: 'Use this token' }).click();
-    await expect(live.getByRole('status').first()).toHaveText(wrongToken === 'not a token' ? /^This is not a token/ : /^The server does not know this token/);
+    await expect(live.getByRole('status').first()).toHaveText(
+      wrongToken === 'not a token' ? /^This is not a token/ : /^The server does not know this token/,
+    );
   }
   await live.getByLabel('Token').fill(token as string);
   await live.getByRole('button', { name: 'Use this token' }).click();
@@ -259,7 +294,7 @@ test('a viewer’s token shows clocks and runs, until it is revoked', async ({ b
   await expect(live.getByText(/revoked/).first()).toBeVisible();
 
   // Revoking a team's token ends its connection.
-  const { tokens: known } = await official.get('/v1/admin/tokens') as { tokens: { token_id: string; team: string | null }[] };
+  const { tokens: known } = (await official.get('/v1/admin/tokens')) as { tokens: { token_id: string; team: string | null }[] };
   await official.post('/v1/admin/token/revoke', { token_id: known.find((one) => one.team === OTHER)?.token_id, reason: 'it leaked' });
   await expect(over).rejects.toThrow();
   await stop();
@@ -293,28 +328,39 @@ test('a pause, the places and the time slots', async ({ page, official }) => {
   await logIn(page, official);
   await tab(page, 'Competition');
   await expect(page.getByText(/Places: \d+ of 32 in use\. A team that comes now finds one\./)).toBeVisible();
-  await decide(page, page.getByRole('button', { name: 'Pause…' }), 'Pause', 'fire alarm', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await decide(page, page.getByRole('button', { name: 'Pause…' }), 'Pause', 'fire alarm', (dialog) =>
+    dialog.getByLabel('To confirm').fill(EVENT),
+  );
   await expect(page.getByText(/Paused since .*: all clocks and worlds are stopped/)).toBeVisible();
   await expect(page.locator('.title .badge.warn')).toHaveText('paused');
   const board = await page.context().newPage();
   await board.goto(`${official.url}/`);
   await expect(board.getByText('The competition is paused: all clocks are stopped.')).toBeVisible();
   await board.close();
-  await decide(page, page.getByRole('button', { name: 'Resume…' }), 'Resume', 'false alarm', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await decide(page, page.getByRole('button', { name: 'Resume…' }), 'Resume', 'false alarm', (dialog) =>
+    dialog.getByLabel('To confirm').fill(EVENT),
+  );
   await expect(page.locator('.title .badge.warn')).toBeHidden();
 
   await tab(page, 'Schedule');
   await expect(page.getByText('No schedule: every team can begin')).toBeVisible();
-  const slot = (team: string, hours: number): string => `"${team.replaceAll('"', '""')}",${new Date(Date.now() + hours * 3_600_000).toISOString()},${new Date(Date.now() + (hours + 1) * 3_600_000).toISOString()}`;
-  await page.getByLabel('CSV file').setInputFiles({ name: 'slots.csv', mimeType: 'text/csv', buffer: Buffer.from(`team,begins_at,ends_at\n${slot(TEAM, -0.5)}\n`) });
+  const slot = (team: string, hours: number): string =>
+    `"${team.replaceAll('"', '""')}",${new Date(Date.now() + hours * 3_600_000).toISOString()},${new Date(Date.now() + (hours + 1) * 3_600_000).toISOString()}`;
+  await page
+    .getByLabel('CSV file')
+    .setInputFiles({ name: 'slots.csv', mimeType: 'text/csv', buffer: Buffer.from(`team,begins_at,ends_at\n${slot(TEAM, -0.5)}\n`) });
   await page.getByRole('dialog').getByRole('button', { name: 'Import' }).click();
   const rows = page.getByRole('table', { name: 'Schedule' }).locator('tbody tr');
   await expect(rows).toHaveCount(1);
   await expect(rows.first()).toContainText('now');
   await expect(page.getByText('teams without a slot cannot play')).toBeVisible();
-  await decide(page, page.getByRole('button', { name: 'Add a slot…' }), 'Add', 'the draw', (dialog) => dialog.getByLabel('Team').fill(OTHER));
+  await decide(page, page.getByRole('button', { name: 'Add a slot…' }), 'Add', 'the draw', (dialog) =>
+    dialog.getByLabel('Team').fill(OTHER),
+  );
   await expect(rows).toHaveCount(2);
-  await decide(page, page.getByRole('button', { name: 'Move all…' }), 'Move', 'we are late', (dialog) => dialog.getByLabel('Minutes').fill('30'));
+  await decide(page, page.getByRole('button', { name: 'Move all…' }), 'Move', 'we are late', (dialog) =>
+    dialog.getByLabel('Minutes').fill('30'),
+  );
   await decide(page, rows.nth(1).getByRole('button', { name: 'Move…' }), 'Move', 'on request', async (dialog) => {
     await dialog.getByLabel('Begins').fill('2099-01-01T09:00');
     await dialog.getByLabel('Ends').fill('2099-01-01T09:40');
@@ -336,10 +382,15 @@ test('the end opens seeds and replays, after the name was typed', async ({ page,
   await page.getByRole('dialog').getByRole('button', { name: 'Reveal' }).click();
   await expect(page.getByRole('dialog').getByRole('alert')).toContainText('palmares admin end');
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await decide(page, page.getByRole('button', { name: 'Close…' }), 'Close', 'six o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
-  const { sessions } = await official.get('/v1/sessions') as { sessions: { session_id: string; status: string }[] };
-  for (const one of sessions.filter((session) => session.status === 'open')) await official.post('/v1/admin/session/end', { session_id: one.session_id, reason: null });
-  await decide(page, page.getByRole('button', { name: 'Reveal…' }), 'Reveal', 'six o’clock', (dialog) => dialog.getByLabel('To confirm').fill(EVENT));
+  await decide(page, page.getByRole('button', { name: 'Close…' }), 'Close', 'six o’clock', (dialog) =>
+    dialog.getByLabel('To confirm').fill(EVENT),
+  );
+  const { sessions } = (await official.get('/v1/sessions')) as { sessions: { session_id: string; status: string }[] };
+  for (const one of sessions.filter((session) => session.status === 'open'))
+    await official.post('/v1/admin/session/end', { session_id: one.session_id, reason: null });
+  await decide(page, page.getByRole('button', { name: 'Reveal…' }), 'Reveal', 'six o’clock', (dialog) =>
+    dialog.getByLabel('To confirm').fill(EVENT),
+  );
   await expect(page.getByText('Over: seeds and replays are public.')).toBeVisible();
   const { seed_secret } = await official.get('/v1/competition');
   await expect(page.getByText(seed_secret as string)).toBeVisible();

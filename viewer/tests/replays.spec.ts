@@ -16,7 +16,7 @@ test('the list leads to a replay, which ends with the last goal and the score of
   await page.getByRole('link', { name: new RegExp(run) }).click();
   await expect(page).toHaveURL(new RegExp(`/replay/${run}$`));
   await page.waitForFunction(() => window.palmares?.['player'] !== undefined);
-  const stored = await (await fetch(`${server.url}/v1/runs/${run}`)).json() as { in_goal: number; events: { tick: number }[] };
+  const stored = (await (await fetch(`${server.url}/v1/runs/${run}`)).json()) as { in_goal: number; events: { tick: number }[] };
   expect(stored.in_goal).toBeGreaterThan(2);
   await expect(page.getByText(`${stored.in_goal} of 4 goals`)).toBeVisible();
   await page.keyboard.press('End');
@@ -38,7 +38,10 @@ test('a software renderer gets a plainer picture, and a person the plainest on e
   await page.reload();
   await expect(page.getByLabel('Plain picture, for slow machines')).toBeChecked();
   expect(await detail(page)).toBe(3);
-  const [drawn, wide] = await page.evaluate(() => [document.querySelector('canvas')?.width ?? 0, document.querySelector('canvas')?.clientWidth ?? 0]);
+  const [drawn, wide] = await page.evaluate(() => [
+    document.querySelector('canvas')?.width ?? 0,
+    document.querySelector('canvas')?.clientWidth ?? 0,
+  ]);
   expect(drawn).toBe(Math.floor(wide / 2));
   await page.getByLabel('Plain picture, for slow machines').uncheck();
   expect(await detail(page)).toBeLessThan(4);

@@ -7,7 +7,9 @@ import { createInterface } from 'node:readline';
 import { test as base } from '@playwright/test';
 import { APPLE, Control, grasp } from './control';
 
-export interface Server { url: string }
+export interface Server {
+  url: string;
+}
 
 /** A competition server, with requests of its organizer. */
 export interface Official extends Server {
@@ -29,7 +31,7 @@ async function start(more: string[]): Promise<{ process: ChildProcess; url: stri
     };
     createInterface({ input: started.stdout }).on('line', look);
     createInterface({ input: started.stderr }).on('line', look);
-    started.on('exit', (code) => { reject(new Error(`the server ended with ${code}`)); });
+    started.on('exit', (code) => reject(new Error(`the server ended with ${code}`)));
   });
   return { process: started, url };
 }
@@ -50,14 +52,24 @@ const practice = (folder: string): string[] => ['--listen', '127.0.0.1:0', '--da
 export const EVENT = '<b onclick=alert(1)>Cup</b> \u0643\u0623\u0633 2027';
 const competition = (folder: string): string[] => {
   const file = join(folder, 'competition.toml');
-  writeFileSync(file, ['mode = "official"', `name = ${JSON.stringify(EVENT)}`, 'session_s = 1800', 'sessions_per_team = 2', 'hands = ["softhand"]',
-    'listen = "127.0.0.1:0"', 'data_dir = "data"'].join('\n'));
+  writeFileSync(
+    file,
+    [
+      'mode = "official"',
+      `name = ${JSON.stringify(EVENT)}`,
+      'session_s = 1800',
+      'sessions_per_team = 2',
+      'hands = ["softhand"]',
+      'listen = "127.0.0.1:0"',
+      'data_dir = "data"',
+    ].join('\n'),
+  );
   return ['--config', file];
 };
 
-async function answered(asked: Promise<Response>): Promise<Record<string, unknown>> {
-  const answer = await asked;
-  const body = await answer.json() as Record<string, unknown>;
+async function answered(response: Promise<Response>): Promise<Record<string, unknown>> {
+  const answer = await response;
+  const body = (await answer.json()) as Record<string, unknown>;
   if (!answer.ok) throw new Error(`${answer.status}: ${String(body['detail'])}`);
   return body;
 }
@@ -71,8 +83,10 @@ async function crowd(url: string, count = CROWD): Promise<void> {
   const play = async (k: number): Promise<void> => {
     const control = await Control.open(url);
     // Half of the names have no spaces, so that they cannot wrap.
-    const start = `${k % 3 === 0 ? letters[k % letters.length] ?? '' : ''}${'abcdefghijklmnopqrstuvwxyz'.charAt(k % 26)}${k}`;
-    await control.begin((start + (k % 2 === 0 ? ' of many words' : 'W')).padEnd(64, k % 2 === 0 ? ' and legs' : 'W'), 'grasp', { seed: APPLE });
+    const start = `${k % 3 === 0 ? (letters[k % letters.length] ?? '') : ''}${'abcdefghijklmnopqrstuvwxyz'.charAt(k % 26)}${k}`;
+    await control.begin((start + (k % 2 === 0 ? ' of many words' : 'W')).padEnd(64, k % 2 === 0 ? ' and legs' : 'W'), 'grasp', {
+      seed: APPLE,
+    });
     if (k === 20 || k === 41) await grasp(control, 60);
     else await control.step(1);
     await control.ask('stop');
@@ -88,36 +102,54 @@ async function crowd(url: string, count = CROWD): Promise<void> {
 
 /** Each server starts for the first test that uses it, and stays for the others. */
 export const test = base.extend<object, { server: Server; crowded: Server; few: Server; official: Official }>({
-  // eslint-disable-next-line no-empty-pattern -- Playwright requires a destructured argument
-  server: [async ({}, use) => { await serve(practice, (url) => use({ url })); }, { scope: 'worker' }],
+  server: [
+    async ({}, use) => {
+      await serve(practice, (url) => use({ url }));
+    },
+    { scope: 'worker' },
+  ],
   /** A practice server with sixty teams on its leaderboard. */
-  // eslint-disable-next-line no-empty-pattern -- as above
-  crowded: [async ({}, use) => {
-    await serve(practice, async (url) => {
-      await crowd(url);
-      await use({ url });
-    });
-  }, { scope: 'worker' }],
-  /** A practice server with five teams. */
-  // eslint-disable-next-line no-empty-pattern -- as above
-  few: [async ({}, use) => {
-    await serve(practice, async (url) => {
-      await crowd(url, 5);
-      await use({ url });
-    });
-  }, { scope: 'worker' }],
-  // eslint-disable-next-line no-empty-pattern -- as above
-  official: [async ({}, use) => {
-    await serve(competition, async (url, folder) => {
-      const organizer = readFileSync(join(folder, 'data', 'organizer.token'), 'utf8').trim();
-      const as = (token: string): Record<string, string> => ({ Authorization: `Bearer ${token}` });
-      await use({
-        url, organizer,
-        post: (path, body, token = organizer) => answered(fetch(url + path, { method: 'POST', body: JSON.stringify(body), headers: { ...as(token), 'Content-Type': 'application/json' } })),
-        get: (path, token = organizer) => answered(fetch(url + path, { headers: as(token) })),
+  crowded: [
+    async ({}, use) => {
+      await serve(practice, async (url) => {
+        await crowd(url);
+        await use({ url });
       });
-    });
-  }, { scope: 'worker' }],
+    },
+    { scope: 'worker' },
+  ],
+  /** A practice server with five teams. */
+  few: [
+    async ({}, use) => {
+      await serve(practice, async (url) => {
+        await crowd(url, 5);
+        await use({ url });
+      });
+    },
+    { scope: 'worker' },
+  ],
+  official: [
+    async ({}, use) => {
+      await serve(competition, async (url, folder) => {
+        const organizer = readFileSync(join(folder, 'data', 'organizer.token'), 'utf8').trim();
+        const as = (token: string): Record<string, string> => ({ Authorization: `Bearer ${token}` });
+        await use({
+          url,
+          organizer,
+          post: (path, body, token = organizer) =>
+            answered(
+              fetch(url + path, {
+                method: 'POST',
+                body: JSON.stringify(body),
+                headers: { ...as(token), 'Content-Type': 'application/json' },
+              }),
+            ),
+          get: (path, token = organizer) => answered(fetch(url + path, { headers: as(token) })),
+        });
+      });
+    },
+    { scope: 'worker' },
+  ],
 });
 
 /** Runs in a page: opens a run of `balls`, and steps until `stop` is set. Resolves when the run is open. */
@@ -126,14 +158,20 @@ export function drive(team: string): Promise<void> {
     const socket = new WebSocket(`ws://${location.host}/v1/control`, 'palmares.v1.json');
     const state = { tick: 0, id: 10, stop: false, result: null as unknown };
     Object.assign(window, { driven: state });
-    const say = (message: object): void => { socket.send(JSON.stringify(message)); };
+    const say = (message: object): void => socket.send(JSON.stringify(message));
     const step = (): void => {
       state.id += 1;
       // Down into the box and up again, repeatedly.
       const z = 0.55 + 0.2 * Math.cos(state.tick / 60);
-      say({ op: 'step', id: state.id, tick: state.tick, repeat: 2, action: { base: { position: [0.15 * Math.sin(state.tick / 90), 0, z], quat_xyzw: [0, 1, 0, 0] }, hand: [0.5] } });
+      say({
+        op: 'step',
+        id: state.id,
+        tick: state.tick,
+        repeat: 2,
+        action: { base: { position: [0.15 * Math.sin(state.tick / 90), 0, z], quat_xyzw: [0, 1, 0, 0] }, hand: [0.5] },
+      });
     };
-    socket.onopen = () => { say({ op: 'hello', id: 1, client: { name: team } }); };
+    socket.onopen = () => say({ op: 'hello', id: 1, client: { name: team } });
     socket.onmessage = (event: MessageEvent<string>) => {
       const message = JSON.parse(event.data) as { op: string; id?: number; tick?: number; message?: string };
       if (message.op === 'welcome') say({ op: 'reset', id: 2, task: 'balls', hand: 'softhand', seed: 1 });

@@ -11,7 +11,7 @@ test('pages work without WebGL', async ({ page, server }) => {
     const real = HTMLCanvasElement.prototype.getContext;
     Object.assign(HTMLCanvasElement.prototype, {
       getContext(this: HTMLCanvasElement, kind: string, ...more: unknown[]) {
-        return kind.startsWith('webgl') ? null : Reflect.apply(real, this, [kind, ...more]) as unknown;
+        return kind.startsWith('webgl') ? null : (Reflect.apply(real, this, [kind, ...more]) as unknown);
       },
     });
   });
@@ -23,7 +23,9 @@ test('pages work without WebGL', async ({ page, server }) => {
   const wrong = complaints(page);
 
   const going = await playing(server.url, 'blind');
-  await page.goto(`${server.url}/live/${(await (await fetch(`${server.url}/v1/runs/${going.run}`)).json() as { session_id: string }).session_id}`);
+  await page.goto(
+    `${server.url}/live/${((await (await fetch(`${server.url}/v1/runs/${going.run}`)).json()) as { session_id: string }).session_id}`,
+  );
   await expect(page.getByText(SENTENCE)).toHaveCount(1);
   await expect(page.getByText(SENTENCE)).toBeVisible();
   await expect(page.getByRole('heading', { name: /blind/ })).toBeVisible();
@@ -49,6 +51,8 @@ test('pages work without WebGL', async ({ page, server }) => {
   await expect(page.getByText(SENTENCE)).toBeVisible();
   await page.getByLabel('Name on the leaderboard').fill('blind');
   await page.getByRole('button', { name: 'Start', exact: true }).click();
-  await expect.poll(() => page.evaluate(() => (window.palmares as unknown as { drive: { driver: { tick: number } } }).drive.driver.tick)).toBeGreaterThan(10);
+  await expect
+    .poll(() => page.evaluate(() => (window.palmares as unknown as { drive: { driver: { tick: number } } }).drive.driver.tick))
+    .toBeGreaterThan(10);
   expect(wrong).toEqual([]);
 });

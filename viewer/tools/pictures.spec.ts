@@ -13,7 +13,13 @@ test.use({ viewport: WIDE, colorScheme: 'light' });
 /** Shows only the 3D view, from nearer: `near` is the share of the camera's distance. */
 async function alone(page: Page, near: number): Promise<void> {
   await page.evaluate((share) => {
-    const { stage } = window.palmares as unknown as { stage: { camera: { position: { lerp(to: unknown, share: number): void } }; controls: { target: unknown; update(): void }; lookAs(other: unknown): void } };
+    const { stage } = window.palmares as unknown as {
+      stage: {
+        camera: { position: { lerp(to: unknown, share: number): void } };
+        controls: { target: unknown; update(): void };
+        lookAs(other: unknown): void;
+      };
+    };
     stage.camera.position.lerp(stage.controls.target, 1 - share);
     stage.controls.update();
     // The camera stays where it is now.
@@ -26,18 +32,24 @@ async function alone(page: Page, near: number): Promise<void> {
 
 /** Time of the n-th event of a kind, s. */
 function timeOf(page: Page, kind: string, n: number): Promise<number> {
-  return page.evaluate(([wanted, place]) => {
-    const { recording } = window.palmares as unknown as { recording: { events: { kind: string; time: number }[]; duration: number } };
-    return recording.events.filter((event) => event.kind === wanted)[place]?.time ?? recording.duration / 2;
-  }, [kind, n] as const);
+  return page.evaluate(
+    ([wanted, place]) => {
+      const { recording } = window.palmares as unknown as { recording: { events: { kind: string; time: number }[]; duration: number } };
+      return recording.events.filter((event) => event.kind === wanted)[place]?.time ?? recording.duration / 2;
+    },
+    [kind, n] as const,
+  );
 }
 
 test('the tasks, and a replay with its charts', async ({ page, server }) => {
-  for (const [task, before] of [['balls', 1.6], ['shelf', 2.2]] as const) {
+  for (const [task, before] of [
+    ['balls', 1.6],
+    ['shelf', 2.2],
+  ] as const) {
     const { run_id: run } = await Example.start(`${task}_softhand.py`, server.url, '--seed', '1', '--team', 'crabs').played;
     await page.goto(`${server.url}/replay/${run}`);
     await page.waitForFunction(() => window.palmares?.['recording'] !== undefined);
-    const time = await timeOf(page, 'in_goal', 2) - before;
+    const time = (await timeOf(page, 'in_goal', 2)) - before;
     if (task === 'balls') {
       await page.goto(`${server.url}/replay/${run}#t=${time}`);
       for (const label of ['Contact forces', 'Predicted equilibrium']) await page.getByLabel(label).check();
@@ -60,7 +72,9 @@ test('a world as it is played', async ({ page, server }) => {
   await page.goto(`${server.url}/live/featured`);
   for (const label of ['Contact forces', 'Names']) await page.getByLabel(label).check();
   await page.getByLabel('Highlight').selectOption({ index: 4 });
-  await page.locator('.side').evaluate((side) => { side.scrollTop = 0; });
+  await page.locator('.side').evaluate((side) => {
+    side.scrollTop = 0;
+  });
   await page.getByText('is in the goal').nth(1).waitFor();
   // Software rendering is behind the numbers: wait for it.
   example.hold();
@@ -79,7 +93,11 @@ test('closing on an object, sensed against predicted', async ({ page, server }) 
 
 test('each hand, half closed, with its frames and names', async ({ page, server }) => {
   await page.setViewportSize({ width: WIDE.width, height: 1100 });
-  for (const [hand, near] of [['softhand', 0.8], ['reflex', 1.05], ['pinch', 1]] as const) {
+  for (const [hand, near] of [
+    ['softhand', 0.8],
+    ['reflex', 1.05],
+    ['pinch', 1],
+  ] as const) {
     await page.goto(`${server.url}/hands/${hand}`);
     await page.getByRole('button', { name: 'Half', exact: true }).click();
     for (const label of ['Names of links', 'Frames: base, palm']) await page.getByLabel(label).check();

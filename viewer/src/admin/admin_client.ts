@@ -19,7 +19,10 @@ export class AdminClient {
   #token: string;
   #over = false;
 
-  constructor(token: string, private readonly lost: (why: string) => void) {
+  constructor(
+    token: string,
+    private readonly lost: (why: string) => void,
+  ) {
     this.#token = token;
   }
 

@@ -10,7 +10,7 @@ export const PAGE = 50;
 
 /** The number of the last record, by doubling and bisection. `has(n)`: whether there is a record after n. */
 export async function lastOf(has: (after: number) => Promise<boolean>, known = 0): Promise<number> {
-  if (!await has(known)) return known;
+  if (!(await has(known))) return known;
   let [low, step] = [known + 1, 1];
   while (await has(low + step - 1)) {
     low += step;
@@ -39,23 +39,53 @@ export function auditTab(admin: AdminClient): Tab {
   const fetched = (after: number, limit: number): Promise<AuditEntry[]> =>
     admin.get<{ records: AuditEntry[] }>(`/v1/admin/audit?after=${after}&limit=${limit}`).then((answer) => answer.records);
   const line = el('span', { class: 'soft', role: 'status' });
-  const turn = (by: number) => (): void => { page = Math.max(0, page + by); void tab.refresh(); };
+  const turn = (by: number) => (): void => {
+    page = Math.max(0, page + by);
+    void tab.refresh();
+  };
   const newer = button('Newer', turn(-1), { class: 'small' });
   const older = button('Older', turn(1), { class: 'small' });
-  // Until it is known how many there are: a button that is disabled while it has the focus loses it.
+  // Until the number of records is known: a button that is disabled while it has the focus loses it.
   newer.disabled = true;
   older.disabled = true;
   const table = new KeyedTable<AuditEntry>(
-    [{ head: '#', class: 'n' }, { head: 'When' }, { head: 'Who' }, { head: 'What' }, { head: 'Subject', class: 'wide' }, { head: 'Why', class: 'wide' }],
+    [
+      { head: '#', class: 'n' },
+      { head: 'When' },
+      { head: 'Who' },
+      { head: 'What' },
+      { head: 'Subject', class: 'wide' },
+      { head: 'Why', class: 'wide' },
+    ],
     (entry) => String(entry.seq),
-    (entry) => [entry.seq, dateTime(entry.unix_ms), who(entry), entry.seconds === null ? entry.action : `${entry.action} ${entry.seconds} s`, el('bdi', {}, entry.subject), entry.reason === null ? '–' : el('bdi', {}, entry.reason)],
-    { label: 'Audit', empty: 'No actions yet.', head: 3 });
+    (entry) => [
+      entry.seq,
+      dateTime(entry.unix_ms),
+      who(entry),
+      entry.seconds === null ? entry.action : `${entry.action} ${entry.seconds} s`,
+      el('bdi', {}, entry.subject),
+      entry.reason === null ? '–' : el('bdi', {}, entry.reason),
+    ],
+    { label: 'Audit', empty: 'No actions yet.', head: 3 },
+  );
 
   const tab: Tab = {
-    id: 'audit', title: 'Audit', period: 5000,
-    element: el('div', {}, el('div', { class: 'row head' }, newer, older, line, button('Copy this page', () => {
-      void copyText(table.element.innerText);
-    }, { class: 'small end' })), table.element),
+    id: 'audit',
+    title: 'Audit',
+    period: 5000,
+    element: el(
+      'div',
+      {},
+      el(
+        'div',
+        { class: 'row head' },
+        newer,
+        older,
+        line,
+        button('Copy this page', () => void copyText(table.element.innerText), { class: 'small end' }),
+      ),
+      table.element,
+    ),
     async refresh() {
       last = await lastOf(async (after) => (await fetched(after, 1)).length > 0, last);
       page = Math.min(page, Math.max(0, Math.ceil(last / PAGE) - 1));

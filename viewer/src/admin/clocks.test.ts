@@ -3,8 +3,23 @@ import { inOrder, leftAt, readClock, state } from './clocks';
 import type { Session } from '../wire/messages';
 
 const session = (over: Partial<Session>): Session => ({
-  session_id: 's', team: 't', mode: 'official', status: 'open', client_version: null, limit_s: 100, clock_wall_s: 0, clock_simulated_s: 0,
-  refunded_s: 0, paused_unix_ms: null, pauses: 0, created_unix_ms: 0, ended_unix_ms: null, runs: 0, elapsed_s: 10, left_s: 90, ...over,
+  session_id: 's',
+  team: 't',
+  mode: 'official',
+  status: 'open',
+  client_version: null,
+  limit_s: 100,
+  clock_wall_s: 0,
+  clock_simulated_s: 0,
+  refunded_s: 0,
+  paused_unix_ms: null,
+  pauses: 0,
+  created_unix_ms: 0,
+  ended_unix_ms: null,
+  runs: 0,
+  elapsed_s: 10,
+  left_s: 90,
+  ...over,
 });
 
 test('a clock runs only after two readings in which it moved', () => {
@@ -33,6 +48,10 @@ test('states have words', () => {
 });
 
 test('open sessions are first', () => {
-  const order = inOrder([session({ session_id: 'a', status: 'ended', created_unix_ms: 9 }), session({ session_id: 'b', team: 'z' }), session({ session_id: 'c', team: 'y' })]);
+  const order = inOrder([
+    session({ session_id: 'a', status: 'ended', created_unix_ms: 9 }),
+    session({ session_id: 'b', team: 'z' }),
+    session({ session_id: 'c', team: 'y' }),
+  ]);
   expect(order.map((one) => one.session_id)).toEqual(['c', 'b', 'a']);
 });

@@ -15,26 +15,46 @@ export function handsTab(admin: AdminClient): Tab {
   const details = el('section', { class: 'panel', tabindex: -1, hidden: true, 'aria-label': 'Details of the hand' });
   let at: string | null = null;
   const table = new KeyedTable<HandRow>(
-    [{ head: 'Hand' }, { head: 'Team' }, { head: 'State' }, { head: 'Uploaded' }, { head: 'Warnings', class: 'wide' }, { head: '', class: 'wide' }],
+    [
+      { head: 'Hand' },
+      { head: 'Team' },
+      { head: 'State' },
+      { head: 'Uploaded' },
+      { head: 'Warnings', class: 'wide' },
+      { head: '', class: 'wide' },
+    ],
     (hand) => hand.hand_id,
     (hand) => [
-      [name(hand.name), el('span', { class: 'id' }, hand.hand_id)], name(hand.team), el('span', { class: `badge ${COLOUR[hand.status] ?? ''}` }, hand.status),
-      dateTime(hand.created_unix_ms), hand.warnings.length === 0 ? 'none' : el('ul', { class: 'plain' }, ...hand.warnings.map((text) => el('li', {}, text))),
-      el('div', { class: 'row' }, button('Details', () => { void look(hand.hand_id); }, { class: 'small' }), ...decide(hand)),
+      [name(hand.name), el('span', { class: 'id' }, hand.hand_id)],
+      name(hand.team),
+      el('span', { class: `badge ${COLOUR[hand.status] ?? ''}` }, hand.status),
+      dateTime(hand.created_unix_ms),
+      hand.warnings.length === 0 ? 'none' : el('ul', { class: 'plain' }, ...hand.warnings.map((text) => el('li', {}, text))),
+      el(
+        'div',
+        { class: 'row' },
+        button('Details', () => void look(hand.hand_id), { class: 'small' }),
+        ...decide(hand),
+      ),
     ],
-    { label: 'Teams’ own hands', empty: 'No team has uploaded a hand.' });
+    { label: 'Teams’ own hands', empty: 'No team has uploaded a hand.' },
+  );
 
   function decide(hand: HandRow): Child[] {
     return [
-      hand.status !== 'approved' && button('Approve…', () => { void confirmAction(dialog(hand, 'Approve', 'approve')); }, { class: 'small' }),
-      hand.status !== 'rejected' && button('Reject…', () => { void confirmAction(dialog(hand, 'Reject', 'reject')); }, { class: 'small danger' }),
+      hand.status !== 'approved' && button('Approve…', () => void confirmAction(dialog(hand, 'Approve', 'approve')), { class: 'small' }),
+      hand.status !== 'rejected' &&
+        button('Reject…', () => void confirmAction(dialog(hand, 'Reject', 'reject')), { class: 'small danger' }),
     ];
   }
 
   function dialog(hand: HandRow, verb: string, path: string): ActionDialog {
     const warned = hand.warnings.length > 0 && path === 'approve' ? ` The check found: ${hand.warnings.join('; ')}.` : '';
     return {
-      title: [`${verb} `, name(hand.name), ' of ', name(hand.team)], verb, danger: path === 'reject', needsReason: path === 'reject',
+      title: [`${verb} `, name(hand.name), ' of ', name(hand.team)],
+      verb,
+      danger: path === 'reject',
+      needsReason: path === 'reject',
       text: `${path === 'approve' ? 'The team may use it in the competition.' : 'The team cannot use it in the competition. The team sees the reason.'}${warned}`,
       act: async (reason) => {
         await admin.post(`/v1/admin/hand/${path}`, { hand_id: hand.hand_id, reason });
@@ -61,24 +81,57 @@ export function handsTab(admin: AdminClient): Tab {
 
   function about({ hand, figures, in_the_way: way, description }: ShownHand): HTMLElement[] {
     return [
-      el('div', { class: 'row head' }, el('h2', {}, name(hand.name), ' of ', name(hand.team)), el('span', { class: `badge ${COLOUR[hand.status] ?? ''}` }, hand.status),
-        el('span', { class: 'end row' }, ...decide(hand), button('Archive', () => { void admin.save(`/v1/admin/hands/${encodeURIComponent(hand.hand_id)}/archive`, `${hand.hand_id}.zip`); }, { class: 'small' }),
-          button('Close', () => { at = null; details.hidden = true; details.replaceChildren(); }, { class: 'small' }))),
+      el(
+        'div',
+        { class: 'row head' },
+        el('h2', {}, name(hand.name), ' of ', name(hand.team)),
+        el('span', { class: `badge ${COLOUR[hand.status] ?? ''}` }, hand.status),
+        el(
+          'span',
+          { class: 'end row' },
+          ...decide(hand),
+          button('Archive', () => void admin.save(`/v1/admin/hands/${encodeURIComponent(hand.hand_id)}/archive`, `${hand.hand_id}.zip`), {
+            class: 'small',
+          }),
+          button(
+            'Close',
+            () => {
+              at = null;
+              details.hidden = true;
+              details.replaceChildren();
+            },
+            { class: 'small' },
+          ),
+        ),
+      ),
       description === undefined
-        ? el('p', { class: 'notice' }, 'This server does not send the hand’s shapes. For an image run ', el('code', {}, `palmares admin hand show ${hand.hand_id} -o sides.png`), '.')
+        ? el(
+            'p',
+            { class: 'notice' },
+            'This server does not send the hand’s shapes. For an image run ',
+            el('code', {}, `palmares admin hand show ${hand.hand_id} -o sides.png`),
+            '.',
+          )
         : sides(description),
-      facts([['Uploaded', dateTime(hand.created_unix_ms)], ['Decided', dateTime(hand.decided_unix_ms)], ['Note', hand.note ?? '–'], ['SHA-256', el('code', {}, hand.sha256)],
-        ['Touches at the start', way.length === 0 ? 'nothing' : el('ul', { class: 'plain bad' }, ...way.map((text) => el('li', {}, text)))]]),
+      facts([
+        ['Uploaded', dateTime(hand.created_unix_ms)],
+        ['Decided', dateTime(hand.decided_unix_ms)],
+        ['Note', hand.note ?? '–'],
+        ['SHA-256', el('code', {}, hand.sha256)],
+        ['Touches at the start', way.length === 0 ? 'nothing' : el('ul', { class: 'plain bad' }, ...way.map((text) => el('li', {}, text)))],
+      ]),
       el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Figures' }, figureTable(figures)),
     ];
   }
 
   const tab: Tab = {
-    id: 'hands', title: 'Hands', period: 10_000,
+    id: 'hands',
+    title: 'Hands',
+    period: 10_000,
     element: el('div', { class: 'stack' }, table.element, details),
     async refresh() {
       const { hands } = await admin.get<{ hands: HandRow[] }>('/v1/admin/hands');
-      const waits = (hand: HandRow): number => hand.status === 'pending' ? 0 : 1;
+      const waits = (hand: HandRow): number => (hand.status === 'pending' ? 0 : 1);
       table.show([...hands].sort((a, b) => waits(a) - waits(b)));
     },
   };

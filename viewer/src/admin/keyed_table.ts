@@ -2,7 +2,10 @@
 import { type Child, el } from '../ui/elements';
 
 /** A column; `n` for numbers. */
-export interface Column { head: string; class?: string }
+export interface Column {
+  head: string;
+  class?: string;
+}
 
 /** Content of a cell. */
 export type Cell = Child | Child[];
@@ -24,9 +27,20 @@ export class KeyedTable<T> {
   ) {
     this.head = options.head ?? 0;
     this.signature = options.signature ?? ((item) => JSON.stringify(item));
-    const heads = columns.map((column) => el('th', { scope: 'col', class: column.class },
-      column.head === '' ? el('span', { class: 'visually-hidden' }, 'Actions') : column.head));
-    this.table = el('table', { class: 'cards dense admin' }, el('caption', { class: 'visually-hidden' }, options.label), el('thead', {}, el('tr', {}, ...heads)), this.body);
+    const heads = columns.map((column) =>
+      el(
+        'th',
+        { scope: 'col', class: column.class },
+        column.head === '' ? el('span', { class: 'visually-hidden' }, 'Actions') : column.head,
+      ),
+    );
+    this.table = el(
+      'table',
+      { class: 'cards dense admin' },
+      el('caption', { class: 'visually-hidden' }, options.label),
+      el('thead', {}, el('tr', {}, ...heads)),
+      this.body,
+    );
     this.empty = el('p', { class: 'soft', hidden: true }, options.empty);
     this.element = el('div', {}, el('div', { class: 'scroll' }, this.table), this.empty);
   }
@@ -71,15 +85,19 @@ export class KeyedTable<T> {
 
   private write(line: HTMLTableRowElement, item: T): void {
     const focused = line.contains(document.activeElement) ? document.activeElement?.textContent : null;
-    line.replaceChildren(...this.cells(item).map((cell, index) => {
-      const column = this.columns[index] ?? { head: '' };
-      const content = Array.isArray(cell) ? cell : [cell];
-      if (index === this.head) return el('th', { scope: 'row' }, ...content);
-      const label = column.head === '' ? undefined : column.head;
-      return el('td', { class: column.class, 'data-label': label }, ...content);
-    }));
+    line.replaceChildren(
+      ...this.cells(item).map((cell, index) => {
+        const column = this.columns[index] ?? { head: '' };
+        const content = Array.isArray(cell) ? cell : [cell];
+        if (index === this.head) return el('th', { scope: 'row' }, ...content);
+        const label = column.head === '' ? undefined : column.head;
+        return el('td', { class: column.class, 'data-label': label }, ...content);
+      }),
+    );
     if (focused !== null) {
-      const again = [...line.querySelectorAll<HTMLElement>('button, a')].find((one) => one.textContent === focused) ?? line.querySelector<HTMLElement>('button, a');
+      const again =
+        [...line.querySelectorAll<HTMLElement>('button, a')].find((one) => one.textContent === focused) ??
+        line.querySelector<HTMLElement>('button, a');
       again?.focus();
     }
   }

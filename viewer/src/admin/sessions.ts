@@ -11,16 +11,32 @@ import type { Session } from '../wire/messages';
 export function sessionsTab(admin: AdminClient): Tab {
   const readings = new Map<string, ClockReading>();
   let all: Session[] = [];
-  const openOnly = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
+  const openOnly = el('input', { type: 'checkbox', on: { change: () => show() } });
   const table = new KeyedTable<Session>(
-    [{ head: 'Team' }, { head: 'State' }, { head: 'Left', class: 'n' }, { head: 'Used', class: 'n' }, { head: 'Added', class: 'n' },
-      { head: 'Pauses', class: 'n' }, { head: 'Runs', class: 'n' }, { head: 'Started' }, { head: '', class: 'wide' }],
-    (session) => session.session_id, (session) => cells(session),
+    [
+      { head: 'Team' },
+      { head: 'State' },
+      { head: 'Left', class: 'n' },
+      { head: 'Used', class: 'n' },
+      { head: 'Added', class: 'n' },
+      { head: 'Pauses', class: 'n' },
+      { head: 'Runs', class: 'n' },
+      { head: 'Started' },
+      { head: '', class: 'wide' },
+    ],
+    (session) => session.session_id,
+    (session) => cells(session),
     {
-      label: 'Sessions', empty: 'No session yet. While the competition is open, a team’s session begins when its client connects.',
+      label: 'Sessions',
+      empty: 'No session yet. While the competition is open, a team’s session begins when its client connects.',
       // Without the clocks, which tick() updates.
-      signature: (session) => JSON.stringify([{ ...session, elapsed_s: session.elapsed_s > 0, left_s: (session.left_s ?? 1) > 0, clock_wall_s: 0, clock_simulated_s: 0 }, readings.get(session.session_id)?.going]),
-    });
+      signature: (session) =>
+        JSON.stringify([
+          { ...session, elapsed_s: session.elapsed_s > 0, left_s: (session.left_s ?? 1) > 0, clock_wall_s: 0, clock_simulated_s: 0 },
+          readings.get(session.session_id)?.going,
+        ]),
+    },
+  );
 
   function cells(session: Session): (Node | Node[] | string | number)[] {
     const { word, colour } = state(session, readings.get(session.session_id)?.going ?? false);
@@ -28,33 +44,50 @@ export function sessionsTab(admin: AdminClient): Tab {
     return [
       [name(session.team), el('span', { class: 'id' }, session.session_id)],
       el('span', { class: `badge ${colour}` }, word),
-      el('span', { class: 'clock', 'data-clock': 'left' }), el('span', { class: 'num', 'data-clock': 'used' }),
-      clock(session.refunded_s), session.pauses, session.runs, dateTime(session.created_unix_ms),
-      el('div', { class: 'row' },
+      el('span', { class: 'clock', 'data-clock': 'left' }),
+      el('span', { class: 'num', 'data-clock': 'used' }),
+      clock(session.refunded_s),
+      session.pauses,
+      session.runs,
+      dateTime(session.created_unix_ms),
+      el(
+        'div',
+        { class: 'row' },
         open && session.paused_unix_ms === null && act(session, 'Pause', 'pause', 'Its clock and its runs stop until it is resumed.'),
         open && session.paused_unix_ms !== null && act(session, 'Resume', 'resume', 'Its clock and its runs continue.'),
-        session.status !== 'voided' && button('Add time…', () => { void confirmAction(grant(session)); }, { class: 'small' }),
+        session.status !== 'voided' && button('Add time…', () => void confirmAction(grant(session)), { class: 'small' }),
         open && act(session, 'End', 'end', 'The open run is scored, and the session is over.', { danger: true }),
-        session.status !== 'voided' && act(session, 'Void', 'void', 'None of its runs counts any more, and the team may have another session.', { danger: true, needsReason: true }),
-        open && el('a', { class: 'button small', href: `/live/${encodeURIComponent(session.session_id)}` }, 'Watch')),
+        session.status !== 'voided' &&
+          act(session, 'Void', 'void', 'None of its runs counts any more, and the team may have another session.', {
+            danger: true,
+            needsReason: true,
+          }),
+        open && el('a', { class: 'button small', href: `/live/${encodeURIComponent(session.session_id)}` }, 'Watch'),
+      ),
     ];
   }
 
   function act(session: Session, verb: string, path: string, text: string, more: Partial<ActionDialog> = {}): HTMLButtonElement {
     const dialog: ActionDialog = {
-      title: [`${verb} the session of `, name(session.team)], text, verb, ...more,
+      title: [`${verb} the session of `, name(session.team)],
+      text,
+      verb,
+      ...more,
       act: async (reason) => {
         await admin.post(`/v1/admin/session/${path}`, { session_id: session.session_id, reason });
         await tab.refresh();
         return `${verb}: done.`;
       },
     };
-    return button(`${verb}…`, () => { void confirmAction(dialog); }, { class: more.danger === true ? 'small danger' : 'small' });
+    return button(`${verb}…`, () => void confirmAction(dialog), { class: more.danger === true ? 'small danger' : 'small' });
   }
 
   function grant(session: Session): ActionDialog {
     return {
-      title: ['Add time for ', name(session.team)], text: 'Adds time; an expired session reopens.', verb: 'Add', needsReason: true,
+      title: ['Add time for ', name(session.team)],
+      text: 'Adds time; an expired session reopens.',
+      verb: 'Add',
+      needsReason: true,
       fields: [{ name: 'seconds', label: 'Seconds', type: 'number', value: '60', min: 1, max: 86_400 }],
       act: async (reason, { seconds }) => {
         await admin.post('/v1/admin/session/grant', { session_id: session.session_id, reason, seconds: Number(seconds) });
@@ -82,12 +115,15 @@ export function sessionsTab(admin: AdminClient): Tab {
         shown.setAttribute('title', clockInWords(left));
         shown.classList.toggle('warn', left !== null && left < 120 && session.status === 'open');
       }
-      if (used !== null) setText(used, clock(Math.floor(reading.elapsed + (left === null || reading.left === null ? 0 : reading.left - left))));
+      if (used !== null)
+        setText(used, clock(Math.floor(reading.elapsed + (left === null || reading.left === null ? 0 : reading.left - left))));
     }
   }
 
   const tab: Tab = {
-    id: 'sessions', title: 'Sessions', period: 2000,
+    id: 'sessions',
+    title: 'Sessions',
+    period: 2000,
     element: el('div', {}, el('label', { class: 'check' }, openOnly, 'only open sessions'), table.element),
     async refresh() {
       const { sessions } = await admin.get<{ sessions: Session[] }>('/v1/sessions');

@@ -5,11 +5,27 @@ import { errorText, type Tab } from './admin_client';
 /** Shows the tabs, initially the one in the address or the first. The returned function stops the refreshes. */
 export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void {
   const error = el('p', { class: 'notice bad', role: 'alert', hidden: true });
-  const buttons = tabs.map((tab) => el('button', {
-    type: 'button', role: 'tab', id: `tab-${tab.id}`, 'aria-controls': `panel-${tab.id}`, on: { click: () => { choose(tab); } },
-  }, tab.title));
-  const panels = tabs.map((tab) => el('div', { role: 'tabpanel', id: `panel-${tab.id}`, 'aria-labelledby': `tab-${tab.id}`, hidden: true }, tab.element));
-  const bar = el('div', { class: 'tabs', role: 'tablist', 'aria-label': 'Organizer tabs', on: { keydown: (event) => { steer(event as KeyboardEvent); } } }, ...buttons);
+  const buttons = tabs.map((tab) =>
+    el(
+      'button',
+      {
+        type: 'button',
+        role: 'tab',
+        id: `tab-${tab.id}`,
+        'aria-controls': `panel-${tab.id}`,
+        on: { click: () => choose(tab) },
+      },
+      tab.title,
+    ),
+  );
+  const panels = tabs.map((tab) =>
+    el('div', { role: 'tabpanel', id: `panel-${tab.id}`, 'aria-labelledby': `tab-${tab.id}`, hidden: true }, tab.element),
+  );
+  const bar = el(
+    'div',
+    { class: 'tabs', role: 'tablist', 'aria-label': 'Organizer tabs', on: { keydown: (event) => steer(event as KeyboardEvent) } },
+    ...buttons,
+  );
   parent.append(bar, error, ...panels);
   let chosen: Tab | null = null;
   let timer = 0;
@@ -39,7 +55,7 @@ export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void 
       error.textContent = `Not up to date: ${errorText(failure)}.`;
       error.hidden = false;
     }
-    if (chosen === tab && !over) timer = window.setTimeout(() => { void again(tab); }, tab.period);
+    if (chosen === tab && !over) timer = window.setTimeout(() => void again(tab), tab.period);
   }
 
   function steer(event: KeyboardEvent): void {
@@ -55,5 +71,8 @@ export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void 
 
   const first = tabs.find((tab) => location.hash === `#${tab.id}`) ?? tabs[0];
   if (first !== undefined) choose(first);
-  return () => { over = true; window.clearTimeout(timer); };
+  return () => {
+    over = true;
+    window.clearTimeout(timer);
+  };
 }

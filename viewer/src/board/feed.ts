@@ -31,12 +31,14 @@ export function openFeed(listener: FeedListener, token: string | null = null): (
     if (token !== null) protocols.push(`palmares.token.${token}`);
     const opened = new WebSocket(address, protocols);
     socket = opened;
-    const say = (message: Record<string, unknown>): void => { opened.send(JSON.stringify(message)); };
+    const say = (message: Record<string, unknown>): void => opened.send(JSON.stringify(message));
     opened.onopen = () => {
       wait = 500;
       say(listener.world === undefined ? { op: 'subscribe', id: 1, leaderboard: true } : { op: 'subscribe', id: 2, featured: true });
     };
-    opened.onmessage = (event: MessageEvent) => { if (typeof event.data === 'string') read(event.data, say); };
+    opened.onmessage = (event: MessageEvent) => {
+      if (typeof event.data === 'string') read(event.data, say);
+    };
     opened.onclose = (event) => {
       listener.connected(false);
       if (over) return;
@@ -53,15 +55,29 @@ export function openFeed(listener: FeedListener, token: string | null = null): (
   function read(data: string, say: (message: Record<string, unknown>) => void): void {
     const message = JSON.parse(data) as WatchReply;
     switch (message.op) {
-      case 'subscribed': listener.connected(true); break;
-      case 'leaderboard': listener.ranking(message.rows); break;
-      case 'announcement': listener.announcement?.(message); break;
+      case 'subscribed':
+        listener.connected(true);
+        break;
+      case 'leaderboard':
+        listener.ranking(message.rows);
+        break;
+      case 'announcement':
+        listener.announcement?.(message);
+        break;
       // Older servers have the ranking only with the subscription of a run.
-      case 'error': if (message.id === 1) say({ op: 'subscribe', id: 2, featured: true }); break;
-      default: listener.world?.(message); break;
+      case 'error':
+        if (message.id === 1) say({ op: 'subscribe', id: 2, featured: true });
+        break;
+      default:
+        listener.world?.(message);
+        break;
     }
   }
 
   open();
-  return () => { over = true; window.clearTimeout(timer); socket?.close(); };
+  return () => {
+    over = true;
+    window.clearTimeout(timer);
+    socket?.close();
+  };
 }

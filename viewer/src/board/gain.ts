@@ -1,9 +1,15 @@
-/** A change of the score in words. An object that was dropped outside and arrives after all changes it by its points and by the penalty, which is taken back. */
+/**
+ * A change of the score in words. If an object that was dropped outside arrives later, the score changes by its points and by the
+ * penalty, which is taken back.
+ */
 import { signed } from './movement';
 import type { GoalInfo } from '../wire/messages';
 
 /** The points of the objects that a task counts: in the goal, and the penalty outside (less than 0), or 0. */
-export interface Worth { goal: number; penalty: number }
+export interface Worth {
+  goal: number;
+  penalty: number;
+}
 
 /** The points of a task that counts objects; null for one with goals in stages. */
 export function worthOf(goals: readonly GoalInfo[] | undefined): Worth | null {

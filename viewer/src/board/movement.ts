@@ -3,7 +3,10 @@ import { ordinal, points } from '../ui/format';
 import type { LeaderboardRow } from '../wire/messages';
 
 /** A team's change. `places` is positive for up, null for a new team; `gained` is in points. */
-export interface Move { places: number | null; gained: number }
+export interface Move {
+  places: number | null;
+  gained: number;
+}
 
 /** The teams whose rank or total changed; none without an earlier ranking. */
 export function movement(before: readonly LeaderboardRow[] | null, now: readonly LeaderboardRow[]): Map<string, Move> {
@@ -50,5 +53,8 @@ export function announcementOf(moves: ReadonlyMap<string, Move>, now: readonly L
     const move = moves.get(row.team);
     return move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9);
   });
-  return gained.slice(0, 3).map((row) => `${row.team} is ${ordinal(row.rank)} with ${points(row.total)} points`).join('; ');
+  return gained
+    .slice(0, 3)
+    .map((row) => `${row.team} is ${ordinal(row.rank)} with ${points(row.total)} points`)
+    .join('; ');
 }

@@ -13,7 +13,10 @@ export function pages(rows: number, most: number): [number, number][] {
 }
 
 /** The shown page, and since when (ms). */
-export interface Showing { page: number; since: number }
+export interface Showing {
+  page: number;
+  since: number;
+}
 
 /** The page to show now, of `count`. A held page stays. */
 export function turned(shown: Showing, count: number, now: number, held: boolean): Showing {

@@ -11,7 +11,12 @@ test('lines are at round values around all scores', () => {
   expect(ticks(0, 3)).toEqual([0, 1, 2, 3]);
   expect(ticks(-0.5, 9.6)).toEqual([-5, 0, 5, 10]);
   expect(ticks(0, 0)).toHaveLength(2);
-  for (const [least, most] of [[0, 0.4], [-3, 47], [0, 50], [2, 2]] as const) {
+  for (const [least, most] of [
+    [0, 0.4],
+    [-3, 47],
+    [0, 50],
+    [2, 2],
+  ] as const) {
     const lines = ticks(least, most);
     expect(lines[0]).toBeLessThanOrEqual(least);
     expect(lines.at(-1)).toBeGreaterThanOrEqual(most);

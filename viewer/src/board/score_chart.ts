@@ -40,18 +40,42 @@ export function scoreChart(task: string, runs: readonly Scored[]): HTMLElement {
   const lines = ticks(Math.min(0, ...scores), Math.max(...scores));
   const [low = 0, high = 1] = [lines[0], lines.at(-1)];
   const x = (k: number): number => LEFT + (WIDTH - LEFT - RIGHT) * (runs.length === 1 ? 0.5 : k / (runs.length - 1));
-  const y = (score: number): number => HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * (score - low) / (high - low);
+  const y = (score: number): number => HEIGHT - BOTTOM - ((HEIGHT - TOP - BOTTOM) * (score - low)) / (high - low);
   const best = bestSoFar(scores);
-  const path = best.map((score, k) => k === 0 ? `M${x(0)},${y(score)}` : `H${x(k)}V${y(score)}`).join('');
+  const path = best.map((score, k) => (k === 0 ? `M${x(0)},${y(score)}` : `H${x(k)}V${y(score)}`)).join('');
   const most = best.at(-1) ?? 0;
-  const drawing = svg('svg', { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: 'group', 'aria-label': `Scores of ${runs.length} runs of ${task}; the best is ${points(most)}` },
-    ...lines.map((value) => svg('g', { class: 'across' }, svg('line', { x1: LEFT, x2: WIDTH - RIGHT, y1: y(value), y2: y(value) }),
-      svg('text', { x: LEFT - 8, y: y(value) + 4, 'text-anchor': 'end' }, points(value).replace(/\.0$/, '')))),
+  const drawing = svg(
+    'svg',
+    {
+      viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
+      role: 'group',
+      'aria-label': `Scores of ${runs.length} runs of ${task}; the best is ${points(most)}`,
+    },
+    ...lines.map((value) =>
+      svg(
+        'g',
+        { class: 'across' },
+        svg('line', { x1: LEFT, x2: WIDTH - RIGHT, y1: y(value), y2: y(value) }),
+        svg('text', { x: LEFT - 8, y: y(value) + 4, 'text-anchor': 'end' }, points(value).replace(/\.0$/, '')),
+      ),
+    ),
     svg('path', { d: path, class: 'best' }),
-    ...runs.map((run, k) => svg('a', { href: `/replay/${encodeURIComponent(run.run_id)}`, tabindex: -1 },
-      svg('circle', { cx: x(k), cy: y(run.score), r: 4, class: run.score === most ? 'run top' : 'run' }, svg('title', {}, `${points(run.score)}, ${dateTime(run.ended_unix_ms)}`)))),
+    ...runs.map((run, k) =>
+      svg(
+        'a',
+        { href: `/replay/${encodeURIComponent(run.run_id)}`, tabindex: -1 },
+        svg(
+          'circle',
+          { cx: x(k), cy: y(run.score), r: 4, class: run.score === most ? 'run top' : 'run' },
+          svg('title', {}, `${points(run.score)}, ${dateTime(run.ended_unix_ms)}`),
+        ),
+      ),
+    ),
     svg('text', { x: LEFT, y: HEIGHT - 6 }, dateTime(runs[0]?.ended_unix_ms)),
-    ...runs.length > 1 ? [svg('text', { x: WIDTH - RIGHT, y: HEIGHT - 6, 'text-anchor': 'end' }, dateTime(runs.at(-1)?.ended_unix_ms))] : []);
+    ...(runs.length > 1
+      ? [svg('text', { x: WIDTH - RIGHT, y: HEIGHT - 6, 'text-anchor': 'end' }, dateTime(runs.at(-1)?.ended_unix_ms))]
+      : []),
+  );
   const figure = el('figure', { class: 'scores' }, el('figcaption', {}, task));
   figure.append(drawing);
   return figure;

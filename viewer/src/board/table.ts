@@ -56,13 +56,21 @@ export class BoardTable {
 
   private cells(row: LeaderboardRow, tasks: readonly string[]): HTMLElement[] {
     const move = this.moves.get(row.team);
-    const team = el('th', { scope: 'row' }, el('a', { class: 'team', href: `/teams/${encodeURIComponent(row.team)}` }, name(row.team)), move === undefined ? null : marked(move));
+    const team = el(
+      'th',
+      { scope: 'row' },
+      el('a', { class: 'team', href: `/teams/${encodeURIComponent(row.team)}` }, name(row.team)),
+      move === undefined ? null : marked(move),
+    );
     const scores = tasks.map((task) => {
       const best = row.tasks[task];
       return el('td', { class: best === undefined ? 'n none' : 'n', 'data-label': task }, best === undefined ? '–' : this.score(best));
     });
     return [
-      el('td', { class: 'n rank' }, row.rank), team, el('td', { class: 'n total' }, points(row.total)), ...scores,
+      el('td', { class: 'n rank' }, row.rank),
+      team,
+      el('td', { class: 'n total' }, points(row.total)),
+      ...scores,
       el('td', { class: row.sensors_rank === null ? 'n none' : 'n', 'data-label': 'Sensors' }, row.sensors_rank ?? '–'),
       el('td', { class: 'n', 'data-label': 'Runs' }, row.runs),
     ];
@@ -70,10 +78,20 @@ export class BoardTable {
 
   private score(best: TaskBest): HTMLElement {
     const text = points(best.score);
-    const status = best.status === 'practice' ? null : el('span', { class: `status ${best.status}`, title: best.status }, best.status === 'verified' ? '✓' : '…');
+    const status =
+      best.status === 'practice'
+        ? null
+        : el('span', { class: `status ${best.status}`, title: best.status }, best.status === 'verified' ? '✓' : '…');
     const said = best.status === 'practice' ? null : el('span', { class: 'visually-hidden' }, ` ${best.status}`);
     if (!replayIsOpen(this.info)) return el('span', {}, text, status, said);
-    return el('a', { href: `/replay/${encodeURIComponent(best.run_id)}` }, text, status, said, el('span', { class: 'visually-hidden' }, ', replay'));
+    return el(
+      'a',
+      { href: `/replay/${encodeURIComponent(best.run_id)}` },
+      text,
+      status,
+      said,
+      el('span', { class: 'visually-hidden' }, ', replay'),
+    );
   }
 
   private places(): Map<string, number> {
@@ -85,7 +103,8 @@ export class BoardTable {
     if (matchMedia('(prefers-reduced-motion: reduce)').matches) return;
     for (const [team, line] of this.rows) {
       const way = (places.get(team) ?? line.getBoundingClientRect().top) - line.getBoundingClientRect().top;
-      if (Math.abs(way) > 1) line.animate([{ transform: `translateY(${way}px)` }, { transform: 'none' }], { duration: SLIDE_MS, easing: 'ease-in-out' });
+      if (Math.abs(way) > 1)
+        line.animate([{ transform: `translateY(${way}px)` }, { transform: 'none' }], { duration: SLIDE_MS, easing: 'ease-in-out' });
     }
   }
 }
@@ -93,5 +112,10 @@ export class BoardTable {
 /** A mark such as ▲2, with its text for screen readers. */
 export function marked(move: Move): HTMLElement {
   const { sign, words, way } = moveMark(move);
-  return el('span', { class: `move ${way}` }, el('span', { 'aria-hidden': 'true' }, sign), el('span', { class: 'visually-hidden' }, `, ${words}`));
+  return el(
+    'span',
+    { class: `move ${way}` },
+    el('span', { 'aria-hidden': 'true' }, sign),
+    el('span', { class: 'visually-hidden' }, `, ${words}`),
+  );
 }

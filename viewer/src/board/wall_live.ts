@@ -7,7 +7,7 @@ import type { Stage } from '../render/stage';
 import { stageFor, type StageLike } from './wall_stage';
 import type { WatchReply, WatchRun, WatchScene } from '../wire/messages';
 
-/** Events that are told beside the score. */
+/** Events that are shown beside the score. */
 const HIGHLIGHTS = new Set(['in_goal', 'lifted', 'held', 'shaken']);
 
 /** Display time of the text next to the score, ms. */
@@ -21,8 +21,18 @@ export class LivePane {
   private readonly score = el('span');
   private readonly time = el('div', { class: 'time' });
   private readonly news = el('div', { class: 'news', role: 'status' });
-  readonly element = el('section', { class: 'live', 'aria-label': 'Live', hidden: true }, this.place,
-    el('div', { class: 'caption' }, el('div', { class: 'grow' }, this.who, this.what), this.time, el('div', { class: 'score' }, el('span', { class: 'visually-hidden' }, 'Score '), this.score)));
+  readonly element = el(
+    'section',
+    { class: 'live', 'aria-label': 'Live', hidden: true },
+    this.place,
+    el(
+      'div',
+      { class: 'caption' },
+      el('div', { class: 'grow' }, this.who, this.what),
+      this.time,
+      el('div', { class: 'score' }, el('span', { class: 'visually-hidden' }, 'Score '), this.score),
+    ),
+  );
   private stage: StageLike | null = null;
   /** The stage, for tests. */
   drawing: Stage | null = null;
@@ -56,23 +66,41 @@ export class LivePane {
 
   /** Handles a message of the watch socket; messages wait until the stage is loaded. */
   take(message: WatchReply): void {
-    this.taken = this.taken.then(() => this.read(message)).catch((error: unknown) => { console.error(error); });
+    this.taken = this.taken.then(() => this.read(message)).catch((error: unknown) => console.error(error));
   }
 
   private async read(message: WatchReply): Promise<void> {
     switch (message.op) {
-      case 'scene': await this.begin(message); break;
-      case 'poses': this.stage?.poses(message, performance.now()); setText(this.time, clock(Math.floor(message.sim_time_s))); break;
-      case 'score': this.scored(message.score); break;
-      case 'events': this.noted(message.events.map((event) => event.kind)); break;
-      case 'clock': this.last = this.run === null ? null : { team: this.run.team, left: message.session_left_s }; break;
-      case 'ended': this.say('run over'); this.run = null; this.points = null; break;
-      default: break;
+      case 'scene':
+        await this.begin(message);
+        break;
+      case 'poses':
+        this.stage?.poses(message, performance.now());
+        setText(this.time, clock(Math.floor(message.sim_time_s)));
+        break;
+      case 'score':
+        this.scored(message.score);
+        break;
+      case 'events':
+        this.noted(message.events.map((event) => event.kind));
+        break;
+      case 'clock':
+        this.last = this.run === null ? null : { team: this.run.team, left: message.session_left_s };
+        break;
+      case 'ended':
+        this.say('run over');
+        this.run = null;
+        this.points = null;
+        break;
+      default:
+        break;
     }
   }
 
   private async begin(message: WatchScene): Promise<void> {
-    this.stage ??= await stageFor(this.place, (stage) => { this.drawing = stage; });
+    this.stage ??= await stageFor(this.place, (stage) => {
+      this.drawing = stage;
+    });
     this.place.append(this.news);
     this.stage?.scene(message);
     this.run = message.run;
@@ -99,7 +127,7 @@ export class LivePane {
     setText(this.news, text);
     this.news.classList.toggle('bad', bad);
     window.clearTimeout(this.silence);
-    this.silence = window.setTimeout(() => { setText(this.news, ''); }, NEWS_MS);
+    this.silence = window.setTimeout(() => setText(this.news, ''), NEWS_MS);
   }
 
   private noted(kinds: readonly string[]): void {

@@ -10,9 +10,9 @@ import { marked } from './table';
 /** Teams in a column: more would be too small to read from the back of a hall. */
 export const TEAMS = 10;
 
-/** Characters of a name on one line: among few teams, which have large letters, among many, and in the whole width. */
+/** Most characters of a name on one line: with few teams in large letters, with many teams, and over the whole width. */
 const [FEW, MANY, WIDE] = [14, 20, 34];
-/** A name of more is shown in the smallest letters. */
+/** A longer name is shown in the smallest letters. */
 const LONGEST = 36;
 
 /** The ranking: a column of `TEAMS` beside the picture; two of them, or one with all figures, where there is none. */
@@ -58,30 +58,52 @@ export class RankingPane {
     }
     const [from, to] = this.parts[this.page] ?? [0, 0];
     const perColumn = Math.min(TEAMS, total);
-    const tables = to - from > perColumn ? [this.table(from, from + perColumn, []), this.table(from + perColumn, to, [])] : [this.table(from, to, this.isAlone ? columns(this.board) : [])];
+    const tables =
+      to - from > perColumn
+        ? [this.table(from, from + perColumn, []), this.table(from + perColumn, to, [])]
+        : [this.table(from, to, this.isAlone ? columns(this.board) : [])];
     // Few teams have larger rows.
     this.element.classList.toggle('few', perColumn <= TEAMS / 2);
     this.element.style.setProperty('--rows', String(perColumn));
-    this.element.replaceChildren(el('div', { class: 'tables' }, ...tables),
-      el('p', { class: 'pages' }, this.count > 1 ? `${from + 1}–${to} of ${total} teams` : ''));
+    this.element.replaceChildren(
+      el('div', { class: 'tables' }, ...tables),
+      el('p', { class: 'pages' }, this.count > 1 ? `${from + 1}–${to} of ${total} teams` : ''),
+    );
   }
 
   private table(from: number, to: number, tasks: readonly string[]): HTMLElement {
     const line = tasks.length > 0 ? WIDE : to - from <= TEAMS / 2 ? FEW : MANY;
-    const size = (team: string): string | undefined => team.length > Math.max(LONGEST, line) ? 'longest' : team.length > line ? 'long' : undefined;
+    const size = (team: string): string | undefined =>
+      team.length > Math.max(LONGEST, line) ? 'longest' : team.length > line ? 'long' : undefined;
     const rows = this.board.rows.slice(from, to).map((row) => {
       const move = this.moves.get(row.team);
-      return el('tr', {}, el('td', { class: 'n rank' }, row.rank), el('th', { scope: 'row', class: size(row.team) }, el('div', {}, name(row.team), move === undefined ? null : marked(move))),
+      return el(
+        'tr',
+        {},
+        el('td', { class: 'n rank' }, row.rank),
+        el('th', { scope: 'row', class: size(row.team) }, el('div', {}, name(row.team), move === undefined ? null : marked(move))),
         ...tasks.map((task) => el('td', { class: 'n task' }, row.tasks[task] === undefined ? '–' : points(row.tasks[task].score))),
-        el('td', { class: 'n total' }, points(row.total)));
+        el('td', { class: 'n total' }, points(row.total)),
+      );
     });
-    const head = el('tr', {}, ...['#', 'Team', ...tasks, 'Total'].map((text, index) => el('th', { scope: 'col', class: index === 1 ? undefined : index > 1 && index < tasks.length + 2 ? 'n task' : 'n' }, text)));
+    const head = el(
+      'tr',
+      {},
+      ...['#', 'Team', ...tasks, 'Total'].map((text, index) =>
+        el('th', { scope: 'col', class: index === 1 ? undefined : index > 1 && index < tasks.length + 2 ? 'n task' : 'n' }, text),
+      ),
+    );
     return el('table', {}, el('thead', {}, head), el('tbody', {}, ...rows));
   }
 }
 
 /** Clock of an open session; s. */
-export interface WallClock { id: string; team: string; left: number | null; paused: boolean }
+export interface WallClock {
+  id: string;
+  team: string;
+  left: number | null;
+  paused: boolean;
+}
 
 /** Most clocks below the picture. */
 const MAX_CLOCKS = 4;
@@ -98,8 +120,22 @@ export class ClocksPane {
     if (this.element.dataset['shown'] !== signature) {
       this.element.dataset['shown'] = signature;
       const more = clocks.length - seen.length;
-      this.element.replaceChildren(el('h2', {}, 'Time left', more > 0 ? el('span', {}, ` and ${more} more`) : null), el('div', { class: 'grid' }, ...seen.map((one) => el('div', { class: one.paused ? 'clock-card paused' : 'clock-card' },
-        el('div', { class: 'who' }, name(one.team)), one.paused ? el('div', { class: 'state' }, 'paused') : null, el('div', { class: 'time', 'data-id': one.id })))));
+      this.element.replaceChildren(
+        el('h2', {}, 'Time left', more > 0 ? el('span', {}, ` and ${more} more`) : null),
+        el(
+          'div',
+          { class: 'grid' },
+          ...seen.map((one) =>
+            el(
+              'div',
+              { class: one.paused ? 'clock-card paused' : 'clock-card' },
+              el('div', { class: 'who' }, name(one.team)),
+              one.paused ? el('div', { class: 'state' }, 'paused') : null,
+              el('div', { class: 'time', 'data-id': one.id }),
+            ),
+          ),
+        ),
+      );
     }
     for (const one of seen) {
       const time = this.element.querySelector(`[data-id="${CSS.escape(one.id)}"]`);

@@ -5,7 +5,10 @@ import type { Stage } from '../render/stage';
 import type { Poses, WatchScene } from '../wire/messages';
 
 /** Shows messages of the watch socket. */
-export interface StageLike { scene(message: WatchScene): void; poses(message: Poses, at: number): void }
+export interface StageLike {
+  scene(message: WatchScene): void;
+  poses(message: Poses, at: number): void;
+}
 
 /** Creates the stage, or null if that fails. `created` gets the stage. */
 export async function stageFor(place: HTMLElement, created: (stage: Stage) => void = () => undefined): Promise<StageLike | null> {
@@ -24,7 +27,9 @@ export async function stageFor(place: HTMLElement, created: (stage: Stage) => vo
       stage.setScene(sceneOf(message));
       stage.view('front');
     },
-    poses(message, at) { stage.push(momentOf(message), at); },
+    poses(message, at) {
+      stage.push(momentOf(message), at);
+    },
   };
 }
 
@@ -32,6 +37,6 @@ export async function stageFor(place: HTMLElement, created: (stage: Stage) => vo
 export function momentOf(message: Poses): Moment {
   const lists = message.poses;
   const poses = new Float32Array(lists.length * POSE);
-  lists.forEach((list, row) => { poses.set(list, row * POSE); });
+  lists.forEach((list, row) => poses.set(list, row * POSE));
   return { tick: message.tick, time: message.sim_time_s, score: null, poses };
 }

@@ -3,13 +3,20 @@ import type { Push } from './messages';
 import type { Action, Event as RunEvent, Opened, RunResult } from '../wire/messages';
 
 /** A step: changed targets, kept for `ticks`. A push begins with the next tick. A gap was not recorded. */
-export type Entry =
-  | { kind: 'step'; ticks: number; action: Action }
-  | { kind: 'push'; push: Push }
-  | { kind: 'gap'; ticks: number };
+export type Entry = { kind: 'step'; ticks: number; action: Action } | { kind: 'push'; push: Push } | { kind: 'gap'; ticks: number };
 
 /** A recording as JSON. */
-export interface ActionRecordingState { run: Opened; team: string; begun: number; entries: Entry[]; events: ActionRecording['events']; ticks: number; score: number; targets: Action; on: boolean }
+export interface ActionRecordingState {
+  run: Opened;
+  team: string;
+  begun: number;
+  entries: Entry[];
+  events: ActionRecording['events'];
+  ticks: number;
+  score: number;
+  targets: Action;
+  on: boolean;
+}
 
 export class ActionRecording {
   readonly entries: Entry[] = [];
@@ -24,7 +31,11 @@ export class ActionRecording {
   private on = true;
 
   /** `team`: the name in the session. */
-  constructor(readonly run: Opened, readonly team: string, readonly begun: Date) {}
+  constructor(
+    readonly run: Opened,
+    readonly team: string,
+    readonly begun: Date,
+  ) {}
 
   /** Continues a recording of an earlier page. */
   static of(state: ActionRecordingState): ActionRecording {

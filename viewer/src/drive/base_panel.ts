@@ -9,8 +9,13 @@ const INITIAL_SHARE = 0.2;
 
 export class BasePanel {
   readonly element: HTMLElement;
-  private readonly frames = el('select', { id: 'axes' },
-    el('option', { value: 'view' }, 'of the camera'), el('option', { value: 'world' }, 'of the world'), el('option', { value: 'hand' }, 'of the hand'));
+  private readonly frames = el(
+    'select',
+    { id: 'axes' },
+    el('option', { value: 'view' }, 'of the camera'),
+    el('option', { value: 'world' }, 'of the world'),
+    el('option', { value: 'hand' }, 'of the hand'),
+  );
   private readonly speed = el('input', { type: 'range', id: 'speed', min: 0.02, max: 1, step: 0.02, value: INITIAL_SHARE });
   private readonly speedShown = el('output', { for: 'speed' });
   private readonly keysOn = el('input', { type: 'checkbox', id: 'keys-on', checked: true });
@@ -20,18 +25,27 @@ export class BasePanel {
 
   /** `pose`: the form for a pose in numbers. `changed` gets the new axes; `keys` whether keys move the hand. */
   constructor(pose: HTMLElement, changed: (frame: FrameName) => void, keys: (on: boolean) => void) {
-    this.frames.addEventListener('change', () => { changed(this.frame); });
-    this.keysOn.addEventListener('change', () => { keys(this.keysOn.checked); });
-    this.speed.addEventListener('input', () => { this.write(); });
-    this.element = el('details', { class: 'panel', open: true }, el('summary', {}, 'Move the hand'),
+    this.frames.addEventListener('change', () => changed(this.frame));
+    this.keysOn.addEventListener('change', () => keys(this.keysOn.checked));
+    this.speed.addEventListener('input', () => this.write());
+    this.element = el(
+      'details',
+      { class: 'panel', open: true },
+      el('summary', {}, 'Move the hand'),
       el('p', { class: 'hint' }, 'Drag the handles in the image, hold keys, use a gamepad, or type a target:'),
       pose,
       el('div', { class: 'field' }, el('label', { for: 'axes' }, 'Axes'), this.frames),
       el('div', { class: 'slider' }, el('label', { for: 'speed' }, 'Speed'), this.speed, this.speedShown),
       el('div', { class: 'check' }, this.keysOn, el('label', { for: 'keys-on' }, 'Keys move the hand')),
       keyList(),
-      el('h2', {}, 'Gamepad'), this.pad,
-      el('p', { class: 'hint' }, 'Left stick: move. Right stick: lift and turn. Shoulder buttons: roll. D-pad: tilt. Triggers: close and open the motors. Start: pause.'));
+      el('h2', {}, 'Gamepad'),
+      this.pad,
+      el(
+        'p',
+        { class: 'hint' },
+        'Left stick: move. Right stick: lift and turn. Shoulder buttons: roll. D-pad: tilt. Triggers: close and open the motors. Start: pause.',
+      ),
+    );
     this.write();
   }
 

@@ -26,9 +26,22 @@ export class ContactFeed {
     this.contacts = undefined;
     if (!this.wanted || this.run === null) return;
     const nothing = (): void => undefined;
-    this.socket = new WatchSocket({ run_id: this.run }, {
-      moment: (moment) => { this.contacts = moment.contacts; },
-      scene: nothing, score: nothing, events: nothing, clock: nothing, verdicts: nothing, ended: nothing, runs: nothing, state: nothing, refused: nothing,
-    });
+    this.socket = new WatchSocket(
+      { run_id: this.run },
+      {
+        moment: (moment) => {
+          this.contacts = moment.contacts;
+        },
+        scene: nothing,
+        score: nothing,
+        events: nothing,
+        clock: nothing,
+        verdicts: nothing,
+        ended: nothing,
+        runs: nothing,
+        state: nothing,
+        refused: nothing,
+      },
+    );
   }
 }

@@ -4,7 +4,10 @@ import type { ControlReply } from '../wire/messages';
 
 /** A refused request, with the server's message. */
 export class ControlError extends Error {
-  constructor(message: string, readonly code: string) {
+  constructor(
+    message: string,
+    readonly code: string,
+  ) {
     super(message);
   }
 }
@@ -12,7 +15,10 @@ export class ControlError extends Error {
 /** The connection is lost, and with it the session's open run. */
 export class ConnectionLost extends Error {}
 
-interface Waiting { resolve(reply: unknown): void; reject(error: Error): void }
+interface Waiting {
+  resolve(reply: unknown): void;
+  reject(error: Error): void;
+}
 
 export class ControlSocket {
   /** Called once, if the connection ends unexpectedly. */
@@ -26,8 +32,8 @@ export class ControlSocket {
   private last = '';
 
   private constructor(private readonly socket: WebSocket) {
-    socket.onmessage = (event: MessageEvent<string>) => { this.take(JSON.parse(event.data) as ControlReply); };
-    socket.onclose = (event) => { this.ended(this.last || event.reason || 'The connection to the server was lost.'); };
+    socket.onmessage = (event: MessageEvent<string>) => this.take(JSON.parse(event.data) as ControlReply);
+    socket.onclose = (event) => this.ended(this.last || event.reason || 'The connection to the server was lost.');
   }
 
   /** Connects. The token, if any, is sent as a subprotocol, since a page cannot send headers with a socket. */
@@ -37,18 +43,26 @@ export class ControlSocket {
     if (token && !isToken(token)) return Promise.reject(new ConnectionLost(NO_TOKEN));
     const socket = new WebSocket(address, token ? ['palmares.v1.json', `palmares.token.${token}`] : ['palmares.v1.json']);
     return new Promise((resolve, reject) => {
-      socket.onopen = () => { resolve(new ControlSocket(socket)); };
+      socket.onopen = () => resolve(new ControlSocket(socket));
       // A browser does not report why a handshake was refused.
-      socket.onerror = () => { reject(new ConnectionLost(token ? 'The server does not answer, or refuses this token.' : 'The server does not answer, or accepts no connections now.')); };
+      socket.onerror = () =>
+        reject(
+          new ConnectionLost(
+            token ? 'The server does not answer, or refuses this token.' : 'The server does not answer, or accepts no connections now.',
+          ),
+        );
     });
   }
 
   /** Sends a request and waits for its reply; throws `ControlError` if it is refused. */
   ask<T>(request: object): Promise<T> {
     return new Promise<T>((resolve, reject) => {
-      if (this.over) { reject(new ConnectionLost(this.last || 'The connection to the server was lost.')); return; }
+      if (this.over) {
+        reject(new ConnectionLost(this.last || 'The connection to the server was lost.'));
+        return;
+      }
       this.id += 1;
-      this.waiting.set(this.id, { resolve: (reply) => { resolve(reply as T); }, reject });
+      this.waiting.set(this.id, { resolve: (reply) => resolve(reply as T), reject });
       this.socket.send(JSON.stringify({ ...request, id: this.id }));
     });
   }

@@ -8,7 +8,14 @@ import { Targets } from './targets';
 import type { Opened } from '../wire/messages';
 
 const RUN: Opened = {
-  task: 'balls', hand: 'softhand', mode: 'lockstep', sensing: 'truth', noise: 'none', seed: 7, tick_s: 0.01, time_limit_s: 600,
+  task: 'balls',
+  hand: 'softhand',
+  mode: 'lockstep',
+  sensing: 'truth',
+  noise: 'none',
+  seed: 7,
+  tick_s: 0.01,
+  time_limit_s: 600,
 };
 const recording = (): ActionRecording => new ActionRecording(RUN, 'driver', new Date(0));
 const held = { linear: [0.1, 0, 0] as [number, number, number], angular: [0, 0, 0] as [number, number, number] };
@@ -60,7 +67,10 @@ describe('targets', () => {
     const targets = new Targets([0]);
     targets.push({ link: 'a', force: [1, 0, 0], torque: [0, 0, 0], duration_s: 2 });
     targets.held = () => ({ link: 'b', force: [0, 1, 0], torque: [0, 0, 0] });
-    expect(targets.pushes(0.02).map((push) => [push.link, push.duration_s])).toEqual([['a', 2], ['b', 0.02]]);
+    expect(targets.pushes(0.02).map((push) => [push.link, push.duration_s])).toEqual([
+      ['a', 2],
+      ['b', 0.02],
+    ]);
     expect(targets.pushes(0.01).map((push) => [push.link, push.duration_s])).toEqual([['b', 0.01]]);
   });
 });
@@ -75,9 +85,11 @@ describe('a recording', () => {
     made.step(3, {});
     made.step(1, { base: held });
     expect(made.entries).toEqual([
-      { kind: 'step', ticks: 2, action: {} }, { kind: 'step', ticks: 3, action: { hand: [0.25] } },
+      { kind: 'step', ticks: 2, action: {} },
+      { kind: 'step', ticks: 3, action: { hand: [0.25] } },
       { kind: 'push', push: { link: 'tip', force: [0, 0, -2], torque: [0, 0, 0], duration_s: 0.5 } },
-      { kind: 'step', ticks: 3, action: {} }, { kind: 'step', ticks: 1, action: { base: held } },
+      { kind: 'step', ticks: 3, action: {} },
+      { kind: 'step', ticks: 1, action: { base: held } },
     ]);
     expect(made.ticks).toBe(9);
   });
@@ -92,7 +104,10 @@ describe('a recording', () => {
     made.step(3, { base: held });
     made.step(1, {});
     expect(made.entries).toEqual([
-      { kind: 'step', ticks: 2, action: {} }, { kind: 'gap', ticks: 5 }, { kind: 'step', ticks: 4, action: { hand: [1], base: held } }]);
+      { kind: 'step', ticks: 2, action: {} },
+      { kind: 'gap', ticks: 5 },
+      { kind: 'step', ticks: 4, action: { hand: [1], base: held } },
+    ]);
     expect(made.whole).toBe(false);
     expect(pythonOf(made)).toContain('DRIVEN = None');
   });
@@ -103,8 +118,26 @@ describe('a recording', () => {
     made.push({ link: 'tip', force: [0, 0, -2], torque: [1e-7, 0, 0], duration_s: 0.5 });
     made.events.push({ tick: 5, kind: 'in_goal', object: 0, name: 'ball_0\n"""' });
     made.result = {
-      id: 1, task: 'balls', task_hash: 'cd', hand: 'softhand', mode: 'lockstep', status: 'practice', sim_time_s: 0.07, events: [], session_left_s: null,
-      missed_ticks: 0, late_ticks: 0, late_max_s: 0, dropped_obs: 0, run_id: 'run_1', score: 0.5, in_goal: 1, outside: 0, reason: 'stopped', ticks: 7, state_hash: 'ab',
+      id: 1,
+      task: 'balls',
+      task_hash: 'cd',
+      hand: 'softhand',
+      mode: 'lockstep',
+      status: 'practice',
+      sim_time_s: 0.07,
+      events: [],
+      session_left_s: null,
+      missed_ticks: 0,
+      late_ticks: 0,
+      late_max_s: 0,
+      dropped_obs: 0,
+      run_id: 'run_1',
+      score: 0.5,
+      in_goal: 1,
+      outside: 0,
+      reason: 'stopped',
+      ticks: 7,
+      state_hash: 'ab',
     };
     const file = pythonOf(made);
     expect(file).toContain('    (7, pose((0.12345, -0.5, 0.75), (0, 1, 0, 0)), (0.1,)),');

@@ -41,7 +41,10 @@ export class Driver {
   private sent: KeptRun['sent'] = null;
   private inFlight: Promise<void> | null = null;
 
-  constructor(private readonly listener: DriverListener, private readonly latency: Latency) {}
+  constructor(
+    private readonly listener: DriverListener,
+    private readonly latency: Latency,
+  ) {}
 
   /** Connects, and opens the first run. `hand`: description of the hand. */
   async connect(team: string, token: string | null, task: string, hand: HandDescription, seed: number | null): Promise<void> {
@@ -49,7 +52,7 @@ export class Driver {
     try {
       const socket = await ControlSocket.open(token);
       this.socket = socket;
-      socket.onLost = (why) => { this.lost(why); };
+      socket.onLost = (why) => this.lost(why);
       this.welcome = await socket.ask<Welcome>({ op: 'hello', client: { name: team, version: 'drive' } });
       if (this.welcome.note) this.listener.noted(this.welcome.note);
     } catch (error) {
@@ -65,8 +68,18 @@ export class Driver {
     const { welcome, run, scene, newest, recording, sent, factor, phase } = this;
     if (!this.socket || !welcome || !run || !scene || !newest || !recording || (phase !== 'running' && phase !== 'paused')) return null;
     return {
-      resume_token: welcome.resume_token, team: welcome.team, task: run.task, hand, run, scene, observation: newest, recording: recording.state,
-      targets: this.targets.sent, sent, paused: phase === 'paused', factor,
+      resume_token: welcome.resume_token,
+      team: welcome.team,
+      task: run.task,
+      hand,
+      run,
+      scene,
+      observation: newest,
+      recording: recording.state,
+      targets: this.targets.sent,
+      sent,
+      paused: phase === 'paused',
+      factor,
     };
   }
 
@@ -82,19 +95,23 @@ export class Driver {
     try {
       const socket = await ControlSocket.open(null);
       this.socket = socket;
-      const welcome = await socket.ask<Welcome>({ op: 'hello', client: { name: kept.team, version: 'drive' }, resume_token: kept.resume_token });
+      const welcome = await socket.ask<Welcome>({
+        op: 'hello',
+        client: { name: kept.team, version: 'drive' },
+        resume_token: kept.resume_token,
+      });
       if (!welcome.run?.open || welcome.run.run_id !== kept.observation.run_id) {
         this.disconnect();
         return false;
       }
       this.welcome = welcome;
-      socket.onLost = (why) => { this.lost(why); };
+      socket.onLost = (why) => this.lost(why);
       const { run, scene, observation, sent } = kept;
       [this.run, this.scene, this.newest, this.factor, this.tick] = [run, scene, observation, kept.factor, welcome.run.tick];
       this.pace = new Pace(1000 * run.tick_s);
       this.targets = Targets.of(kept.targets);
       this.recording = ActionRecording.of(kept.recording);
-      // The server may have made the step whose answer the last page did not see.
+      // The server may have made the step whose answer the last page did not receive.
       const ahead = welcome.run.tick - observation.tick;
       if (ahead > 0 && ahead === sent?.ticks) this.recording.step(ahead, sent.action);
       else if (ahead > 0) this.recording.gap(ahead);
@@ -166,15 +183,17 @@ export class Driver {
   }
 
   private step(ticks: number): void {
-    this.inFlight = this.exchange(ticks).catch((error: unknown) => {
-      if (error instanceof ConnectionLost) return;
-      // The refused step changed nothing; the run is paused until the next input.
-      this.pause(true);
-      this.listener.failed(sentence(error), false);
-    }).finally(() => {
-      this.inFlight = null;
-      if (this.latency.waiting) this.pump();
-    });
+    this.inFlight = this.exchange(ticks)
+      .catch((error: unknown) => {
+        if (error instanceof ConnectionLost) return;
+        // The refused step changed nothing; the run is paused until the next input.
+        this.pause(true);
+        this.listener.failed(sentence(error), false);
+      })
+      .finally(() => {
+        this.inFlight = null;
+        if (this.latency.waiting) this.pump();
+      });
   }
 
   /** Sends the pushes and the step with the changed targets together; the replies come in order. */

@@ -4,7 +4,11 @@ import type { Axes } from './motion';
 /** Dead zone of the sticks. */
 const DEAD_ZONE = 0.15;
 
-export interface PadState { axes: Axes; closing: number; pause: boolean }
+export interface PadState {
+  axes: Axes;
+  closing: number;
+  pause: boolean;
+}
 
 const withDeadZone = (value: number | undefined): number => {
   const size = Math.abs(value ?? 0);

@@ -18,19 +18,32 @@ export class Gizmo {
   private readonly limits: [number, number][] = [];
 
   /** `moved` gets each change, with the time of its event (ms of `performance.now`). */
-  constructor(private readonly stage: Stage, moved: (position: Vec3, quat: Quat, at: number) => void) {
+  constructor(
+    private readonly stage: Stage,
+    moved: (position: Vec3, quat: Quat, at: number) => void,
+  ) {
     this.controls = new TransformControls(stage.camera, stage.renderer.domElement);
     this.controls.setSize(SIZE);
     this.controls.setColors(...COLOURS);
     stage.three.add(this.place, this.controls.getHelper());
     // In the capture phase: before `objectChange`, which needs the event's time.
     let at = performance.now();
-    stage.renderer.domElement.addEventListener('pointermove', (event) => { at = event.timeStamp; }, { capture: true });
-    this.controls.addEventListener('change', () => { stage.touch(); });
-    this.controls.addEventListener('dragging-changed', (event) => { stage.controls.enabled = event.value !== true; });
+    stage.renderer.domElement.addEventListener(
+      'pointermove',
+      (event) => {
+        at = event.timeStamp;
+      },
+      { capture: true },
+    );
+    this.controls.addEventListener('change', () => stage.touch());
+    this.controls.addEventListener('dragging-changed', (event) => {
+      stage.controls.enabled = event.value !== true;
+    });
     this.controls.addEventListener('objectChange', () => {
       const { position, quaternion } = this.place;
-      this.limits.forEach(([least, most], axis) => { position.setComponent(axis, Math.min(Math.max(position.getComponent(axis), least), most)); });
+      this.limits.forEach(([least, most], axis) =>
+        position.setComponent(axis, Math.min(Math.max(position.getComponent(axis), least), most)),
+      );
       const [x, y, z] = position.toArray().map((value) => rounded(value, 1e5)) as Vec3;
       const [qx, qy, qz, qw] = quaternion.toArray().map((value) => rounded(value, 1e5));
       moved([x, y, z], [qx ?? 0, qy ?? 0, qz ?? 0, qw ?? 1], at);
@@ -41,7 +54,8 @@ export class Gizmo {
   /** Sets the server's limits of the base's position. */
   limit(spec: Field | undefined): void {
     this.limits.length = 0;
-    if (spec && spec.minimum !== null && spec.maximum !== null) this.limits.push(...Array.from({ length: 3 }, (): [number, number] => [spec.minimum ?? 0, spec.maximum ?? 0]));
+    if (spec && spec.minimum !== null && spec.maximum !== null)
+      this.limits.push(...Array.from({ length: 3 }, (): [number, number] => [spec.minimum ?? 0, spec.maximum ?? 0]));
   }
 
   /** Shows the handles for moving, for turning, or none. */

@@ -36,7 +36,7 @@ export function takeKept(): KeptRun | null {
   try {
     const text = sessionStorage.getItem(KEY);
     sessionStorage.removeItem(KEY);
-    return text === null ? null : JSON.parse(text) as KeptRun;
+    return text === null ? null : (JSON.parse(text) as KeptRun);
   } catch {
     return null;
   }

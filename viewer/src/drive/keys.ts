@@ -4,8 +4,18 @@ import type { Axes } from './motion';
 
 /** Keys by physical position: [code, move or turn, axis, sign]. */
 const AXES: readonly (readonly [string, 'move' | 'turn', 0 | 1 | 2, 1 | -1])[] = [
-  ['KeyD', 'move', 0, 1], ['KeyA', 'move', 0, -1], ['KeyW', 'move', 1, 1], ['KeyS', 'move', 1, -1], ['KeyE', 'move', 2, 1], ['KeyQ', 'move', 2, -1],
-  ['KeyK', 'turn', 0, 1], ['KeyI', 'turn', 0, -1], ['KeyO', 'turn', 1, 1], ['KeyU', 'turn', 1, -1], ['KeyJ', 'turn', 2, 1], ['KeyL', 'turn', 2, -1],
+  ['KeyD', 'move', 0, 1],
+  ['KeyA', 'move', 0, -1],
+  ['KeyW', 'move', 1, 1],
+  ['KeyS', 'move', 1, -1],
+  ['KeyE', 'move', 2, 1],
+  ['KeyQ', 'move', 2, -1],
+  ['KeyK', 'turn', 0, 1],
+  ['KeyI', 'turn', 0, -1],
+  ['KeyO', 'turn', 1, 1],
+  ['KeyU', 'turn', 1, -1],
+  ['KeyJ', 'turn', 2, 1],
+  ['KeyL', 'turn', 2, -1],
 ];
 const CLOSE = 'KeyX';
 const OPEN = 'KeyZ';
@@ -13,9 +23,15 @@ const HELD = new Set([...AXES.map(([code]) => code), CLOSE, OPEN]);
 
 /** The list in the page. */
 const WORDS: readonly (readonly [string[], string])[] = [
-  [['W', 'S'], 'forward, back'], [['A', 'D'], 'left, right'], [['Q', 'E'], 'down, up'],
-  [['I', 'K'], 'tilt forward, back'], [['J', 'L'], 'turn left, right'], [['U', 'O'], 'roll left, right'],
-  [['X', 'Z'], 'close, open all motors'], [['Space'], 'pause, resume'], [['.'], 'single step, while paused'],
+  [['W', 'S'], 'forward, back'],
+  [['A', 'D'], 'left, right'],
+  [['Q', 'E'], 'down, up'],
+  [['I', 'K'], 'tilt forward, back'],
+  [['J', 'L'], 'turn left, right'],
+  [['U', 'O'], 'roll left, right'],
+  [['X', 'Z'], 'close, open all motors'],
+  [['Space'], 'pause, resume'],
+  [['.'], 'single step, while paused'],
   [['1', '2', '3'], 'move, turn, push with the mouse'],
 ];
 
@@ -38,7 +54,10 @@ export class Keys {
   private readonly down = new Set<string>();
 
   /** `changed` is called when a movement key goes down or up, with its time in ms of `performance.now`. */
-  constructor(private readonly changed: (at: number) => void, command: (what: Command) => void) {
+  constructor(
+    private readonly changed: (at: number) => void,
+    command: (what: Command) => void,
+  ) {
     window.addEventListener('keydown', (event) => {
       if (!this.on || event.ctrlKey || event.metaKey || event.altKey || keptBy(event.target, event.code)) return;
       const once = COMMANDS[event.code];
@@ -52,12 +71,16 @@ export class Keys {
         this.changed(event.timeStamp);
       }
     });
-    window.addEventListener('keyup', (event) => { if (this.down.delete(event.code)) this.changed(event.timeStamp); });
+    window.addEventListener('keyup', (event) => {
+      if (this.down.delete(event.code)) this.changed(event.timeStamp);
+    });
     // Without focus the page misses key-up events.
-    const release = (): void => { this.release(); };
+    const release = (): void => this.release();
     window.addEventListener('blur', release);
     document.addEventListener('visibilitychange', release);
-    document.addEventListener('focusin', (event) => { if (keptBy(event.target, 'KeyW')) this.release(); });
+    document.addEventListener('focusin', (event) => {
+      if (keptBy(event.target, 'KeyW')) this.release();
+    });
   }
 
   axes(): Axes {
@@ -80,6 +103,12 @@ export class Keys {
 
 /** A list of the keys and their actions. */
 export function keyList(): HTMLElement {
-  return el('dl', { class: 'keys' }, ...WORDS.flatMap(([keys, words]) => [
-    el('dt', {}, ...keys.flatMap((key, k) => [k > 0 ? ' ' : null, el('kbd', {}, key)])), el('dd', {}, words)]));
+  return el(
+    'dl',
+    { class: 'keys' },
+    ...WORDS.flatMap(([keys, words]) => [
+      el('dt', {}, ...keys.flatMap((key, k) => [k > 0 ? ' ' : null, el('kbd', {}, key)])),
+      el('dd', {}, words),
+    ]),
+  );
 }

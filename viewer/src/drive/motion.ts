@@ -3,11 +3,17 @@ import { turned } from '../model/pose';
 import type { Quat, Vec3 } from '../model/scene';
 
 /** Deflection from −1 to 1: movement right, forward, up; rotation about these axes. */
-export interface Axes { move: Vec3; turn: Vec3 }
+export interface Axes {
+  move: Vec3;
+  turn: Vec3;
+}
 /** The frame of the directions: camera, world or hand. */
 export type FrameName = 'view' | 'world' | 'hand';
 /** m/s and rad/s. */
-export interface Twist { linear: Vec3; angular: Vec3 }
+export interface Twist {
+  linear: Vec3;
+  angular: Vec3;
+}
 
 export const STILL: Axes = { move: [0, 0, 0], turn: [0, 0, 0] };
 

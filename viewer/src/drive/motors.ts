@@ -5,7 +5,11 @@ import type { ActuatorObservation, Field } from '../wire/messages';
 /** Sent values have three decimals. */
 const DIGITS = 1000;
 
-interface Row { slider: HTMLInputElement; target: HTMLInputElement; state: HTMLElement }
+interface Row {
+  slider: HTMLInputElement;
+  target: HTMLInputElement;
+  state: HTMLElement;
+}
 
 export class Motors {
   readonly element = el('section', { class: 'panel', hidden: true });
@@ -19,25 +23,47 @@ export class Motors {
     const [least, most] = [spec?.minimum ?? 0, spec?.maximum ?? 1];
     this.rows = motors.map((motor, k): Row => {
       const slider = el('input', { type: 'range', id: `motor-${k}`, min: least, max: most, step: 'any', value: motor.command });
-      const target = el('input', { type: 'number', class: 'any-step', min: least, max: most, step: 0.01, 'aria-label': `${motor.name}, target` });
+      const target = el('input', {
+        type: 'number',
+        class: 'any-step',
+        min: least,
+        max: most,
+        step: 0.01,
+        'aria-label': `${motor.name}, target`,
+      });
       const row = { slider, target, state: el('p', { class: 'hint num' }) };
       target.addEventListener('change', (event) => {
         // An empty field keeps the target; the slider keeps to its limits.
         if (!Number.isNaN(target.valueAsNumber)) slider.valueAsNumber = target.valueAsNumber;
         this.changed(event.timeStamp);
       });
-      slider.addEventListener('input', (event) => { this.changed(event.timeStamp); });
+      slider.addEventListener('input', (event) => this.changed(event.timeStamp));
       return row;
     });
-    const all = (value: number) => (event: Event): void => {
-      for (const row of this.rows) row.slider.value = String(value);
-      this.changed(event.timeStamp);
-    };
+    const all =
+      (value: number) =>
+      (event: Event): void => {
+        for (const row of this.rows) row.slider.value = String(value);
+        this.changed(event.timeStamp);
+      };
     this.element.hidden = motors.length === 0;
-    this.element.replaceChildren(el('h2', {}, 'Motors: 0 open, 1 closed'),
-      el('div', { class: 'sliders' }, ...this.rows.flatMap((row, k) => [
-        el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, nameInWords(motors[k]?.name ?? '')), row.slider, row.target), row.state])),
-      el('div', { class: 'row' }, el('button', { type: 'button', class: 'small', on: { click: all(least) } }, 'Open all'), el('button', { type: 'button', class: 'small', on: { click: all(most) } }, 'Close all')));
+    this.element.replaceChildren(
+      el('h2', {}, 'Motors: 0 open, 1 closed'),
+      el(
+        'div',
+        { class: 'sliders' },
+        ...this.rows.flatMap((row, k) => [
+          el('div', { class: 'slider' }, el('label', { for: `motor-${k}` }, nameInWords(motors[k]?.name ?? '')), row.slider, row.target),
+          row.state,
+        ]),
+      ),
+      el(
+        'div',
+        { class: 'row' },
+        el('button', { type: 'button', class: 'small', on: { click: all(least) } }, 'Open all'),
+        el('button', { type: 'button', class: 'small', on: { click: all(most) } }, 'Close all'),
+      ),
+    );
     this.write();
   }
 

@@ -13,7 +13,13 @@ const UP = new Vector3(0, 1, 0);
 const MIN_M = 0.005;
 
 /** A drag: the link, the point in the link's frame, and the pointer's world position, m. */
-interface Drag { row: number; link: string; point: Vector3; pointer: Vector3; plane: Plane }
+interface Drag {
+  row: number;
+  link: string;
+  point: Vector3;
+  pointer: Vector3;
+  plane: Plane;
+}
 type Wrench = Omit<Push, 'duration_s'>;
 
 /** Rounds to 1 / `by`, so that sent numbers are short: 0.001 N, 0.00001 N·m. */
@@ -38,17 +44,24 @@ export class PushArrow {
   private hold: Drag | null = null;
 
   /** `area` contains the canvas; `input` is called for each input, with its time in ms of `performance.now`. */
-  constructor(private readonly stage: Stage, area: HTMLElement, private readonly input: (at: number) => void) {
+  constructor(
+    private readonly stage: Stage,
+    area: HTMLElement,
+    private readonly input: (at: number) => void,
+  ) {
     const material = new MeshBasicMaterial({ color: COLOUR, depthTest: false, transparent: true, opacity: 0.9 });
-    this.parts = [new Mesh(new CylinderGeometry(SHAFT_M, SHAFT_M, 1, 12).translate(0, 0.5, 0), material), new Mesh(new ConeGeometry(HEAD_M, TIP_M, 16).translate(0, -TIP_M / 2, 0), material)];
+    this.parts = [
+      new Mesh(new CylinderGeometry(SHAFT_M, SHAFT_M, 1, 12).translate(0, 0.5, 0), material),
+      new Mesh(new ConeGeometry(HEAD_M, TIP_M, 16).translate(0, -TIP_M / 2, 0), material),
+    ];
     for (const part of this.parts) part.renderOrder = 4;
     this.arrow.add(...this.parts);
     this.arrow.visible = false;
     stage.three.add(this.arrow);
     // In the capture phase: before the camera's controls get the event.
-    area.addEventListener('pointerdown', (event) => { this.begin(event); }, { capture: true });
-    area.addEventListener('pointermove', (event) => { this.drag(event); }, { capture: true });
-    for (const end of ['pointerup', 'pointercancel'] as const) area.addEventListener(end, (event) => { this.end(event); }, { capture: true });
+    area.addEventListener('pointerdown', (event) => this.begin(event), { capture: true });
+    area.addEventListener('pointermove', (event) => this.drag(event), { capture: true });
+    for (const end of ['pointerup', 'pointercancel'] as const) area.addEventListener(end, (event) => this.end(event), { capture: true });
   }
 
   setScene(scene: SceneInfo): void {
@@ -81,7 +94,13 @@ export class PushArrow {
     if (!hit || body?.kind !== 'hand') return;
     const point = new Vector3(...hit.point);
     const normal = this.stage.camera.getWorldDirection(new Vector3());
-    const hold: Drag = { row: this.scene?.moving.indexOf(body.id) ?? -1, link: body.name, point, pointer: point.clone(), plane: new Plane().setFromNormalAndCoplanarPoint(normal, point) };
+    const hold: Drag = {
+      row: this.scene?.moving.indexOf(body.id) ?? -1,
+      link: body.name,
+      point,
+      pointer: point.clone(),
+      plane: new Plane().setFromNormalAndCoplanarPoint(normal, point),
+    };
     if (hold.row < 0) return;
     this.read(hold);
     hold.point = point.clone().sub(this.origin).applyQuaternion(this.turn.clone().invert());

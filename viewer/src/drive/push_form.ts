@@ -4,7 +4,12 @@ import type { Vec3 } from '../model/scene';
 import type { Push } from './messages';
 
 const DIRECTIONS: readonly (readonly [string, Vec3])[] = [
-  ['down (−z)', [0, 0, -1]], ['up (+z)', [0, 0, 1]], ['+x', [1, 0, 0]], ['−x', [-1, 0, 0]], ['+y', [0, 1, 0]], ['−y', [0, -1, 0]],
+  ['down (−z)', [0, 0, -1]],
+  ['up (+z)', [0, 0, 1]],
+  ['+x', [1, 0, 0]],
+  ['−x', [-1, 0, 0]],
+  ['+y', [0, 1, 0]],
+  ['−y', [0, -1, 0]],
 ];
 
 export class PushForm {
@@ -20,14 +25,20 @@ export class PushForm {
       event.preventDefault();
       const direction = DIRECTIONS[Number(way.value)]?.[1] ?? [0, 0, 0];
       const along = (axis: 0 | 1 | 2): number => direction[axis] * Number(force.value) + 0;
-      push({ link: this.links.value, force: [along(0), along(1), along(2)], torque: [0, 0, 0], duration_s: Number(seconds.value) }, event.timeStamp);
+      push(
+        { link: this.links.value, force: [along(0), along(1), along(2)], torque: [0, 0, 0], duration_s: Number(seconds.value) },
+        event.timeStamp,
+      );
     };
-    this.element = el('form', { class: 'push', on: { submit } },
+    this.element = el(
+      'form',
+      { class: 'push', on: { submit } },
       el('div', { class: 'field' }, el('label', { for: 'push-link' }, 'Link'), this.links),
       el('div', { class: 'field' }, el('label', { for: 'push-way' }, 'Direction'), way),
       el('div', { class: 'field' }, el('label', { for: 'push-force' }, 'Force, N'), force),
       el('div', { class: 'field' }, el('label', { for: 'push-seconds' }, 'Duration, s'), seconds),
-      el('button', { type: 'submit' }, 'Push once'));
+      el('button', { type: 'submit' }, 'Push once'),
+    );
   }
 
   /** Sets the links to choose from. */

@@ -13,14 +13,19 @@ function baseOf(action: Action): string {
   const { base } = action;
   if (!base) return 'None';
   if ('joints' in base) return `palmares.joints(${tuple(base.joints)})`;
-  return 'position' in base ? `pose(${tuple(base.position)}, ${tuple(base.quat_xyzw)})` : `twist(${tuple(base.linear)}, ${tuple(base.angular)})`;
+  return 'position' in base
+    ? `pose(${tuple(base.position)}, ${tuple(base.quat_xyzw)})`
+    : `twist(${tuple(base.linear)}, ${tuple(base.angular)})`;
 }
 
 function lineOf(entry: Entry): string {
   switch (entry.kind) {
-    case 'step': return `    (${entry.ticks}, ${baseOf(entry.action)}, ${entry.action.hand ? tuple(entry.action.hand) : 'None'}),`;
-    case 'push': return `    Push(${literal(entry.push.link)}, ${tuple(entry.push.force)}, ${tuple(entry.push.torque)}, ${literal(entry.push.duration_s)}),`;
-    case 'gap': return `    # ${entry.ticks} ticks were not recorded here.`;
+    case 'step':
+      return `    (${entry.ticks}, ${baseOf(entry.action)}, ${entry.action.hand ? tuple(entry.action.hand) : 'None'}),`;
+    case 'push':
+      return `    Push(${literal(entry.push.link)}, ${tuple(entry.push.force)}, ${tuple(entry.push.torque)}, ${literal(entry.push.duration_s)}),`;
+    case 'gap':
+      return `    # ${entry.ticks} ticks were not recorded here.`;
   }
 }
 
@@ -54,7 +59,10 @@ function describe(recording: ActionRecording): { docs: string[]; driven: string 
   if (!recording.whole) docs.push('Recording was off for a while, so this run differs from the one that was driven.');
   if (!result) docs.push('The run was not finished when this was saved: its score is unknown.');
   const known = result && recording.whole;
-  return { docs, driven: known ? `{"ticks": ${result.ticks}, "score": ${literal(result.score)}, "state_hash": ${literal(result.state_hash)}}` : 'None' };
+  return {
+    docs,
+    driven: known ? `{"ticks": ${result.ticks}, "score": ${literal(result.score)}, "state_hash": ${literal(result.state_hash)}}` : 'None',
+  };
 }
 
 /** The whole file. */

@@ -16,13 +16,24 @@ export class RecordingList {
     if (!row) {
       const says = el('p', {});
       this.rows.set(recording, says);
-      this.list.prepend(el('li', {}, says, button('Download as Python', () => { save(recording); }, { class: 'small' })));
+      this.list.prepend(
+        el(
+          'li',
+          {},
+          says,
+          button('Download as Python', () => save(recording), { class: 'small' }),
+        ),
+      );
       this.empty.hidden = true;
       row = says;
     }
     const { run, result } = recording;
     const end = result ? `, ${points(result.score)} points (${result.reason.replaceAll('_', ' ')})` : ', not finished';
-    row.replaceChildren(`${run.task}, `, name(run.hand), `, seed ${run.seed}: ${(recording.ticks * run.tick_s).toFixed(1)} s${end}${recording.whole ? '' : ', with gaps'}`);
+    row.replaceChildren(
+      `${run.task}, `,
+      name(run.hand),
+      `, seed ${run.seed}: ${(recording.ticks * run.tick_s).toFixed(1)} s${end}${recording.whole ? '' : ', with gaps'}`,
+    );
   }
 }
 
@@ -31,5 +42,5 @@ function save(recording: ActionRecording): void {
   const address = URL.createObjectURL(new Blob([pythonOf(recording)], { type: 'text/x-python' }));
   const link = el('a', { href: address, download: 'driven.py' });
   link.click();
-  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
+  window.setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }

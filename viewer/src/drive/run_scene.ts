@@ -36,7 +36,10 @@ export function sceneOfReset(scene: Scene, hand: HandDescription, seen: Obs): Sc
   [...objects, ...links].forEach((body, row) => {
     const [x, y, z, qx, qy, qz, qw] = poses.subarray(POSE * row, POSE * (row + 1));
     if (qw === undefined) return;
-    [body.position, body.quat] = [[x ?? 0, y ?? 0, z ?? 0], [qx ?? 0, qy ?? 0, qz ?? 0, qw]];
+    [body.position, body.quat] = [
+      [x ?? 0, y ?? 0, z ?? 0],
+      [qx ?? 0, qy ?? 0, qz ?? 0, qw],
+    ];
   });
   return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, goals, hand };
 }
@@ -61,7 +64,10 @@ export function momentOf(observation: Obs, hand: HandDescription): Moment {
   });
   const motors = observation.hand.actuators.map(({ command, position: reached, tension }) => ({ command, position: reached, tension }));
   return {
-    tick: observation.tick, time: observation.sim_time_s, score: observation.score, poses,
+    tick: observation.tick,
+    time: observation.sim_time_s,
+    score: observation.score,
+    poses,
     telemetry: { motors, tension: [], q, predicted: truth?.predicted_equilibrium ?? null },
   };
 }

@@ -4,14 +4,34 @@ import { el, setText } from '../ui/elements';
 import type { HandDescription, HandInfo, TaskInfo } from '../wire/messages';
 
 /** The input of the form. */
-export interface Choice { task: string; hand: HandDescription; seed: number | null; team: string; token: string | null }
+export interface Choice {
+  task: string;
+  hand: HandDescription;
+  seed: number | null;
+  team: string;
+  token: string | null;
+}
 
 export class StartForm {
   readonly element: HTMLElement;
   private readonly tasks = el('select', { id: 'task', required: true });
   private readonly hands = el('select', { id: 'hand', required: true });
-  private readonly seed = el('input', { id: 'seed', type: 'number', min: 0, max: Number.MAX_SAFE_INTEGER, step: 1, placeholder: 'drawn by the server' });
-  private readonly team = el('input', { id: 'team', value: 'driver', required: true, maxlength: 64, autocomplete: 'off', spellcheck: 'false' });
+  private readonly seed = el('input', {
+    id: 'seed',
+    type: 'number',
+    min: 0,
+    max: Number.MAX_SAFE_INTEGER,
+    step: 1,
+    placeholder: 'drawn by the server',
+  });
+  private readonly team = el('input', {
+    id: 'team',
+    value: 'driver',
+    required: true,
+    maxlength: 64,
+    autocomplete: 'off',
+    spellcheck: 'false',
+  });
   private readonly token = el('input', { id: 'token', type: 'password', autocomplete: 'off', spellcheck: 'false' });
   private readonly taskSays = el('p', { class: 'hint' });
   private readonly handSays = el('p', { class: 'hint' });
@@ -28,17 +48,38 @@ export class StartForm {
         this.fail(error instanceof ApiError ? error.message : String(error));
       }
     };
-    this.tasks.addEventListener('change', () => { this.describe(); });
-    this.hands.addEventListener('change', () => { this.describe(); });
-    this.team.addEventListener('change', () => { void this.offer(); });
-    this.element = el('form', { on: { submit: (event) => { event.preventDefault(); void submit(); } } },
+    this.tasks.addEventListener('change', () => this.describe());
+    this.hands.addEventListener('change', () => this.describe());
+    this.team.addEventListener('change', () => void this.offer());
+    this.element = el(
+      'form',
+      {
+        on: {
+          submit: (event) => {
+            event.preventDefault();
+            void submit();
+          },
+        },
+      },
       el('div', { class: 'field' }, el('label', { for: 'task' }, 'Task'), this.tasks, this.taskSays),
       el('div', { class: 'field' }, el('label', { for: 'hand' }, 'Hand'), this.hands, this.handSays),
       el('div', { class: 'field' }, el('label', { for: 'seed' }, 'Seed'), this.seed),
       el('div', { class: 'field' }, el('label', { for: 'team' }, 'Name on the leaderboard'), this.team),
-      el('details', {}, el('summary', {}, 'I have a token'),
-        el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a team'), this.token, el('p', { class: 'hint' }, 'This page keeps it only in memory.'))),
-      this.error, this.go);
+      el(
+        'details',
+        {},
+        el('summary', {}, 'I have a token'),
+        el(
+          'div',
+          { class: 'field' },
+          el('label', { for: 'token' }, 'Token of a team'),
+          this.token,
+          el('p', { class: 'hint' }, 'This page keeps it only in memory.'),
+        ),
+      ),
+      this.error,
+      this.go,
+    );
     void this.offer();
   }
 
@@ -55,7 +96,13 @@ export class StartForm {
   /** The input, with the hand's description. */
   async choice(): Promise<Choice> {
     const hand = await getJson<HandDescription>(`/v1/hands/${encodeURIComponent(this.hands.value)}${this.whose()}`, this.secret());
-    return { task: this.tasks.value, hand, seed: this.seed.value === '' ? null : this.seed.valueAsNumber, team: this.team.value.trim(), token: this.secret() };
+    return {
+      task: this.tasks.value,
+      hand,
+      seed: this.seed.value === '' ? null : this.seed.valueAsNumber,
+      team: this.team.value.trim(),
+      token: this.secret(),
+    };
   }
 
   /** Shows the seed of the opened run, so that it can be used again. */
@@ -75,7 +122,9 @@ export class StartForm {
   private async offer(): Promise<void> {
     try {
       const [{ tasks }, { hands }] = await Promise.all([
-        getJson<{ tasks: TaskInfo[] }>('/v1/tasks'), getJson<{ hands: HandInfo[] }>(`/v1/hands${this.whose()}`, this.secret())]);
+        getJson<{ tasks: TaskInfo[] }>('/v1/tasks'),
+        getJson<{ hands: HandInfo[] }>(`/v1/hands${this.whose()}`, this.secret()),
+      ]);
       this.known = { tasks, hands };
       fill(this.tasks, tasks);
       fill(this.hands, hands);

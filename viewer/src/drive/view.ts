@@ -37,7 +37,9 @@ const PANEL_MS = 200;
 type Tool = 'move' | 'turn' | 'push';
 
 declare global {
-  interface Window { palmares?: Record<string, unknown> }
+  interface Window {
+    palmares?: Record<string, unknown>;
+  }
 }
 
 export class DriveView implements DriverListener {
@@ -46,7 +48,12 @@ export class DriveView implements DriverListener {
   private readonly noteText = el('span', { class: 'card' }, 'Choose a task and a hand, then press Start.');
   private readonly note = el('p', { class: 'stage-note', role: 'status' }, this.noteText);
   private readonly title = el('h1', {}, 'Drive');
-  private readonly figures = { score: el('span', {}, '–'), time: el('span', {}, '–'), factor: el('span', {}, '–'), seed: el('span', {}, '–') };
+  private readonly figures = {
+    score: el('span', {}, '–'),
+    time: el('span', {}, '–'),
+    factor: el('span', {}, '–'),
+    seed: el('span', {}, '–'),
+  };
   private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
   private readonly stage: Stage;
   private readonly driver = new Driver(this, this.latency);
@@ -77,25 +84,52 @@ export class DriveView implements DriverListener {
     app.classList.add('stage-page', 'drive-page');
     this.stage = new Stage(app.appendChild(this.place));
     this.stage.setOverlay('regions', true);
-    this.stage.onFrame(() => { this.latency.frame(); });
-    this.stage.onPick((id) => { this.picked(id); });
-    this.arrow = new PushArrow(this.stage, this.place, (at) => { this.input(at); });
-    this.gizmo = new Gizmo(this.stage, (position, quat_xyzw, at) => { this.driver.targets.drive({ position, quat_xyzw }); this.input(at); });
-    this.keys = new Keys((at) => { this.steer(at); }, (what) => { this.command(what); });
-    this.pushForm = new PushForm((push, at) => { this.push(push, at); });
-    this.pose = new PoseForm((target, at) => { this.driver.targets.drive(target); this.input(at); });
-    this.base = new BasePanel(this.pose.element, (frame) => { this.gizmo.along(frame === 'hand' ? 'local' : 'world'); }, (on) => { this.keys.release(); this.keys.on = on; });
-    this.motors = new Motors((hand, at) => { this.driver.targets.hand = hand; this.input(at); });
+    this.stage.onFrame(() => this.latency.frame());
+    this.stage.onPick((id) => this.picked(id));
+    this.arrow = new PushArrow(this.stage, this.place, (at) => this.input(at));
+    this.gizmo = new Gizmo(this.stage, (position, quat_xyzw, at) => {
+      this.driver.targets.drive({ position, quat_xyzw });
+      this.input(at);
+    });
+    this.keys = new Keys(
+      (at) => this.steer(at),
+      (what) => this.command(what),
+    );
+    this.pushForm = new PushForm((push, at) => this.push(push, at));
+    this.pose = new PoseForm((target, at) => {
+      this.driver.targets.drive(target);
+      this.input(at);
+    });
+    this.base = new BasePanel(
+      this.pose.element,
+      (frame) => this.gizmo.along(frame === 'hand' ? 'local' : 'world'),
+      (on) => {
+        this.keys.release();
+        this.keys.on = on;
+      },
+    );
+    this.motors = new Motors((hand, at) => {
+      this.driver.targets.hand = hand;
+      this.input(at);
+    });
     this.start = new StartForm((choice) => this.begin(choice));
     this.transport = new RunControls({
-      pause: () => { this.command('pause'); }, step: () => { this.command('step'); }, finish: () => { void this.driver.finish(); },
-      again: (same) => { void this.again(same); }, factor: (factor) => { this.driver.factor = factor; }, record: (on) => { this.driver.recording?.record(on); },
+      pause: () => this.command('pause'),
+      step: () => this.command('step'),
+      finish: () => void this.driver.finish(),
+      again: (same) => void this.again(same),
+      factor: (factor) => {
+        this.driver.factor = factor;
+      },
+      record: (on) => this.driver.recording?.record(on),
     });
     this.build(app);
     this.tool('move');
-    window.addEventListener('pagehide', () => { this.leave(); });
+    window.addEventListener('pagehide', () => this.leave());
     // The connection does not survive in the browser's cache of pages.
-    window.addEventListener('pageshow', (event) => { if (event.persisted) location.reload(); });
+    window.addEventListener('pageshow', (event) => {
+      if (event.persisted) location.reload();
+    });
     const loop = (now: number): void => {
       requestAnimationFrame(loop);
       this.frame(now);
@@ -112,25 +146,60 @@ export class DriveView implements DriverListener {
     const switches = overlaySwitches(stages);
     showOverlaySwitches(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
-    contacts?.addEventListener('change', () => { this.contactFeed.want(contacts.checked); });
+    contacts?.addEventListener('change', () => this.contactFeed.want(contacts.checked));
     const tools = el('div', { class: 'group', role: 'group', 'aria-label': 'What the mouse does' });
-    for (const [tool, label] of [['move', 'Move'], ['turn', 'Turn'], ['push', 'Push']] as const) {
-      const made = button(label, () => { this.tool(tool); }, { class: 'small' });
+    for (const [tool, label] of [
+      ['move', 'Move'],
+      ['turn', 'Turn'],
+      ['push', 'Push'],
+    ] as const) {
+      const made = button(label, () => this.tool(tool), { class: 'small' });
       this.tools.set(tool, made);
       tools.append(made);
     }
     const gain = el('input', { type: 'range', id: 'push-gain', min: 1, max: 100, step: 1, value: this.arrow.gain / 10 });
     const gainShown = el('output', { for: 'push-gain' }, `${gain.value} N`);
-    gain.addEventListener('input', () => { this.arrow.gain = 10 * gain.valueAsNumber; setText(gainShown, `${gain.value} N`); });
+    gain.addEventListener('input', () => {
+      this.arrow.gain = 10 * gain.valueAsNumber;
+      setText(gainShown, `${gain.value} N`);
+    });
     this.place.append(this.note, el('div', { class: 'hud top-left' }, tools), el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
-    app.append(this.transport.element, el('div', { class: 'side' },
-      el('section', { class: 'panel' }, this.title, facts([['Score', this.figures.score], ['Run', this.figures.time], ['Speed', this.figures.factor], ['Seed', this.figures.seed]])),
-      this.runForm, this.motors.element, this.base.element,
-      el('details', { class: 'panel', open: true }, el('summary', {}, 'Push a link'),
-        el('p', { class: 'hint' }, 'Choose Push above the image and drag an arrow away from a link: it is pushed while you hold the button. Or push it once:'), this.pushForm.element,
-        el('div', { class: 'slider' }, el('label', { for: 'push-gain' }, '10 cm of arrow ='), gain, gainShown)),
-      el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
-      this.takes.element, switches));
+    app.append(
+      this.transport.element,
+      el(
+        'div',
+        { class: 'side' },
+        el(
+          'section',
+          { class: 'panel' },
+          this.title,
+          facts([
+            ['Score', this.figures.score],
+            ['Run', this.figures.time],
+            ['Speed', this.figures.factor],
+            ['Seed', this.figures.seed],
+          ]),
+        ),
+        this.runForm,
+        this.motors.element,
+        this.base.element,
+        el(
+          'details',
+          { class: 'panel', open: true },
+          el('summary', {}, 'Push a link'),
+          el(
+            'p',
+            { class: 'hint' },
+            'Choose Push above the image and drag an arrow away from a link: it is pushed while you hold the button. Or push it once:',
+          ),
+          this.pushForm.element,
+          el('div', { class: 'slider' }, el('label', { for: 'push-gain' }, '10 cm of arrow ='), gain, gainShown),
+        ),
+        el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
+        this.takes.element,
+        switches,
+      ),
+    );
   }
 
   // Events of the session.
@@ -189,7 +258,9 @@ export class DriveView implements DriverListener {
     this.contactFeed.follow(null);
     if (this.driver.recording) this.takes.show(this.driver.recording);
     setText(this.figures.score, points(result.score));
-    this.say(`The run is over: ${points(result.score)} points${this.scene ? `, ${countWords(result, this.scene)}` : ''} (${result.reason.replaceAll('_', ' ')}). Start another run, or download the recording.`);
+    this.say(
+      `The run is over: ${points(result.score)} points${this.scene ? `, ${countWords(result, this.scene)}` : ''} (${result.reason.replaceAll('_', ' ')}). Start another run, or download the recording.`,
+    );
   }
 
   failed(message: string, lost: boolean): void {
@@ -254,7 +325,7 @@ export class DriveView implements DriverListener {
 
   private async again(sameSeed: boolean): Promise<void> {
     const { choice } = this;
-    if (choice) await this.driver.reset(choice.task, choice.hand, sameSeed ? this.driver.recording?.run.seed ?? null : null);
+    if (choice) await this.driver.reset(choice.task, choice.hand, sameSeed ? (this.driver.recording?.run.seed ?? null) : null);
   }
 
   private command(what: Command): void {
@@ -296,7 +367,16 @@ export class DriveView implements DriverListener {
     const { targets } = this.driver;
     if (this.observation && !this.gizmo.dragging && (!isStill(axes) || targets.moving)) {
       const right = this.stage.camera.matrixWorld.elements;
-      targets.drive(twistOf(axes, this.base.frame, [right[0], right[1], right[2]], this.observation.hand.base.quat_xyzw, this.base.linear, this.base.angular));
+      targets.drive(
+        twistOf(
+          axes,
+          this.base.frame,
+          [right[0], right[1], right[2]],
+          this.observation.hand.base.quat_xyzw,
+          this.base.linear,
+          this.base.angular,
+        ),
+      );
     }
     if (at !== null) this.input(at);
     else if (pad?.fresh) this.input(performance.now());
@@ -333,7 +413,14 @@ export class DriveView implements DriverListener {
   private logged(events: ActionRecording['events']): void {
     for (const event of events) {
       const time = clock(event.tick * (this.driver.recording?.run.tick_s ?? 0));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, event.name === null ? null : name(event.name), ' ', eventWords(event.kind, this.scene?.goals))));
+      this.log.prepend(
+        el(
+          'li',
+          {},
+          el('time', { class: 'num' }, time),
+          el('span', {}, event.name === null ? null : name(event.name), ' ', eventWords(event.kind, this.scene?.goals)),
+        ),
+      );
     }
   }
 
@@ -343,7 +430,12 @@ export class DriveView implements DriverListener {
     const seconds = (now - this.wrote.at) / 1000;
     setText(this.figures.score, points(observation.score));
     setText(this.figures.time, `${observation.sim_time_s.toFixed(1)} s, tick ${observation.tick}`);
-    setText(this.figures.factor, this.wrote.at > 0 && this.driver.phase === 'running' ? `${((observation.sim_time_s - this.wrote.time) / seconds).toFixed(2)}× real time` : '–');
+    setText(
+      this.figures.factor,
+      this.wrote.at > 0 && this.driver.phase === 'running'
+        ? `${((observation.sim_time_s - this.wrote.time) / seconds).toFixed(2)}× real time`
+        : '–',
+    );
     this.motors.show(observation.hand.actuators);
     this.pose.show(observation.hand.base.position, observation.hand.base.quat_xyzw);
     if (this.driver.recording) this.takes.show(this.driver.recording);

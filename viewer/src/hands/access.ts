@@ -3,7 +3,10 @@ import { getJson, postJson, ApiError } from '../net/api';
 import { isToken, NO_TOKEN, refusal } from '../net/token';
 import type { EquilibriumResponse, EquilibriumRequest, HandDescription, Hands, SubmittedHand } from '../wire/messages';
 
-export interface Access { token: string | null; team: string | null }
+export interface Access {
+  token: string | null;
+  team: string | null;
+}
 
 export const ANONYMOUS: Access = { token: null, team: null };
 
@@ -38,5 +41,9 @@ export async function uploadHand(archive: Uint8Array<ArrayBuffer>, access: Acces
   const answer: unknown = await response.json().catch(() => null);
   if (response.ok) return answer as SubmittedHand;
   const problem = (answer ?? {}) as { detail?: string; code?: string };
-  throw new ApiError(refusal(response.status, access.token) ?? problem.detail ?? `the server answered ${response.status}`, response.status, problem.code ?? '');
+  throw new ApiError(
+    refusal(response.status, access.token) ?? problem.detail ?? `the server answered ${response.status}`,
+    response.status,
+    problem.code ?? '',
+  );
 }

@@ -4,7 +4,7 @@ import { turnTo } from './postures';
 import { equilibriumRequest, clampForce, inLink, inWorld, type Load, reactionOf } from './equilibrium';
 import type { EquilibriumResponse } from '../wire/messages';
 
-const near = (a: Vec3, b: Vec3): void => { a.forEach((x, k) => { expect(x).toBeCloseTo(b[k] ?? NaN, 9); }); };
+const near = (a: Vec3, b: Vec3): void => a.forEach((x, k) => expect(x).toBeCloseTo(b[k] ?? NaN, 9));
 
 describe('points of links', () => {
   it('are the same after a transform to the world and back', () => {
@@ -19,7 +19,14 @@ describe('points of links', () => {
 });
 
 describe('loads', () => {
-  const load = (id: number, kind: Load['kind'], force: Vec3 = [0, 0, 0]): Load => ({ id, kind, link: 'tip', point: [0, 0, 0], force, place: [0, 0, id] });
+  const load = (id: number, kind: Load['kind'], force: Vec3 = [0, 0, 0]): Load => ({
+    id,
+    kind,
+    link: 'tip',
+    point: [0, 0, 0],
+    force,
+    place: [0, 0, id],
+  });
   const loads = [load(1, 'hold'), load(2, 'force', [0, 1, 0]), load(3, 'force'), load(4, 'hold')];
 
   it('are sent by kind, without zero forces', () => {
@@ -30,7 +37,12 @@ describe('loads', () => {
   });
 
   it('find their reactions by the order of the request', () => {
-    const rest = { reactions: [{ force: [1, 0, 0], gap: 0 }, { force: [4, 0, 0], gap: 0 }] } as unknown as EquilibriumResponse;
+    const rest = {
+      reactions: [
+        { force: [1, 0, 0], gap: 0 },
+        { force: [4, 0, 0], gap: 0 },
+      ],
+    } as unknown as EquilibriumResponse;
     expect(loads.map((one) => reactionOf(one, loads, rest)?.force[0] ?? null)).toEqual([1, null, null, 4]);
     expect(reactionOf(loads[0] as Load, loads, null)).toBeNull();
   });

@@ -26,13 +26,19 @@ export function equilibriumRequest(motors: readonly number[], base: Pose, loads:
   return {
     motors: [...motors],
     base: { position: base.position, quat_xyzw: base.quat },
-    forces: of('force').filter((load) => Math.hypot(...load.force) > 0).map(({ link, point, force }) => ({ link, point, force })),
+    forces: of('force')
+      .filter((load) => Math.hypot(...load.force) > 0)
+      .map(({ link, point, force }) => ({ link, point, force })),
     contacts: of('hold').map(({ link, point, place }) => ({ link, point, position: place })),
   };
 }
 
 /** The reaction at a held point; null for forces and before the response. */
-export function reactionOf(load: Load, loads: readonly Load[], rest: EquilibriumResponse | null): EquilibriumResponse['reactions'][number] | null {
+export function reactionOf(
+  load: Load,
+  loads: readonly Load[],
+  rest: EquilibriumResponse | null,
+): EquilibriumResponse['reactions'][number] | null {
   if (load.kind !== 'hold') return null;
   return rest?.reactions[loads.filter((one) => one.kind === 'hold').indexOf(load)] ?? null;
 }

@@ -9,7 +9,7 @@ function badge(row: FigureRow): HTMLElement | null {
   return row.beyond_others ? el('span', { class: 'badge warn' }, 'beyond all built-in hands') : null;
 }
 
-/** Number of other hands that have a column each; of more, the least and the largest value are shown. */
+/** Number of other hands that have a column each; if there are more, the least and the largest value are shown. */
 const MAX_OTHERS = 4;
 
 /** The heads and cells about the other hands. */
@@ -28,16 +28,53 @@ function compared(figures: readonly FigureRow[]): { heads: string[]; of: (row: F
 /** The table; unusual figures come first. */
 export function figureTable(figures: readonly FigureRow[]): HTMLTableElement {
   // Otherwise the server's order.
-  const priority = (row: FigureRow): number => !row.allowed ? 0 : row.beyond_others ? 1 : 2;
+  const priority = (row: FigureRow): number => (!row.allowed ? 0 : row.beyond_others ? 1 : 2);
   const inOrder = [...figures].sort((a, b) => priority(a) - priority(b));
   const others = compared(figures);
-  const heads: [string, string][] = [['Figure', ''], ['This hand', 'n'], ...others.heads.map((one): [string, string] => [one, 'n']), ['Limit', 'n'], ['', '']];
-  return el('table', { class: 'dense cards figures' },
-    el('thead', {}, el('tr', {}, ...heads.map(([head, kind]) => el('th', { scope: 'col', class: kind }, head === '' ? el('span', { class: 'visually-hidden' }, 'Remark') : head)))),
-    el('tbody', {}, ...inOrder.map((row) => el('tr', { class: !row.allowed ? 'beyond' : row.beyond_others ? 'odd' : undefined },
-      el('th', { scope: 'row', title: row.place ?? undefined }, row.what, row.unit === '' ? null : el('span', { class: 'soft' }, ` ${row.unit}`)),
-      el('td', { class: 'n', 'data-label': 'This hand' }, el('b', {}, figure(row.value))),
-      ...others.of(row).map((value, k) => el('td', { class: 'n soft', 'data-label': others.heads[k] }, figure(value))),
-      el('td', { class: 'n', 'data-label': 'Limit' }, row.limit === null ? '–' : `${row.bound === 'most' ? '≤' : '≥'} ${figure(row.limit)}`),
-      el('td', {}, badge(row))))));
+  const heads: [string, string][] = [
+    ['Figure', ''],
+    ['This hand', 'n'],
+    ...others.heads.map((one): [string, string] => [one, 'n']),
+    ['Limit', 'n'],
+    ['', ''],
+  ];
+  return el(
+    'table',
+    { class: 'dense cards figures' },
+    el(
+      'thead',
+      {},
+      el(
+        'tr',
+        {},
+        ...heads.map(([head, kind]) =>
+          el('th', { scope: 'col', class: kind }, head === '' ? el('span', { class: 'visually-hidden' }, 'Remark') : head),
+        ),
+      ),
+    ),
+    el(
+      'tbody',
+      {},
+      ...inOrder.map((row) =>
+        el(
+          'tr',
+          { class: !row.allowed ? 'beyond' : row.beyond_others ? 'odd' : undefined },
+          el(
+            'th',
+            { scope: 'row', title: row.place ?? undefined },
+            row.what,
+            row.unit === '' ? null : el('span', { class: 'soft' }, ` ${row.unit}`),
+          ),
+          el('td', { class: 'n', 'data-label': 'This hand' }, el('b', {}, figure(row.value))),
+          ...others.of(row).map((value, k) => el('td', { class: 'n soft', 'data-label': others.heads[k] }, figure(value))),
+          el(
+            'td',
+            { class: 'n', 'data-label': 'Limit' },
+            row.limit === null ? '–' : `${row.bound === 'most' ? '≤' : '≥'} ${figure(row.limit)}`,
+          ),
+          el('td', {}, badge(row)),
+        ),
+      ),
+    ),
+  );
 }

@@ -1,6 +1,11 @@
 /** Splits a finding of the server's check, `file: element: problem; valid: valid values`, into its parts. */
 
-export interface Finding { file: string | null; element: string | null; text: string; valid: string | null }
+export interface Finding {
+  file: string | null;
+  element: string | null;
+  text: string;
+  valid: string | null;
+}
 
 const FILE = /^([^\s:]+\.(?:zip(?:\/[^:]+)?|urdf|toml|stl)): /;
 const ELEMENT = /^((?:[\w. -]+ )?'[^']*'|\[+[^\]]+\]+[\w. ]*|[\w.]+): /;
@@ -34,5 +39,8 @@ export function finding(message: string): Finding {
 
 /** Splits a refusal, which may have several messages, one a line. */
 export function findings(detail: string): Finding[] {
-  return detail.split('\n').filter((line) => line.trim() !== '').map(finding);
+  return detail
+    .split('\n')
+    .filter((line) => line.trim() !== '')
+    .map(finding);
 }

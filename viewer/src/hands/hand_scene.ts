@@ -28,7 +28,12 @@ export function sceneOfHand(hand: HandDescription, base: Pose): SceneInfo {
   const links = hand.links.map((link, id): Body => {
     const at = composed(base, { position: link.base_from_link_at_rest.position, quat: link.base_from_link_at_rest.quat_xyzw });
     return {
-      id, name: link.name, kind: 'hand', position: at.position, quat: at.quat, color: link.parent === null ? BASE : LINK,
+      id,
+      name: link.name,
+      kind: 'hand',
+      position: at.position,
+      quat: at.quat,
+      color: link.parent === null ? BASE : LINK,
       parts: link.shapes.map((shape) => ({ position: shape.position, quat: shape.quat_xyzw, shape: shape.shape })),
     };
   });
@@ -43,7 +48,8 @@ export function heightOf(hand: HandDescription, quat: Quat): number {
     for (const link of hand.links) {
       const at = places.get(link.name);
       if (!at) continue;
-      for (const placed of link.shapes) for (const point of surface(placed.shape)) lowest = Math.min(lowest, inWorld(at, place(placed, point))[2]);
+      for (const placed of link.shapes)
+        for (const point of surface(placed.shape)) lowest = Math.min(lowest, inWorld(at, place(placed, point))[2]);
     }
   }
   // Whole centimetres, since the page shows the number.
@@ -70,7 +76,9 @@ export function graspCentre(hand: HandDescription, places: ReadonlyMap<string, P
   for (const tip of tips) {
     const at = places.get(tip.name);
     if (!at) return null;
-    composed(at, { position: tip.com, quat: [0, 0, 0, 1] }).position.forEach((x, k) => { sum[k] = (sum[k] ?? 0) + x / tips.length; });
+    composed(at, { position: tip.com, quat: [0, 0, 0, 1] }).position.forEach((x, k) => {
+      sum[k] = (sum[k] ?? 0) + x / tips.length;
+    });
   }
   return tips.length > 0 ? sum : null;
 }

@@ -15,7 +15,11 @@ function svg(tag: string, attributes: Record<string, string | number>): SVGEleme
 }
 
 /** Centre and half edge of the drawn area, m. */
-interface Frame { x: number; y: number; half: number }
+interface Frame {
+  x: number;
+  y: number;
+  half: number;
+}
 
 function frameOf(all: readonly Outline[]): Frame {
   const corners = all.flatMap((one) => one.corners);
@@ -26,10 +30,14 @@ function frameOf(all: readonly Outline[]): Frame {
 
 function draw(picture: SVGElement, all: readonly Outline[], frame: Frame): void {
   const scale = EDGE / 2 / frame.half;
-  const drawn = all.map((one) => svg('polygon', {
-    class: one.link === 0 ? 'base' : `link l${one.link % 3}`,
-    points: one.corners.map(([x, y]) => `${((x - frame.x) * scale + EDGE / 2).toFixed(1)},${(EDGE / 2 - (y - frame.y) * scale).toFixed(1)}`).join(' '),
-  }));
+  const drawn = all.map((one) =>
+    svg('polygon', {
+      class: one.link === 0 ? 'base' : `link l${one.link % 3}`,
+      points: one.corners
+        .map(([x, y]) => `${((x - frame.x) * scale + EDGE / 2).toFixed(1)},${(EDGE / 2 - (y - frame.y) * scale).toFixed(1)}`)
+        .join(' '),
+    }),
+  );
   // Scale bar of 5 cm.
   const bar = svg('path', { class: 'scale', d: `M8 ${EDGE - 8}h${(0.05 * scale).toFixed(1)}` });
   picture.replaceChildren(...drawn, bar);
@@ -50,14 +58,25 @@ export function side(hand: HandShapes, title: string, view: View): HTMLElement {
 /** The four drawings. The turning one stops when it is removed from the page. */
 export function sides(hand: HandShapes): HTMLElement {
   const moving = picture(`${hand.name}, turned`);
-  const angle = el('input', { type: 'range', min: 0, max: 360, step: 1, value: 30, id: 'turned', 'aria-label': 'Angle of the hand, degrees' });
+  const angle = el('input', {
+    type: 'range',
+    min: 0,
+    max: 360,
+    step: 1,
+    value: 30,
+    id: 'turned',
+    'aria-label': 'Angle of the hand, degrees',
+  });
   const still = matchMedia('(prefers-reduced-motion: reduce)').matches;
   const whole = Array.from({ length: 12 }, (_, i) => outlines(hand, turntable((i * Math.PI) / 6))).flat();
   const frame = frameOf(whole);
-  const show = (degrees: number): void => { draw(moving, outlines(hand, turntable((degrees * Math.PI) / 180)), frame); };
+  const show = (degrees: number): void => draw(moving, outlines(hand, turntable((degrees * Math.PI) / 180)), frame);
   let own = !still;
   let last = 0;
-  angle.addEventListener('input', () => { own = false; show(Number(angle.value)); });
+  angle.addEventListener('input', () => {
+    own = false;
+    show(Number(angle.value));
+  });
   show(30);
   const turn = (now: number): void => {
     if (!own || (last > 0 && !moving.isConnected)) return;
@@ -72,7 +91,13 @@ export function sides(hand: HandShapes): HTMLElement {
     requestAnimationFrame(turn);
   };
   if (own) requestAnimationFrame(turn);
-  return el('div', { class: 'sides' }, side(hand, 'palm', VIEWS.palm), side(hand, 'side', VIEWS.side), side(hand, 'from the fingertips', VIEWS.top),
+  return el(
+    'div',
+    { class: 'sides' },
+    side(hand, 'palm', VIEWS.palm),
+    side(hand, 'side', VIEWS.side),
+    side(hand, 'from the fingertips', VIEWS.top),
     el('figure', {}, moving, el('figcaption', {}, el('div', { class: 'slider' }, el('label', { for: 'turned' }, 'turn'), angle))),
-    el('p', { class: 'hint' }, 'The bar is 5 cm long.'));
+    el('p', { class: 'hint' }, 'The bar is 5 cm long.'),
+  );
 }

@@ -15,8 +15,10 @@ export class LatestRequest<Request, Response> {
    * may be repeated.
    */
   constructor(
-    private readonly ask: (request: Request) => Promise<Response>, private readonly received: (response: Response, request: Request) => void,
-    private readonly failed: (error: unknown, request: Request) => void, private readonly later: (error: unknown) => boolean = () => false,
+    private readonly ask: (request: Request) => Promise<Response>,
+    private readonly received: (response: Response, request: Request) => void,
+    private readonly failed: (error: unknown, request: Request) => void,
+    private readonly later: (error: unknown) => boolean = () => false,
   ) {}
 
   /** Sends a request now, or after the current one. */
@@ -42,7 +44,7 @@ export class LatestRequest<Request, Response> {
         if (!this.closed) this.received(response, request);
       } catch (error) {
         if (this.later(error)) {
-          await new Promise((resolve) => { setTimeout(resolve, RETRY_MS); });
+          await new Promise((resolve) => setTimeout(resolve, RETRY_MS));
           this.waiting ??= { request };
         } else if (!this.closed) {
           this.failed(error, request);

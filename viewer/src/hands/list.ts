@@ -19,16 +19,50 @@ export class HandListView {
   private readonly says = el('p', { class: 'soft', role: 'status' });
   private readonly own = el('section', { class: 'panel', hidden: true });
 
-  constructor(app: HTMLElement, private readonly page: Opener) {
+  constructor(
+    app: HTMLElement,
+    private readonly page: Opener,
+  ) {
     const { official } = page;
     app.replaceChildren(
-      el('div', { class: 'title' }, el('h1', {}, 'Hands'), el('p', { class: 'lead' }, 'Close a hand, push it, and see its joints, tendons and links.')),
-      this.says, this.cards, this.own,
-      el('div', { class: 'columns' },
-        el('section', { class: 'panel' }, el('h2', {}, 'Your team'), teamForm(official, page.access, (access) => { page.access = access; void this.load(); })),
-        el('section', { class: 'panel' }, el('h2', {}, 'Your own hand'),
-          el('p', { class: 'hint' }, 'The server checks it and keeps it for your team; then you can use it on this page. How to make one: docs/hands.md.'),
-          uploadForm(() => page.access, official, (hand) => { page.open(hand.name, hand); }))));
+      el(
+        'div',
+        { class: 'title' },
+        el('h1', {}, 'Hands'),
+        el('p', { class: 'lead' }, 'Close a hand, push it, and see its joints, tendons and links.'),
+      ),
+      this.says,
+      this.cards,
+      this.own,
+      el(
+        'div',
+        { class: 'columns' },
+        el(
+          'section',
+          { class: 'panel' },
+          el('h2', {}, 'Your team'),
+          teamForm(official, page.access, (access) => {
+            page.access = access;
+            void this.load();
+          }),
+        ),
+        el(
+          'section',
+          { class: 'panel' },
+          el('h2', {}, 'Your own hand'),
+          el(
+            'p',
+            { class: 'hint' },
+            'The server checks it and keeps it for your team; then you can use it on this page. How to make one: docs/hands.md.',
+          ),
+          uploadForm(
+            () => page.access,
+            official,
+            (hand) => page.open(hand.name, hand),
+          ),
+        ),
+      ),
+    );
     void this.load();
   }
 
@@ -44,11 +78,32 @@ export class HandListView {
     this.says.className = 'soft';
     this.says.textContent = '';
     const { own = [] } = list;
-    this.cards.replaceChildren(...list.hands.map((hand) => this.card(hand, own.some((one) => one.name === hand.name))));
+    this.cards.replaceChildren(
+      ...list.hands.map((hand) =>
+        this.card(
+          hand,
+          own.some((one) => one.name === hand.name),
+        ),
+      ),
+    );
     this.own.hidden = own.length === 0;
-    this.own.replaceChildren(el('h2', {}, 'Uploaded by your team'), el('ul', { class: 'plain' }, ...own.map((hand) => el('li', {},
-      name(hand.name), ' ', el('span', { class: `badge ${hand.status === 'approved' ? 'ok' : hand.status === 'rejected' ? 'bad' : 'warn'}` }, hand.status),
-      hand.note === null ? null : el('span', { class: 'soft' }, ' ', name(hand.note))))));
+    this.own.replaceChildren(
+      el('h2', {}, 'Uploaded by your team'),
+      el(
+        'ul',
+        { class: 'plain' },
+        ...own.map((hand) =>
+          el(
+            'li',
+            {},
+            name(hand.name),
+            ' ',
+            el('span', { class: `badge ${hand.status === 'approved' ? 'ok' : hand.status === 'rejected' ? 'bad' : 'warn'}` }, hand.status),
+            hand.note === null ? null : el('span', { class: 'soft' }, ' ', name(hand.note)),
+          ),
+        ),
+      ),
+    );
   }
 
   private card(hand: HandInfo, own: boolean): HTMLElement {
@@ -61,14 +116,22 @@ export class HandListView {
     });
     const drawings = el('div', { class: 'pair' });
     void this.draw(hand.name, drawings);
-    return el('article', { class: 'card hand-card' }, drawings, el('h2', {}, link, own ? el('span', { class: 'badge info' }, 'your team’s') : null),
-      el('p', { class: 'soft' }, `${count(hand.joints.length, 'coordinate')}, ${count(hand.motors.length, 'motor')}`), el('p', {}, name(hand.description)));
+    return el(
+      'article',
+      { class: 'card hand-card' },
+      drawings,
+      el('h2', {}, link, own ? el('span', { class: 'badge info' }, 'your team’s') : null),
+      el('p', { class: 'soft' }, `${count(hand.joints.length, 'coordinate')}, ${count(hand.motors.length, 'motor')}`),
+      el('p', {}, name(hand.description)),
+    );
   }
 
   private async draw(hand: string, into: HTMLElement): Promise<void> {
     try {
       const description = await describeHand(hand, this.page.access);
       into.replaceChildren(side(description, 'palm', VIEWS.palm), side(description, 'at an angle', turntable(0.7)));
-    } catch { /* The card has no drawings. */ }
+    } catch {
+      /* The card has no drawings. */
+    }
   }
 }

@@ -1,5 +1,16 @@
 /** Drawn loads of the hand: forces and reactions as arrows, held points as pins, each with its size in N. */
-import { ConeGeometry, CylinderGeometry, Group, LineBasicMaterial, Mesh, MeshBasicMaterial, OctahedronGeometry, Quaternion, SphereGeometry, Vector3 } from 'three';
+import {
+  ConeGeometry,
+  CylinderGeometry,
+  Group,
+  LineBasicMaterial,
+  Mesh,
+  MeshBasicMaterial,
+  OctahedronGeometry,
+  Quaternion,
+  SphereGeometry,
+  Vector3,
+} from 'three';
 import type { Pose } from '../model/pose';
 import type { Vec3 } from '../model/scene';
 import type { Stage } from '../render/stage';
@@ -104,12 +115,21 @@ export class LoadMarks {
   private readonly marks = new Map<number, LoadMark>();
   private readonly scratch = new Vector3();
 
-  constructor(private readonly stage: Stage, private readonly area: HTMLElement) {
-    stage.onFrame(() => { this.place(); });
+  constructor(
+    private readonly stage: Stage,
+    private readonly area: HTMLElement,
+  ) {
+    stage.onFrame(() => this.place());
   }
 
   /** Draws the loads, with `metres` of arrow for each N. */
-  show(loads: readonly Load[], places: ReadonlyMap<string, Pose>, rest: EquilibriumResponse | null, metres: number, chosen: number | null): void {
+  show(
+    loads: readonly Load[],
+    places: ReadonlyMap<string, Pose>,
+    rest: EquilibriumResponse | null,
+    metres: number,
+    chosen: number | null,
+  ): void {
     for (const [id, mark] of this.marks) {
       if (loads.some((load) => load === mark.load)) continue;
       mark.dispose();

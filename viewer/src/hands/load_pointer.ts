@@ -24,11 +24,16 @@ export class LoadPointer {
   private hold: { id: number; plane: Plane; from: Vector3 } | null = null;
   private readonly raycaster = new Raycaster();
 
-  constructor(private readonly stage: Stage, private readonly marks: LoadMarks, area: HTMLElement, private readonly listener: LoadListener) {
+  constructor(
+    private readonly stage: Stage,
+    private readonly marks: LoadMarks,
+    area: HTMLElement,
+    private readonly listener: LoadListener,
+  ) {
     // In the capture phase: before the camera's controls get the event.
-    area.addEventListener('pointerdown', (event) => { this.begin(event); }, { capture: true });
-    area.addEventListener('pointermove', (event) => { this.drag(event); }, { capture: true });
-    for (const end of ['pointerup', 'pointercancel'] as const) area.addEventListener(end, () => { this.end(); }, { capture: true });
+    area.addEventListener('pointerdown', (event) => this.begin(event), { capture: true });
+    area.addEventListener('pointermove', (event) => this.drag(event), { capture: true });
+    for (const end of ['pointerup', 'pointercancel'] as const) area.addEventListener(end, () => this.end(), { capture: true });
   }
 
   private begin(event: PointerEvent): void {

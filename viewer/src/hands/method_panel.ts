@@ -9,18 +9,32 @@ export class MethodPanel {
   private readonly failed = el('p', { class: 'error' });
 
   constructor(hand: HandDescription) {
-    this.element = el('section', { class: 'panel' }, el('h2', {}, 'How it was computed'), this.failed, this.law, this.why,
-      el('p', { class: 'hint' }, hand.gravity_compensation
-        ? 'The hand’s own weight is compensated: the orientation of the base has no effect.'
-        : 'The hand’s own weight acts downwards in the image: the orientation of the base changes the pose.'));
+    this.element = el(
+      'section',
+      { class: 'panel' },
+      el('h2', {}, 'How it was computed'),
+      this.failed,
+      this.law,
+      this.why,
+      el(
+        'p',
+        { class: 'hint' },
+        hand.gravity_compensation
+          ? 'The hand’s own weight is compensated: the orientation of the base has no effect.'
+          : 'The hand’s own weight acts downwards in the image: the orientation of the base changes the pose.',
+      ),
+    );
   }
 
   show(rest: EquilibriumResponse): void {
     setText(this.failed, '');
     const { beyond_closed_form: beyond } = rest;
-    setText(this.law, rest.law === 'closed_form'
-      ? 'By the closed form of adaptive synergies: every tendon is taut and below its limit, no joint is at a limit, and moment arms are constant.'
-      : 'By Newton’s method on the energy of springs, tendons and loads. The closed form of adaptive synergies does not cover:');
+    setText(
+      this.law,
+      rest.law === 'closed_form'
+        ? 'By the closed form of adaptive synergies: every tendon is taut and below its limit, no joint is at a limit, and moment arms are constant.'
+        : 'By Newton’s method on the energy of springs, tendons and loads. The closed form of adaptive synergies does not cover:',
+    );
     this.why.hidden = beyond.length === 0;
     const key = JSON.stringify(beyond);
     if (this.why.dataset['shown'] === key) return;

@@ -15,14 +15,17 @@ export class NamedFrames {
   private poses: Pose[] = [];
   private on = false;
 
-  constructor(private readonly stage: Stage, private readonly area: HTMLElement) {
+  constructor(
+    private readonly stage: Stage,
+    private readonly area: HTMLElement,
+  ) {
     // An element of its own, above the names of links.
     const names = el('div', { class: 'frame-names' });
     area.append(names);
     this.labels = new Labels(names);
     this.frames.lines.visible = false;
     stage.three.add(this.frames.lines);
-    stage.onFrame(() => { this.place(); });
+    stage.onFrame(() => this.place());
   }
 
   set visible(on: boolean) {

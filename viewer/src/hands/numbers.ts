@@ -27,9 +27,11 @@ export function numbersOf(hand: HandDescription): Numbers {
       }
     }
   }
-  const torques = hand.coordinates.map((_, k) => hand.tendons.reduce((sum, tendon) => sum + Math.abs(tendon.moment_arms[k] ?? 0) * tendon.force_limit, 0));
+  const torques = hand.coordinates.map((_, k) =>
+    hand.tendons.reduce((sum, tendon) => sum + Math.abs(tendon.moment_arms[k] ?? 0) * tendon.force_limit, 0),
+  );
   const torque = Math.max(0, ...torques);
-  const edge = (axis: number): number => shapes > 0 ? (high[axis] ?? 0) - (low[axis] ?? 0) : 0;
+  const edge = (axis: number): number => (shapes > 0 ? (high[axis] ?? 0) - (low[axis] ?? 0) : 0);
   return { shapes, size: [edge(0), edge(1), edge(2)], torque, strongest: hand.coordinates[torques.indexOf(torque)]?.name ?? '–' };
 }
 
@@ -40,9 +42,12 @@ export function isAngle(hand: HandDescription, coordinate: string): boolean {
 
 /** Initial arrow scale, N for 5 cm: at 5 cm from a joint of median stiffness this force turns it by about 0.5 rad. */
 export function usualForce(hand: HandDescription): number {
-  const stiff = hand.coordinates.map((c) => c.stiffness).filter((e) => e > 0).sort((a, b) => a - b);
+  const stiff = hand.coordinates
+    .map((c) => c.stiffness)
+    .filter((e) => e > 0)
+    .sort((a, b) => a - b);
   const wanted = ((stiff[Math.floor(stiff.length / 2)] ?? 1) * 0.5) / 0.05;
-  return FORCES.reduce((best, one) => Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best);
+  return FORCES.reduce((best, one) => (Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best));
 }
 
 /** Arrow scales to choose from, N for 5 cm. */

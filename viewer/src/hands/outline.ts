@@ -6,10 +6,18 @@ import type { HandDescription, LinkDescription, PoseDescription, Shape } from '.
 export type HandShapes = Pick<HandDescription, 'name'> & { links: Pick<LinkDescription, 'base_from_link_at_rest' | 'shapes'>[] };
 
 /** The outline of a shape: corners in m (x right, y up), and depth (greater is nearer). */
-export interface Outline { link: number; depth: number; corners: [number, number][] }
+export interface Outline {
+  link: number;
+  depth: number;
+  corners: [number, number][];
+}
 
 /** A view as the rows of a rotation: right, up, towards the viewer. */
-export interface View { right: Vec3; up: Vec3; near: Vec3 }
+export interface View {
+  right: Vec3;
+  up: Vec3;
+  near: Vec3;
+}
 
 /** Views for a hand frame with fingers along +z, palm normal +x, thumb +y. */
 export const VIEWS = {
@@ -42,11 +50,22 @@ const AROUND: Vec3[] = Array.from({ length: 96 }, (_, i) => {
 /** Points whose hull approximates the shape. */
 export function surface(shape: Shape): Vec3[] {
   switch (shape.type) {
-    case 'sphere': return AROUND.map((d) => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius]);
-    case 'capsule': return AROUND.flatMap((d) => [-1, 1].map((side): Vec3 => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius + side * shape.half_length]));
-    case 'cylinder': return Array.from({ length: 24 }, (_, i) => (i * Math.PI) / 12).flatMap((a) => [-1, 1].map((side): Vec3 => [Math.cos(a) * shape.radius, Math.sin(a) * shape.radius, side * shape.half_length]));
-    case 'box': return [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [-1, 1].map((c): Vec3 => [a * shape.half_extents[0], b * shape.half_extents[1], c * shape.half_extents[2]])));
-    case 'hull': return shape.points;
+    case 'sphere':
+      return AROUND.map((d) => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius]);
+    case 'capsule':
+      return AROUND.flatMap((d) =>
+        [-1, 1].map((side): Vec3 => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius + side * shape.half_length]),
+      );
+    case 'cylinder':
+      return Array.from({ length: 24 }, (_, i) => (i * Math.PI) / 12).flatMap((a) =>
+        [-1, 1].map((side): Vec3 => [Math.cos(a) * shape.radius, Math.sin(a) * shape.radius, side * shape.half_length]),
+      );
+    case 'box':
+      return [-1, 1].flatMap((a) =>
+        [-1, 1].flatMap((b) => [-1, 1].map((c): Vec3 => [a * shape.half_extents[0], b * shape.half_extents[1], c * shape.half_extents[2]])),
+      );
+    case 'hull':
+      return shape.points;
   }
 }
 
@@ -70,10 +89,12 @@ export function hull(points: readonly [number, number][]): [number, number][] {
 
 /** All shapes of a hand, the farthest first. */
 export function outlines(hand: HandShapes, view: View): Outline[] {
-  const seen = hand.links.flatMap((link, index) => link.shapes.map((placed): Outline => {
-    const points = surface(placed.shape).map((point) => place(link.base_from_link_at_rest, place(placed, point)));
-    const corners = hull(points.map((p): [number, number] => [dot(p, view.right), dot(p, view.up)]));
-    return { link: index, depth: points.reduce((sum, p) => sum + dot(p, view.near), 0) / points.length, corners };
-  }));
+  const seen = hand.links.flatMap((link, index) =>
+    link.shapes.map((placed): Outline => {
+      const points = surface(placed.shape).map((point) => place(link.base_from_link_at_rest, place(placed, point)));
+      const corners = hull(points.map((p): [number, number] => [dot(p, view.right), dot(p, view.up)]));
+      return { link: index, depth: points.reduce((sum, p) => sum + dot(p, view.near), 0) / points.length, corners };
+    }),
+  );
   return seen.sort((a, b) => a.depth - b.depth);
 }

@@ -5,7 +5,7 @@ import softhand from '../model/testdata/softhand.json';
 import { baseTurn, turnTo } from './postures';
 import type { HandDescription } from '../wire/messages';
 
-const near = (a: Vec3, b: Vec3): void => { a.forEach((x, k) => { expect(x).toBeCloseTo(b[k] ?? NaN, 9); }); };
+const near = (a: Vec3, b: Vec3): void => a.forEach((x, k) => expect(x).toBeCloseTo(b[k] ?? NaN, 9));
 
 describe('postures', () => {
   const hand = softhand as unknown as HandDescription;

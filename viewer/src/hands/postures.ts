@@ -7,7 +7,11 @@ import type { HandDescription } from '../wire/messages';
 export type Posture = 'model' | 'palm-up' | 'palm-down' | 'palm-side' | 'fingers-down';
 
 export const POSTURES: readonly (readonly [Posture, string])[] = [
-  ['model', 'as in its model'], ['palm-up', 'palm up'], ['palm-down', 'palm down'], ['palm-side', 'palm to the side'], ['fingers-down', 'fingers down'],
+  ['model', 'as in its model'],
+  ['palm-up', 'palm up'],
+  ['palm-down', 'palm down'],
+  ['palm-side', 'palm to the side'],
+  ['fingers-down', 'fingers down'],
 ];
 
 /** A right-handed basis: first vector `a`, second towards `b`, or any direction if `b` is parallel to `a`. */
@@ -32,10 +36,15 @@ export function baseTurn(hand: HandDescription, posture: Posture): Quat {
   const { direction: palm, middle: fingers } = palmOf(hand);
   const aside: Vec3 = [1, 0, 0];
   switch (posture) {
-    case 'model': return [0, 0, 0, 1];
-    case 'palm-up': return turnTo(palm, [0, 0, 1], fingers, aside);
-    case 'palm-down': return turnTo(palm, [0, 0, -1], fingers, aside);
-    case 'palm-side': return turnTo(palm, [0, -1, 0], fingers, aside);
-    case 'fingers-down': return turnTo(fingers, [0, 0, -1], palm, [0, -1, 0]);
+    case 'model':
+      return [0, 0, 0, 1];
+    case 'palm-up':
+      return turnTo(palm, [0, 0, 1], fingers, aside);
+    case 'palm-down':
+      return turnTo(palm, [0, 0, -1], fingers, aside);
+    case 'palm-side':
+      return turnTo(palm, [0, -1, 0], fingers, aside);
+    case 'fingers-down':
+      return turnTo(fingers, [0, 0, -1], palm, [0, -1, 0]);
   }
 }

@@ -13,9 +13,24 @@ export function teamForm(official: boolean, now: Access, used: (access: Access) 
     used({ token: token.value.trim() || null, team: official ? null : team.value.trim() || null });
     says.textContent = official ? 'Using this token.' : 'Using this name.';
   };
-  return el('form', { on: { submit } },
+  return el(
+    'form',
+    { on: { submit } },
     official
-      ? el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of your team'), token, el('p', { class: 'hint' }, 'This page keeps it only in memory.'))
-      : el('div', { class: 'field' }, el('label', { for: 'team' }, 'Name of your team'), team, el('p', { class: 'hint' }, 'A practice server needs no token.')),
-    el('div', { class: 'row' }, el('button', { type: 'submit' }, official ? 'Use this token' : 'Use this name'), says));
+      ? el(
+          'div',
+          { class: 'field' },
+          el('label', { for: 'token' }, 'Token of your team'),
+          token,
+          el('p', { class: 'hint' }, 'This page keeps it only in memory.'),
+        )
+      : el(
+          'div',
+          { class: 'field' },
+          el('label', { for: 'team' }, 'Name of your team'),
+          team,
+          el('p', { class: 'hint' }, 'A practice server needs no token.'),
+        ),
+    el('div', { class: 'row' }, el('button', { type: 'submit' }, official ? 'Use this token' : 'Use this name'), says),
+  );
 }

@@ -8,9 +8,22 @@ export class Tensions {
   private readonly rows: { meter: HTMLMeterElement; shown: HTMLElement }[];
 
   constructor(private readonly tendons: readonly TendonDescription[]) {
-    this.rows = tendons.map((tendon) => ({ meter: el('meter', { min: 0, max: tendon.force_limit, 'aria-label': `Tension of ${tendon.name}` }), shown: el('output', {}, '–') }));
-    this.element = el('section', { class: 'panel' }, el('h2', {}, 'Tension of tendons'),
-      el('div', { class: 'sliders' }, ...tendons.map((tendon, k) => el('div', { class: 'slider' }, el('span', {}, nameInWords(tendon.name)), this.rows[k]?.meter, this.rows[k]?.shown))));
+    this.rows = tendons.map((tendon) => ({
+      meter: el('meter', { min: 0, max: tendon.force_limit, 'aria-label': `Tension of ${tendon.name}` }),
+      shown: el('output', {}, '–'),
+    }));
+    this.element = el(
+      'section',
+      { class: 'panel' },
+      el('h2', {}, 'Tension of tendons'),
+      el(
+        'div',
+        { class: 'sliders' },
+        ...tendons.map((tendon, k) =>
+          el('div', { class: 'slider' }, el('span', {}, nameInWords(tendon.name)), this.rows[k]?.meter, this.rows[k]?.shown),
+        ),
+      ),
+    );
   }
 
   show(tension: readonly number[]): void {

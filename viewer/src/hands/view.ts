@@ -31,8 +31,16 @@ import type { EquilibriumResponse, EquilibriumRequest, HandDescription, Submitte
 
 /** Length of the arrow in the scale's label, m. */
 const FIVE_CM = 0.05;
-const MODES: readonly (readonly [Mode, string])[] = [['look', 'Look'], ['force', 'Push'], ['hold', 'Hold']];
-const SHOWN: readonly (readonly [OverlayName, string])[] = [['frames', 'Frames: base, palm, grasp centre, links'], ['names', 'Names of links'], ['com', 'Centres of mass']];
+const MODES: readonly (readonly [Mode, string])[] = [
+  ['look', 'Look'],
+  ['force', 'Push'],
+  ['hold', 'Hold'],
+];
+const SHOWN: readonly (readonly [OverlayName, string])[] = [
+  ['frames', 'Frames: base, palm, grasp centre, links'],
+  ['names', 'Names of links'],
+  ['com', 'Centres of mass'],
+];
 
 function touchOf(hand: HandDescription): string {
   const patches = hand.tactile ?? [];
@@ -70,25 +78,38 @@ export class HandView {
   /** The dragged load before the drag. */
   private before: Pick<Load, 'force' | 'place'> = { force: [0, 0, 0], place: [0, 0, 0] };
 
-  constructor(app: HTMLElement, private readonly hand: HandDescription, private readonly page: Opener, check: SubmittedHand | null, title: HTMLElement) {
-    this.places = placesOf(hand, hand.coordinates.map((c) => c.rest), this.base);
+  constructor(
+    app: HTMLElement,
+    private readonly hand: HandDescription,
+    private readonly page: Opener,
+    check: SubmittedHand | null,
+    title: HTMLElement,
+  ) {
+    this.places = placesOf(
+      hand,
+      hand.coordinates.map((c) => c.rest),
+      this.base,
+    );
     const usual = usualForce(hand);
     this.scale = el('select', { id: 'scale' }, ...FORCES.map((n) => el('option', { value: n, selected: n === usual }, `${n} N`)));
-    this.sliders = new MotorSliders(hand.motors, () => { this.ask(); });
+    this.sliders = new MotorSliders(hand.motors, () => this.ask());
     this.tensions = new Tensions(hand.tendons);
     this.law = new MethodPanel(hand);
-    this.points = new LoadList(hand, {
-      add: (kind, link) => { this.add(kind, link, hand.links.find((one) => one.name === link)?.com ?? [0, 0, 0]); },
-      remove: (id) => { this.remove(id); },
-      choose: (id) => { this.choose(id); },
-      set: (id, what, axis, value) => {
-        this.change(id, (load) => {
-          const vector: Vec3 = [...load[what]];
-          vector[axis] = value;
-          load[what] = what === 'force' ? clampForce(vector) : vector;
-        });
+    this.points = new LoadList(
+      hand,
+      {
+        add: (kind, link) => this.add(kind, link, hand.links.find((one) => one.name === link)?.com ?? [0, 0, 0]),
+        remove: (id) => this.remove(id),
+        choose: (id) => this.choose(id),
+        set: (id, what, axis, value) =>
+          this.change(id, (load) => {
+            const vector: Vec3 = [...load[what]];
+            vector[axis] = value;
+            load[what] = what === 'force' ? clampForce(vector) : vector;
+          }),
       },
-    }, el('div', { class: 'field row nowrap' }, el('label', { for: 'scale' }, '5 cm of arrow ='), this.scale));
+      el('div', { class: 'field row nowrap' }, el('label', { for: 'scale' }, '5 cm of arrow ='), this.scale),
+    );
     this.tables = new Tables(hand, [['Closing', () => closingTable(hand, page.access)]]);
     const side = el('div', { class: 'side' });
     app.classList.add('stage-page', 'hand-page');
@@ -98,18 +119,45 @@ export class HandView {
     this.frames = new NamedFrames(this.stage, this.place);
     this.grip = new LoadPointer(this.stage, this.marks, this.place, {
       pressed: (kind, link, at) => this.pressed(kind, link, at),
-      grabbed: (id) => { this.grabbed(id); },
-      dragged: (id, by) => { this.dragged(id, by); },
+      grabbed: (id) => this.grabbed(id),
+      dragged: (id, by) => this.dragged(id, by),
     });
-    this.place.append(el('div', { class: 'hud top-left' }, this.says, this.picked),
-      el('div', { class: 'hud bottom-left' }, this.modeButtons(), viewButtons(() => [this.stage])));
-    side.append(el('section', { class: 'panel' }, title, el('p', {}, name(hand.description)), button('Reset', () => { this.reset(); }, { class: 'small' })),
-      ...(check ? [checkReport(check)] : []), this.sliders.element, this.tensions.element, this.points.element, this.law.element, this.held(), this.shown(), this.figures(), this.further());
-    this.posture.addEventListener('change', () => { this.hold(this.posture.value as Posture); });
-    this.scale.addEventListener('change', () => { this.draw(); });
-    this.stage.onPick((id) => { this.pick(id); });
-    this.asking = new LatestRequest((question) => requestEquilibrium(hand.name, question, page.access), (rest, question) => { this.answered(rest, question); },
-      (error) => { this.failed(error instanceof Error ? error.message : String(error)); }, (error) => error instanceof ApiError && (error.status === 503 || error.status === 429));
+    this.place.append(
+      el('div', { class: 'hud top-left' }, this.says, this.picked),
+      el(
+        'div',
+        { class: 'hud bottom-left' },
+        this.modeButtons(),
+        viewButtons(() => [this.stage]),
+      ),
+    );
+    side.append(
+      el(
+        'section',
+        { class: 'panel' },
+        title,
+        el('p', {}, name(hand.description)),
+        button('Reset', () => this.reset(), { class: 'small' }),
+      ),
+      ...(check ? [checkReport(check)] : []),
+      this.sliders.element,
+      this.tensions.element,
+      this.points.element,
+      this.law.element,
+      this.held(),
+      this.shown(),
+      this.figures(),
+      this.further(),
+    );
+    this.posture.addEventListener('change', () => this.hold(this.posture.value as Posture));
+    this.scale.addEventListener('change', () => this.draw());
+    this.stage.onPick((id) => this.pick(id));
+    this.asking = new LatestRequest(
+      (question) => requestEquilibrium(hand.name, question, page.access),
+      (rest, question) => this.answered(rest, question),
+      (error) => this.failed(error instanceof Error ? error.message : String(error)),
+      (error) => error instanceof ApiError && (error.status === 503 || error.status === 429),
+    );
     this.hold('model');
     void fetchVisuals(hand.name, page.access.team, page.access.token).then((visuals) => {
       if (visuals.size === 0) return;
@@ -208,7 +256,10 @@ export class HandView {
   private hold(posture: Posture): void {
     const quat = baseTurn(this.hand, posture);
     this.base = { position: [0, 0, heightOf(this.hand, quat)], quat };
-    setText(this.baseSays, `The base’s origin is ${(100 * this.base.position[2]).toFixed(0)} cm above the ground. The palm’s direction is estimated from how the fingers close.`);
+    setText(
+      this.baseSays,
+      `The base’s origin is ${(100 * this.base.position[2]).toFixed(0)} cm above the ground. The palm’s direction is estimated from how the fingers close.`,
+    );
     const q = this.rest?.q ?? this.hand.coordinates.map((c) => c.rest);
     // Held points move with the hand.
     const before = this.places;
@@ -228,7 +279,11 @@ export class HandView {
     this.picked.hidden = link === undefined;
     if (!link) return;
     this.points.choose(link.name);
-    this.picked.replaceChildren(name(link.name), `: ${figure(1000 * link.mass)} g`, ...(link.coordinate === null ? [] : [', moves with ', name(link.coordinate)]));
+    this.picked.replaceChildren(
+      name(link.name),
+      `: ${figure(1000 * link.mass)} g`,
+      ...(link.coordinate === null ? [] : [', moves with ', name(link.coordinate)]),
+    );
   }
 
   // Output.
@@ -276,46 +331,85 @@ export class HandView {
     const { hand } = this;
     const { shapes, size, torque, strongest } = numbersOf(hand);
     const edges = size.map((edge) => (1000 * edge).toFixed(0)).join(' × ');
-    return el('section', { class: 'panel' }, el('h2', {}, 'Key numbers'), facts([
-      ['Mass', `${figure(1000 * hand.mass)} g`], ['Size at rest', `${edges} mm`],
-      ['Links', `${hand.links.length}, with ${shapes} shapes`], ['Coordinates', hand.coordinates.length], ['Tendons', hand.tendons.length], ['Motors', hand.motors.length],
-      ['Strongest joint', el('span', {}, name(strongest), `: up to ${figure(torque)} N·m`)],
-      ['Touch', touchOf(hand)],
-      ['Joint encoders', (hand.sensors?.joints?.on ?? ['none']).join(', ')],
-      ['Accelerometer', hand.sensors?.accelerometer ? `on ${hand.sensors.accelerometer.link}` : 'none'],
-      ['Cameras', (hand.sensors?.cameras ?? []).map(({ name, width, height }) => `${name}, ${width} × ${height}`).join('; ') || 'none'],
-    ]));
+    return el(
+      'section',
+      { class: 'panel' },
+      el('h2', {}, 'Key numbers'),
+      facts([
+        ['Mass', `${figure(1000 * hand.mass)} g`],
+        ['Size at rest', `${edges} mm`],
+        ['Links', `${hand.links.length}, with ${shapes} shapes`],
+        ['Coordinates', hand.coordinates.length],
+        ['Tendons', hand.tendons.length],
+        ['Motors', hand.motors.length],
+        ['Strongest joint', el('span', {}, name(strongest), `: up to ${figure(torque)} N·m`)],
+        ['Touch', touchOf(hand)],
+        ['Joint encoders', (hand.sensors?.joints?.on ?? ['none']).join(', ')],
+        ['Accelerometer', hand.sensors?.accelerometer ? `on ${hand.sensors.accelerometer.link}` : 'none'],
+        ['Cameras', (hand.sensors?.cameras ?? []).map(({ name, width, height }) => `${name}, ${width} × ${height}`).join('; ') || 'none'],
+      ]),
+    );
   }
 
   private modeButtons(): HTMLElement {
     for (const [mode, label] of MODES) {
-      const made = button(label, () => {
-        this.grip.mode = mode;
-        for (const other of this.modes.children) other.setAttribute('aria-pressed', String(other === made));
-      }, { class: 'small', 'aria-pressed': String(mode === 'look') });
+      const made = button(
+        label,
+        () => {
+          this.grip.mode = mode;
+          for (const other of this.modes.children) other.setAttribute('aria-pressed', String(other === made));
+        },
+        { class: 'small', 'aria-pressed': String(mode === 'look') },
+      );
       this.modes.append(made);
     }
     return this.modes;
   }
 
   private held(): HTMLElement {
-    return el('section', { class: 'panel' }, el('h2', {}, 'Base'), el('div', { class: 'field' }, el('label', { for: 'posture' }, 'Orientation'), this.posture, this.baseSays));
+    return el(
+      'section',
+      { class: 'panel' },
+      el('h2', {}, 'Base'),
+      el('div', { class: 'field' }, el('label', { for: 'posture' }, 'Orientation'), this.posture, this.baseSays),
+    );
   }
 
   private shown(): HTMLElement {
-    return el('details', { class: 'panel', open: true }, el('summary', {}, 'Show'), ...SHOWN.map(([overlay, label]) => {
-      const box = el('input', { type: 'checkbox', id: `overlay-${overlay}` });
-      box.addEventListener('change', () => {
-        this.stage.setOverlay(overlay, box.checked);
-        if (overlay === 'frames') this.frames.visible = box.checked;
-      });
-      return el('div', { class: 'check' }, box, el('label', { for: `overlay-${overlay}` }, label));
-    }), el('p', { class: 'hint' }, 'Axes x, y, z are red, green, blue. The palm’s frame is estimated; its z axis points out of the palm. The grasp centre is between the fingertips, with the palm’s axes.'));
+    return el(
+      'details',
+      { class: 'panel', open: true },
+      el('summary', {}, 'Show'),
+      ...SHOWN.map(([overlay, label]) => {
+        const box = el('input', { type: 'checkbox', id: `overlay-${overlay}` });
+        box.addEventListener('change', () => {
+          this.stage.setOverlay(overlay, box.checked);
+          if (overlay === 'frames') this.frames.visible = box.checked;
+        });
+        return el('div', { class: 'check' }, box, el('label', { for: `overlay-${overlay}` }, label));
+      }),
+      el(
+        'p',
+        { class: 'hint' },
+        'Axes x, y, z are red, green, blue. The palm’s frame is estimated; its z axis points out of the palm. The grasp centre is between the fingertips, with the palm’s axes.',
+      ),
+    );
   }
 
   private further(): HTMLElement {
-    return el('details', { class: 'panel' }, el('summary', {}, 'Your own hand'),
-      teamForm(this.page.official, this.page.access, (access) => { this.page.access = access; }),
-      uploadForm(() => this.page.access, this.page.official, (hand) => { this.page.open(hand.name, hand); }), el('p', {}, el('a', { href: '/hands' }, 'All hands')));
+    return el(
+      'details',
+      { class: 'panel' },
+      el('summary', {}, 'Your own hand'),
+      teamForm(this.page.official, this.page.access, (access) => {
+        this.page.access = access;
+      }),
+      uploadForm(
+        () => this.page.access,
+        this.page.official,
+        (hand) => this.page.open(hand.name, hand),
+      ),
+      el('p', {}, el('a', { href: '/hands' }, 'All hands')),
+    );
   }
 }

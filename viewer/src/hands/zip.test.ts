@@ -7,16 +7,21 @@ import { crc32, pathOf, zip } from './zip';
 
 const bytes = (text: string): Uint8Array => new TextEncoder().encode(text);
 
-it('sums are those of the standard', () => {
-  expect(crc32(bytes('123456789'))).toBe(0xcbf43926);
-});
+it('sums are those of the standard', () => expect(crc32(bytes('123456789'))).toBe(0xcbf43926));
 
 it('another program reads the archive', ({ skip }) => {
   const folder = mkdtempSync(join(tmpdir(), 'zip-'));
   try {
     const file = join(folder, 'hand.zip');
-    writeFileSync(file, zip([{ name: 'hand.urdf', bytes: bytes('<robot/>') }, { name: 'meshes/fingertip-é.stl', bytes: new Uint8Array(3000).fill(7) }]));
-    const program = 'import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); assert z.testzip() is None; print([(i.filename, i.file_size) for i in z.infolist()])';
+    writeFileSync(
+      file,
+      zip([
+        { name: 'hand.urdf', bytes: bytes('<robot/>') },
+        { name: 'meshes/fingertip-é.stl', bytes: new Uint8Array(3000).fill(7) },
+      ]),
+    );
+    const program =
+      'import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); assert z.testzip() is None; print([(i.filename, i.file_size) for i in z.infolist()])';
     let listed: string;
     try {
       listed = execFileSync('python3', ['-X', 'utf8', '-c', program, file], { encoding: 'utf8' });

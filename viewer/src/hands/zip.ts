@@ -1,6 +1,9 @@
 /** Packs files into a ZIP archive without compression, for a hand that is uploaded as single files. */
 
-export interface Entry { name: string; bytes: Uint8Array }
+export interface Entry {
+  name: string;
+  bytes: Uint8Array;
+}
 
 const TABLE = Uint32Array.from({ length: 256 }, (_, n) => {
   let c = n;
@@ -35,10 +38,26 @@ export function zip(entries: readonly Entry[]): Uint8Array<ArrayBuffer> {
   const parts: Uint8Array[] = [];
   const directory: Uint8Array[] = [];
   let at = 0;
-  const add = (...more: Uint8Array[]): void => { for (const part of more) { parts.push(part); at += part.length; } };
+  const add = (...more: Uint8Array[]): void => {
+    for (const part of more) {
+      parts.push(part);
+      at += part.length;
+    }
+  };
   for (const { name, bytes } of entries) {
     const title = new TextEncoder().encode(name);
-    const about: [number, 2 | 4][] = [[20, 2], [UTF8, 2], [0, 2], [0, 2], [DAY, 2], [crc32(bytes), 4], [bytes.length, 4], [bytes.length, 4], [title.length, 2], [0, 2]];
+    const about: [number, 2 | 4][] = [
+      [20, 2],
+      [UTF8, 2],
+      [0, 2],
+      [0, 2],
+      [DAY, 2],
+      [crc32(bytes), 4],
+      [bytes.length, 4],
+      [bytes.length, 4],
+      [title.length, 2],
+      [0, 2],
+    ];
     directory.push(fields([0x02014b50, 4], [20, 2], ...about, [0, 2], [0, 2], [0, 2], [0, 4], [at, 4]), title);
     add(fields([0x04034b50, 4], ...about), title, bytes);
   }
@@ -47,7 +66,10 @@ export function zip(entries: readonly Entry[]): Uint8Array<ArrayBuffer> {
   add(fields([0x06054b50, 4], [0, 2], [0, 2], [entries.length, 2], [entries.length, 2], [at - begin, 4], [begin, 4], [0, 2]));
   const whole = new Uint8Array(at);
   let to = 0;
-  for (const part of parts) { whole.set(part, to); to += part.length; }
+  for (const part of parts) {
+    whole.set(part, to);
+    to += part.length;
+  }
   return whole;
 }
 

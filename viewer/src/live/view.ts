@@ -18,7 +18,9 @@ const MAX_EVENTS = 100;
 const PANEL_MS = 200;
 
 declare global {
-  interface Window { palmares?: Record<string, unknown> }
+  interface Window {
+    palmares?: Record<string, unknown>;
+  }
 }
 
 export class LiveView implements WatchListener {
@@ -27,21 +29,51 @@ export class LiveView implements WatchListener {
   private readonly note = el('p', { class: 'stage-note', role: 'status' }, this.noteText);
   private readonly who = el('h1', {}, 'Live');
   private readonly announced = el('p', { class: 'notice', role: 'status', hidden: true });
-  private readonly figures = { score: el('span', { class: 'num' }, '–'), run: el('span', { class: 'num' }, '–'), session: el('span', { class: 'num' }, '–'), factor: el('span', { class: 'num' }, '–'), late: el('span', { class: 'num' }, '–') };
+  private readonly figures = {
+    score: el('span', { class: 'num' }, '–'),
+    run: el('span', { class: 'num' }, '–'),
+    session: el('span', { class: 'num' }, '–'),
+    factor: el('span', { class: 'num' }, '–'),
+    late: el('span', { class: 'num' }, '–'),
+  };
   private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
   private readonly objects = el('select', { id: 'object' });
   private readonly verdict = el('div', { role: 'status' }, el('p', { class: 'soft' }, 'Click an object or choose one above.'));
   /** Figures from the session's clock; hidden until the first one. */
-  private readonly clocks = facts([['Session left', this.figures.session], ['Speed', this.figures.factor], ['Delay', this.figures.late]]);
+  private readonly clocks = facts([
+    ['Session left', this.figures.session],
+    ['Speed', this.figures.factor],
+    ['Delay', this.figures.late],
+  ]);
   private readonly gauges = new Gauges();
   private readonly switches = overlaySwitches(() => [this.stage]);
   private readonly tokenField = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
   private readonly tokenSays = el('p', { class: 'error', role: 'alert' });
-  private readonly token = el('details', { class: 'panel' }, el('summary', {}, 'I have a token'),
-    el('form', { on: { submit: (event) => { event.preventDefault(); this.useToken(); } } },
-      el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), this.tokenField,
-        el('p', { class: 'hint' }, 'This page keeps it only in memory.'), this.tokenSays),
-      el('button', { type: 'submit' }, 'Use this token')));
+  private readonly token = el(
+    'details',
+    { class: 'panel' },
+    el('summary', {}, 'I have a token'),
+    el(
+      'form',
+      {
+        on: {
+          submit: (event) => {
+            event.preventDefault();
+            this.useToken();
+          },
+        },
+      },
+      el(
+        'div',
+        { class: 'field' },
+        el('label', { for: 'token' }, 'Token of a viewer or an organizer'),
+        this.tokenField,
+        el('p', { class: 'hint' }, 'This page keeps it only in memory.'),
+        this.tokenSays,
+      ),
+      el('button', { type: 'submit' }, 'Use this token'),
+    ),
+  );
   private readonly stage: Stage;
   private socket: WatchSocket;
   private info: SceneInfo | null = null;
@@ -53,7 +85,11 @@ export class LiveView implements WatchListener {
   /** The newest moment, for tests. */
   newest: Moment | null = null;
 
-  constructor(app: HTMLElement, private readonly target: WatchTarget, token: string | null = null) {
+  constructor(
+    app: HTMLElement,
+    private readonly target: WatchTarget,
+    token: string | null = null,
+  ) {
     app.classList.add('stage-page');
     const side = el('div', { class: 'side' });
     app.replaceChildren(this.place, side);
@@ -63,13 +99,33 @@ export class LiveView implements WatchListener {
     this.clocks.hidden = true;
     // After the canvas, so that they are drawn over it.
     this.place.append(this.note, el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
-    side.append(this.announced,
-      el('section', { class: 'panel even' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run]]), this.clocks),
-      el('section', { class: 'panel' }, el('h2', {}, 'Objects'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Highlight'), this.objects), this.verdict),
+    side.append(
+      this.announced,
+      el(
+        'section',
+        { class: 'panel even' },
+        this.who,
+        facts([
+          ['Score', this.figures.score],
+          ['Run', this.figures.run],
+        ]),
+        this.clocks,
+      ),
+      el(
+        'section',
+        { class: 'panel' },
+        el('h2', {}, 'Objects'),
+        el('div', { class: 'field' }, el('label', { for: 'object' }, 'Highlight'), this.objects),
+        this.verdict,
+      ),
       el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
-      this.gauges.element, this.switches, this.token, el('p', {}, el('a', { href: '/live' }, 'Other runs')));
-    this.objects.addEventListener('change', () => { this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)); });
-    this.stage.onPick((id) => { this.pick(id); });
+      this.gauges.element,
+      this.switches,
+      this.token,
+      el('p', {}, el('a', { href: '/live' }, 'Other runs')),
+    );
+    this.objects.addEventListener('change', () => this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)));
+    this.stage.onPick((id) => this.pick(id));
     this.socket = new WatchSocket(target, this, token);
     window.palmares = { stage: this.stage, live: this };
   }
@@ -87,7 +143,10 @@ export class LiveView implements WatchListener {
     this.explain();
     setText(this.figures.score, '–');
     if (scene.run) this.who.replaceChildren(name(scene.run.team), ` \u2013 ${scene.run.task}, `, name(scene.run.hand));
-    this.objects.replaceChildren(el('option', { value: '' }, 'none'), ...this.free().map((body) => el('option', { value: body.id }, body.name)));
+    this.objects.replaceChildren(
+      el('option', { value: '' }, 'none'),
+      ...this.free().map((body) => el('option', { value: body.id }, body.name)),
+    );
   }
 
   /** Shows the hand's visual shapes, if it has any. */
@@ -117,7 +176,14 @@ export class LiveView implements WatchListener {
     for (const event of events) {
       const body = event.object === undefined ? null : this.free()[event.object];
       const time = clock(event.tick * (this.info?.run?.tick_s ?? 0.01));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind, this.info?.goals))));
+      this.log.prepend(
+        el(
+          'li',
+          {},
+          el('time', { class: 'num' }, time),
+          el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind, this.info?.goals)),
+        ),
+      );
     }
     while (this.log.children.length > MAX_EVENTS) this.log.lastElementChild?.remove();
   }
@@ -136,7 +202,9 @@ export class LiveView implements WatchListener {
 
   ended(outcome: Final | null, fault?: string): void {
     if (outcome) setText(this.figures.score, points(outcome.score));
-    const what = outcome ? `The run is over: ${points(outcome.score)} points${this.info ? `, ${countWords(outcome, this.info)}` : ''} (${outcome.reason.replaceAll('_', ' ')}).` : `The run stopped because of a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
+    const what = outcome
+      ? `The run is over: ${points(outcome.score)} points${this.info ? `, ${countWords(outcome, this.info)}` : ''} (${outcome.reason.replaceAll('_', ' ')}).`
+      : `The run stopped because of a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
     this.say(`${what} The session's next run appears here when it begins.`);
   }
 
@@ -145,11 +213,19 @@ export class LiveView implements WatchListener {
     this.announced.replaceChildren(name(text));
   }
 
-  runs(): void { /* This page lists no runs. */ }
+  runs(): void {
+    /* This page lists no runs. */
+  }
 
   state(state: 'connecting' | 'watching' | 'waiting'): void {
     if (state === 'watching') return;
-    this.say(state === 'waiting' ? 'No run is being played. The next one appears here when it begins.' : this.info ? 'Connection lost. Reconnecting …' : 'Connecting …');
+    this.say(
+      state === 'waiting'
+        ? 'No run is being played. The next one appears here when it begins.'
+        : this.info
+          ? 'Connection lost. Reconnecting …'
+          : 'Connecting …',
+    );
   }
 
   refused(message: string, code: string): void {
@@ -193,9 +269,12 @@ export class LiveView implements WatchListener {
     const body = this.info?.bodies.find((one) => one.id === this.picked);
     const verdict = this.judged.find((one) => one.object === place);
     if (!body) this.verdict.replaceChildren(el('p', { class: 'soft' }, 'Click an object or choose one above.'));
-    else if (!verdict) this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is part of the hand.' : ' is highlighted.'));
+    else if (!verdict)
+      this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is part of the hand.' : ' is highlighted.'));
     else {
-      const rules = verdict.reasons.map((reason) => el('li', { class: reason.holds ? 'ok' : 'bad' }, reason.holds ? '✓ ' : '✗ ', reason.rule.replaceAll('_', ' '), figures(reason)));
+      const rules = verdict.reasons.map((reason) =>
+        el('li', { class: reason.holds ? 'ok' : 'bad' }, reason.holds ? '✓ ' : '✗ ', reason.rule.replaceAll('_', ' '), figures(reason)),
+      );
       this.verdict.replaceChildren(el('p', {}, name(body.name), placeWords(verdict, this.info?.goals)), el('ul', {}, ...rules));
     }
   }

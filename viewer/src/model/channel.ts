@@ -8,7 +8,11 @@ export interface Channel {
 }
 
 /** A column of a channel with its numbers, row after row. */
-export interface Reading { label: string; unit: string; numbers: number[] }
+export interface Reading {
+  label: string;
+  unit: string;
+  numbers: number[];
+}
 
 /** The readings of each channel, column by column. */
 export function readingsOf(channels: readonly Channel[], row: readonly number[]): Reading[] {

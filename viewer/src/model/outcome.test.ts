@@ -4,10 +4,21 @@ import { eventWords } from './events';
 import type { Body } from './scene';
 import type { Verdict } from '../wire/messages';
 
-const object = (id: number): Body => ({ id, name: `object_${id}`, kind: 'object', position: [0, 0, 0], quat: [0, 0, 0, 1], parts: [], color: [1, 1, 1] });
+const object = (id: number): Body => ({
+  id,
+  name: `object_${id}`,
+  kind: 'object',
+  position: [0, 0, 0],
+  quat: [0, 0, 0, 1],
+  parts: [],
+  color: [1, 1, 1],
+});
 const GOALS = ['lid_lifted', 'lid_aside', 'pan_lifted', 'pan_level'];
 const seen = (place: string, atRest: boolean, counts = false): Verdict => ({
-  object: 0, counts, place, reasons: [{ rule: 'at_rest', holds: atRest, value: 0.2, limit: 0.005, unit: 'm/s' }],
+  object: 0,
+  counts,
+  place,
+  reasons: [{ rule: 'at_rest', holds: atRest, value: 0.2, limit: 0.005, unit: 'm/s' }],
 });
 
 describe('words about a run', () => {

@@ -12,15 +12,19 @@ export function countWords(count: { in_goal: number; outside: number }, scene: P
   return `${of(count.in_goal, objects, 'object')} in the goal${count.outside > 0 ? `, ${count.outside} outside` : ''}`;
 }
 
-/** What an object's place means; the words follow its name. */
+/** The words for an object's place, which follow its name. */
 export function placeWords({ counts, place, reasons }: Verdict, goals: readonly string[] = []): string {
   if (goals.includes(place)) return `: next goal: ${place.replaceAll('_', ' ')} (${goals.indexOf(place) + 1} of ${goals.length}).`;
   if (goals.length > 0) {
-    const words: Record<string, string> = { done: 'all its goals are reached', later: 'another goal comes first', none: 'no goal is about it' };
+    const words: Record<string, string> = {
+      done: 'all its goals are reached',
+      later: 'another goal comes first',
+      none: 'no goal is about it',
+    };
     return `: ${words[place] ?? place.replaceAll('_', ' ')}.`;
   }
   const moves = reasons.some((reason) => reason.rule === 'at_rest' && !reason.holds);
-  // The referee has seen it at rest outside, and keeps that until it arrives somewhere.
+  // The referee found it at rest outside, and keeps that until it arrives somewhere.
   if (place === 'outside' && moves) return ' is on the way. It counts as outside until it is in the goal, or back in the start.';
   return `${counts ? ' counts: ' : ' does not count: '}${place.replaceAll('_', ' ')}.`;
 }

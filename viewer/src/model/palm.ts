@@ -4,7 +4,10 @@ import type { Vec3 } from './pose';
 import type { HandDescription } from '../wire/messages';
 
 /** In the frame of the base: a point between the fingers (m), and the unit vector from the hand to a camera that looks into it. */
-export interface Palm { middle: Vec3; direction: Vec3 }
+export interface Palm {
+  middle: Vec3;
+  direction: Vec3;
+}
 
 /** Closing angle for the estimate, rad. */
 const CLOSED = 0.3;
@@ -30,7 +33,10 @@ export function palmOf(hand: HandDescription | undefined): Palm {
   const parents = new Set(hand.links.map((link) => link.parent));
   const tips = hand.links.filter((link) => link.parent !== null && !parents.has(link.name)).map((link) => link.name);
   const at = (places: typeof open, name: string): Vec3 => places.get(name)?.position ?? [0, 0, 0];
-  const moves = tips.map((tip): Vec3 => { const [a, b] = [at(open, tip), at(shut, tip)]; return [b[0] - a[0], b[1] - a[1], b[2] - a[2]]; });
+  const moves = tips.map((tip): Vec3 => {
+    const [a, b] = [at(open, tip), at(shut, tip)];
+    return [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+  });
   if (tips.length === 0) return UNKNOWN;
   const ends = mean(tips.map((tip) => at(open, tip)));
   const way = mean(moves);

@@ -1,7 +1,10 @@
 /** Positions (m), unit quaternions x, y, z, w, and poses. */
 export type Vec3 = [number, number, number];
 export type Quat = [number, number, number, number];
-export interface Pose { position: Vec3; quat: Quat }
+export interface Pose {
+  position: Vec3;
+  quat: Quat;
+}
 
 /** q v: the rotated vector. */
 export function turned(q: Quat, v: Vec3): Vec3 {

@@ -6,10 +6,17 @@ import type { HandDescription, Region, Shape, WatchRun, WatchScene } from '../wi
 export type { Quat, Vec3 } from './pose';
 
 /** A visual part without physics: x, y, z of the three corners of each triangle. */
-export interface Mesh { type: 'mesh'; corners: Float32Array }
+export interface Mesh {
+  type: 'mesh';
+  corners: Float32Array;
+}
 
 /** A shape in the frame of its body. */
-export interface Part { position: Vec3; quat: Quat; shape: Shape | Mesh }
+export interface Part {
+  position: Vec3;
+  quat: Quat;
+  shape: Shape | Mesh;
+}
 
 /** Furniture is fixed; objects and links of the hand move. */
 export interface Body {
@@ -27,7 +34,15 @@ export interface Body {
  * The drawn scene. `moving` has the ids of the bodies in a moment's poses, in that order; `goals` the names of the task's
  * goals in their order, if it has any.
  */
-export interface SceneInfo { run?: WatchRun; bodies: Body[]; moving: number[]; regions: Region[]; goals?: string[]; hand?: HandDescription; readings?: Channel[] }
+export interface SceneInfo {
+  run?: WatchRun;
+  bodies: Body[];
+  moving: number[];
+  regions: Region[];
+  goals?: string[];
+  hand?: HandDescription;
+  readings?: Channel[];
+}
 
 /** Converts the message. */
 export function sceneOf(wire: WatchScene): SceneInfo {

@@ -1,9 +1,13 @@
-/** The server's HTTP API. Errors carry the server's own message, but for tokens. */
+/** The server's HTTP API. Errors carry the server's own message, except about tokens. */
 import { isToken, NO_TOKEN, refusal } from './token';
 
 /** A request that the server refused, or did not answer (status 0). */
 export class ApiError extends Error {
-  constructor(message: string, readonly status: number, readonly code: string) {
+  constructor(
+    message: string,
+    readonly status: number,
+    readonly code: string,
+  ) {
     super(message);
   }
 }
@@ -21,7 +25,9 @@ async function errorOf(response: Response): Promise<ApiError> {
       const problem = body as Record<string, unknown>;
       return new ApiError(text(problem['detail'], text(problem['title'], `HTTP ${status}`)), status, text(problem['code'], ''));
     }
-  } catch { /* Not JSON: the status is used. */ }
+  } catch {
+    /* Not JSON: the status is used. */
+  }
   return new ApiError(`the server answered ${status} ${response.statusText}`.trim(), status, '');
 }
 
@@ -50,13 +56,13 @@ async function request(path: string, token: string | null, init: RequestInit): P
 
 /** A GET with a JSON response; the types are in docs/schema/openapi.json. */
 export async function getJson<T>(path: string, token: string | null = null): Promise<T> {
-  return await (await request(path, token, {})).json() as T;
+  return (await (await request(path, token, {})).json()) as T;
 }
 
 /** A POST with a JSON body and a JSON response. */
 export async function postJson<T>(path: string, body: unknown, token: string | null = null): Promise<T> {
   const init = { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
-  return await (await request(path, token, init)).json() as T;
+  return (await (await request(path, token, init)).json()) as T;
 }
 
 /** Downloads a file; a plain link could not send the token. */
@@ -67,5 +73,5 @@ export async function saveFile(path: string, fileName: string, token: string | n
   link.href = address;
   link.download = fileName;
   link.click();
-  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
+  window.setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }

@@ -8,10 +8,13 @@ function pack(q: number[]): number {
   return ((largest << 30) | ((bits[0] ?? 0) << 20) | ((bits[1] ?? 0) << 10) | (bits[2] ?? 0)) >>> 0;
 }
 
-describe('packed quaternions', () => {
+describe('packed quaternions', () =>
   it('are within 0.25 degrees of what was packed, wherever they point', () => {
     let state = 1;
-    const random = (): number => { state = (state * 48271) % 2147483647; return state / 2147483647 - 0.5; };
+    const random = (): number => {
+      state = (state * 48271) % 2147483647;
+      return state / 2147483647 - 0.5;
+    };
     for (let k = 0; k < 2000; k += 1) {
       const raw = [random(), random(), random(), random()];
       const norm = Math.hypot(...raw);
@@ -20,8 +23,7 @@ describe('packed quaternions', () => {
       const dot = Math.min(1, Math.abs(q.reduce((sum, x, i) => sum + x * (back[i] ?? 0), 0)));
       expect((2 * Math.acos(dot) * 180) / Math.PI).toBeLessThan(0.25);
     }
-  });
-});
+  }));
 
 describe('frames', () => {
   function frame(flags: number, bodies: [number, number[]][], tail: number[] = []): ArrayBuffer {
@@ -35,17 +37,22 @@ describe('frames', () => {
     bodies.forEach(([place, xyz], k) => {
       const at = 12 + 18 * k;
       view.setUint16(at, place, true);
-      xyz.forEach((x, i) => { view.setFloat32(at + 2 + 4 * i, x, true); });
+      xyz.forEach((x, i) => view.setFloat32(at + 2 + 4 * i, x, true));
       view.setUint32(at + 14, pack([0, 0, 0, 1]), true);
     });
-    tail.forEach((byte, k) => { view.setUint8(12 + 18 * bodies.length + k, byte); });
+    tail.forEach((byte, k) => view.setUint8(12 + 18 * bodies.length + k, byte));
     return data;
   }
 
   it('tell of what moved; the rest stays', () => {
     const reader = new FrameReader(2, 0.01);
     expect(reader.read(frame(0, [[1, [9, 9, 9]]]))).toBeNull();
-    const first = reader.read(frame(1, [[0, [1, 2, 3]], [1, [4, 5, 6]]]));
+    const first = reader.read(
+      frame(1, [
+        [0, [1, 2, 3]],
+        [1, [4, 5, 6]],
+      ]),
+    );
     const second = reader.read(frame(0, [[1, [4, 5, 7]]]));
     expect(second?.time).toBeCloseTo(2.5);
     expect(second?.score).toBe(1.5);
@@ -56,12 +63,30 @@ describe('frames', () => {
 
   it('tell what the hand feels', () => {
     const floats = (...all: number[]): number[] => [...new Uint8Array(new Float32Array(all).buffer)];
-    const tail = [1, ...floats(1, 0.5, 2), 1, ...floats(2), 1, ...floats(0.1), 0, 1, ...floats(0.25), 1, ...floats(1, 0, 0, 0, 0, 3), 2, 0, ...floats(0, 0, 1, 0, 0, 4)];
+    const tail = [
+      1,
+      ...floats(1, 0.5, 2),
+      1,
+      ...floats(2),
+      1,
+      ...floats(0.1),
+      0,
+      1,
+      ...floats(0.25),
+      1,
+      ...floats(1, 0, 0, 0, 0, 3),
+      2,
+      0,
+      ...floats(0, 0, 1, 0, 0, 4),
+    ];
     const felt = new FrameReader(0, 0.01).read(frame(11, [], tail))?.telemetry;
     expect(felt?.motors).toEqual([{ command: 1, position: 0.5, tension: 2, work: 0.25 }]);
     expect(felt?.predicted).toBeNull();
     expect(felt?.fingers).toEqual([{ force: [1, 0, 0], torque: [0, 0, 3] }]);
-    expect(felt?.touch).toEqual([[0, 0, 1], [0, 0, 4]]);
+    expect(felt?.touch).toEqual([
+      [0, 0, 1],
+      [0, 0, 4],
+    ]);
   });
 
   it('have the readings of sensors', () => {

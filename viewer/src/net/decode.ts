@@ -22,12 +22,28 @@ export function unpackQuaternion(packed: number): [number, number, number, numbe
 class Cursor {
   private at = 0;
   constructor(private readonly view: DataView) {}
-  u8(): number { this.at += 1; return this.view.getUint8(this.at - 1); }
-  u16(): number { this.at += 2; return this.view.getUint16(this.at - 2, true); }
-  u32(): number { this.at += 4; return this.view.getUint32(this.at - 4, true); }
-  f32(): number { this.at += 4; return this.view.getFloat32(this.at - 4, true); }
-  floats(count: number): number[] { return Array.from({ length: count }, () => this.f32()); }
-  vec(): [number, number, number] { return [this.f32(), this.f32(), this.f32()]; }
+  u8(): number {
+    this.at += 1;
+    return this.view.getUint8(this.at - 1);
+  }
+  u16(): number {
+    this.at += 2;
+    return this.view.getUint16(this.at - 2, true);
+  }
+  u32(): number {
+    this.at += 4;
+    return this.view.getUint32(this.at - 4, true);
+  }
+  f32(): number {
+    this.at += 4;
+    return this.view.getFloat32(this.at - 4, true);
+  }
+  floats(count: number): number[] {
+    return Array.from({ length: count }, () => this.f32());
+  }
+  vec(): [number, number, number] {
+    return [this.f32(), this.f32(), this.f32()];
+  }
 }
 
 function telemetry(cursor: Cursor): Telemetry {
@@ -48,7 +64,11 @@ function loads(cursor: Cursor, known: Telemetry): Telemetry {
 
 function contacts(cursor: Cursor): Contact[] {
   return Array.from({ length: cursor.u16() }, () => ({
-    a: cursor.u16(), b: cursor.u16(), position: cursor.vec(), force: cursor.vec(), use: cursor.u8() / 255,
+    a: cursor.u16(),
+    b: cursor.u16(),
+    position: cursor.vec(),
+    force: cursor.vec(),
+    use: cursor.u8() / 255,
   }));
 }
 
@@ -58,7 +78,10 @@ export class FrameReader {
   private complete = false;
 
   /** `moving`: number of moving bodies; `tickS`: length of a tick, s. */
-  constructor(moving: number, private readonly tickS: number) {
+  constructor(
+    moving: number,
+    private readonly tickS: number,
+  ) {
     this.poses = new Float32Array(POSE * moving);
   }
 
@@ -66,7 +89,8 @@ export class FrameReader {
   read(data: ArrayBuffer): Moment | null {
     const cursor = new Cursor(new DataView(data));
     const version = cursor.u8();
-    if (version !== VERSION) throw new Error(`the server sends frames of version ${version}, this page reads version ${VERSION}: reload the page`);
+    if (version !== VERSION)
+      throw new Error(`the server sends frames of version ${version}, this page reads version ${VERSION}: reload the page`);
     const flags = cursor.u8();
     const count = cursor.u16();
     const tick = cursor.u32();

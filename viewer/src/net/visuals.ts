@@ -15,7 +15,7 @@ export function partsOf(wire: readonly VisualPart[]): Map<string, Part[]> {
   const links = new Map<string, Part[]>();
   for (const { link, position, quat_xyzw: quat, shape } of wire) {
     const form: Shape | Mesh = 'triangles' in shape ? { type: 'mesh', corners: numbers(shape.triangles) } : shape;
-    links.set(link, [...links.get(link) ?? [], { position, quat, shape: form }]);
+    links.set(link, [...(links.get(link) ?? []), { position, quat, shape: form }]);
   }
   return links;
 }
@@ -23,7 +23,10 @@ export function partsOf(wire: readonly VisualPart[]): Map<string, Part[]> {
 /** The scene with the hand's visual shapes; the same object if there are none. */
 export function withVisuals(scene: SceneInfo, links: ReadonlyMap<string, Part[]>): SceneInfo {
   if (links.size === 0) return scene;
-  return { ...scene, bodies: scene.bodies.map((body) => body.kind === 'hand' ? { ...body, parts: links.get(body.name) ?? body.parts } : body) };
+  return {
+    ...scene,
+    bodies: scene.bodies.map((body) => (body.kind === 'hand' ? { ...body, parts: links.get(body.name) ?? body.parts } : body)),
+  };
 }
 
 /** Fetches the visual shapes of a hand; empty if it has none or if this page has no access. */

@@ -43,7 +43,11 @@ export class WatchSocket {
   /** Received bytes, for measurements. */
   received = 0;
 
-  constructor(private readonly target: WatchTarget | null, private readonly listener: WatchListener, private token: string | null = null) {
+  constructor(
+    private readonly target: WatchTarget | null,
+    private readonly listener: WatchListener,
+    private token: string | null = null,
+  ) {
     this.open();
   }
 
@@ -63,7 +67,7 @@ export class WatchSocket {
     if (this.token && !isToken(this.token)) {
       this.over = true;
       // After the constructor.
-      queueMicrotask(() => { this.listener.refused(NO_TOKEN, 'not_authorized'); });
+      queueMicrotask(() => this.listener.refused(NO_TOKEN, 'not_authorized'));
       return;
     }
     const address = new URL('/v1/watch', location.href);
@@ -98,7 +102,7 @@ export class WatchSocket {
       // A browser does not report why a handshake was refused: perhaps the token is invalid.
       if (this.token && !opened) void this.checkToken(this.token);
       this.listener.state('connecting');
-      this.timer = window.setTimeout(() => { this.open(); }, this.wait * (0.75 + Math.random() / 2));
+      this.timer = window.setTimeout(() => this.open(), this.wait * (0.75 + Math.random() / 2));
       this.wait = Math.min(2 * this.wait, MAX_WAIT_MS);
     };
   }
@@ -108,7 +112,9 @@ export class WatchSocket {
     try {
       const answer = await fetch('/v1/sessions', { headers: { Authorization: `Bearer ${token}` }, cache: 'no-store', credentials: 'omit' });
       if (answer.status === 401 && !this.over) this.giveUp(UNKNOWN_TOKEN, 'not_authorized');
-    } catch { /* No answer: the socket reconnects. */ }
+    } catch {
+      /* No answer: the socket reconnects. */
+    }
   }
 
   private giveUp(message: string, code: string): void {
@@ -132,28 +138,48 @@ export class WatchSocket {
   private take(message: WatchReply): void {
     const { listener } = this;
     switch (message.op) {
-      case 'subscribed': listener.state(message.run_id === null ? 'waiting' : 'watching'); break;
-      case 'runs': listener.runs(message.runs); break;
+      case 'subscribed':
+        listener.state(message.run_id === null ? 'waiting' : 'watching');
+        break;
+      case 'runs':
+        listener.runs(message.runs);
+        break;
       case 'scene':
         this.scene = sceneOf(message);
         this.frames = new FrameReader(this.scene.moving.length, this.scene.run?.tick_s ?? 0.01);
         listener.state('watching');
         listener.scene(this.scene);
         break;
-      case 'poses': this.poses(message); break;
-      case 'score': listener.score(message.score); break;
-      case 'events': listener.events(message.events); break;
-      case 'clock': listener.clock(message); break;
-      case 'verdicts': listener.verdicts(message.objects); break;
-      case 'ended': listener.ended(message.outcome, message.fault); break;
-      case 'announcement': listener.announcement?.(message.text); break;
-      case 'error': this.refused(message); break;
+      case 'poses':
+        this.poses(message);
+        break;
+      case 'score':
+        listener.score(message.score);
+        break;
+      case 'events':
+        listener.events(message.events);
+        break;
+      case 'clock':
+        listener.clock(message);
+        break;
+      case 'verdicts':
+        listener.verdicts(message.objects);
+        break;
+      case 'ended':
+        listener.ended(message.outcome, message.fault);
+        break;
+      case 'announcement':
+        listener.announcement?.(message.text);
+        break;
+      case 'error':
+        this.refused(message);
+        break;
     }
   }
 
   private poses(message: Poses): void {
     const poses = new Float32Array(POSE * message.poses.length);
-    message.poses.forEach((pose, row) => { poses.set(pose, POSE * row); });
+    message.poses.forEach((pose, row) => poses.set(pose, POSE * row));
     this.listener.moment({ tick: message.tick, time: message.sim_time_s, score: null, poses }, performance.now());
   }
 

@@ -23,27 +23,53 @@ function refusal(error: unknown): string {
 }
 
 function login(why?: string): void {
-  const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false', required: true, 'aria-describedby': 'token-hint' });
+  const field = el('input', {
+    type: 'password',
+    id: 'token',
+    autocomplete: 'off',
+    spellcheck: 'false',
+    required: true,
+    'aria-describedby': 'token-hint',
+  });
   const error = el('p', { class: 'error', role: 'alert' }, why ?? '');
   const go = el('button', { type: 'submit', class: 'primary' }, 'Log in');
-  const form = el('form', { class: 'panel login' },
+  const form = el(
+    'form',
+    { class: 'panel login' },
     el('h1', {}, 'Organizers'),
-    el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field,
-      el('p', { class: 'hint', id: 'token-hint' }, 'The first organizer’s token is in the file organizer.token in the server’s data directory. This page keeps it only in memory and asks again after a reload.')),
-    error, el('div', { class: 'actions' }, go));
+    el(
+      'div',
+      { class: 'field' },
+      el('label', { for: 'token' }, 'Token'),
+      field,
+      el(
+        'p',
+        { class: 'hint', id: 'token-hint' },
+        'The first organizer’s token is in the file organizer.token in the server’s data directory. This page keeps it only in memory and asks again after a reload.',
+      ),
+    ),
+    error,
+    el('div', { class: 'actions' }, go),
+  );
   form.addEventListener('submit', (event) => {
     event.preventDefault();
     const token = field.value.trim();
     go.disabled = true;
     error.textContent = '';
-    const admin = new AdminClient(token, (lost) => { login(lost); });
+    const admin = new AdminClient(token, (lost) => login(lost));
     // Not through AdminClient: here a refusal concerns the typed token.
-    getJson('/v1/admin/teams', token).then(() => { field.value = ''; enter(admin); }, (failure: unknown) => {
-      admin.leave();
-      go.disabled = false;
-      error.textContent = refusal(failure);
-      field.select();
-    });
+    getJson('/v1/admin/teams', token).then(
+      () => {
+        field.value = '';
+        enter(admin);
+      },
+      (failure: unknown) => {
+        admin.leave();
+        go.disabled = false;
+        error.textContent = refusal(failure);
+        field.select();
+      },
+    );
   });
   stop();
   stop = () => undefined;
@@ -63,15 +89,47 @@ function enter(admin: AdminClient): void {
     paused.hidden = typeof info.paused_unix_ms !== 'number';
     title.replaceChildren(name(info.name));
   };
-  const readPhase = (): void => { getJson<CompetitionResponse>('/v1/competition').then(showPhase, () => undefined); };
+  const readPhase = (): void => {
+    getJson<CompetitionResponse>('/v1/competition').then(showPhase, () => undefined);
+  };
   readPhase();
-  app.replaceChildren(el('div', { class: 'title' }, el('h1', { tabindex: -1 }, 'Organizers'), title, phase, paused,
-    button('Log out', () => { admin.leave(); login(); }, { class: 'small end' })));
-  const tabs = [sessionsTab(admin), teamsTab(admin), scheduleTab(admin), handsTab(admin), runsTab(admin), announceTab(admin), competitionTab(admin, showPhase), auditTab(admin)];
+  app.replaceChildren(
+    el(
+      'div',
+      { class: 'title' },
+      el('h1', { tabindex: -1 }, 'Organizers'),
+      title,
+      phase,
+      paused,
+      button(
+        'Log out',
+        () => {
+          admin.leave();
+          login();
+        },
+        { class: 'small end' },
+      ),
+    ),
+  );
+  const tabs = [
+    sessionsTab(admin),
+    teamsTab(admin),
+    scheduleTab(admin),
+    handsTab(admin),
+    runsTab(admin),
+    announceTab(admin),
+    competitionTab(admin, showPhase),
+    auditTab(admin),
+  ];
   const end = showTabs(app, tabs);
   // Notices a revoked token, and what other organizers do, within 3 s.
-  const watch = window.setInterval(() => { admin.get('/v1/admin/teams').then(readPhase, () => undefined); }, 3000);
-  stop = () => { end(); window.clearInterval(watch); };
+  const watch = window.setInterval(() => {
+    admin.get('/v1/admin/teams').then(readPhase, () => undefined);
+  }, 3000);
+  stop = () => {
+    end();
+    window.clearInterval(watch);
+  };
   app.querySelector('h1')?.focus();
 }
 

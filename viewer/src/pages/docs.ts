@@ -3,7 +3,7 @@ import '../style/base.css';
 import '../style/docs.css';
 import { mainElement } from '../ui/elements';
 
-/** Time without a key after which the server is asked, ms. */
+/** Time without a key after which the search is sent, ms. */
 const PAUSE_MS = 200;
 
 const field = document.querySelector<HTMLInputElement>('#find');
@@ -43,4 +43,4 @@ field?.addEventListener('input', () => {
   }, PAUSE_MS);
 });
 // Back and forward lead to other documents.
-window.addEventListener('popstate', () => { location.reload(); });
+window.addEventListener('popstate', () => location.reload());

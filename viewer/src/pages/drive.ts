@@ -11,12 +11,18 @@ async function open(app: HTMLElement): Promise<void> {
   try {
     competition = await getJson<CompetitionResponse>('/v1/competition');
   } catch (error) {
-    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice bad' }, `${error instanceof Error ? error.message : String(error)}. Reload the page to try again.`));
+    app.replaceChildren(
+      el('h1', {}, 'Drive'),
+      el('p', { class: 'notice bad' }, `${error instanceof Error ? error.message : String(error)}. Reload the page to try again.`),
+    );
     return;
   }
   if (competition.mode !== 'practice') {
-    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice' }, 'Only practice servers have this page; this server runs the competition ', name(competition.name), '.'),
-      el('p', {}, 'Start a practice server with ', el('code', {}, 'palmares serve'), ' and open its page ', el('code', {}, '/drive'), '.'));
+    app.replaceChildren(
+      el('h1', {}, 'Drive'),
+      el('p', { class: 'notice' }, 'Only practice servers have this page; this server runs the competition ', name(competition.name), '.'),
+      el('p', {}, 'Start a practice server with ', el('code', {}, 'palmares serve'), ' and open its page ', el('code', {}, '/drive'), '.'),
+    );
     return;
   }
   app.replaceChildren();

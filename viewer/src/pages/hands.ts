@@ -23,7 +23,7 @@ class Page implements Opener {
       this.fail('Hands', error);
       return;
     }
-    window.addEventListener('popstate', () => { this.show(handOf(location.pathname), null); });
+    window.addEventListener('popstate', () => this.show(handOf(location.pathname), null));
     // The link to the list stays in this document, too.
     this.app.addEventListener('click', (event) => {
       const link = event.target instanceof Element ? event.target.closest('a') : null;
@@ -60,7 +60,17 @@ class Page implements Opener {
       [description, module] = await Promise.all([describeHand(hand, this.access), import('../hands/view')]);
     } catch (error) {
       this.fail(hand, error);
-      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own hand?'), teamForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
+      this.app.append(
+        el(
+          'section',
+          { class: 'panel' },
+          el('h2', {}, 'Is it your team’s own hand?'),
+          teamForm(this.official, this.access, (access) => {
+            this.access = access;
+            this.show(hand, null);
+          }),
+        ),
+      );
       return;
     }
     // The person has opened another page meanwhile.
@@ -70,8 +80,11 @@ class Page implements Opener {
   }
 
   private fail(hand: string, error: unknown): void {
-    this.app.replaceChildren(el('h1', {}, name(hand)), el('p', { class: 'notice bad', role: 'alert' }, error instanceof Error ? error.message : String(error)),
-      el('p', {}, el('a', { href: '/hands' }, 'All hands')));
+    this.app.replaceChildren(
+      el('h1', {}, name(hand)),
+      el('p', { class: 'notice bad', role: 'alert' }, error instanceof Error ? error.message : String(error)),
+      el('p', {}, el('a', { href: '/hands' }, 'All hands')),
+    );
   }
 }
 

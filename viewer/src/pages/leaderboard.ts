@@ -15,7 +15,10 @@ const STANDING_MS = 15_000;
 
 async function start(): Promise<void> {
   const app = mainElement();
-  const [first, { tasks }] = await Promise.all([getJson<CompetitionResponse>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
+  const [first, { tasks }] = await Promise.all([
+    getJson<CompetitionResponse>('/v1/competition'),
+    getJson<{ tasks: TaskInfo[] }>('/v1/tasks'),
+  ]);
   let info = first;
   const place = part(app, 'div', 'board');
   const beside = part(app, 'section', 'tasks');
@@ -26,8 +29,12 @@ async function start(): Promise<void> {
   const line = el('p', { class: 'board-line soft', role: 'status' });
   const notice = el('p', { class: 'notice', hidden: true });
   const table = new BoardTable(info);
-  const empty = el('section', { class: 'empty' }, el('h2', {}, 'No finished run yet'),
-    el('p', {}, 'A team appears here as soon as it finishes a run. How to connect is explained on this page.'));
+  const empty = el(
+    'section',
+    { class: 'empty' },
+    el('h2', {}, 'No finished run yet'),
+    el('p', {}, 'A team appears here as soon as it finishes a run. How to connect is explained on this page.'),
+  );
   place.replaceChildren(notice, line, table.element, empty);
   beside.replaceChildren(el('h2', {}, 'Tasks'), ...taskCards(tasks), connect(info));
   app.querySelector('footer p, footer')?.replaceWith(footer(info));
@@ -37,7 +44,10 @@ async function start(): Promise<void> {
   let live = false;
   const say = (): void => {
     const sentences = standing(info);
-    setText(line, `${sentences === '' ? '' : `${sentences} `}${teams === 1 ? '1 team' : `${teams} teams`}. ${live ? 'Live.' : 'Connection lost. Reconnecting.'}`);
+    setText(
+      line,
+      `${sentences === '' ? '' : `${sentences} `}${teams === 1 ? '1 team' : `${teams} teams`}. ${live ? 'Live.' : 'Connection lost. Reconnecting.'}`,
+    );
   };
   const show = (board: Board): void => {
     teams = board.rows.length;
@@ -48,17 +58,34 @@ async function start(): Promise<void> {
   };
   show(await getJson<Board>('/v1/leaderboard'));
   openFeed({
-    ranking: (rows: LeaderboardRow[]) => { show({ tasks: info.tasks, rows }); },
-    announcement: ({ text }: Announcement) => { notice.hidden = text === ''; setText(notice, text); },
-    connected: (yes) => { live = yes; say(); },
+    ranking: (rows: LeaderboardRow[]) => show({ tasks: info.tasks, rows }),
+    announcement: ({ text }: Announcement) => {
+      notice.hidden = text === '';
+      setText(notice, text);
+    },
+    connected: (yes) => {
+      live = yes;
+      say();
+    },
   });
   window.setInterval(() => {
-    getJson<CompetitionResponse>('/v1/competition').then((now) => { info = now; say(); }, () => undefined);
+    getJson<CompetitionResponse>('/v1/competition').then(
+      (now) => {
+        info = now;
+        say();
+      },
+      () => undefined,
+    );
   }, STANDING_MS);
 }
 
 function footer(info: CompetitionResponse): HTMLElement {
-  return el('footer', {}, legend(info), el('p', {}, el('a', { href: '/v1/leaderboard' }, 'as JSON'), ' ', el('a', { href: '/v1/leaderboard.csv' }, 'as CSV')));
+  return el(
+    'footer',
+    {},
+    legend(info),
+    el('p', {}, el('a', { href: '/v1/leaderboard' }, 'as JSON'), ' ', el('a', { href: '/v1/leaderboard.csv' }, 'as CSV')),
+  );
 }
 
 start().catch((error: unknown) => {

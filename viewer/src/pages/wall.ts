@@ -31,7 +31,11 @@ const help = el('div', { class: 'help' });
 const beside = el('div', { class: 'beside' }, live.element, clocks.element);
 const paneArea = el('div', { class: 'panes' }, ranking.element, beside);
 
-declare global { interface Window { palmares?: Record<string, unknown> } }
+declare global {
+  interface Window {
+    palmares?: Record<string, unknown>;
+  }
+}
 window.palmares = { live };
 
 let info: CompetitionResponse | null = null;
@@ -45,9 +49,16 @@ let connected = false;
 
 function wallClocks(): WallClock[] {
   const now = performance.now();
-  const open = [...readings.values()].filter(({ session }) => session.status === 'open' && (session.left_s ?? 1) > 0 && session.elapsed_s > 0);
+  const open = [...readings.values()].filter(
+    ({ session }) => session.status === 'open' && (session.left_s ?? 1) > 0 && session.elapsed_s > 0,
+  );
   if (open.length > 0) {
-    const all = open.map(({ session, reading }) => ({ id: session.session_id, team: session.team, left: leftAt(reading, now), paused: session.paused_unix_ms !== null }));
+    const all = open.map(({ session, reading }) => ({
+      id: session.session_id,
+      team: session.team,
+      left: leftAt(reading, now),
+      paused: session.paused_unix_ms !== null,
+    }));
     return all.filter((one) => one.left !== null);
   }
   const seen = live.clock;
@@ -91,18 +102,35 @@ function announced({ text, unix_ms: at }: Announcement): void {
   const fresh = Date.now() - at < ANNOUNCED_MS && text !== '';
   banner.hidden = !fresh;
   banner.replaceChildren(name(text));
-  if (fresh) window.setTimeout(() => { if (banner.textContent === text) banner.hidden = true; }, ANNOUNCED_MS - (Date.now() - at));
+  if (fresh)
+    window.setTimeout(
+      () => {
+        if (banner.textContent === text) banner.hidden = true;
+      },
+      ANNOUNCED_MS - (Date.now() - at),
+    );
 }
 
 function listen(): void {
   stop();
-  stop = openFeed({
-    ranking: (rows) => { ranking.show({ tasks: info?.tasks ?? [], rows }); },
-    announcement: announced,
-    connected: (yes) => { connected = yes; },
-    world: (message) => { live.take(message); },
-    revoked: () => { token = null; readings.clear(); live.leave(); askToken('The token was revoked: the wall shows no official runs and no clocks.'); listen(); },
-  }, token);
+  stop = openFeed(
+    {
+      ranking: (rows) => ranking.show({ tasks: info?.tasks ?? [], rows }),
+      announcement: announced,
+      connected: (yes) => {
+        connected = yes;
+      },
+      world: (message) => live.take(message),
+      revoked: () => {
+        token = null;
+        readings.clear();
+        live.leave();
+        askToken('The token was revoked: the wall shows no official runs and no clocks.');
+        listen();
+      },
+    },
+    token,
+  );
 }
 
 async function readSessions(): Promise<void> {
@@ -138,27 +166,42 @@ function askToken(why = ''): void {
   if (document.querySelector('dialog') !== null) return;
   const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', required: true });
   const error = el('p', { class: 'error', role: 'alert' }, why);
-  const form = el('form', { method: 'dialog' }, el('h2', { id: 'token-title' }, 'Token for watching'),
+  const form = el(
+    'form',
+    { method: 'dialog' },
+    el('h2', { id: 'token-title' }, 'Token for watching'),
     el('p', {}, 'With a viewer’s token the wall shows official runs and session clocks. This page keeps it only in memory.'),
     error,
     el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field),
-    el('div', { class: 'actions' }, button('Continue without', () => { dialog.close(); }), el('button', { type: 'submit', class: 'primary' }, 'Use this token')));
+    el(
+      'div',
+      { class: 'actions' },
+      button('Continue without', () => dialog.close()),
+      el('button', { type: 'submit', class: 'primary' }, 'Use this token'),
+    ),
+  );
   const dialog = el('dialog', { 'aria-labelledby': 'token-title' }, form);
   form.addEventListener('submit', (event) => {
     event.preventDefault();
     const given = field.value.trim();
     // A refused socket would not report why.
-    checkToken(given).then(() => {
-      dialog.close();
-      token = given;
-      listen();
-      void readSessions();
-    }, (failure: unknown) => {
-      error.textContent = failure instanceof ApiError ? `${failure.message}.` : 'This page has an error.';
-      field.select();
-    });
+    checkToken(given).then(
+      () => {
+        dialog.close();
+        token = given;
+        listen();
+        void readSessions();
+      },
+      (failure: unknown) => {
+        error.textContent = failure instanceof ApiError ? `${failure.message}.` : 'This page has an error.';
+        field.select();
+      },
+    );
   });
-  dialog.addEventListener('close', () => { field.value = ''; dialog.remove(); });
+  dialog.addEventListener('close', () => {
+    field.value = '';
+    dialog.remove();
+  });
   document.body.append(dialog);
   dialog.showModal();
 }
@@ -167,43 +210,81 @@ let quiet = 0;
 function showHelp(): void {
   help.classList.add('seen');
   window.clearTimeout(quiet);
-  quiet = window.setTimeout(() => { help.classList.remove('seen'); }, 5000);
+  quiet = window.setTimeout(() => help.classList.remove('seen'), 5000);
 }
 
 function onKey(event: KeyboardEvent): void {
   if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector('dialog') !== null) return;
   // The space bar activates a focused button.
-  if (event.key === ' ' && !(event.target instanceof HTMLButtonElement)) { event.preventDefault(); hold(); }
+  if (event.key === ' ' && !(event.target instanceof HTMLButtonElement)) {
+    event.preventDefault();
+    hold();
+  }
   if (event.key === 'ArrowRight') skip(1);
   if (event.key === 'ArrowLeft') skip(-1);
-  if (event.key === 't') { event.preventDefault(); askToken(); }
+  if (event.key === 't') {
+    event.preventDefault();
+    askToken();
+  }
   showHelp();
 }
 
 async function start(): Promise<void> {
-  help.append(button('Back', () => { skip(-1); }), button('Pause', hold), button('Next', () => { skip(1); }), button('Token…', () => { askToken(); }),
-    el('span', {}, el('kbd', {}, '←'), ' ', el('kbd', {}, '→'), ' skip, ', el('kbd', {}, 'space'), ' pause, ', el('kbd', {}, 't'), ' token'));
+  help.append(
+    button('Back', () => skip(-1)),
+    button('Pause', hold),
+    button('Next', () => skip(1)),
+    button('Token…', () => askToken()),
+    el(
+      'span',
+      {},
+      el('kbd', {}, '←'),
+      ' ',
+      el('kbd', {}, '→'),
+      ' skip, ',
+      el('kbd', {}, 'space'),
+      ' pause, ',
+      el('kbd', {}, 't'),
+      ' token',
+    ),
+  );
   mainElement().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), paneArea, banner, help);
   document.addEventListener('keydown', onKey);
   document.addEventListener('pointermove', showHelp);
   [info, { tasks }] = await Promise.all([getJson<CompetitionResponse>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
   title.replaceChildren(name(info.name));
   ranking.show(await getJson<Board>('/v1/leaderboard'));
-  getJson<{ announcements: Announcement[] }>('/v1/announcements').then(({ announcements }) => {
-    const newest = announcements.reduce<Announcement | null>((a, b) => a === null || b.unix_ms > a.unix_ms ? b : a, null);
-    if (newest !== null) announced(newest);
-  }, () => undefined);
+  getJson<{ announcements: Announcement[] }>('/v1/announcements').then(
+    ({ announcements }) => {
+      const newest = announcements.reduce<Announcement | null>((a, b) => (a === null || b.unix_ms > a.unix_ms ? b : a), null);
+      if (newest !== null) announced(newest);
+    },
+    () => undefined,
+  );
   listen();
   await readSessions();
   if (info.mode === 'official') showHelp();
   beat();
   window.setInterval(beat, 250);
-  window.setInterval(() => { void readSessions(); }, 2000);
-  window.setInterval(() => { getJson<CompetitionResponse>('/v1/competition').then((now) => { info = now; }, () => undefined); }, 15_000);
+  window.setInterval(() => void readSessions(), 2000);
+  window.setInterval(() => {
+    getJson<CompetitionResponse>('/v1/competition').then(
+      (now) => {
+        info = now;
+      },
+      () => undefined,
+    );
+  }, 15_000);
 }
 
 start().catch((error: unknown) => {
-  mainElement().replaceChildren(el('p', { class: 'notice bad', role: 'alert' }, error instanceof ApiError ? `${error.message}. Trying again.` : 'This page has an error.'));
-  if (error instanceof ApiError) window.setTimeout(() => { location.reload(); }, 5000);
+  mainElement().replaceChildren(
+    el(
+      'p',
+      { class: 'notice bad', role: 'alert' },
+      error instanceof ApiError ? `${error.message}. Trying again.` : 'This page has an error.',
+    ),
+  );
+  if (error instanceof ApiError) window.setTimeout(() => location.reload(), 5000);
   else console.error(error);
 });

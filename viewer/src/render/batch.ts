@@ -72,7 +72,7 @@ export class Batch {
 
   /** The body of a ray's hit. */
   bodyOf(batchId: number | undefined): number | null {
-    return batchId === undefined ? null : this.bodies[batchId] ?? null;
+    return batchId === undefined ? null : (this.bodies[batchId] ?? null);
   }
 
   dispose(): void {

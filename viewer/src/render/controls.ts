@@ -4,10 +4,21 @@ import { keepPlain, wantsPlain } from './detail';
 import type { OverlayName, Stage, ViewName } from './stage';
 
 const OVERLAYS: [OverlayName, string][] = [
-  ['contacts', 'Contact forces'], ['ghost', 'Predicted equilibrium'], ['regions', 'Regions of the rules'],
-  ['names', 'Names'], ['frames', 'Frames'], ['com', 'Centres of mass'],
+  ['contacts', 'Contact forces'],
+  ['ghost', 'Predicted equilibrium'],
+  ['regions', 'Regions of the rules'],
+  ['names', 'Names'],
+  ['frames', 'Frames'],
+  ['com', 'Centres of mass'],
 ];
-const VIEWS: [ViewName, string][] = [['free', 'Whole'], ['front', 'Front'], ['side', 'Side'], ['top', 'Top'], ['palm', 'Palm'], ['follow', 'Follow']];
+const VIEWS: [ViewName, string][] = [
+  ['free', 'Whole'],
+  ['front', 'Front'],
+  ['side', 'Side'],
+  ['top', 'Top'],
+  ['palm', 'Palm'],
+  ['follow', 'Follow'],
+];
 
 /** Overlays that need telemetry. */
 const NEEDS_TELEMETRY = new Set<OverlayName>(['contacts', 'ghost', 'com']);
@@ -24,11 +35,28 @@ export function showOverlaySwitches(panel: HTMLElement, telemetry: boolean): voi
 export function overlaySwitches(stages: () => Stage[], on: readonly OverlayName[] = ['regions']): HTMLElement {
   const boxes = OVERLAYS.map(([name, label]) => {
     const box = el('input', { type: 'checkbox', id: `overlay-${name}`, checked: on.includes(name) });
-    box.addEventListener('change', () => { for (const stage of stages()) stage.setOverlay(name, box.checked); });
-    return el('div', { class: 'check', 'data-overlay': name, hidden: NEEDS_TELEMETRY.has(name) }, box, el('label', { for: `overlay-${name}` }, label));
+    box.addEventListener('change', () => {
+      for (const stage of stages()) stage.setOverlay(name, box.checked);
+    });
+    return el(
+      'div',
+      { class: 'check', 'data-overlay': name, hidden: NEEDS_TELEMETRY.has(name) },
+      box,
+      el('label', { for: `overlay-${name}` }, label),
+    );
   });
-  return el('details', { class: 'panel', open: true }, el('summary', {}, 'Show'), ...boxes, plainSwitch(stages),
-    el('p', { class: 'hint', hidden: true }, 'The length of an arrow is its force. Blue: the contact sticks; yellow: half way to slipping; red: it slips.'));
+  return el(
+    'details',
+    { class: 'panel', open: true },
+    el('summary', {}, 'Show'),
+    ...boxes,
+    plainSwitch(stages),
+    el(
+      'p',
+      { class: 'hint', hidden: true },
+      'The length of an arrow is its force. Blue: the contact sticks; yellow: half way to slipping; red: it slips.',
+    ),
+  );
 }
 
 /** The switch for slow machines; every page of this browser keeps it. Without it the frame rate decides. */
@@ -45,10 +73,14 @@ function plainSwitch(stages: () => Stage[]): HTMLElement {
 export function viewButtons(stages: () => Stage[]): HTMLElement {
   const group = el('div', { class: 'group', role: 'group', 'aria-label': 'View' });
   for (const [name, label] of VIEWS) {
-    const made = button(label, () => {
-      for (const stage of stages()) stage.view(name);
-      for (const other of group.children) other.setAttribute('aria-pressed', String(other === made));
-    }, { 'aria-pressed': String(name === 'free'), class: 'small' });
+    const made = button(
+      label,
+      () => {
+        for (const stage of stages()) stage.view(name);
+        for (const other of group.children) other.setAttribute('aria-pressed', String(other === made));
+      },
+      { 'aria-pressed': String(name === 'free'), class: 'small' },
+    );
     group.append(made);
   }
   return group;

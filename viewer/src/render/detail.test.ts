@@ -21,7 +21,8 @@ describe('the detail of the 3D view', () => {
   it('grows again where frames are fast, and tries a level that was too slow ever more rarely', () => {
     expect(draw(new DetailControl(2), () => 60, 60)).toEqual([2, 1, 0]);
     expect(draw(new DetailControl(2), (level) => (level < 1 ? 15 : 60), 30)).toEqual([2, 1, 0, 1]);
-    const tries = (seconds: number): number => draw(new DetailControl(2), (level) => (level < 1 ? 15 : 60), seconds).filter((level) => level === 0).length;
+    const tries = (seconds: number): number =>
+      draw(new DetailControl(2), (level) => (level < 1 ? 15 : 60), seconds).filter((level) => level === 0).length;
     expect([tries(60), tries(130), tries(260)]).toEqual([2, 3, 4]);
   });
 

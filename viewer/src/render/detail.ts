@@ -1,4 +1,4 @@
-/** How much detail the 3D view draws. The measured frame rate decides; a person can ask for the plainest picture. */
+/** The 3D view's level of detail. The measured frame rate decides; a person can choose the plainest picture. */
 
 /** A level of detail. */
 export interface Detail {
@@ -19,7 +19,7 @@ export const DETAILS: readonly Detail[] = [
   { samples: 0, shadows: false, fine: false, scale: 0.5 },
 ];
 const PLAINEST = DETAILS.length - 1;
-/** Where a program draws instead of a graphics card, the first level tried. */
+/** The first level that is tried if a program draws instead of a graphics card. */
 export const SOFTWARE_LEVEL = 2;
 
 /** Frames per second: below the first the next level is plainer; below the second it is plainer by two. */
@@ -51,9 +51,13 @@ export class DetailControl {
     this.level = Math.min(Math.max(Math.round(level), 0), PLAINEST);
   }
 
-  get index(): number { return this.plain ? PLAINEST : this.level; }
+  get index(): number {
+    return this.plain ? PLAINEST : this.level;
+  }
 
-  get detail(): Detail { return DETAILS[this.index] ?? { samples: 0, shadows: false, fine: false, scale: 0.5 }; }
+  get detail(): Detail {
+    return DETAILS[this.index] ?? { samples: 0, shadows: false, fine: false, scale: 0.5 };
+  }
 
   /** Draws the plainest picture, whatever the frame rate, or lets the frame rate decide. */
   setPlain(on: boolean): void {
@@ -121,7 +125,9 @@ function stored(of: () => Storage, key: string): string | null {
 function store(of: () => Storage, key: string, value: string): void {
   try {
     of().setItem(key, value);
-  } catch { /* The next page measures again. */ }
+  } catch {
+    /* The next page measures again. */
+  }
 }
 
 /** The level that the last page of this tab ended with; `fallback` for the first page. */
@@ -134,7 +140,7 @@ export function keepLevel(level: number): void {
   store(() => sessionStorage, LEVEL_KEY, String(level));
 }
 
-/** Whether a person has asked for the plain picture, on any page of this browser. */
+/** Whether a person has chosen the plain picture, on any page of this browser. */
 export function wantsPlain(): boolean {
   return stored(() => localStorage, PLAIN_KEY) === 'true';
 }

@@ -12,21 +12,45 @@ const VIEWS: ViewName[] = ['free', 'front', 'side', 'top', 'palm', 'follow'];
 const ASPECTS = [390 / 470, 948 / 692, 16 / 9];
 const PANE = { left: 0.94, right: 0.94, top: 0.94, bottom: 0.8 };
 
-const box = (position: Vec3, half: Vec3): Body['parts'][number] => ({ position, quat: [0, 0, 0, 1], shape: { type: 'box', half_extents: half, rounding: 0 } });
-const body = (id: number, kind: Body['kind'], position: Vec3, ...parts: Body['parts']): Body => ({ id, name: `${kind} ${id}`, kind, position, quat: [0, 0, 0, 1], color: [1, 1, 1], parts });
+const box = (position: Vec3, half: Vec3): Body['parts'][number] => ({
+  position,
+  quat: [0, 0, 0, 1],
+  shape: { type: 'box', half_extents: half, rounding: 0 },
+});
+const body = (id: number, kind: Body['kind'], position: Vec3, ...parts: Body['parts']): Body => ({
+  id,
+  name: `${kind} ${id}`,
+  kind,
+  position,
+  quat: [0, 0, 0, 1],
+  color: [1, 1, 1],
+  parts,
+});
 
 /** Two boxes on a ground as in the task `balls`; a palm with four fingers along z and a thumb. */
 const scene: SceneInfo = {
   bodies: [
     body(0, 'object', [0.1, 0, 0.05], { position: [0, 0, 0], quat: [0, 0, 0, 1], shape: { type: 'sphere', radius: 0.05 } }),
     body(1, 'furniture', [0, 0, 0], box([0.35, 0, -0.055], [1.5, 1.2, 0.05])),
-    ...[0, 0.7].map((x, k) => body(2 + k, 'furniture', [x, 0, 0], box([0, 0, -0.0025], [0.25, 0.25, 0.0025]), box([0.25, 0, 0.15], [0.0025, 0.25, 0.15]), box([0, -0.25, 0.15], [0.25, 0.0025, 0.15]))),
+    ...[0, 0.7].map((x, k) =>
+      body(
+        2 + k,
+        'furniture',
+        [x, 0, 0],
+        box([0, 0, -0.0025], [0.25, 0.25, 0.0025]),
+        box([0.25, 0, 0.15], [0.0025, 0.25, 0.15]),
+        box([0, -0.25, 0.15], [0.25, 0.0025, 0.15]),
+      ),
+    ),
     body(10, 'hand', [0, 0, 0], box([0, 0, 0.05], [0.015, 0.04, 0.05])),
     ...[-0.03, -0.01, 0.01, 0.03].map((y, k) => body(11 + k, 'hand', [0, 0, 0], box([0, y, 0.14], [0.008, 0.008, 0.04]))),
     body(15, 'hand', [0, 0, 0], box([0.03, 0.05, 0.09], [0.02, 0.01, 0.01])),
   ],
   moving: [0, 10, 11, 12, 13, 14, 15],
-  regions: [{ name: 'a', role: 'start', min: [-0.25, -0.25, 0], max: [0.25, 0.25, 0.3] }, { name: 'b', role: 'goal', min: [0.45, -0.25, 0], max: [0.95, 0.25, 0.3] }],
+  regions: [
+    { name: 'a', role: 'start', min: [-0.25, -0.25, 0], max: [0.25, 0.25, 0.3] },
+    { name: 'b', role: 'goal', min: [0.45, -0.25, 0], max: [0.95, 0.25, 0.3] },
+  ],
   goals: [],
 } as SceneInfo;
 
@@ -40,7 +64,14 @@ class Shot {
   constructor(aspect: number) {
     this.camera = new PerspectiveCamera(45, aspect, 0.01, 50);
     this.camera.up.set(0, 0, 1);
-    this.controls = { target: new Vector3(), update: () => { this.camera.lookAt(this.controls.target); this.camera.updateMatrixWorld(); return true; } };
+    this.controls = {
+      target: new Vector3(),
+      update: () => {
+        this.camera.lookAt(this.controls.target);
+        this.camera.updateMatrixWorld();
+        return true;
+      },
+    };
     this.director = new Director(this.camera, this.controls as unknown as OrbitControls);
   }
 
@@ -64,28 +95,46 @@ class Shot {
   }
 }
 
-const POSTURES: Quat[] = [[0, 1, 0, 0], [0, 0, 0, 1], [-Math.SQRT1_2, 0, 0, Math.SQRT1_2], [0, Math.SQRT1_2, 0, Math.SQRT1_2], [0, -Math.SQRT1_2, 0, Math.SQRT1_2], [0.5, 0.5, 0.5, 0.5]];
-const PLACES: Vec3[] = [[0, 0, 0.75], [0, 0, 0.22], [0.7, 0, 0.3], [0, 0, 2], [2, 2, 2], [-2, 2, 1], [2, -2, 0.3], [-2, -2, 2]];
+const POSTURES: Quat[] = [
+  [0, 1, 0, 0],
+  [0, 0, 0, 1],
+  [-Math.SQRT1_2, 0, 0, Math.SQRT1_2],
+  [0, Math.SQRT1_2, 0, Math.SQRT1_2],
+  [0, -Math.SQRT1_2, 0, Math.SQRT1_2],
+  [0.5, 0.5, 0.5, 0.5],
+];
+const PLACES: Vec3[] = [
+  [0, 0, 0.75],
+  [0, 0, 0.22],
+  [0.7, 0, 0.3],
+  [0, 0, 2],
+  [2, 2, 2],
+  [-2, 2, 1],
+  [2, -2, 0.3],
+  [-2, -2, 2],
+];
 
 // Hundreds of pictures: a busy machine takes longer than the usual limit.
 describe('the camera', { timeout: 60_000 }, () => {
   it('has the hand in every view, whatever its pose, and in a view of the scene all of that, too', () => {
-    for (const aspect of ASPECTS) for (const view of VIEWS) {
-      const shot = new Shot(aspect);
-      shot.director.start(view);
-      for (const quat of POSTURES) for (const place of PLACES) {
-        shot.frame(place, quat);
-        const where = `${view} at ${aspect.toFixed(2)}, hand at ${place.join(', ')}, ${quat.join(', ')}`;
-        const hand = shot.seen(shot.subject.hand);
-        expect(hand.inside, where).toBe(true);
-        if (view === 'palm' || view === 'follow') {
-          expect(hand.share, where).toBeGreaterThan(0.3);
-          expect(shot.camera.position.z, where).toBeGreaterThan(-0.005);
-        } else {
-          expect(shot.seen(shot.subject.scene).inside, where).toBe(true);
-        }
+    for (const aspect of ASPECTS)
+      for (const view of VIEWS) {
+        const shot = new Shot(aspect);
+        shot.director.start(view);
+        for (const quat of POSTURES)
+          for (const place of PLACES) {
+            shot.frame(place, quat);
+            const where = `${view} at ${aspect.toFixed(2)}, hand at ${place.join(', ')}, ${quat.join(', ')}`;
+            const hand = shot.seen(shot.subject.hand);
+            expect(hand.inside, where).toBe(true);
+            if (view === 'palm' || view === 'follow') {
+              expect(hand.share, where).toBeGreaterThan(0.3);
+              expect(shot.camera.position.z, where).toBeGreaterThan(-0.005);
+            } else {
+              expect(shot.seen(shot.subject.scene).inside, where).toBe(true);
+            }
+          }
       }
-    }
   });
 
   it('keeps a hand that moves steadily, without a jump', () => {
@@ -96,7 +145,10 @@ describe('the camera', { timeout: 60_000 }, () => {
       const before = new Vector3();
       for (let k = 0; k <= 300; k += 1) {
         const up = Math.sin((Math.PI * k) / 300);
-        shot.frame([0.7 * up, -0.5 * up, 0.3 + 1.7 * up], new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI * (1 - 0.4 * up)).toArray() as Quat);
+        shot.frame(
+          [0.7 * up, -0.5 * up, 0.3 + 1.7 * up],
+          new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI * (1 - 0.4 * up)).toArray() as Quat,
+        );
         const { inside, share } = shot.seen(shot.subject.hand);
         expect(inside, `${view}, frame ${k}`).toBe(true);
         if (k > 0) most = Math.max(most, before.distanceTo(shot.camera.position));
@@ -142,7 +194,7 @@ describe('the camera', { timeout: 60_000 }, () => {
     expect(shot.camera.position.distanceTo(own)).toBe(0);
     shot.frame([0, 0, 1.8], [0, 1, 0, 0]);
     expect(shot.seen(shot.subject.hand).inside).toBe(true);
-    // Who looks elsewhere looks there.
+    // A person who looks away from the hand keeps that direction.
     shot.camera.position.add(new Vector3(3, 0, 0));
     shot.controls.target.add(new Vector3(3, 0, 0));
     shot.controls.update();

@@ -1,6 +1,6 @@
 /**
  * Moves the camera: the hand is always in its picture, and in the views of the whole scene all of the scene, too. *Palm* and
- * *Follow* go with the hand and choose a side from which it is seen. A person who moves the camera has it; then it moves only to
+ * *Follow* go with the hand and choose a side from which it is visible. A person who moves the camera has it; then it moves only to
  * keep a hand in the picture that was in it.
  */
 import { type PerspectiveCamera, Vector3 } from 'three';
@@ -34,7 +34,7 @@ const CHOICE_MS = 250;
 const JUMP_M = 0.12;
 /** Attempts to look from higher. */
 const TRIES = 8;
-/** Smaller movements of the camera are none, m. */
+/** Smaller movements of the camera are left out, m. */
 const STILL_M = 1e-5;
 
 function scaled(pane: Pane, by: number): Pane {
@@ -55,9 +55,14 @@ export class Director {
   private last: number | null = null;
   private readonly middle = new Vector3();
 
-  constructor(private readonly camera: PerspectiveCamera, private readonly controls: OrbitControls) {}
+  constructor(
+    private readonly camera: PerspectiveCamera,
+    private readonly controls: OrbitControls,
+  ) {}
 
-  get view(): ViewName { return this.name; }
+  get view(): ViewName {
+    return this.name;
+  }
 
   /** Starts a named view. */
   start(name: ViewName): void {
@@ -72,7 +77,7 @@ export class Director {
     this.held = subject === null || this.shows(subject.hand);
   }
 
-  /** While something else moves the camera: in a view that follows the hand, it goes along. */
+  /** Moves the camera along with the hand in a view that follows it, also while something else moves the camera. */
   along(subject: Subject, stays = false): void {
     if (this.close(subject) && !this.fresh && !stays) {
       const move = subject.middle.clone().sub(this.middle);
@@ -122,7 +127,12 @@ export class Director {
     const axes = new Axes(this.towards);
     const [most, wished] = close
       ? [this.bounds(axes, scaled(pane, CLOSE_MOST)).add(subject.hand), this.bounds(axes, scaled(pane, CLOSE)).add(subject.hand)]
-      : [this.bounds(axes, pane).add(subject.scene).add(subject.hand), this.bounds(axes, pane).add(subject.scene).add(subject.hand, subject.alone ? 0 : AROUND_M)];
+      : [
+          this.bounds(axes, pane).add(subject.scene).add(subject.hand),
+          this.bounds(axes, pane)
+            .add(subject.scene)
+            .add(subject.hand, subject.alone ? 0 : AROUND_M),
+        ];
     const fit = wished.fit();
     const place = share === null ? fit : most.nearest(this.nearer(axes.placeOf(this.camera.position), fit, wished, share));
     const depth = Math.min((wished.near + wished.far) / 2, place.depth - 0.02);
@@ -145,8 +155,16 @@ export class Director {
       return false;
     }
     if (atOnce || this.wanted === null || now - this.chosenAt >= CHOICE_MS) {
-      const wish = this.name === 'palm' ? new Vector3(...subject.palm.direction).transformDirection(subject.base) : FROM.follow.clone().normalize();
-      this.wanted = bestDirection(subject.links, wish, this.usual(subject), subject.blockers, subject.ground, this.fresh ? null : this.wanted);
+      const wish =
+        this.name === 'palm' ? new Vector3(...subject.palm.direction).transformDirection(subject.base) : FROM.follow.clone().normalize();
+      this.wanted = bestDirection(
+        subject.links,
+        wish,
+        this.usual(subject),
+        subject.blockers,
+        subject.ground,
+        this.fresh ? null : this.wanted,
+      );
       this.chosenAt = now;
     }
     const before = this.towards.clone();

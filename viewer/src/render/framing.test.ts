@@ -14,19 +14,23 @@ function filled(axes: Axes, place: Place, aspect: number): { sides: number[]; ne
     return { x: (at.across - place.across) / (away * TAN * aspect), y: (at.up - place.up) / (away * TAN), away };
   });
   const most = (of: (p: { x: number; y: number }) => number): number => Math.max(...all.map(of));
-  return { sides: [most((p) => p.x / pane.right), most((p) => -p.x / pane.left), most((p) => p.y / pane.top), most((p) => -p.y / pane.bottom)], near: Math.min(...all.map(({ away }) => away)) };
+  return {
+    sides: [most((p) => p.x / pane.right), most((p) => -p.x / pane.left), most((p) => p.y / pane.top), most((p) => -p.y / pane.bottom)],
+    near: Math.min(...all.map(({ away }) => away)),
+  };
 }
 
 describe('the camera that fits points', () => {
   it('has all of them in its pane, which they fill in one direction', () => {
-    for (const aspect of [0.6, 1.27, 2.5]) for (const towards of [new Vector3(0.55, -1, 0.7), new Vector3(0, -0.001, 1), new Vector3(-1, 0.2, -0.3)]) {
-      const axes = new Axes(towards);
-      const { sides, near } = filled(axes, new Bounds(axes, pane, TAN, aspect).add(points).fit(), aspect);
-      const [right = 0, left = 0, top = 0, bottom = 0] = sides;
-      expect(Math.max(...sides)).toBeLessThan(1 + 1e-9);
-      expect(Math.max(right + left, top + bottom)).toBeCloseTo(2, 9);
-      expect(near).toBeGreaterThan(0.09);
-    }
+    for (const aspect of [0.6, 1.27, 2.5])
+      for (const towards of [new Vector3(0.55, -1, 0.7), new Vector3(0, -0.001, 1), new Vector3(-1, 0.2, -0.3)]) {
+        const axes = new Axes(towards);
+        const { sides, near } = filled(axes, new Bounds(axes, pane, TAN, aspect).add(points).fit(), aspect);
+        const [right = 0, left = 0, top = 0, bottom = 0] = sides;
+        expect(Math.max(...sides)).toBeLessThan(1 + 1e-9);
+        expect(Math.max(right + left, top + bottom)).toBeCloseTo(2, 9);
+        expect(near).toBeGreaterThan(0.09);
+      }
   });
 
   it('moves no farther than it must', () => {

@@ -1,15 +1,24 @@
 /**
  * A camera of a fixed direction that has points in its picture. With x to the right, y up and z towards the camera, a point is right
  * of the picture's edge if x − c > slope · (d − z), where c and d are the camera's coordinates. All such bounds are linear in c
- * and d, so all that matters of a set of points is its strictest bound on each side, and every camera between two good ones is good.
+ * and d: only the strictest bound of a set of points on each side matters, and every camera between two good ones is good.
  */
 import { Vector3 } from 'three';
 
 /** The part of the canvas that points may fill: shares of the half width and half height on each side of the middle. */
-export interface Pane { left: number; right: number; top: number; bottom: number }
+export interface Pane {
+  left: number;
+  right: number;
+  top: number;
+  bottom: number;
+}
 
 /** Place of a camera in the axes of its direction, m. */
-export interface Place { across: number; up: number; depth: number }
+export interface Place {
+  across: number;
+  up: number;
+  depth: number;
+}
 
 /** Least distance of the camera from the nearest point, m. */
 const NEAREST_M = 0.1;
@@ -52,13 +61,22 @@ export class Bounds {
   near = -Infinity;
   far = Infinity;
 
-  constructor(private readonly axes: Axes, pane: Pane, tan: number, aspect: number) {
+  constructor(
+    private readonly axes: Axes,
+    pane: Pane,
+    tan: number,
+    aspect: number,
+  ) {
     this.slopes = slopesOf(pane, tan, aspect);
   }
 
   /** Adds points, each with a distance around it, m. */
   add(points: readonly Vector3[], margin = 0): this {
-    const { axes: { right, up, back }, slopes: [a, b, c, d], most } = this;
+    const {
+      axes: { right, up, back },
+      slopes: [a, b, c, d],
+      most,
+    } = this;
     for (const point of points) {
       const [x, y, z] = [point.dot(right), point.dot(up), point.dot(back)];
       most[0] = Math.max(most[0], x + margin + a * z);
@@ -73,21 +91,34 @@ export class Bounds {
 
   /** The least depth of a camera that has all points in its picture. */
   private least(): number {
-    const { slopes: [a, b, c, d], most } = this;
+    const {
+      slopes: [a, b, c, d],
+      most,
+    } = this;
     return Math.max((most[0] + most[1]) / (a + b), (most[2] + most[3]) / (c + d), this.near + NEAREST_M);
   }
 
   /** The camera that has all points in its picture and is nearest to `place`: first it moves aside, then back. */
   nearest(place: Place): Place {
-    const { slopes: [a, b, c, d], most } = this;
+    const {
+      slopes: [a, b, c, d],
+      most,
+    } = this;
     const depth = Math.max(place.depth, this.least());
     const clamped = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
-    return { across: clamped(place.across, most[0] - a * depth, b * depth - most[1]), up: clamped(place.up, most[2] - c * depth, d * depth - most[3]), depth };
+    return {
+      across: clamped(place.across, most[0] - a * depth, b * depth - most[1]),
+      up: clamped(place.up, most[2] - c * depth, d * depth - most[3]),
+      depth,
+    };
   }
 
   /** The nearest camera that has all points in its picture, with equal space on both sides. */
   fit(): Place {
-    const { slopes: [a, b, c, d], most } = this;
+    const {
+      slopes: [a, b, c, d],
+      most,
+    } = this;
     const depth = this.least();
     return { across: (most[0] - most[1] + (b - a) * depth) / 2, up: (most[2] - most[3] + (d - c) * depth) / 2, depth };
   }

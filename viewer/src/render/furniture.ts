@@ -8,9 +8,16 @@ const THIN = 0.25;
 /** A flat part with a larger half extent is the ground, m. */
 const GROUND_M = 0.7;
 
-/** A part of furniture, as a body with an id of its own. Who stands on the side of `outward` looks at its outer face. */
-export interface Panel { body: Body; outward: Vector3 | null; middle: Vector3 }
-export interface Furniture { panels: Panel[]; grounds: Body[] }
+/** A part of furniture, as a body with an id of its own. A camera on the side of `outward` looks at its outer face. */
+export interface Panel {
+  body: Body;
+  outward: Vector3 | null;
+  middle: Vector3;
+}
+export interface Furniture {
+  panels: Panel[];
+  grounds: Body[];
+}
 
 /** The unit normal of a thin box in the world; null for other parts. */
 function normalOf(body: Body, part: Part): Vector3 | null {
@@ -28,7 +35,9 @@ export function splitFurniture(info: SceneInfo): Furniture {
     if (body.kind !== 'furniture') continue;
     const parts = body.parts.map((part) => {
       const normal = normalOf(body, part);
-      const middle = bodyBox({ ...body, parts: [part] }).applyMatrix4(matrixOf(body)).getCenter(new Vector3());
+      const middle = bodyBox({ ...body, parts: [part] })
+        .applyMatrix4(matrixOf(body))
+        .getCenter(new Vector3());
       const flat = normal !== null && Math.abs(normal.z) > 0.9;
       return { part, normal, middle, flat, ground: flat && part.shape.type === 'box' && Math.max(...part.shape.half_extents) >= GROUND_M };
     });
@@ -38,7 +47,8 @@ export function splitFurniture(info: SceneInfo): Furniture {
     for (const one of parts) {
       if (one.ground) made.grounds.push({ ...body, parts: [one.part] });
       else {
-        const out = one === boards[0] || !one.normal ? null : one.normal.multiplyScalar(one.normal.dot(one.middle.clone().sub(centre)) < 0 ? -1 : 1);
+        const out =
+          one === boards[0] || !one.normal ? null : one.normal.multiplyScalar(one.normal.dot(one.middle.clone().sub(centre)) < 0 ? -1 : 1);
         made.panels.push({ body: { ...body, id: made.panels.length, parts: [one.part] }, outward: out, middle: one.middle });
       }
     }

@@ -4,7 +4,13 @@ import { type Camera, Vector3 } from 'three';
 /** Height of a label's line, CSS px. */
 const LINE_PX = 19;
 
-interface Label { element: HTMLElement; width: number; x: number; y: number; seen: boolean }
+interface Label {
+  element: HTMLElement;
+  width: number;
+  x: number;
+  y: number;
+  seen: boolean;
+}
 
 export class Labels {
   private readonly labels = new Map<number, Label>();

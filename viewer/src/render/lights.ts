@@ -1,6 +1,16 @@
 /** Light and ground as in the pictures of `palmares render`: a lamp with shadows, light of the sky, a ground that fades away. */
 import {
-  Color, DirectionalLight, Fog, GridHelper, HemisphereLight, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, type Scene, type Vector3,
+  Color,
+  DirectionalLight,
+  Fog,
+  GridHelper,
+  HemisphereLight,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  PlaneGeometry,
+  type Scene,
+  type Vector3,
 } from 'three';
 import type { Vec3 } from '../model/scene';
 import type { Subject } from './subject';
@@ -42,8 +52,16 @@ export class Lights {
   /** Lights a scene; `color`: sRGB of its ground, if it has one. */
   show({ scene: points, ground }: Subject, color: Vec3 = GREY): void {
     const centre = points.reduce((sum, point) => sum.add(point), this.sun.target.position.set(0, 0, 0)).divideScalar(points.length);
-    const radius = WITH_SHADOWS * Math.max(points.reduce((most, point) => Math.max(most, point.distanceTo(centre)), 0), 0.4);
-    this.sun.position.set(...TO_LAMP).multiplyScalar(AWAY * radius).add(centre);
+    const radius =
+      WITH_SHADOWS *
+      Math.max(
+        points.reduce((most, point) => Math.max(most, point.distanceTo(centre)), 0),
+        0.4,
+      );
+    this.sun.position
+      .set(...TO_LAMP)
+      .multiplyScalar(AWAY * radius)
+      .add(centre);
     const eye = this.sun.shadow.camera;
     [eye.left, eye.right, eye.top, eye.bottom, eye.near, eye.far] = [-radius, radius, radius, -radius, 0.1, (AWAY + 2) * radius];
     eye.updateProjectionMatrix();
@@ -53,7 +71,7 @@ export class Lights {
     this.grid.position.z = this.ground.position.z + 0.0005;
   }
 
-  /** The ground fades into this colour, seen from `camera`. */
+  /** The ground fades into this colour with the distance from `camera`. */
   fade(background: Color, camera: Vector3): void {
     const distance = camera.distanceTo(this.sun.target.position);
     this.fog.color.copy(background);

@@ -1,7 +1,16 @@
 /** Overlays: regions of the rules, frames of bodies, centres of mass. */
 import type { Region } from '../wire/messages';
 import {
-  BufferAttribute, BufferGeometry, Color, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, SphereGeometry, Vector3,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  InstancedMesh,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  MeshBasicMaterial,
+  SphereGeometry,
+  Vector3,
 } from 'three';
 
 /** Length of a drawn axis, m; shorter for the hand's links, which are close together. */
@@ -88,7 +97,7 @@ export class Centres {
   }
 
   show(places: readonly Vector3[]): void {
-    places.forEach((at, k) => { this.mesh.setMatrixAt(k, this.matrix.makeTranslation(at)); });
+    places.forEach((at, k) => this.mesh.setMatrixAt(k, this.matrix.makeTranslation(at)));
     this.mesh.count = Math.min(places.length, this.mesh.instanceMatrix.count);
     this.mesh.instanceMatrix.needsUpdate = true;
   }

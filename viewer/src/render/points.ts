@@ -13,12 +13,18 @@ export function matrixOf({ position, quat }: Pick<Body, 'position' | 'quat'>): M
 export function boxOf({ shape }: Part): Box3 {
   const upTo = (x: number, y: number, z: number): Box3 => new Box3(new Vector3(-x, -y, -z), new Vector3(x, y, z));
   switch (shape.type) {
-    case 'sphere': return upTo(shape.radius, shape.radius, shape.radius);
-    case 'capsule': return upTo(shape.radius, shape.radius, shape.half_length + shape.radius);
-    case 'cylinder': return upTo(shape.radius, shape.radius, shape.half_length);
-    case 'box': return upTo(...shape.half_extents);
-    case 'hull': return new Box3().setFromPoints(shape.points.map((point) => new Vector3(...point))).expandByScalar(shape.rounding);
-    case 'mesh': return new Box3().setFromArray(shape.corners);
+    case 'sphere':
+      return upTo(shape.radius, shape.radius, shape.radius);
+    case 'capsule':
+      return upTo(shape.radius, shape.radius, shape.half_length + shape.radius);
+    case 'cylinder':
+      return upTo(shape.radius, shape.radius, shape.half_length);
+    case 'box':
+      return upTo(...shape.half_extents);
+    case 'hull':
+      return new Box3().setFromPoints(shape.points.map((point) => new Vector3(...point))).expandByScalar(shape.rounding);
+    case 'mesh':
+      return new Box3().setFromArray(shape.corners);
   }
 }
 

@@ -4,7 +4,7 @@ import { FullScreenQuad } from 'three/addons/postprocessing/Pass.js';
 import { el } from '../ui/elements';
 import type { Detail } from './detail';
 
-/** What the stage needs of a renderer. */
+/** The part of a renderer that the stage uses. */
 export interface Renderer {
   readonly domElement: HTMLCanvasElement;
   readonly info: { readonly render: { calls: number; triangles: number } };
@@ -17,7 +17,7 @@ export interface Renderer {
   dispose(): void;
 }
 
-/** Without antialiasing: a browser fixes that of a canvas for ever, so a target of its own has it. */
+/** A canvas cannot change its antialiasing later: it has none, and a render target has it instead. */
 const CONTEXT = { alpha: false, depth: true, stencil: false, antialias: false, premultipliedAlpha: true } as const;
 /** Names of programs that draw without a graphics card. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
@@ -40,22 +40,30 @@ class WebGL implements Renderer {
   private readonly copy = new ShaderMaterial({
     uniforms: { image: { value: null } },
     vertexShader: 'varying vec2 at; void main() { at = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }',
-    fragmentShader: 'uniform sampler2D image; varying vec2 at; void main() { gl_FragColor = texture2D(image, at);\n#include <colorspace_fragment>\n}',
-    depthTest: false, depthWrite: false, toneMapped: false,
+    fragmentShader:
+      'uniform sampler2D image; varying vec2 at; void main() { gl_FragColor = texture2D(image, at);\n#include <colorspace_fragment>\n}',
+    depthTest: false,
+    depthWrite: false,
+    toneMapped: false,
   });
   private readonly quad = new FullScreenQuad(this.copy);
 
-  constructor(readonly domElement: HTMLCanvasElement, context: WebGL2RenderingContext) {
+  constructor(
+    readonly domElement: HTMLCanvasElement,
+    context: WebGL2RenderingContext,
+  ) {
     const named = context.getExtension('WEBGL_debug_renderer_info');
     this.software = SOFTWARE.test(String(context.getParameter(named?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER)));
     this.three = new WebGLRenderer({ canvas: domElement, context });
     this.three.shadowMap.enabled = true;
     this.three.shadowMap.type = PCFShadowMap;
-    // Of the scene, without the copy.
+    // The counts are those of the scene, without the copy.
     this.three.info.autoReset = false;
   }
 
-  get info(): Renderer['info'] { return this.three.info; }
+  get info(): Renderer['info'] {
+    return this.three.info;
+  }
 
   render(scene: Scene, camera: Camera): void {
     const { three, smooth } = this;
@@ -75,7 +83,8 @@ class WebGL implements Renderer {
   setDetail({ samples, scale }: Detail): void {
     this.three.setPixelRatio(Math.min(window.devicePixelRatio, scale));
     this.smooth?.dispose();
-    this.smooth = samples === 0 ? null : new WebGLRenderTarget(this.domElement.width, this.domElement.height, { samples, colorSpace: SRGBColorSpace });
+    this.smooth =
+      samples === 0 ? null : new WebGLRenderTarget(this.domElement.width, this.domElement.height, { samples, colorSpace: SRGBColorSpace });
     if (this.copy.uniforms['image']) this.copy.uniforms['image'].value = this.smooth?.texture ?? null;
   }
 
@@ -89,13 +98,24 @@ class WebGL implements Renderer {
 }
 
 function noRenderer(place: HTMLElement, canvas: HTMLCanvasElement): Renderer {
-  const sentence = el('p', { class: 'no-picture' }, el('span', { class: 'card' },
-    'This browser has no WebGL, so this page cannot show the 3D view. Everything else works.'));
+  const sentence = el(
+    'p',
+    { class: 'no-picture' },
+    el('span', { class: 'card' }, 'This browser has no WebGL, so this page cannot show the 3D view. Everything else works.'),
+  );
   canvas.hidden = true;
   place.append(sentence, canvas);
   const nothing = (): void => undefined;
   return {
-    domElement: canvas, software: false, render: nothing, setSize: nothing, setDetail: nothing,
-    dispose: () => { sentence.remove(); canvas.remove(); }, info: { render: { calls: 0, triangles: 0 } },
+    domElement: canvas,
+    software: false,
+    render: nothing,
+    setSize: nothing,
+    setDetail: nothing,
+    dispose: () => {
+      sentence.remove();
+      canvas.remove();
+    },
+    info: { render: { calls: 0, triangles: 0 } },
   };
 }

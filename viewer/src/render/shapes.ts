@@ -1,5 +1,15 @@
 /** Triangle geometry of bodies: all parts of a body in one geometry with an index and normals, fine or coarse. */
-import { BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Quaternion, SphereGeometry, Vector3 } from 'three';
+import {
+  BoxGeometry,
+  BufferAttribute,
+  BufferGeometry,
+  CapsuleGeometry,
+  CylinderGeometry,
+  Matrix4,
+  Quaternion,
+  SphereGeometry,
+  Vector3,
+} from 'three';
 import { ConvexGeometry } from 'three/addons/geometries/ConvexGeometry.js';
 import { RoundedBoxGeometry } from 'three/addons/geometries/RoundedBoxGeometry.js';
 import { mergeGeometries } from 'three/addons/utils/BufferGeometryUtils.js';
@@ -14,16 +24,35 @@ const AROUND: Vec3[] = (() => {
   const golden = (1 + Math.sqrt(5)) / 2;
   const norm = Math.hypot(1, golden);
   const [a, b] = [1 / norm, golden / norm];
-  const signs: [number, number][] = [[1, 1], [1, -1], [-1, 1], [-1, -1]];
-  return signs.flatMap(([s, t]): Vec3[] => [[0, s * a, t * b], [s * a, t * b, 0], [t * b, 0, s * a]]);
+  const signs: [number, number][] = [
+    [1, 1],
+    [1, -1],
+    [-1, 1],
+    [-1, -1],
+  ];
+  return signs.flatMap(([s, t]): Vec3[] => [
+    [0, s * a, t * b],
+    [s * a, t * b, 0],
+    [t * b, 0, s * a],
+  ]);
 })();
 
-const ROUGHLY_AROUND: Vec3[] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+const ROUGHLY_AROUND: Vec3[] = [
+  [1, 0, 0],
+  [-1, 0, 0],
+  [0, 1, 0],
+  [0, -1, 0],
+  [0, 0, 1],
+  [0, 0, -1],
+];
 
 function hull(points: Vec3[], rounding: number, fine: boolean): BufferGeometry {
-  const grown = rounding > 0 && points.length <= ROUNDED_POINTS
-    ? points.flatMap((p) => (fine ? AROUND : ROUGHLY_AROUND).map((d) => new Vector3(p[0] + rounding * d[0], p[1] + rounding * d[1], p[2] + rounding * d[2])))
-    : points.map((p) => new Vector3(...p));
+  const grown =
+    rounding > 0 && points.length <= ROUNDED_POINTS
+      ? points.flatMap((p) =>
+          (fine ? AROUND : ROUGHLY_AROUND).map((d) => new Vector3(p[0] + rounding * d[0], p[1] + rounding * d[1], p[2] + rounding * d[2])),
+        )
+      : points.map((p) => new Vector3(...p));
   return new ConvexGeometry(grown);
 }
 

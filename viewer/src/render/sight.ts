@@ -1,10 +1,16 @@
-/** From which side a camera sees a hand: a few directions around the wished one are tried, and rays show what is between. */
+/** Chooses the side from which a camera shows a hand: it tries directions around the wished one, with rays to the links. */
 import { type Matrix4, Matrix4 as Transform, Vector3 } from 'three';
 import type { Body } from '../model/scene';
 import { boxOf, matrixOf } from './points';
 
 /** A box that hides what is behind it. A wall becomes glass where it does. `body`: the id of the object, or of the panel. */
-export interface Blocker { kind: 'board' | 'object' | 'wall'; body: number; half: Vector3; inBody: Matrix4; fromWorld: Matrix4 }
+export interface Blocker {
+  kind: 'board' | 'object' | 'wall';
+  body: number;
+  half: Vector3;
+  inBody: Matrix4;
+  fromWorld: Matrix4;
+}
 
 /** Angles around the wished direction, and directions at each. */
 const RINGS_DEG = [25, 50, 75, 100];
@@ -13,18 +19,20 @@ const ON_RING = 8;
 const STEEPEST = Math.sin((78 * Math.PI) / 180);
 /** Least height of the camera above the ground, m. */
 export const ABOVE_M = 0.04;
-/** What counts: seen links, no glass between, near the wished direction, near the present one. */
+/** Weights: visible links, no glass between, near the wished direction, near the present one. */
 const [SEEN, CLEAR, NEAR, STAYS] = [1.5, 0.3, 0.8, 0.25];
 
 /** Boxes around the parts of bodies. */
 export function blockersOf(kind: Blocker['kind'], bodies: readonly Body[]): Blocker[] {
-  return bodies.flatMap((body) => body.parts.map((part): Blocker => {
-    const box = boxOf(part);
-    const inBody = matrixOf(part).multiply(new Transform().makeTranslation(box.getCenter(new Vector3())));
-    const blocker = { kind, body: body.id, half: box.getSize(new Vector3()).multiplyScalar(0.5), inBody, fromWorld: new Transform() };
-    put(blocker, matrixOf(body));
-    return blocker;
-  }));
+  return bodies.flatMap((body) =>
+    body.parts.map((part): Blocker => {
+      const box = boxOf(part);
+      const inBody = matrixOf(part).multiply(new Transform().makeTranslation(box.getCenter(new Vector3())));
+      const blocker = { kind, body: body.id, half: box.getSize(new Vector3()).multiplyScalar(0.5), inBody, fromWorld: new Transform() };
+      put(blocker, matrixOf(body));
+      return blocker;
+    }),
+  );
 }
 
 /** Moves a blocker with its body. */
@@ -58,11 +66,16 @@ function directions(wished: Vector3): Vector3[] {
   const aside = Math.abs(wished.z) < 0.9 ? new Vector3(0, 0, 1) : new Vector3(0, 1, 0);
   const across = new Vector3().crossVectors(wished, aside).normalize();
   const upward = new Vector3().crossVectors(across, wished);
-  return [wished.clone(), ...RINGS_DEG.flatMap((degrees) => Array.from({ length: ON_RING }, (_, k) => {
-    const [tilt, turn] = [(degrees * Math.PI) / 180, (2 * Math.PI * k) / ON_RING];
-    const aside = across.clone().multiplyScalar(Math.cos(turn)).addScaledVector(upward, Math.sin(turn));
-    return aside.multiplyScalar(Math.sin(tilt)).addScaledVector(wished, Math.cos(tilt));
-  }))];
+  return [
+    wished.clone(),
+    ...RINGS_DEG.flatMap((degrees) =>
+      Array.from({ length: ON_RING }, (_, k) => {
+        const [tilt, turn] = [(degrees * Math.PI) / 180, (2 * Math.PI * k) / ON_RING];
+        const aside = across.clone().multiplyScalar(Math.cos(turn)).addScaledVector(upward, Math.sin(turn));
+        return aside.multiplyScalar(Math.sin(tilt)).addScaledVector(wished, Math.cos(tilt));
+      }),
+    ),
+  ];
 }
 
 /** The unit direction, less steep if it is nearly vertical. */
@@ -79,7 +92,14 @@ export function lessSteep(towards: Vector3): Vector3 {
  * The best direction of a camera at `distance` from the middle of `links`, m. `ground`: height of the ground, m; `present`: the
  * direction that the camera has, if any.
  */
-export function bestDirection(links: readonly Vector3[], wished: Vector3, distance: number, blockers: readonly Blocker[], ground: number, present: Vector3 | null): Vector3 {
+export function bestDirection(
+  links: readonly Vector3[],
+  wished: Vector3,
+  distance: number,
+  blockers: readonly Blocker[],
+  ground: number,
+  present: Vector3 | null,
+): Vector3 {
   const middle = links.reduce((sum, at) => sum.add(at), new Vector3()).divideScalar(Math.max(links.length, 1));
   const wish = lessSteep(wished);
   const camera = new Vector3();

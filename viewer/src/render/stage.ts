@@ -1,6 +1,16 @@
 /** The 3D view of a run: bodies, hand, lights, camera and overlays. It renders only after a change. */
 import {
-  Color, Matrix4, MeshLambertMaterial, MeshStandardMaterial, type MeshStandardMaterialParameters, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, type LineSegments,
+  Color,
+  Matrix4,
+  MeshLambertMaterial,
+  MeshStandardMaterial,
+  type MeshStandardMaterialParameters,
+  PerspectiveCamera,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  type LineSegments,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { forwardKinematics } from '../model/hand';
@@ -25,7 +35,11 @@ export type { ViewName } from './director';
 export type OverlayName = 'ghost' | 'contacts' | 'regions' | 'frames' | 'names' | 'com';
 
 /** Rendering cost of the last frame. */
-export interface Stats { drawCalls: number; triangles: number; scriptMs: number }
+export interface Stats {
+  drawCalls: number;
+  triangles: number;
+  scriptMs: number;
+}
 
 /** Share of the picture that the scene may fill, and the least that the buttons over it leave. */
 const [FILLED, LEAST] = [0.94, 0.55];
@@ -70,8 +84,8 @@ export class Stage {
   private readonly lights: Lights;
   private readonly control: DetailControl;
   private readonly director: Director;
-  private readonly woken = (): void => { this.control.restart(); };
-  private readonly retheme = (): void => { this.ground(); };
+  private readonly woken = (): void => this.control.restart();
+  private readonly retheme = (): void => this.ground();
   private shown: Shown | null = null;
   private moment: Moment | null = null;
   private picked: number | null = null;
@@ -94,8 +108,12 @@ export class Stage {
     this.camera.position.set(0.8, -1.4, 1.1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.director = new Director(this.camera, this.controls);
-    this.controls.addEventListener('start', () => { this.holding = true; });
-    this.controls.addEventListener('end', () => { this.holding = false; });
+    this.controls.addEventListener('start', () => {
+      this.holding = true;
+    });
+    this.controls.addEventListener('end', () => {
+      this.holding = false;
+    });
     this.controls.addEventListener('change', () => {
       if (this.holding) this.director.taken(this.shown?.subject ?? null);
       this.dirty = true;
@@ -103,7 +121,7 @@ export class Stage {
     this.lights = new Lights(this.three);
     this.three.add(this.arrows.mesh);
     this.arrows.mesh.visible = false;
-    this.observer = new ResizeObserver(() => { this.resize(); });
+    this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(container);
     this.themes.addEventListener('change', this.retheme);
     this.control = new DetailControl(lastLevel(this.renderer.software ? SOFTWARE_LEVEL : 0));
@@ -129,15 +147,34 @@ export class Stage {
     const links = info.bodies.filter((body) => body.kind === 'hand');
     const paint = (body: Body): Color => new Color().setRGB(...body.color, 'srgb');
     const { fine } = this.control.detail;
-    const batch = (of: readonly Body[], roughness: number, color: (body: Body) => Color, more: MeshStandardMaterialParameters = {}): Batch =>
-      new Batch(of, fine ? new MeshStandardMaterial({ roughness, fog: false, ...more }) : new MeshLambertMaterial({ fog: false, ...more }), fine, color);
+    const batch = (
+      of: readonly Body[],
+      roughness: number,
+      color: (body: Body) => Color,
+      more: MeshStandardMaterialParameters = {},
+    ): Batch =>
+      new Batch(
+        of,
+        fine ? new MeshStandardMaterial({ roughness, fog: false, ...more }) : new MeshLambertMaterial({ fog: false, ...more }),
+        fine,
+        color,
+      );
     const shown: Shown = {
       info,
       fine,
       links,
       solid: batch(solid, 0.55, paint),
-      panels: batch(panels.map(({ body }) => body), 0.9, paint),
-      glass: batch(panels.map(({ body }) => body), 0.9, paint, { transparent: true, opacity: 0.3, depthWrite: false }),
+      panels: batch(
+        panels.map(({ body }) => body),
+        0.9,
+        paint,
+      ),
+      glass: batch(
+        panels.map(({ body }) => body),
+        0.9,
+        paint,
+        { transparent: true, opacity: 0.3, depthWrite: false },
+      ),
       furniture: panels,
       // The ghost has no base: the prediction concerns the links after it.
       ghost: info.hand ? batch(links.slice(1), 1, () => GHOST, { transparent: true, opacity: 0.35, depthWrite: false }) : null,
@@ -196,7 +233,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  /** Looks from where another stage looks, as a person has chosen. */
+  /** Takes over another stage's camera, which a person has moved. */
   lookAs(other: Stage): void {
     this.camera.position.copy(other.camera.position);
     this.controls.target.copy(other.controls.target);
@@ -253,7 +290,9 @@ export class Stage {
   }
 
   /** Index of the present level of detail; 0 is the most detailed. */
-  get detail(): number { return this.control.index; }
+  get detail(): number {
+    return this.control.index;
+  }
 
   /** Requests a new frame after a change from outside. */
   touch(): void {
@@ -326,7 +365,9 @@ export class Stage {
   /** A click without a drag picks a body; keys turn the camera. */
   private pointer(canvas: HTMLCanvasElement): void {
     let down: { x: number; y: number } | null = null;
-    canvas.addEventListener('pointerdown', (event) => { down = { x: event.clientX, y: event.clientY }; });
+    canvas.addEventListener('pointerdown', (event) => {
+      down = { x: event.clientX, y: event.clientY };
+    });
     canvas.addEventListener('pointerup', (event) => {
       if (down && Math.hypot(event.clientX - down.x, event.clientY - down.y) < 5) {
         const hit = this.hit(event.clientX, event.clientY);
@@ -353,11 +394,15 @@ export class Stage {
   }
 
   private relabel(): void {
-    const bodies = this.overlays.has('names') ? this.shown?.info.bodies ?? [] : [];
+    const bodies = this.overlays.has('names') ? (this.shown?.info.bodies ?? []) : [];
     const objects = bodies.filter((body) => body.kind === 'object');
     // A hand alone shows the names of its links. They are close together: names that would be far from their link are hidden.
     if (objects.length > 0) this.labels.set(objects);
-    else this.labels.set(bodies.filter((body) => body.kind === 'hand'), 12);
+    else
+      this.labels.set(
+        bodies.filter((body) => body.kind === 'hand'),
+        12,
+      );
     this.dirty = true;
   }
 
@@ -379,7 +424,7 @@ export class Stage {
     const { shown, moment } = this;
     this.stale = false;
     if (!shown) return;
-    shown.info.moving.forEach((id, row) => { shown.solid.move(id, this.blend.poses, this.blend.poses, row * POSE, row * POSE + 3); });
+    shown.info.moving.forEach((id, row) => shown.solid.move(id, this.blend.poses, this.blend.poses, row * POSE, row * POSE + 3));
     const predicted = moment?.telemetry?.predicted;
     if (shown.ghost && this.overlays.has('ghost')) this.placeGhost(shown, predicted ?? null);
     if (this.overlays.has('contacts')) this.arrows.show(moment?.contacts ?? []);

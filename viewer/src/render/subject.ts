@@ -1,4 +1,4 @@
-/** What a camera of a run shows: the scene, and the hand where it is. */
+/** The subject of a run's camera: the scene, and the hand where it is. */
 import { type Matrix4, Matrix4 as Transform, Vector3 } from 'three';
 import { type Palm, palmOf } from '../model/palm';
 import type { SceneInfo } from '../model/scene';
@@ -47,9 +47,15 @@ export class Subject {
     const { panels, grounds } = splitFurniture(info);
     const objects = info.bodies.filter((body) => body.kind === 'object');
     this.ground = Math.max(...grounds.map((body) => bodyBox(body).applyMatrix4(matrixOf(body)).max.z));
-    this.blockers = [...panels.flatMap(({ body, outward }) => blockersOf(outward ? 'wall' : 'board', [body])), ...blockersOf('object', objects)];
+    this.blockers = [
+      ...panels.flatMap(({ body, outward }) => blockersOf(outward ? 'wall' : 'board', [body])),
+      ...blockersOf('object', objects),
+    ];
     const first = new Map(info.bodies.map((body) => [body.id, body]));
-    this.place((id, into) => { const body = first.get(id); return body ? into.copy(matrixOf(body)) : null; });
+    this.place((id, into) => {
+      const body = first.get(id);
+      return body ? into.copy(matrixOf(body)) : null;
+    });
   }
 
   /** Moves hand and objects to the present poses. */

@@ -8,13 +8,23 @@ import { type Line, valueAt } from './series';
 /** A colour of the palette, which colour-blind people can distinguish, in the light and the dark theme. */
 export type Paint = 's1' | 's2' | 's3' | 's4' | 's5' | 's6' | 's7' | 's8';
 /** A line with its colour, run and axis (`scale`). */
-export interface Drawn { line: Line; paint: Paint; run?: string; scale?: string }
-export interface AxisWanted { scale: string; label: string; side: 'left' | 'right'; range?: [number, number] }
+export interface Drawn {
+  line: Line;
+  paint: Paint;
+  run?: string;
+  scale?: string;
+}
+export interface AxisWanted {
+  scale: string;
+  label: string;
+  side: 'left' | 'right';
+  range?: [number, number];
+}
 
 /** A choice of the shown time span. */
 export function spanChoice(id: string, zoom: (span: number | null) => void): HTMLElement {
   const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s`)));
-  choice.addEventListener('change', () => { zoom(Number(choice.value) || null); });
+  choice.addEventListener('change', () => zoom(Number(choice.value) || null));
   return el('div', { class: 'row' }, el('label', { for: id }, 'Show'), choice);
 }
 
@@ -43,9 +53,9 @@ export class Chart {
   private readonly place = el('div', { class: 'chart' });
   private readonly legend = el('ul', { class: 'keys' });
   private readonly marker = el('div', { class: 'now' });
-  private readonly observer = new ResizeObserver(() => { this.resize(); });
+  private readonly observer = new ResizeObserver(() => this.resize());
   private readonly dark = matchMedia('(prefers-color-scheme: dark)');
-  private readonly redraw = (): void => { this.build(); };
+  private readonly redraw = (): void => this.build();
   private plot: uPlot | null = null;
   private lines: Drawn[] = [];
   private values: HTMLElement[] = [];
@@ -55,8 +65,20 @@ export class Chart {
   /** Begin of the shown span, s. */
   private from = 0;
 
-  constructor(title: string, private readonly axes: AxisWanted[], private readonly duration: number, private readonly seek: (time: number) => void, ...controls: HTMLElement[]) {
-    this.element = el('figure', { class: 'plot' }, el('figcaption', { class: 'row' }, el('span', {}, title), ...controls), this.place, this.legend);
+  constructor(
+    title: string,
+    private readonly axes: AxisWanted[],
+    private readonly duration: number,
+    private readonly seek: (time: number) => void,
+    ...controls: HTMLElement[]
+  ) {
+    this.element = el(
+      'figure',
+      { class: 'plot' },
+      el('figcaption', { class: 'row' }, el('span', {}, title), ...controls),
+      this.place,
+      this.legend,
+    );
     this.observer.observe(this.place);
     this.dark.addEventListener('change', this.redraw);
   }
@@ -65,12 +87,24 @@ export class Chart {
   draw(lines: Drawn[]): void {
     this.lines = lines;
     this.values = lines.map(() => el('span', { class: 'num' }));
-    this.legend.replaceChildren(...lines.map((drawn, k) => el('li', {},
-      el('span', { class: `key ${drawn.paint}${drawn.line.dashed ? ' dashed' : ''}` }), el('bdi', {}, lineName(drawn)), ' ', this.values[k])));
+    this.legend.replaceChildren(
+      ...lines.map((drawn, k) =>
+        el(
+          'li',
+          {},
+          el('span', { class: `key ${drawn.paint}${drawn.line.dashed ? ' dashed' : ''}` }),
+          el('bdi', {}, lineName(drawn)),
+          ' ',
+          this.values[k],
+        ),
+      ),
+    );
     this.build();
   }
 
-  get drawn(): readonly Drawn[] { return this.lines; }
+  get drawn(): readonly Drawn[] {
+    return this.lines;
+  }
 
   /** Moves the cursor to `time`, s. */
   show(time: number): void {
@@ -129,23 +163,52 @@ export class Chart {
     const [ink, faint] = [themed('soft'), themed('line')];
     // A narrow or low chart has numbers but no axis titles; title and legend have the names.
     const small = width < 420 || height < 140;
-    const axis = { stroke: ink, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1, size: 4 }, font: '12px system-ui', labelFont: '12px system-ui' };
+    const axis = {
+      stroke: ink,
+      grid: { stroke: faint, width: 1 },
+      ticks: { stroke: faint, width: 1, size: 4 },
+      font: '12px system-ui',
+      labelFont: '12px system-ui',
+    };
     const scales: uPlot.Scales = { x: { time: false, range: () => this.window() } };
-    for (const { scale, range } of this.axes) scales[scale] = range ? { range: (_, min, max) => [Math.min(min, range[0]), Math.max(max, range[1])] } : {};
-    this.plot = new uPlot({
-      width, height, scales,
-      legend: { show: false },
-      cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-      axes: [{ ...axis, scale: 'x', size: 26, gap: 2, values: (_, splits) => splits.map((s) => `${figure(s)} s`) },
-        ...this.axes.map((wanted, k): uPlot.Axis => ({
-          ...axis, scale: wanted.scale, side: SIDE[wanted.side], size: 42, gap: 3, values: (_, splits) => splits.map((v) => figure(v)), space: 24,
-          grid: { ...axis.grid, show: k === 0 }, ...(small ? {} : { label: wanted.label, labelSize: 18 }),
-        }))],
-      series: [{}, ...this.lines.map(({ line, paint, scale }): uPlot.Series => ({
-        scale: scale ?? this.axes[0]?.scale ?? 'y', stroke: themed(paint), width: line.dashed ? 1.5 : 2, dash: line.dashed ? [6, 4] : [], points: { show: false },
-        ...(uPlot.paths.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}),
-      }))],
-    }, this.joined(), this.place);
+    for (const { scale, range } of this.axes)
+      scales[scale] = range ? { range: (_, min, max) => [Math.min(min, range[0]), Math.max(max, range[1])] } : {};
+    this.plot = new uPlot(
+      {
+        width,
+        height,
+        scales,
+        legend: { show: false },
+        cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
+        axes: [
+          { ...axis, scale: 'x', size: 26, gap: 2, values: (_, splits) => splits.map((s) => `${figure(s)} s`) },
+          ...this.axes.map((wanted, k): uPlot.Axis => ({
+            ...axis,
+            scale: wanted.scale,
+            side: SIDE[wanted.side],
+            size: 42,
+            gap: 3,
+            values: (_, splits) => splits.map((v) => figure(v)),
+            space: 24,
+            grid: { ...axis.grid, show: k === 0 },
+            ...(small ? {} : { label: wanted.label, labelSize: 18 }),
+          })),
+        ],
+        series: [
+          {},
+          ...this.lines.map(({ line, paint, scale }): uPlot.Series => ({
+            scale: scale ?? this.axes[0]?.scale ?? 'y',
+            stroke: themed(paint),
+            width: line.dashed ? 1.5 : 2,
+            dash: line.dashed ? [6, 4] : [],
+            points: { show: false },
+            ...(uPlot.paths.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}),
+          })),
+        ],
+      },
+      this.joined(),
+      this.place,
+    );
     this.plot.over.append(this.marker);
     this.pointer(this.plot.over);
     this.show(this.time);
@@ -166,6 +229,8 @@ export class Chart {
       over.setPointerCapture(event.pointerId);
       to(event);
     });
-    over.addEventListener('pointermove', (event) => { if (over.hasPointerCapture(event.pointerId)) to(event); });
+    over.addEventListener('pointermove', (event) => {
+      if (over.hasPointerCapture(event.pointerId)) to(event);
+    });
   }
 }

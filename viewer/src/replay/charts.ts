@@ -4,7 +4,11 @@ import { type Drawn, type Paint, Chart, lineName, spanChoice, formatValue } from
 import { type Line, type Series, valueAt } from './series';
 
 /** A run in the charts; `mark` (A or B) distinguishes two runs. */
-export interface ChartedRun { series: Series; mark: string; object: number | null }
+export interface ChartedRun {
+  series: Series;
+  mark: string;
+  object: number | null;
+}
 
 const ALONE: Paint[] = ['s1', 's2', 's3', 's4', 's5', 's6', 's7', 's8'];
 const FIRST: Paint[] = ['s1', 's3', 's6', 's8'];
@@ -32,9 +36,31 @@ export class Charts {
   private readonly joint = el('select', { 'aria-label': 'Joint' });
   private readonly about = el('bdi', {});
   private readonly rows = el('tbody', {});
-  private readonly values = el('details', {}, el('summary', {}, 'Values at this moment, as a table'),
-    el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Values at this moment' }, el('table', { class: 'dense' },
-      el('thead', {}, el('tr', {}, el('th', { scope: 'col' }, 'Chart'), el('th', { scope: 'col' }, 'Line'), el('th', { scope: 'col', class: 'n' }, 'Value'))), this.rows)));
+  private readonly values = el(
+    'details',
+    {},
+    el('summary', {}, 'Values at this moment, as a table'),
+    el(
+      'div',
+      { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Values at this moment' },
+      el(
+        'table',
+        { class: 'dense' },
+        el(
+          'thead',
+          {},
+          el(
+            'tr',
+            {},
+            el('th', { scope: 'col' }, 'Chart'),
+            el('th', { scope: 'col' }, 'Line'),
+            el('th', { scope: 'col', class: 'n' }, 'Value'),
+          ),
+        ),
+        this.rows,
+      ),
+    ),
+  );
   private readonly all: { title: string; chart: Chart; lines: () => Drawn[] }[] = [];
   private written = 0;
   private time = 0;
@@ -47,25 +73,54 @@ export class Charts {
       this.grid.append(chart.element);
     };
     fill(this.joint, ...[...new Set(runs.flatMap(({ series }) => series.joints()))].map((name) => el('option', { value: name }, name)));
-    this.joint.addEventListener('change', () => { this.redraw(); });
+    this.joint.addEventListener('change', () => this.redraw());
     add(telemetry ? 'Motors, σ' : 'Motors, commanded σ', 'σ', () => coloured(runs, ({ series }) => series.motors()), [0, 1]);
-    add(telemetry ? 'Joint angle' : 'Rotation of a link, from its poses', '°', () => coloured(runs, ({ series }) => series.joint(this.joint.value)), undefined, this.joint);
+    add(
+      telemetry ? 'Joint angle' : 'Rotation of a link, from its poses',
+      '°',
+      () => coloured(runs, ({ series }) => series.joint(this.joint.value)),
+      undefined,
+      this.joint,
+    );
     if (telemetry) {
       add('Tension of the tendons', 'tension', () => coloured(runs, ({ series }) => series.tensions()), [0, 1]);
-      add('Contact force (N) on', 'N', () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))), [0, 1], this.about);
+      add(
+        'Contact force (N) on',
+        'N',
+        () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))),
+        [0, 1],
+        this.about,
+      );
       add('Score', 'points', () => coloured(runs, ({ series }) => series.score()), [0, 1]);
     }
-    this.element.append(spanChoice('span', (span) => { for (const { chart } of this.all) chart.zoom(span); }), this.grid);
+    this.element.append(
+      spanChoice('span', (span) => {
+        for (const { chart } of this.all) chart.zoom(span);
+      }),
+      this.grid,
+    );
     if (telemetry) {
-      this.element.append(el('p', { class: 'hint' }, 'A contact force adds the magnitudes of all contacts: the two sides of a grip count twice. ',
-        'The base follows its path with any force, as an ideal arm. So a hand that presses an object against something fixed can press harder than its fingers hold.'));
+      this.element.append(
+        el(
+          'p',
+          { class: 'hint' },
+          'A contact force adds the magnitudes of all contacts: the two sides of a grip count twice. ',
+          'The base follows its path with any force, as an ideal arm. So a hand that presses an object against something fixed can press harder than its fingers hold.',
+        ),
+      );
     }
     if (!runs.every(({ series }) => series.hasTelemetry)) {
-      this.element.append(el('p', { class: 'notice' }, `${telemetry ? 'One of the files' : 'This file'} has no telemetry, because an older server recorded it. `,
-        'Reached motor positions, tensions, contacts, the score over time and the prediction are missing; rotations of links are computed from the poses.'));
+      this.element.append(
+        el(
+          'p',
+          { class: 'notice' },
+          `${telemetry ? 'One of the files' : 'This file'} has no telemetry, because an older server recorded it. `,
+          'Reached motor positions, tensions, contacts, the score over time and the prediction are missing; rotations of links are computed from the poses.',
+        ),
+      );
     }
     this.element.append(this.values);
-    this.values.addEventListener('toggle', () => { this.table(); });
+    this.values.addEventListener('toggle', () => this.table());
   }
 
   /** Redraws for another object or joint. */
@@ -91,7 +146,18 @@ export class Charts {
 
   private table(): void {
     if (!this.values.open) return;
-    this.rows.replaceChildren(...this.all.flatMap(({ title, chart }) => chart.drawn.map((drawn) => el('tr', {},
-      el('td', {}, title), el('th', { scope: 'row' }, el('bdi', {}, lineName(drawn))), el('td', { class: 'n' }, formatValue(valueAt(drawn.line, this.time), drawn.line.unit))))));
+    this.rows.replaceChildren(
+      ...this.all.flatMap(({ title, chart }) =>
+        chart.drawn.map((drawn) =>
+          el(
+            'tr',
+            {},
+            el('td', {}, title),
+            el('th', { scope: 'row' }, el('bdi', {}, lineName(drawn))),
+            el('td', { class: 'n' }, formatValue(valueAt(drawn.line, this.time), drawn.line.unit)),
+          ),
+        ),
+      ),
+    );
   }
 }

@@ -20,21 +20,46 @@ export class ClosingDialog {
   private readonly angles: Chart;
   private readonly tension: Chart;
 
-  constructor(private readonly runs: ChartedRun[], duration: number, seek: (time: number) => void) {
-    const chart = (title: string, label: string, range?: [number, number]): Chart => new Chart(title, [{ scale: 'y', label, side: 'left', ...(range ? { range } : {}) }], duration, seek);
+  constructor(
+    private readonly runs: ChartedRun[],
+    duration: number,
+    seek: (time: number) => void,
+  ) {
+    const chart = (title: string, label: string, range?: [number, number]): Chart =>
+      new Chart(title, [{ scale: 'y', label, side: 'left', ...(range ? { range } : {}) }], duration, seek);
     this.motors = chart('Motors: 0 open, 1 closed', 'σ', [0, 1]);
     this.angles = chart('Joints', 'degrees');
     this.tension = chart('Tension of the motors, in the hand’s unit', 'tension', [0, 1]);
     this.angles.element.classList.add('tall');
     fill(this.which, ...runs.map(({ mark }, k) => el('option', { value: k }, mark)));
-    this.which.addEventListener('change', () => { this.choose(); });
-    this.joints.addEventListener('change', () => { this.draw(); });
-    this.element.append(el('h2', { id: 'closing' }, 'Closing: measured and predicted'),
-      el('p', { class: 'hint' }, 'Solid lines are measured. Dashed lines are the motor’s command, and the predicted joint angles of a hand without contact. Where the two differ, the hand touches something. Click to go to a moment.'),
-      el('div', { class: 'row choices' }, el('div', { class: 'row', hidden: runs.length < 2 }, el('label', { for: 'closing-run' }, 'Run'), this.which),
-        el('div', { class: 'row' }, el('label', { for: 'closing-joints' }, 'Joints'), this.joints), spanChoice('closing-span', (span) => { for (const one of this.charts) one.zoom(span); })),
-      this.angles.element, this.missing, this.motors.element, this.tension.element,
-      el('div', { class: 'actions' }, button('Close', () => { this.element.close(); })));
+    this.which.addEventListener('change', () => this.choose());
+    this.joints.addEventListener('change', () => this.draw());
+    this.element.append(
+      el('h2', { id: 'closing' }, 'Closing: measured and predicted'),
+      el(
+        'p',
+        { class: 'hint' },
+        'Solid lines are measured. Dashed lines are the motor’s command, and the predicted joint angles of a hand without contact. Where the two differ, the hand touches something. Click to go to a moment.',
+      ),
+      el(
+        'div',
+        { class: 'row choices' },
+        el('div', { class: 'row', hidden: runs.length < 2 }, el('label', { for: 'closing-run' }, 'Run'), this.which),
+        el('div', { class: 'row' }, el('label', { for: 'closing-joints' }, 'Joints'), this.joints),
+        spanChoice('closing-span', (span) => {
+          for (const one of this.charts) one.zoom(span);
+        }),
+      ),
+      this.angles.element,
+      this.missing,
+      this.motors.element,
+      this.tension.element,
+      el(
+        'div',
+        { class: 'actions' },
+        button('Close', () => this.element.close()),
+      ),
+    );
     this.choose();
   }
 
@@ -54,14 +79,20 @@ export class ClosingDialog {
     this.element.remove();
   }
 
-  private get charts(): Chart[] { return [this.angles, this.motors, this.tension]; }
+  private get charts(): Chart[] {
+    return [this.angles, this.motors, this.tension];
+  }
 
-  private get run(): ChartedRun | undefined { return this.runs[Number(this.which.value) || 0]; }
+  private get run(): ChartedRun | undefined {
+    return this.runs[Number(this.which.value) || 0];
+  }
 
   private choose(): void {
     const names = this.run?.series.joints() ?? [];
-    this.joints.replaceChildren(el('option', { value: '' }, names.length > MAX_JOINTS ? `the ${MAX_JOINTS} that move most` : 'all'),
-      ...names.map((name) => el('option', { value: name }, name)));
+    this.joints.replaceChildren(
+      el('option', { value: '' }, names.length > MAX_JOINTS ? `the ${MAX_JOINTS} that move most` : 'all'),
+      ...names.map((name) => el('option', { value: name }, name)),
+    );
     this.draw();
   }
 
@@ -69,10 +100,13 @@ export class ClosingDialog {
     const series = this.run?.series;
     if (!series) return;
     const names = this.joints.value ? [this.joints.value] : series.joints().slice(0, MAX_JOINTS);
-    const coloured = (of: Line[][]): Drawn[] => of.flatMap((lines, k) => lines.map((line) => ({ line, paint: PAINTS[k % PAINTS.length] ?? 's1' })));
+    const coloured = (of: Line[][]): Drawn[] =>
+      of.flatMap((lines, k) => lines.map((line) => ({ line, paint: PAINTS[k % PAINTS.length] ?? 's1' })));
     const motors = series.motors();
     // The two lines of a motor have one colour.
-    const pairs = series.hasTelemetry ? motors.flatMap((_, k) => (k % 2 === 0 ? [motors.slice(k, k + 2)] : [])) : motors.map((line) => [line]);
+    const pairs = series.hasTelemetry
+      ? motors.flatMap((_, k) => (k % 2 === 0 ? [motors.slice(k, k + 2)] : []))
+      : motors.map((line) => [line]);
     this.angles.draw(coloured(names.map((name) => series.joint(name))));
     this.motors.draw(coloured(pairs));
     this.tension.draw(coloured(series.motorTensions().map((line) => [line])));

@@ -2,7 +2,11 @@
 import type { Recording } from './recording';
 
 /** A link's rotation since the start, about the axis of its largest rotation; degrees. */
-export interface Turn { link: string; times: number[]; degrees: number[] }
+export interface Turn {
+  link: string;
+  times: number[];
+  degrees: number[];
+}
 
 const DEGREES = 180 / Math.PI;
 type Four = [number, number, number, number];
@@ -39,12 +43,20 @@ export function turns({ poses, scene }: Recording): Turn[] {
     return body?.kind === 'hand' && parent >= 0 ? [{ link: body.name, row, parent }] : [];
   });
   const found = links.map(({ link, row, parent }) => {
-    const inParent = (time: number): Four => { const all = poses.at(time); return between(quat(all, parent), quat(all, row)); };
+    const inParent = (time: number): Four => {
+      const all = poses.at(time);
+      return between(quat(all, parent), quat(all, row));
+    };
     const start = inParent(times[0] ?? 0);
     const vectors = times.map((time) => vector(between(start, inParent(time))));
     const axis = vectors.reduce((most, one) => (Math.hypot(...one) > Math.hypot(...most) ? one : most), [0, 0, 0]);
     const size = Math.hypot(...axis) || 1;
-    return { link, times, degrees: vectors.map((v) => ((v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2]) / size) * DEGREES), most: size * DEGREES };
+    return {
+      link,
+      times,
+      degrees: vectors.map((v) => ((v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2]) / size) * DEGREES),
+      most: size * DEGREES,
+    };
   });
   return found.sort((a, b) => b.most - a.most).map(({ link, times: t, degrees }) => ({ link, times: t, degrees }));
 }

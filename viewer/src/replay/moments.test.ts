@@ -4,7 +4,20 @@ import { momentAt } from './moments';
 
 describe('a moment of a replay', () => {
   const recording = recorded([
-    record(10, { score: 1, command: [0.5], position: [0.25], motor_tension: [3], tension: [4], q: [0.1], predicted: [0.2], work: [0.7], finger_force: [1, 2, 3], finger_torque: [0, 0, 1], touch: [0, 0, 2, 0, 0, 4], readings: [7] }),
+    record(10, {
+      score: 1,
+      command: [0.5],
+      position: [0.25],
+      motor_tension: [3],
+      tension: [4],
+      q: [0.1],
+      predicted: [0.2],
+      work: [0.7],
+      finger_force: [1, 2, 3],
+      finger_torque: [0, 0, 1],
+      touch: [0, 0, 2, 0, 0, 4],
+      readings: [7],
+    }),
     record(40, { score: 2, contact_a: [0], contact_b: [3], contact_position: [1, 2, 3], contact_force: [0, 3, 4], contact_use: [0.5] }),
   ]);
 
@@ -13,8 +26,16 @@ describe('a moment of a replay', () => {
     expect(momentAt(recording, 0.09, true).score).toBeNull();
     expect(momentAt(recording, 0.39, true).score).toBe(1);
     expect(momentAt(recording, 0.1, true).telemetry).toEqual({
-      motors: [{ command: 0.5, position: 0.25, tension: 3, work: 0.7 }], tension: [4], q: [0.1], predicted: [0.2],
-      fingers: [{ force: [1, 2, 3], torque: [0, 0, 1] }], touch: [[0, 0, 2], [0, 0, 4]], readings: [7],
+      motors: [{ command: 0.5, position: 0.25, tension: 3, work: 0.7 }],
+      tension: [4],
+      q: [0.1],
+      predicted: [0.2],
+      fingers: [{ force: [1, 2, 3], torque: [0, 0, 1] }],
+      touch: [
+        [0, 0, 2],
+        [0, 0, 4],
+      ],
+      readings: [7],
     });
     expect(momentAt(recording, 0.4, true).telemetry?.predicted).toBeNull();
     expect(momentAt(recording, 9, true).contacts).toEqual([{ a: 0, b: 3, position: [1, 2, 3], force: [0, 3, 4], use: 0.5 }]);

@@ -21,7 +21,10 @@ const triples = (of: number[]): [number, number, number][] => Array.from({ lengt
 function telemetryOf(record: TelemetryRecord): Telemetry {
   return {
     motors: record.position.map((position, k) => ({
-      command: record.command[k] ?? position, position, tension: record.motor_tension[k] ?? 0, work: record.work[k],
+      command: record.command[k] ?? position,
+      position,
+      tension: record.motor_tension[k] ?? 0,
+      work: record.work[k],
     })),
     tension: record.tension,
     q: record.q,
@@ -34,7 +37,11 @@ function telemetryOf(record: TelemetryRecord): Telemetry {
 
 function contactsOf(record: TelemetryRecord): Contact[] {
   return record.contact_a.map((a, k) => ({
-    a, b: record.contact_b[k] ?? 0, position: triple(record.contact_position, k), force: triple(record.contact_force, k), use: record.contact_use[k] ?? 0,
+    a,
+    b: record.contact_b[k] ?? 0,
+    position: triple(record.contact_position, k),
+    force: triple(record.contact_force, k),
+    use: record.contact_use[k] ?? 0,
   }));
 }
 
@@ -44,7 +51,12 @@ export function momentAt(recording: Recording, time: number, exact: boolean): Mo
   const record = recordAt(recording.telemetry, tick);
   // The final count goes by position alone, so it can differ from the last running one.
   const over = recording.outcome !== null && tick >= Math.round(recording.duration / recording.tickS);
-  const moment: Moment = { tick, time, score: over ? recording.outcome?.score ?? null : record?.score ?? null, poses: exact ? recording.poses.at(time) : recording.poses.between(time) };
+  const moment: Moment = {
+    tick,
+    time,
+    score: over ? (recording.outcome?.score ?? null) : (record?.score ?? null),
+    poses: exact ? recording.poses.at(time) : recording.poses.between(time),
+  };
   if (record) {
     moment.telemetry = telemetryOf(record);
     moment.contacts = contactsOf(record);

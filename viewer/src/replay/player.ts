@@ -6,10 +6,17 @@ export class Player {
   private last = 0;
   private readonly listeners: ((time: number, exact: boolean) => void)[] = [];
 
-  constructor(readonly duration: number, private readonly tickS: number) {}
+  constructor(
+    readonly duration: number,
+    private readonly tickS: number,
+  ) {}
 
-  get time(): number { return this.now; }
-  get playing(): boolean { return this.running; }
+  get time(): number {
+    return this.now;
+  }
+  get playing(): boolean {
+    return this.running;
+  }
 
   /** `listener` gets each change of time; `exact`: a person chose this time. */
   onTime(listener: (time: number, exact: boolean) => void): void {

@@ -7,20 +7,37 @@ describe('poses of a replay', () => {
   it('compose through parent frames', () => {
     // A quarter turn about z, and a step along the turned x.
     const pose = compose([1, 0, 0, 0, 0, half, half], [2, 0, 0, 0, 0, 0, 1]);
-    [1, 2, 0, 0, 0, half, half].forEach((x, k) => { expect(pose[k]).toBeCloseTo(x, 12); });
-    const table = new PoseTable(['hand/base', 'hand/tip'], [{
-      time: 0,
-      transforms: [{ parent: 'hand/base', child: 'hand/tip', pose: [2, 0, 0, 0, 0, 0, 1] }, { parent: 'world', child: 'hand/base', pose: [1, 0, 0, 0, 0, half, half] }],
-    }]);
+    [1, 2, 0, 0, 0, half, half].forEach((x, k) => expect(pose[k]).toBeCloseTo(x, 12));
+    const table = new PoseTable(
+      ['hand/base', 'hand/tip'],
+      [
+        {
+          time: 0,
+          transforms: [
+            { parent: 'hand/base', child: 'hand/tip', pose: [2, 0, 0, 0, 0, 0, 1] },
+            { parent: 'world', child: 'hand/base', pose: [1, 0, 0, 0, 0, half, half] },
+          ],
+        },
+      ],
+    );
     expect([...table.at(0).slice(7, 10)].map((x) => Math.round(1e6 * x) / 1e6)).toEqual([1, 2, 0]);
   });
 
   it('stay until a message changes them', () => {
     const at = (x: number) => [x, 0, 0, 0, 0, 0, 1];
-    const table = new PoseTable(['a', 'b'], [
-      { time: 0, transforms: [{ parent: 'world', child: 'a', pose: at(1) }, { parent: 'world', child: 'b', pose: at(5) }] },
-      { time: 1, transforms: [{ parent: 'world', child: 'a', pose: at(2) }] },
-    ]);
+    const table = new PoseTable(
+      ['a', 'b'],
+      [
+        {
+          time: 0,
+          transforms: [
+            { parent: 'world', child: 'a', pose: at(1) },
+            { parent: 'world', child: 'b', pose: at(5) },
+          ],
+        },
+        { time: 1, transforms: [{ parent: 'world', child: 'a', pose: at(2) }] },
+      ],
+    );
     expect(table.at(0.99)[0]).toBe(1);
     expect(table.at(1)[0]).toBe(2);
     expect(table.at(1)[7]).toBe(5);
@@ -39,15 +56,29 @@ describe('poses of a replay', () => {
   });
 
   it('rotate the short way, for either sign of the quaternion', () => {
-    const table = new PoseTable(['a'], [
-      { time: 0, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, 1] }] },
-      { time: 0.04, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, -1] }] },
-    ]);
+    const table = new PoseTable(
+      ['a'],
+      [
+        { time: 0, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, 1] }] },
+        { time: 0.04, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, -1] }] },
+      ],
+    );
     expect([...table.between(0.02)].map(Math.abs)).toEqual([0, 0, 0, 0, 0, 0, 1]);
   });
 
   it('know their parents', () => {
-    const table = new PoseTable(['a', 'b'], [{ time: 0, transforms: [{ parent: 'world', child: 'a', pose: [] }, { parent: 'a', child: 'b', pose: [] }] }]);
+    const table = new PoseTable(
+      ['a', 'b'],
+      [
+        {
+          time: 0,
+          transforms: [
+            { parent: 'world', child: 'a', pose: [] },
+            { parent: 'a', child: 'b', pose: [] },
+          ],
+        },
+      ],
+    );
     expect(table.parents).toEqual([-1, 0]);
   });
 });

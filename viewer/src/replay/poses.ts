@@ -43,9 +43,7 @@ export class PoseTable {
     messages.forEach(({ transforms }, moment) => {
       for (const { parent, child, pose } of transforms) local.set(child, { parent, pose });
       const world = new Map<string, number[]>();
-      frames.forEach((frame, row) => {
-        this.rows.set(inWorld(frame, local, world), moment * this.width + 7 * row);
-      });
+      frames.forEach((frame, row) => this.rows.set(inWorld(frame, local, world), moment * this.width + 7 * row));
     });
     this.parents = frames.map((frame) => frames.indexOf(local.get(frame)?.parent ?? 'world'));
   }

@@ -9,10 +9,19 @@ import type { TelemetryRecord } from '../wire/telemetry';
 import { PoseTable } from './poses';
 
 /** An event of the referee; `time` in s since the start. */
-export interface RecordedEvent { tick: number; time: number; kind: string; object?: number }
+export interface RecordedEvent {
+  tick: number;
+  time: number;
+  kind: string;
+  object?: number;
+}
 
 /** The applied action of a tick. */
-export interface RecordedAction { tick: number; hand: number[]; base: number[] }
+export interface RecordedAction {
+  tick: number;
+  hand: number[];
+  base: number[];
+}
 
 /** The result in the file. */
 export type RecordedOutcome = Pick<RunResult, 'score' | 'in_goal' | 'outside' | 'reason' | 'ticks' | 'events'>;
@@ -95,7 +104,10 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
 
   const framed = bodiesOf(entities);
   const moving = framed.filter(({ frame }) => frame !== 'world');
-  const poses = new PoseTable(moving.map(({ frame }) => frame), frames);
+  const poses = new PoseTable(
+    moving.map(({ frame }) => frame),
+    frames,
+  );
   const start = poses.at(0);
   moving.forEach(({ body }, row) => {
     const at = start.subarray(7 * row, 7 * row + 7);
@@ -118,7 +130,13 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
   if (readings) scene.readings = JSON.parse(readings) as NonNullable<SceneInfo['readings']>;
   // While the world settles after the last action, the referee still counts: the result has its events, the file has none.
   const all = outcome ? outcome.events.map((event): RecordedEvent => ({ ...event, time: event.tick * tickS })) : events;
-  const lastTick = Math.max(outcome?.ticks ?? 0, (actions.at(-1)?.tick ?? -1) + 1, telemetries.at(-1)?.tick ?? 0, ...all.map(({ tick }) => tick), Math.round((frames.at(-1)?.time ?? 0) / tickS));
+  const lastTick = Math.max(
+    outcome?.ticks ?? 0,
+    (actions.at(-1)?.tick ?? -1) + 1,
+    telemetries.at(-1)?.tick ?? 0,
+    ...all.map(({ tick }) => tick),
+    Math.round((frames.at(-1)?.time ?? 0) / tickS),
+  );
   return {
     info,
     outcome,

@@ -7,8 +7,26 @@ import type { RunList as Listed, RunRecord } from '../wire/messages';
 export class ReplayList {
   private readonly status = el('p', { class: 'soft', role: 'status' }, 'Looking for runs …');
   private readonly rows = el('tbody');
-  private readonly table = el('div', { class: 'scroll', hidden: true }, el('table', { class: 'cards' },
-    el('thead', {}, el('tr', {}, ...['Team', 'Task', 'Hand', 'Score', 'Ended', ''].map((head) => el('th', { scope: 'col', class: head === 'Score' ? 'n' : undefined }, head)))), this.rows));
+  private readonly table = el(
+    'div',
+    { class: 'scroll', hidden: true },
+    el(
+      'table',
+      { class: 'cards' },
+      el(
+        'thead',
+        {},
+        el(
+          'tr',
+          {},
+          ...['Team', 'Task', 'Hand', 'Score', 'Ended', ''].map((head) =>
+            el('th', { scope: 'col', class: head === 'Score' ? 'n' : undefined }, head),
+          ),
+        ),
+      ),
+      this.rows,
+    ),
+  );
   readonly element = el('section', { class: 'stack', 'aria-label': 'Runs of this server' }, this.status, this.table);
 
   /** `open` plays a run in this document, which has the token. */
@@ -19,8 +37,10 @@ export class ReplayList {
     try {
       const { runs } = await getJson<Listed>('/v1/runs', token);
       this.table.hidden = runs.length === 0;
-      this.status.textContent = runs.length > 0 ? `The newest ${runs.length === 1 ? 'run' : `${runs.length} runs`} of this server.`
-        : 'No run to show: this server has no finished run with a replay, or shows none without a token.';
+      this.status.textContent =
+        runs.length > 0
+          ? `The newest ${runs.length === 1 ? 'run' : `${runs.length} runs`} of this server.`
+          : 'No run to show: this server has no finished run with a replay, or shows none without a token.';
       this.rows.replaceChildren(...runs.map((run) => this.row(run, token !== null)));
     } catch (error) {
       this.table.hidden = true;
@@ -36,12 +56,28 @@ export class ReplayList {
       event.preventDefault();
       this.open(run.run_id);
     };
-    return el('tr', {},
+    return el(
+      'tr',
+      {},
       el('th', { scope: 'row' }, name(run.team)),
       el('td', { 'data-label': 'Task' }, run.task),
       el('td', { 'data-label': 'Hand' }, name(run.hand)),
       el('td', { 'data-label': 'Score', class: 'n' }, run.score === null ? '–' : points(run.score)),
       el('td', { 'data-label': 'Ended' }, dateTime(run.ended_unix_ms)),
-      el('td', {}, el('a', { class: 'button', href: `/replay/${encodeURIComponent(run.run_id)}`, 'aria-label': `Play ${run.task} by ${run.team}, ${run.run_id}`, on: { click: play } }, 'Play')));
+      el(
+        'td',
+        {},
+        el(
+          'a',
+          {
+            class: 'button',
+            href: `/replay/${encodeURIComponent(run.run_id)}`,
+            'aria-label': `Play ${run.task} by ${run.team}, ${run.run_id}`,
+            on: { click: play },
+          },
+          'Play',
+        ),
+      ),
+    );
   }
 }

@@ -12,10 +12,12 @@ describe('lines of a run', () => {
   });
 
   it('are read from the telemetry, to the end of the run', () => {
-    const series = new Series(recorded([
-      record(0, { command: [1], position: [0], q: [0, 0], predicted: [0.5, 0] }),
-      record(20, { command: [1], position: [0.5], q: [0.1, 1], predicted: [0.5, 0], score: 3 }),
-    ]));
+    const series = new Series(
+      recorded([
+        record(0, { command: [1], position: [0], q: [0, 0], predicted: [0.5, 0] }),
+        record(20, { command: [1], position: [0.5], q: [0.1, 1], predicted: [0.5, 0], score: 3 }),
+      ]),
+    );
     const [command, reached] = series.motors();
     expect(command?.dashed).toBe(true);
     expect(reached?.times).toEqual([0, 0.2, 1]);
@@ -27,9 +29,15 @@ describe('lines of a run', () => {
   });
 
   it('have the contact force on an object, by the hand and by other bodies', () => {
-    const series = new Series(recorded([record(0, {
-      contact_a: [0, 1, 1], contact_b: [3, 0, 3], contact_force: [3, 4, 0, 0, 0, 2, 9, 9, 9],
-    })]));
+    const series = new Series(
+      recorded([
+        record(0, {
+          contact_a: [0, 1, 1],
+          contact_b: [3, 0, 3],
+          contact_force: [3, 4, 0, 0, 0, 2, 9, 9, 9],
+        }),
+      ]),
+    );
     expect(series.forces(0).map((line) => valueAt(line, 0))).toEqual([5, 2]);
   });
 

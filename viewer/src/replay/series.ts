@@ -1,4 +1,7 @@
-/** Lines of the charts, from a recording. Each value holds until the next. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
+/**
+ * Lines of the charts, from a recording. Each value holds until the next. Times in s, angles in degrees, forces in N, tensions in the
+ * hand's own unit.
+ */
 import type { TelemetryRecord } from '../wire/telemetry';
 import type { Recording } from './recording';
 import { type Turn, turns } from './link_angles';
@@ -65,7 +68,9 @@ export class Series {
     if (this.records.length > 0) this.times.push(Math.max(recording.duration, this.times.at(-1) ?? 0));
   }
 
-  get hasTelemetry(): boolean { return this.records.length > 0; }
+  get hasTelemetry(): boolean {
+    return this.records.length > 0;
+  }
 
   private line(label: string, unit: string, of: (record: TelemetryRecord) => number | undefined, dashed = false): Line {
     const values = this.records.map((record) => of(record) ?? null);
@@ -86,20 +91,28 @@ export class Series {
     const times = actions.map((action) => action.tick * tickS);
     const width = Math.max(0, ...actions.slice(0, 1).map((action) => action.hand.length));
     return Array.from({ length: width }, (_, k) => ({
-      label: width > 1 ? `motor ${k + 1}, commanded` : 'motor, commanded', unit: 'σ', times, values: actions.map((action) => action.hand[k] ?? null), dashed: true,
+      label: width > 1 ? `motor ${k + 1}, commanded` : 'motor, commanded',
+      unit: 'σ',
+      times,
+      values: actions.map((action) => action.hand[k] ?? null),
+      dashed: true,
     }));
   }
 
   /** Tension of each motor. */
   motorTensions(): Line[] {
     if (!this.hasTelemetry) return [];
-    return this.names(this.hand?.motors, this.records[0]?.motor_tension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, '', (record) => record.motor_tension[k]));
+    return this.names(this.hand?.motors, this.records[0]?.motor_tension.length ?? 0, 'motor').map((name, k) =>
+      this.line(`${name}, tension`, '', (record) => record.motor_tension[k]),
+    );
   }
 
   /** Tension of each tendon. */
   tensions(): Line[] {
     if (!this.hasTelemetry) return [];
-    return this.names(this.hand?.tendons, this.records[0]?.tension.length ?? 0, 'tendon').map((name, k) => this.line(name, '', (record) => record.tension[k]));
+    return this.names(this.hand?.tendons, this.records[0]?.tension.length ?? 0, 'tendon').map((name, k) =>
+      this.line(name, '', (record) => record.tension[k]),
+    );
   }
 
   /** Names of the joints to choose from, those that move most first. */

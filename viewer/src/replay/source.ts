@@ -4,22 +4,33 @@ import { type Recording, InvalidReplay, readRecording } from './recording';
 
 /** The server sent no file; `status` is 0 if it did not answer. */
 export class ReplayUnavailable extends Error {
-  constructor(message: string, readonly status: number) {
+  constructor(
+    message: string,
+    readonly status: number,
+  ) {
     super(message);
   }
 
   /** Whether another token could help. */
-  get wantsToken(): boolean { return this.status === 401 || this.status === 403; }
+  get wantsToken(): boolean {
+    return this.status === 401 || this.status === 403;
+  }
 }
 
 /** A recording and its source: `run` is null for a local file; `bytes` has the downloaded file. */
-export interface Loaded { recording: Recording; run: string | null; file: string; bytes: Uint8Array<ArrayBuffer> | null }
+export interface Loaded {
+  recording: Recording;
+  run: string | null;
+  file: string;
+  bytes: Uint8Array<ArrayBuffer> | null;
+}
 
 async function refused(response: Response, token: string | null): Promise<ReplayUnavailable> {
   const words = refusal(response.status, token);
   if (words !== null) return new ReplayUnavailable(words, response.status);
   const problem: unknown = await response.json().catch(() => null);
-  const detail = typeof problem === 'object' && problem !== null && 'detail' in problem && typeof problem.detail === 'string' ? problem.detail : '';
+  const detail =
+    typeof problem === 'object' && problem !== null && 'detail' in problem && typeof problem.detail === 'string' ? problem.detail : '';
   return new ReplayUnavailable(detail || `The server answered ${response.status}.`, response.status);
 }
 
@@ -35,7 +46,9 @@ async function readBody(response: Response, report: (words: string) => void): Pr
     if (done) break;
     parts.push(value);
     size += value.length;
-    report(length > 0 ? `Downloading … ${Math.min(100, Math.round((100 * size) / length))} %` : `Downloading … ${(size / 1e6).toFixed(1)} MB`);
+    report(
+      length > 0 ? `Downloading … ${Math.min(100, Math.round((100 * size) / length))} %` : `Downloading … ${(size / 1e6).toFixed(1)} MB`,
+    );
   }
   const all = new Uint8Array(size);
   let at = 0;
@@ -47,7 +60,7 @@ async function readBody(response: Response, report: (words: string) => void): Pr
 }
 
 async function read(bytes: Uint8Array, report: (words: string) => void): Promise<Recording> {
-  return readRecording(bytes, (done) => { report(`Reading … ${Math.round(100 * done)} %`); });
+  return readRecording(bytes, (done) => report(`Reading … ${Math.round(100 * done)} %`));
 }
 
 /** Loads a run's replay from this server. */
@@ -55,7 +68,10 @@ export async function fromServer(run: string, token: string | null, report: (wor
   let bytes: Uint8Array<ArrayBuffer>;
   if (token && !isToken(token)) throw new ReplayUnavailable(NO_TOKEN, 401);
   try {
-    const response = await fetch(`/v1/runs/${encodeURIComponent(run)}/replay`, { headers: token ? { Authorization: `Bearer ${token}` } : {}, credentials: 'omit' });
+    const response = await fetch(`/v1/runs/${encodeURIComponent(run)}/replay`, {
+      headers: token ? { Authorization: `Bearer ${token}` } : {},
+      credentials: 'omit',
+    });
     if (!response.ok) throw await refused(response, token);
     bytes = await readBody(response, report);
   } catch (error) {

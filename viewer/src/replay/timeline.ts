@@ -7,25 +7,53 @@ import type { RecordedEvent } from './recording';
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 
 /** An event mark; `row` 0 is above the slider, 1 below it. */
-export interface EventMark { event: RecordedEvent; words: string; row: number }
+export interface EventMark {
+  event: RecordedEvent;
+  words: string;
+  row: number;
+}
 
 export class Timeline {
   readonly element: HTMLElement;
   private readonly bar: HTMLInputElement;
   private readonly clock = el('output', { class: 'clock num' });
-  private readonly playing = button('Play', () => { this.toggle(); }, { class: 'primary play', title: 'Space' });
-  private readonly keyed = (event: KeyboardEvent): void => { this.key(event); };
+  private readonly playing = button('Play', () => this.toggle(), { class: 'primary play', title: 'Space' });
+  private readonly keyed = (event: KeyboardEvent): void => this.key(event);
 
-  constructor(private readonly player: Player, private readonly tickS: number, marks: EventMark[], ...more: HTMLElement[]) {
+  constructor(
+    private readonly player: Player,
+    private readonly tickS: number,
+    marks: EventMark[],
+    ...more: HTMLElement[]
+  ) {
     const last = Math.max(Math.round(player.duration / tickS), 1);
-    const speed = el('select', { class: 'speed', 'aria-label': 'Speed' }, ...SPEEDS.map((s) => el('option', { value: s, selected: s === 1 }, `${s}×`)));
-    speed.addEventListener('change', () => { player.setSpeed(Number(speed.value)); });
+    const speed = el(
+      'select',
+      { class: 'speed', 'aria-label': 'Speed' },
+      ...SPEEDS.map((s) => el('option', { value: s, selected: s === 1 }, `${s}×`)),
+    );
+    speed.addEventListener('change', () => player.setSpeed(Number(speed.value)));
     this.bar = el('input', { type: 'range', min: 0, max: last, step: 1, value: 0, 'aria-label': 'Time in the run' });
-    this.bar.addEventListener('input', () => { player.seek(Number(this.bar.value) * tickS); });
-    this.element = el('div', { class: 'timeline' },
-      el('div', { class: 'row' }, this.playing, el('div', { class: 'group' },
-        button('−1 tick', () => { player.step(-1); }, { title: 'Left arrow' }), button('+1 tick', () => { player.step(1); }, { title: 'Right arrow' })), speed, this.clock, ...more),
-      el('div', { class: 'bar' }, this.marks(marks), this.bar));
+    this.bar.addEventListener('input', () => player.seek(Number(this.bar.value) * tickS));
+    this.element = el(
+      'div',
+      { class: 'timeline' },
+      el(
+        'div',
+        { class: 'row' },
+        this.playing,
+        el(
+          'div',
+          { class: 'group' },
+          button('−1 tick', () => player.step(-1), { title: 'Left arrow' }),
+          button('+1 tick', () => player.step(1), { title: 'Right arrow' }),
+        ),
+        speed,
+        this.clock,
+        ...more,
+      ),
+      el('div', { class: 'bar' }, this.marks(marks), this.bar),
+    );
     document.addEventListener('keydown', this.keyed);
   }
 
@@ -51,15 +79,28 @@ export class Timeline {
     const place = el('div', { class: 'marks', 'aria-hidden': 'true' });
     for (const { event, words, row } of marks) {
       const good = isGoodNews(event.kind);
-      const mark = button('', () => { this.player.pause(); this.player.seek(event.time); },
-        { tabindex: -1, title: `${event.time.toFixed(2)} s: ${words}`, class: `mark ${good ? 'good' : 'poor'}${row === 1 ? ' below' : ''}` });
+      const mark = button(
+        '',
+        () => {
+          this.player.pause();
+          this.player.seek(event.time);
+        },
+        {
+          tabindex: -1,
+          title: `${event.time.toFixed(2)} s: ${words}`,
+          class: `mark ${good ? 'good' : 'poor'}${row === 1 ? ' below' : ''}`,
+        },
+      );
       mark.style.setProperty('--at', String(Math.min(event.time / Math.max(this.player.duration, 1e-3), 1)));
       place.append(mark);
     }
     return place;
   }
 
-  /** Space plays and pauses; arrows step by a tick, with shift by a second; Home and End go to the ends. Focused controls keep their own keys. */
+  /**
+   * Space plays and pauses; arrows step by a tick, with shift by a second; Home and End go to the ends. Focused controls keep their
+   * own keys.
+   */
   private key(event: KeyboardEvent): void {
     const at = event.target as HTMLElement;
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -67,11 +108,11 @@ export class Timeline {
     if (event.key === ' ' && at.closest('button, input[type=checkbox], summary, a')) return;
     const second = Math.round(1 / this.tickS);
     const acts: Record<string, () => void> = {
-      ' ': () => { this.toggle(); },
-      ArrowLeft: () => { this.player.step(event.shiftKey ? -second : -1); },
-      ArrowRight: () => { this.player.step(event.shiftKey ? second : 1); },
-      Home: () => { this.player.seek(0); },
-      End: () => { this.player.seek(this.player.duration); },
+      ' ': () => this.toggle(),
+      ArrowLeft: () => this.player.step(event.shiftKey ? -second : -1),
+      ArrowRight: () => this.player.step(event.shiftKey ? second : 1),
+      Home: () => this.player.seek(0),
+      End: () => this.player.seek(this.player.duration),
     };
     const act = acts[event.key];
     if (!act) return;

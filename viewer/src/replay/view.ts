@@ -16,7 +16,12 @@ import type { Loaded } from './source';
 import { Timeline } from './timeline';
 
 /** A run with its 3D view. */
-interface Shown extends ChartedRun { loaded: Loaded; stage: Stage; said: HTMLElement; moment: Moment | null }
+interface Shown extends ChartedRun {
+  loaded: Loaded;
+  stage: Stage;
+  said: HTMLElement;
+  moment: Moment | null;
+}
 
 export class ReplayView {
   readonly player: Player;
@@ -44,31 +49,68 @@ export class ReplayView {
     const duration = Math.max(...loaded.map(({ recording }) => recording.duration));
     const tickS = Math.min(...loaded.map(({ recording }) => recording.tickS));
     this.player = new Player(duration, tickS);
-    const go = (time: number): void => { this.player.seek(time); };
+    const go = (time: number): void => this.player.seek(time);
     const stages = (): Stage[] => this.shown.map(({ stage }) => stage);
     this.charts = new Charts(this.shown, duration, go);
     this.closing = new ClosingDialog(this.shown, duration, go);
-    const marks = this.shown.flatMap(({ loaded: { recording }, mark }, row) => recording.events.map((event) => ({
-      event, row, words: [mark, objectOf(recording, event)?.name, eventWords(event.kind, recording.scene.goals)].filter(Boolean).join(' '),
-    })));
-    this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
-      button('Closing', () => { this.closing.open(this.player.time); }, { title: 'Closing: measured and predicted', 'aria-label': 'Closing: measured and predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
+    const marks = this.shown.flatMap(({ loaded: { recording }, mark }, row) =>
+      recording.events.map((event) => ({
+        event,
+        row,
+        words: [mark, objectOf(recording, event)?.name, eventWords(event.kind, recording.scene.goals)].filter(Boolean).join(' '),
+      })),
+    );
+    this.timeline = new Timeline(
+      this.player,
+      tickS,
+      marks,
+      el(
+        'span',
+        { class: 'row end' },
+        button('Closing', () => this.closing.open(this.player.time), {
+          title: 'Closing: measured and predicted',
+          'aria-label': 'Closing: measured and predicted',
+        }),
+        button('Copy link', () => void this.copy(loaded), { class: 'quiet' }),
+      ),
+    );
     dock.append(this.timeline.element, this.charts.element);
     this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     this.gauges.setHand(first?.scene.hand ?? null, first?.scene.readings ?? []);
     const switches = overlaySwitches(stages);
-    showOverlaySwitches(switches, loaded.some((one) => one.recording.telemetry.length > 0));
+    showOverlaySwitches(
+      switches,
+      loaded.some((one) => one.recording.telemetry.length > 0),
+    );
     for (const stage of stages()) stage.setOverlay('regions', true);
-    side.append(...this.shown.map((one) => about(one.loaded, one.mark)), this.chooser(), switches,
-      ...this.shown.map((one) => eventList(one.loaded.recording, (time) => { this.player.pause(); go(time); }, one.mark)),
-      this.gauges.element, comparePanel(comparing), el('p', {}, el('a', { href: '/replay' }, 'Open another replay')), this.closing.element);
-    this.player.onTime((time, exact) => { this.show(time, exact); });
-    this.shown[0]?.stage.onFrame(() => { this.player.advance(performance.now()); });
+    side.append(
+      ...this.shown.map((one) => about(one.loaded, one.mark)),
+      this.chooser(),
+      switches,
+      ...this.shown.map((one) =>
+        eventList(
+          one.loaded.recording,
+          (time) => {
+            this.player.pause();
+            go(time);
+          },
+          one.mark,
+        ),
+      ),
+      this.gauges.element,
+      comparePanel(comparing),
+      el('p', {}, el('a', { href: '/replay' }, 'Open another replay')),
+      this.closing.element,
+    );
+    this.player.onTime((time, exact) => this.show(time, exact));
+    this.shown[0]?.stage.onFrame(() => this.player.advance(performance.now()));
     this.choose(this.shown[0]?.object ?? null, this.shown[0]);
     this.player.seek(start);
   }
 
-  get stages(): Stage[] { return this.shown.map(({ stage }) => stage); }
+  get stages(): Stage[] {
+    return this.shown.map(({ stage }) => stage);
+  }
 
   dispose(): void {
     for (const { stage } of this.shown) stage.dispose();
@@ -82,11 +124,17 @@ export class ReplayView {
     const said = el('span', { class: 'num' });
     const stage = new Stage(place);
     stage.setScene(scene);
-    place.append(el('div', { class: 'hud top-left' }, el('div', { class: 'card' }, mark ? el('b', {}, `${mark} `) : null, name(info.get('team') ?? '–'), said)));
+    place.append(
+      el(
+        'div',
+        { class: 'hud top-left' },
+        el('div', { class: 'card' }, mark ? el('b', {}, `${mark} `) : null, name(info.get('team') ?? '–'), said),
+      ),
+    );
     const series = new Series(loaded.recording);
     const object = scene.bodies.find((body) => body.kind === 'object')?.id ?? null;
     const shown: Shown = { loaded, mark, stage, said, series, object, moment: null };
-    stage.onPick((id) => { this.choose(id, shown); });
+    stage.onPick((id) => this.choose(id, shown));
     return shown;
   }
 
@@ -94,9 +142,16 @@ export class ReplayView {
   private chooser(): HTMLElement {
     const objects = this.shown[0]?.loaded.recording.scene.bodies.filter((body) => body.kind === 'object') ?? [];
     fill(this.objects, el('option', { value: '' }, 'none'), ...objects.map((body) => el('option', { value: body.id }, body.name)));
-    this.objects.addEventListener('change', () => { this.choose(this.objects.value === '' ? null : Number(this.objects.value), this.shown[0]); });
-    return el('section', { class: 'panel' }, el('h2', {}, 'Object'),
-      el('div', { class: 'field' }, el('label', { for: 'object' }, 'Click an object or choose one'), this.objects), this.place);
+    this.objects.addEventListener('change', () =>
+      this.choose(this.objects.value === '' ? null : Number(this.objects.value), this.shown[0]),
+    );
+    return el(
+      'section',
+      { class: 'panel' },
+      el('h2', {}, 'Object'),
+      el('div', { class: 'field' }, el('label', { for: 'object' }, 'Click an object or choose one'), this.objects),
+      this.place,
+    );
   }
 
   /** Chooses the object of the same name in both views. */
@@ -121,7 +176,12 @@ export class ReplayView {
       one.moment = momentAt(recording, time, exact);
       one.stage.show(one.moment);
       const score = one.moment.score === null ? '' : `${points(one.moment.score)} points`;
-      setText(one.said, ['', score, time > recording.duration ? `ended at ${recording.duration.toFixed(2)} s` : ''].filter((words, k) => k === 0 || words !== '').join(', '));
+      setText(
+        one.said,
+        ['', score, time > recording.duration ? `ended at ${recording.duration.toFixed(2)} s` : '']
+          .filter((words, k) => k === 0 || words !== '')
+          .join(', '),
+      );
     }
     const telemetry = this.shown[0]?.moment?.telemetry;
     if (telemetry) this.gauges.show(telemetry);
@@ -157,8 +217,12 @@ export class ReplayView {
 function linkCameras(stages: Stage[]): void {
   for (const stage of stages) {
     let moved = false;
-    stage.controls.addEventListener('start', () => { moved = true; });
-    stage.controls.addEventListener('end', () => { moved = false; });
+    stage.controls.addEventListener('start', () => {
+      moved = true;
+    });
+    stage.controls.addEventListener('end', () => {
+      moved = false;
+    });
     stage.controls.addEventListener('change', () => {
       if (!moved) return;
       for (const other of stages) {

@@ -72,7 +72,7 @@ export function toast(text: string, bad = false): void {
   }
   const message = el('div', { class: bad ? 'toast bad' : 'toast' }, text);
   toasts.append(message);
-  window.setTimeout(() => { message.remove(); }, bad ? 12_000 : 6_000);
+  window.setTimeout(() => message.remove(), bad ? 12_000 : 6_000);
 }
 
 /** Copies text to the clipboard; false, with a message, where the browser forbids it. */
