@@ -61,26 +61,6 @@ fn certificate(folder: &Path) -> Option<String> {
     Some(both.display().to_string())
 }
 
-#[test]
-fn proxies_accept_their_files() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path();
-    if let Some(certificate) = certificate(folder) {
-        let haproxy = adapted("haproxy/haproxy.cfg", folder, &certificate);
-        accepts("haproxy", &["-q", "-c", "-f"], &haproxy);
-        let site = adapted("nginx/palmares.conf", folder, &certificate);
-        let nginx = folder.join("nginx.conf");
-        let text = format!(
-            "pid {0}/pid; error_log stderr; events {{}} http {{ access_log off; include {1}; }}",
-            folder.display(),
-            site.display()
-        );
-        fs::write(&nginx, text).expect("writes");
-        accepts("nginx", &["-t", "-q", "-c"], &nginx);
-    }
-    accepts("caddy", &["validate", "--adapter", "caddyfile", "--config"], &deploy().join("caddy/Caddyfile"));
-}
-
 /// A server that answers every request with 200; its port.
 fn backend() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -193,41 +173,78 @@ impl Proxy {
     }
 }
 
-#[test]
-fn proxies_pass_nothing_on_that_is_for_other_hosts() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let bind = "    bind :443 ssl crt /usr/local/etc/haproxy/certificate.pem alpn http/1.1";
-    let site = ("cup.example.org {", "http://cup.example.org:PORT {");
-    let proxies = [
-        ("haproxy", &["-q", "-db", "-f"][..], "haproxy/haproxy.cfg", "    bind 127.0.0.1:PORT", bind),
-        ("nginx", &["-q", "-c"], "nginx/palmares.conf", "listen 127.0.0.1:PORT", "listen 443 ssl"),
-        ("caddy", &["run", "--adapter", "caddyfile", "--config"], "caddy/Caddyfile", site.1, site.0),
-    ];
-    for (program, words, file, text, tls) in proxies {
-        let Some(mut proxy) = Proxy::start(program, folder.path(), words, file, text, tls) else { continue };
-        for path in ["/", "/v1/competition", "/v1/runs/internal"] {
-            assert_eq!(proxy.status(path), 200, "{program} {path}");
-        }
-        for path in ["/v1/internal/watch/run_1", "/v1/%69nternal/watch/run_1", "/metrics"] {
-            assert_eq!(proxy.status(path), 403, "{program} {path}");
-        }
+/// Starts a proxy with its sample, in which `tls` becomes `text`: it passes on all but what is for other hosts.
+fn passes_on(program: &str, folder: &Path, words: &[&str], file: &str, text: &str, tls: &str) {
+    let Some(mut proxy) = Proxy::start(program, folder, words, file, text, tls) else { return };
+    for path in ["/", "/v1/competition", "/v1/runs/internal"] {
+        assert_eq!(proxy.status(path), 200, "{program} {path}");
     }
+    for path in ["/v1/internal/watch/run_1", "/v1/%69nternal/watch/run_1", "/metrics"] {
+        assert_eq!(proxy.status(path), 403, "{program} {path}");
+    }
+}
+
+#[test]
+fn haproxy_takes_its_file_and_passes_nothing_on_that_is_for_other_hosts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (folder, file) = (folder.path(), "haproxy/haproxy.cfg");
+    if let Some(certificate) = certificate(folder) {
+        accepts("haproxy", &["-q", "-c", "-f"], &adapted(file, folder, &certificate));
+    }
+    let tls = "    bind :443 ssl crt /usr/local/etc/haproxy/certificate.pem alpn http/1.1";
+    passes_on("haproxy", folder, &["-q", "-db", "-f"], file, "    bind 127.0.0.1:PORT", tls);
+}
+
+#[test]
+fn nginx_takes_its_file_and_passes_nothing_on_that_is_for_other_hosts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (folder, file) = (folder.path(), "nginx/palmares.conf");
+    if let Some(certificate) = certificate(folder) {
+        let site = adapted(file, folder, &certificate);
+        let nginx = folder.join("nginx.conf");
+        let text = format!(
+            "pid {0}/pid; error_log stderr; events {{}} http {{ access_log off; include {1}; }}",
+            folder.display(),
+            site.display()
+        );
+        fs::write(&nginx, text).expect("writes");
+        accepts("nginx", &["-t", "-q", "-c"], &nginx);
+    }
+    passes_on("nginx", folder, &["-q", "-c"], file, "listen 127.0.0.1:PORT", "listen 443 ssl");
+}
+
+#[test]
+fn caddy_takes_its_file_and_passes_nothing_on_that_is_for_other_hosts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (folder, file) = (folder.path(), "caddy/Caddyfile");
+    accepts("caddy", &["validate", "--adapter", "caddyfile", "--config"], &deploy().join(file));
+    let words = ["run", "--adapter", "caddyfile", "--config"];
+    passes_on("caddy", folder, &words, file, "http://cup.example.org:PORT {", "cup.example.org {");
 }
 
 #[test]
 fn prometheus_accepts_the_alerts() {
     accepts("promtool", &["check", "rules"], &deploy().join("monitoring/alerts.yaml"));
     accepts("promtool", &["check", "config"], &deploy().join("monitoring/prometheus.yaml"));
-    let played = Path::new(env!("CARGO_MANIFEST_DIR")).join("source/alerts.test.yaml");
-    accepts("promtool", &["test", "rules"], &played);
-    // Every alert fires in a test, and is silent in one.
-    let (alerts, played) =
-        (deploy().join("monitoring/alerts.yaml"), fs::read_to_string(played).expect("reads"));
-    let alerts = fs::read_to_string(alerts).expect("reads");
+    accepts("promtool", &["test", "rules"], &played_alerts());
+}
+
+fn played_alerts() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("source/alerts.test.yaml")
+}
+
+#[test]
+fn every_alert_fires_in_a_test_and_is_silent_in_one() {
+    let alerts = fs::read_to_string(deploy().join("monitoring/alerts.yaml")).expect("reads");
+    let played = fs::read_to_string(played_alerts()).expect("reads");
     for alert in alerts.lines().filter_map(|line| line.trim().strip_prefix("- alert: ")) {
         assert!(played.contains(&format!("- alertname: {alert}\n")), "{alert} never fires");
         assert!(played.contains(&format!("- {{alertname: {alert}, ")), "{alert} is never silent");
     }
+}
+
+#[test]
+fn the_dashboard_is_json_with_its_panels() {
     let dashboard = fs::read_to_string(deploy().join("monitoring/dashboard.json")).expect("reads");
     let dashboard: serde_json::Value = serde_json::from_str(&dashboard).expect("JSON");
     assert!(dashboard["panels"].as_array().is_some_and(|panels| panels.len() > 8));

@@ -2,8 +2,11 @@
 
 mod blame;
 mod catalogue;
+mod chains;
 mod coupled;
 mod errors;
+mod exported;
+mod exported_hand;
 mod figures;
 mod hollow;
 mod hostile;

@@ -1,98 +1,42 @@
-//! The published SoftHand of 2016, read unchanged from its folder. Its files are not ours to distribute: the tests are skipped
-//! unless `PALMARES_PUBLISHED_HANDS` names a folder with them.
+//! Our SoftHand and ReFlex against those that others published. These files are not ours to distribute: the test is skipped unless
+//! `PALMARES_PUBLISHED_HANDS` names a folder with them. `exported.rs` has the reader's tests.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use parry3d_f64::transformation::try_convex_hull;
 
 use super::softhand;
-use crate::hand::Geom;
+use crate::hand::{Geom, Hand};
+use crate::measure::HandLimits;
 use crate::read::report::Report;
 use crate::read::{self, InertiaPolicy, Limits, LoadOptions, Loaded, stl};
 use crate::shape::Shape;
 use crate::{Pose, Vec3};
 
-/// A file or folder of the published hands. A line that begins with `SKIP` counts a test as skipped.
-pub(super) fn published(name: &str) -> Option<PathBuf> {
+fn load(folder: &Path) -> Hand {
+    let Loaded { hand, sources, .. } =
+        read::hand(&folder.join("soft_hand.urdf"), &LoadOptions::default()).unwrap();
+    assert_eq!(HandLimits::default().excesses(&hand.figures(), &sources), vec![]);
+    hand
+}
+
+#[test]
+fn our_hands_are_those_that_others_published() {
     let Some(folder) = std::env::var_os("PALMARES_PUBLISHED_HANDS") else {
-        println!("SKIP: PALMARES_PUBLISHED_HANDS names no folder with {name}");
-        return None;
+        return println!(
+            "SKIP: PALMARES_PUBLISHED_HANDS names no folder with soft_hand_2016 and hands_2016.json"
+        );
     };
-    Some(Path::new(&folder).join(name))
+    let folder = Path::new(&folder);
+    softhand_moves_like_the_published_one(&folder.join("soft_hand_2016"));
+    primitives_stay_near_the_published_meshes(&folder.join("soft_hand_2016"));
+    super::reference_reflex::compare(&folder.join("hands_2016.json"));
 }
 
-fn folder() -> Option<PathBuf> {
-    published("soft_hand_2016")
-}
-
-fn load(folder: &Path, inertia: InertiaPolicy) -> Loaded {
-    let options = LoadOptions { inertia, ..LoadOptions::default() };
-    read::hand(&folder.join("soft_hand.urdf"), &options).unwrap()
-}
-
-#[test]
-fn reads_coordinates_and_synergy_from_its_tags() {
-    let Some(folder) = folder() else { return };
-    let Loaded { hand, warnings, .. } = load(&folder, InertiaPolicy::FromFile);
-    let names: Vec<String> = hand
-        .coordinates
-        .iter()
-        .map(|c| c.name.trim_start_matches("soft_hand_").trim_end_matches("_joint").to_owned())
-        .collect();
-    assert_eq!(names, softhand::COORDINATES);
-    assert_eq!(hand.links.len(), 20);
-    assert_eq!(hand.links[0].name, "world");
-    assert!(hand.coordinates.iter().all(|c| c.stiffness == 1.0 && c.rest == 0.0));
+fn softhand_moves_like_the_published_one(folder: &Path) {
+    let published = load(folder);
     let ours = softhand::load_with(InertiaPolicy::FromFile).hand;
-    assert_eq!(hand.tendons[0].moment_arms, ours.tendons[0].moment_arms);
-    // 0.5 on each hinge; both hinges of a rolling joint turn by q.
-    assert!(hand.coordinates.iter().all(|c| c.damping == if c.name.contains("_abd_") { 0.5 } else { 1.0 }));
-
-    let count = |part: &str| warnings.iter().filter(|w| w.message.contains(part)).count();
-    assert_eq!(count("paired with"), 14);
-    assert_eq!(count("its mass of 0.1 kg is dropped"), 14);
-    assert_eq!(count("touches nothing; both are dropped"), 1);
-    assert_eq!(count("times what its geometry has"), 20);
-    assert!(warnings.iter().all(|w| w.file.ends_with("soft_hand.urdf") && !w.element.is_empty()));
-    for warning in warnings.iter().filter(|w| {
-        ["palm", "synergy", "index_distal", "index_knuckle"].iter().any(|e| w.element.contains(e))
-    }) {
-        println!("{warning}");
-    }
-}
-
-#[test]
-fn absurd_inertias_are_replaced_on_request() {
-    let Some(folder) = folder() else { return };
-    let Loaded { hand, warnings, .. } = load(&folder, InertiaPolicy::FromGeometry);
-    assert!(!warnings.iter().any(|w| w.message.contains("inertia is")));
-    for link in &hand.links {
-        assert_eq!(link.inertia.implausible(), None, "{}", link.name);
-    }
-    let tip = &hand.links[hand.link("soft_hand_index_distal_link").unwrap()];
-    // 0.1 kg in the file; a 32 x 14 x 19 mm solid of that mass has about 1e-5 kg·m² across.
-    assert_eq!(tip.inertia.mass, 0.1);
-    assert!((2e-6..2e-5).contains(&tip.inertia.principal()[2]), "{:?}", tip.inertia.principal());
-}
-
-#[test]
-fn a_settings_file_elsewhere_states_true_masses() {
-    let Some(folder) = folder() else { return };
-    let settings = std::env::temp_dir().join(format!("palmares-models-{}.toml", std::process::id()));
-    std::fs::write(&settings, "[links]\nsoft_hand_index_distal_link = { mass = 0.010 }\n").unwrap();
-    let options = LoadOptions { settings: Some(settings.clone()), ..LoadOptions::default() };
-    let loaded = read::hand(&folder.join("soft_hand.urdf"), &options);
-    std::fs::remove_file(settings).unwrap();
-    let hand = loaded.unwrap().hand;
-    let tip = &hand.links[hand.link("soft_hand_index_distal_link").unwrap()];
-    assert!(tip.inertia.mass == 0.010 && tip.inertia.principal()[2] < 2e-6);
-}
-
-#[test]
-fn our_softhand_moves_like_the_published_one() {
-    let Some(folder) = folder() else { return };
-    let published = load(&folder, InertiaPolicy::FromFile).hand;
-    let ours = softhand::load_with(InertiaPolicy::FromFile).hand;
+    assert_eq!(published.tendons[0].moment_arms, ours.tendons[0].moment_arms);
     for step in 0..4 {
         let q: Vec<f64> = (0..19).map(|i| 0.2 * f64::from(step) * (1.0 + 0.02 * i as f64)).collect();
         for (a, b) in published.base_from_links(&q).iter().zip(ours.base_from_links(&q)).skip(1) {
@@ -140,9 +84,7 @@ fn hull_surface(points: &[Vec3], spacing: f64) -> Vec<Vec3> {
 }
 
 /// Distances of our primitives from the published meshes' hulls: the figures that README.md quotes.
-#[test]
-fn primitives_stay_near_the_published_meshes() {
-    let Some(folder) = folder() else { return };
+fn primitives_stay_near_the_published_meshes(folder: &Path) {
     let hand = softhand::load_with(InertiaPolicy::FromFile).hand;
     let palm_from_base = Pose::from_translation(-Vec3::new(0.002, 0.00695, 0.0905));
     // mesh, our link, mean and largest deviation, mm

@@ -162,8 +162,23 @@ fn seven_coordinates_nine_links_three_tendons_and_a_drive() {
     let preshape = &hand.tendons[3];
     assert!(preshape.both_ways && preshape.elements.is_empty());
     assert_eq!(preshape.moment_arms, vec![(0, 1.0)]);
-    let mass: f64 = hand.links.iter().map(|l| l.inertia.mass).sum();
-    assert!((mass - (0.5 + 0.1 + 2.0 * 0.05 + 3.0 * 0.07)).abs() < 1e-12, "{mass}");
+    for link in &hand.links {
+        let expected = match link.name.split('_').next() {
+            Some("base") => 0.5 + 0.1,
+            Some("swivel") => 0.05,
+            // A phalanx and its pad.
+            _ => 0.03 + 0.005,
+        };
+        assert!((link.inertia.mass - expected).abs() < 1e-12, "{} {}", link.name, link.inertia.mass);
+    }
+    for proximal in hand.coordinates.iter().filter(|c| c.name.starts_with("proximal")) {
+        assert_eq!(
+            [proximal.lower, proximal.upper, proximal.rest],
+            [-0.34, 2.83, -0.34],
+            "{}",
+            proximal.name
+        );
+    }
 }
 
 /// σ = 0 leaves the open hand's tendons just taut: s(q₀) = −0.34 rad.

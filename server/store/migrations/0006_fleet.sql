@@ -50,3 +50,5 @@ CREATE TABLE run_snapshots (
     epoch  BIGINT NOT NULL,
     body   BYTEA NOT NULL
 );
+-- Postgres:
+ALTER TABLE run_snapshots SET UNLOGGED;

@@ -4,11 +4,10 @@ use super::error::StoreError;
 use super::host::{Host, HostKey};
 use super::location::{Dialect, Location, Lock, Target};
 use super::transaction::Transaction;
-use Statements::{Each, Same};
 use parking_lot::RwLock;
 use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
-use sqlx::{AnyConnection, AnyPool, Executor, SqlSafeStr};
+use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Executor, SqlSafeStr};
 use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::num::NonZero;
@@ -16,57 +15,25 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Mutex, watch};
 
-/// Version, name and statements, embedded in the program: the same for both dialects, or SQLite's and Postgres's.
-const MIGRATIONS: [(i64, &str, Statements); 16] = [
-    (1, "sessions and runs", Same(include_str!("../migrations/0001_sessions_and_runs.sql"))),
-    (2, "competition", Same(include_str!("../migrations/0002_competition.sql"))),
-    (3, "time given back", Same(include_str!("../migrations/0003_time_given_back.sql"))),
-    (4, "likeness of runs", Same(include_str!("../migrations/0004_likeness.sql"))),
-    (5, "announcements", Same(include_str!("../migrations/0005_announcements.sql"))),
-    (
-        6,
-        "fleet",
-        Each {
-            sqlite: include_str!("../migrations/0006_fleet.sql"),
-            // The snapshots of open runs are a cache that need not survive a crash of the database.
-            postgres: concat!(
-                include_str!("../migrations/0006_fleet.sql"),
-                "ALTER TABLE run_snapshots SET UNLOGGED;"
-            ),
-        },
-    ),
-    (7, "lists of organizers", Same(include_str!("../migrations/0007_organizers.sql"))),
-    (
-        8,
-        "ranking",
-        Each {
-            sqlite: include_str!("../migrations/0008_ranking.sqlite.sql"),
-            postgres: include_str!("../migrations/0008_ranking.postgres.sql"),
-        },
-    ),
-    (9, "verification", Same(include_str!("../migrations/0009_verification.sql"))),
-    (10, "schedule", Same(include_str!("../migrations/0010_schedule.sql"))),
-    (11, "objects", Same(include_str!("../migrations/0011_objects.sql"))),
-    (12, "queues of hosts", Same(include_str!("../migrations/0012_queues.sql"))),
-    (13, "proofs of writing", Same(include_str!("../migrations/0013_proofs.sql"))),
-    (
-        14,
-        "order of ends",
-        Each {
-            sqlite: include_str!("../migrations/0014_order_of_ends.sqlite.sql"),
-            postgres: include_str!("../migrations/0014_order_of_ends.postgres.sql"),
-        },
-    ),
-    (15, "undo", Same(include_str!("../migrations/0015_undo.sql"))),
-    (16, "likeness of paths", Same(include_str!("../migrations/0016_likeness_of_paths.sql"))),
+/// Version, name and text of each migration, embedded in the program. [`text_for`] says how the text is written.
+const MIGRATIONS: [(i64, &str, &str); 16] = [
+    (1, "sessions and runs", include_str!("../migrations/0001_sessions_and_runs.sql")),
+    (2, "competition", include_str!("../migrations/0002_competition.sql")),
+    (3, "time given back", include_str!("../migrations/0003_time_given_back.sql")),
+    (4, "likeness of runs", include_str!("../migrations/0004_likeness.sql")),
+    (5, "announcements", include_str!("../migrations/0005_announcements.sql")),
+    (6, "fleet", include_str!("../migrations/0006_fleet.sql")),
+    (7, "lists of organizers", include_str!("../migrations/0007_organizers.sql")),
+    (8, "ranking", include_str!("../migrations/0008_ranking.sql")),
+    (9, "verification", include_str!("../migrations/0009_verification.sql")),
+    (10, "schedule", include_str!("../migrations/0010_schedule.sql")),
+    (11, "objects", include_str!("../migrations/0011_objects.sql")),
+    (12, "queues of hosts", include_str!("../migrations/0012_queues.sql")),
+    (13, "proofs of writing", include_str!("../migrations/0013_proofs.sql")),
+    (14, "order of ends", include_str!("../migrations/0014_order_of_ends.sql")),
+    (15, "undo", include_str!("../migrations/0015_undo.sql")),
+    (16, "likeness of paths", include_str!("../migrations/0016_likeness_of_paths.sql")),
 ];
-
-/// The statements of a migration.
-#[derive(Clone, Copy)]
-enum Statements {
-    Same(&'static str),
-    Each { sqlite: &'static str, postgres: &'static str },
-}
 
 /// Connections to a SQLite file.
 const SQLITE_CONNECTIONS: u32 = 4;
@@ -263,13 +230,27 @@ async fn migrate(pool: &AnyPool, dialect: Dialect) -> Result<(), StoreError> {
     Ok(())
 }
 
-fn migrator(dialect: Dialect) -> Migrator {
-    let migrations = MIGRATIONS.map(|(version, name, statements)| {
-        let sql = match (statements, dialect) {
-            (Same(sql), _) | (Each { sqlite: sql, .. }, Dialect::Sqlite) => sql,
-            (Each { postgres: sql, .. }, Dialect::Postgres) => sql,
-        };
-        Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql.into_sql_str(), false)
+pub(super) fn migrator(dialect: Dialect) -> Migrator {
+    let migrations = MIGRATIONS.map(|(version, name, text)| {
+        let sql = AssertSqlSafe(text_for(dialect, text)).into_sql_str();
+        Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql, false)
     });
     Migrator::with_migrations(migrations.into())
+}
+
+/// The lines of a migration for one dialect. A line `-- SQLite:` or `-- Postgres:` begins lines for this dialect only, a line
+/// `-- Both:` ends them.
+fn text_for(dialect: Dialect, text: &str) -> String {
+    let mut only = None;
+    let mut kept = String::new();
+    for line in text.split_inclusive('\n') {
+        match line.trim_end() {
+            "-- SQLite:" => only = Some(Dialect::Sqlite),
+            "-- Postgres:" => only = Some(Dialect::Postgres),
+            "-- Both:" => only = None,
+            _ if only.is_none_or(|only| only == dialect) => kept += line,
+            _ => {}
+        }
+    }
+    kept
 }

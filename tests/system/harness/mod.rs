@@ -1,6 +1,8 @@
 //! Parts of every test: a server of its own, a client that sends raw frames, plain HTTP.
 
 mod client;
+#[path = "../../../models/src/tests/exported_hand.rs"]
+pub(crate) mod exported_hand;
 pub(crate) mod fleet;
 mod http;
 pub(crate) mod kubelet;

@@ -85,7 +85,8 @@ fn all(printed: &str, read: fn(&str) -> Option<Tally>) -> Tally {
     printed.lines().filter_map(read).fold(Tally::default(), Tally::plus)
 }
 
-/// A test that passes and prints a line that begins with `SKIP` was skipped. Other output of tests that pass is not shown.
+/// A test that passes and prints a line that begins with `SKIP` was skipped; one that prints `LEFT OUT` made less than it could. Other
+/// output of tests that pass is not shown.
 fn rust(printed: &str) -> (Tally, String) {
     let (mut tally, mut shown) = (Tally::default(), String::new());
     // Within the output of tests that passed: the name of the present one.
@@ -101,8 +102,10 @@ fn rust(printed: &str) -> (Tally, String) {
         }
         match (passed, name) {
             (Some(_), Some(name)) => passed = Some(name),
-            (Some(name), None) if line.starts_with("SKIP") => {
-                skipped.insert(name);
+            (Some(name), None) if line.starts_with("SKIP") || line.starts_with("LEFT OUT") => {
+                if line.starts_with("SKIP") {
+                    skipped.insert(name);
+                }
                 shown += &format!("{name}: {line}\n");
             }
             (Some(_), None) => {}
@@ -181,6 +184,7 @@ SKIP: a second time
 
 ---- b stdout ----
 noise
+LEFT OUT: a command
 
 successes:
     a
@@ -195,6 +199,7 @@ test result: FAILED. 2 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; 
         let (counted, shown) = Counts::Rust.read(printed, false);
         assert_eq!(counted, tally(1, 1, 3));
         assert!(shown.contains("a: SKIP: postgres is not installed\n"), "{shown}");
+        assert!(shown.contains("b: LEFT OUT: a command\n"), "{shown}");
         assert!(shown.contains("SKIP is not what a failed test says\n"), "{shown}");
         assert!(!shown.contains("noise"), "{shown}");
         let fine =

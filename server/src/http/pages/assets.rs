@@ -45,17 +45,17 @@ pub(super) struct PageFiles {
     pub(super) styles: Vec<String>,
 }
 
-static MANIFEST: LazyLock<BTreeMap<String, Chunk>> = LazyLock::new(|| {
+/// Vite's manifest: chunks by the path of their source.
+type Manifest = BTreeMap<String, Chunk>;
+
+static MANIFEST: LazyLock<Manifest> = LazyLock::new(|| {
     let file = Bundle::get("bundle/manifest.json");
     file.and_then(|file| serde_json::from_slice(&file.data).ok()).unwrap_or_default()
 });
 
 /// The files of a page; None if the server was built without its viewer.
 pub(super) fn files_of(page: &str) -> Option<PageFiles> {
-    let entry = MANIFEST.get(&format!("src/pages/{page}.ts"))?;
-    let mut files = PageFiles { script: format!("/{}", entry.file), ..PageFiles::default() };
-    collect(entry, &mut files);
-    Some(files)
+    files_in(&MANIFEST, page)
 }
 
 /// Whether the server was built with this page's script.
@@ -63,11 +63,18 @@ pub(super) fn is_built(page: &str) -> bool {
     MANIFEST.contains_key(&format!("src/pages/{page}.ts"))
 }
 
+fn files_in(manifest: &Manifest, page: &str) -> Option<PageFiles> {
+    let entry = manifest.get(&format!("src/pages/{page}.ts"))?;
+    let mut files = PageFiles { script: format!("/{}", entry.file), ..PageFiles::default() };
+    collect(manifest, entry, &mut files);
+    Some(files)
+}
+
 /// Adds the files of a chunk, after those of its imports.
-fn collect(chunk: &Chunk, files: &mut PageFiles) {
+fn collect(manifest: &Manifest, chunk: &Chunk, files: &mut PageFiles) {
     for import in &chunk.imports {
-        let Some(other) = MANIFEST.get(import) else { continue };
-        collect(other, files);
+        let Some(other) = manifest.get(import) else { continue };
+        collect(manifest, other, files);
         let address = format!("/{}", other.file);
         if !files.preload.contains(&address) {
             files.preload.push(address);
@@ -115,6 +122,24 @@ fn bytes(file: EmbeddedFile) -> (StatusCode, Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_page_has_each_file_once_after_those_that_it_imports() {
+        let manifest = serde_json::from_value(serde_json::json!({
+            "src/pages/live.ts": {
+                "file": "assets/live.js", "css": ["assets/live.css"], "imports": ["_scene.js", "_base.js"]
+            },
+            "_scene.js": { "file": "assets/scene.js", "css": ["assets/scene.css"], "imports": ["_base.js"] },
+            "_base.js": { "file": "assets/base.js", "css": ["assets/base.css"] },
+            "src/pages/wall.ts": { "file": "assets/wall.js" },
+        }));
+        let manifest = manifest.expect("a manifest");
+        let files = files_in(&manifest, "live").expect("its files");
+        assert_eq!(files.script, "/assets/live.js");
+        assert_eq!(files.preload, ["/assets/base.js", "/assets/scene.js"]);
+        assert_eq!(files.styles, ["/assets/base.css", "/assets/scene.css", "/assets/live.css"]);
+        assert_eq!(files_in(&manifest, "team"), None);
+    }
 
     #[test]
     fn the_files_of_every_page_are_there() {

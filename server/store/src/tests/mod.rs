@@ -4,6 +4,7 @@ mod competition;
 mod fence;
 mod fleet_database;
 mod leaderboard;
+mod migrations;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;

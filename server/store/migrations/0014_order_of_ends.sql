@@ -13,6 +13,7 @@ CREATE INDEX runs_best_official ON runs (team, task, score DESC, ended_seq, run_
 CREATE INDEX runs_best_practice ON runs (team, task, score DESC, ended_seq, run_id)
     WHERE score IS NOT NULL AND status = 'practice';
 
+-- SQLite:
 DROP VIEW best_counted;
 -- SQLite has no functions: an insert into this view counts `change` more runs and finds the best run again.
 CREATE VIEW best_counted AS SELECT team, task, official, 0 AS change FROM best;
@@ -38,3 +39,29 @@ CREATE TRIGGER best_counted_practice INSTEAD OF INSERT ON best_counted WHEN NEW.
         ORDER BY score DESC, ended_seq, run_id LIMIT 1)
     WHERE team = NEW.team AND task = NEW.task AND official = 0;
 END;
+-- Postgres:
+-- Counts `change` more runs and finds the best run again. The first statement locks the row until the transaction ends; the next
+-- statement then reads all that was committed before, by any server.
+CREATE OR REPLACE FUNCTION best_counted(in_team TEXT, in_task TEXT, in_official BIGINT, change BIGINT) RETURNS void
+LANGUAGE plpgsql AS $$
+BEGIN
+    INSERT INTO best AS kept (team, task, official, runs, truth, revision, changed_at)
+        VALUES (in_team, in_task, in_official, change, 0, 1, (EXTRACT(EPOCH FROM clock_timestamp()) * 1000)::BIGINT)
+        ON CONFLICT (team, task, official) DO UPDATE
+        SET runs = kept.runs + change, revision = kept.revision + 1, changed_at = excluded.changed_at;
+    IF in_official = 1 THEN
+        UPDATE best SET (score, run_id, status, ended_at, ended_seq) = (
+            SELECT runs.score, runs.run_id, runs.status, runs.ended_at, runs.ended_seq FROM runs
+            WHERE runs.team = in_team AND runs.task = in_task
+                AND runs.score IS NOT NULL AND runs.status IN ('provisional', 'verified')
+            ORDER BY runs.score DESC, runs.ended_seq, runs.run_id LIMIT 1)
+        WHERE best.team = in_team AND best.task = in_task AND best.official = 1;
+    ELSE
+        UPDATE best SET (score, run_id, status, ended_at, ended_seq) = (
+            SELECT runs.score, runs.run_id, runs.status, runs.ended_at, runs.ended_seq FROM runs
+            WHERE runs.team = in_team AND runs.task = in_task
+                AND runs.score IS NOT NULL AND runs.status = 'practice'
+            ORDER BY runs.score DESC, runs.ended_seq, runs.run_id LIMIT 1)
+        WHERE best.team = in_team AND best.task = in_task AND best.official = 0;
+    END IF;
+END $$;

@@ -1,5 +1,9 @@
 -- The ranking, kept up to date in the transaction of every write to `runs`, so that reading it does not read all runs. Triggers keep
+-- SQLite:
+-- it: no write can miss it.
+-- Postgres:
 -- it: no write can miss it, whichever server makes it.
+-- Both:
 
 CREATE TABLE best (
     team     TEXT NOT NULL,
@@ -19,7 +23,11 @@ CREATE TABLE best (
     -- The last change, by the database's clock, ms since 1970 UTC: a reader reads what has changed since.
     changed_at BIGINT NOT NULL,
     PRIMARY KEY (team, task, official)
+-- SQLite:
+);
+-- Postgres:
 ) WITH (fillfactor = 70);
+-- Both:
 
 -- The runs that count, in the order of the ranking. They replace an index without the order of ties.
 DROP INDEX runs_best;
@@ -30,6 +38,58 @@ CREATE INDEX runs_best_practice ON runs (team, task, score DESC, ended_at, run_i
 -- Lists of sessions count the runs of each.
 CREATE INDEX runs_session ON runs (session_id);
 
+-- SQLite:
+-- SQLite has no functions: an insert into this view counts `change` more runs and finds the best run again.
+CREATE VIEW best_counted AS SELECT team, task, official, 0 AS change FROM best;
+
+CREATE TRIGGER best_counted_official INSTEAD OF INSERT ON best_counted WHEN NEW.official = 1 BEGIN
+    INSERT INTO best (team, task, official, runs, truth, revision, changed_at) VALUES (NEW.team, NEW.task, 1, 0, 0, 0, 0)
+        ON CONFLICT (team, task, official) DO NOTHING;
+    UPDATE best SET runs = runs + NEW.change, revision = revision + 1,
+        changed_at = CAST((julianday('now') - 2440587.5) * 86400000 AS INTEGER), (score, run_id, status, ended_at) = (
+        SELECT score, run_id, status, ended_at FROM runs
+        WHERE team = NEW.team AND task = NEW.task AND score IS NOT NULL AND status IN ('provisional', 'verified')
+        ORDER BY score DESC, ended_at, run_id LIMIT 1)
+    WHERE team = NEW.team AND task = NEW.task AND official = 1;
+END;
+
+CREATE TRIGGER best_counted_practice INSTEAD OF INSERT ON best_counted WHEN NEW.official = 0 BEGIN
+    INSERT INTO best (team, task, official, runs, truth, revision, changed_at) VALUES (NEW.team, NEW.task, 0, 0, 0, 0, 0)
+        ON CONFLICT (team, task, official) DO NOTHING;
+    UPDATE best SET runs = runs + NEW.change, revision = revision + 1,
+        changed_at = CAST((julianday('now') - 2440587.5) * 86400000 AS INTEGER), (score, run_id, status, ended_at) = (
+        SELECT score, run_id, status, ended_at FROM runs
+        WHERE team = NEW.team AND task = NEW.task AND score IS NOT NULL AND status = 'practice'
+        ORDER BY score DESC, ended_at, run_id LIMIT 1)
+    WHERE team = NEW.team AND task = NEW.task AND official = 0;
+END;
+
+CREATE TRIGGER runs_truth AFTER INSERT ON runs WHEN NEW.sensing = 'truth' BEGIN
+    INSERT INTO best (team, task, official, runs, truth, revision, changed_at)
+        VALUES (NEW.team, NEW.task, NEW.k IS NOT NULL, 0, 1, 1, CAST((julianday('now') - 2440587.5) * 86400000 AS INTEGER))
+        ON CONFLICT (team, task, official)
+        DO UPDATE SET truth = 1, revision = revision + 1, changed_at = excluded.changed_at WHERE truth = 0;
+END;
+
+-- A run of a backup arrives finished.
+CREATE TRIGGER runs_restored AFTER INSERT ON runs
+WHEN NEW.score IS NOT NULL AND NEW.status IN ('practice', 'provisional', 'verified') BEGIN
+    INSERT INTO best_counted VALUES (NEW.team, NEW.task, NEW.status <> 'practice', 1);
+END;
+
+CREATE TRIGGER runs_judged AFTER UPDATE OF status, score ON runs
+WHEN OLD.status <> NEW.status OR OLD.score IS DISTINCT FROM NEW.score BEGIN
+    INSERT INTO best_counted
+        SELECT NEW.team, NEW.task, 1,
+            (NEW.score IS NOT NULL AND NEW.status IN ('provisional', 'verified'))
+            - (OLD.score IS NOT NULL AND OLD.status IN ('provisional', 'verified'))
+        WHERE OLD.status IN ('provisional', 'verified') OR NEW.status IN ('provisional', 'verified');
+    INSERT INTO best_counted
+        SELECT NEW.team, NEW.task, 0,
+            (NEW.score IS NOT NULL AND NEW.status = 'practice') - (OLD.score IS NOT NULL AND OLD.status = 'practice')
+        WHERE OLD.status = 'practice' OR NEW.status = 'practice';
+END;
+-- Postgres:
 -- Counts `change` more runs and finds the best run again. The first statement locks the row until the transaction ends; the next
 -- statement then reads all that was committed before, by any server.
 CREATE FUNCTION best_counted(in_team TEXT, in_task TEXT, in_official BIGINT, change BIGINT) RETURNS void
@@ -90,6 +150,7 @@ CREATE TRIGGER runs_begun AFTER INSERT ON runs FOR EACH ROW
     WHEN (NEW.sensing = 'truth' OR NEW.status <> 'open') EXECUTE FUNCTION runs_begun();
 CREATE TRIGGER runs_judged AFTER UPDATE OF status, score ON runs FOR EACH ROW
     WHEN (OLD.status <> NEW.status OR OLD.score IS DISTINCT FROM NEW.score) EXECUTE FUNCTION runs_judged();
+-- Both:
 
 INSERT INTO best (team, task, official, runs, truth, score, run_id, status, ended_at, revision, changed_at)
     SELECT team, task, official, SUM(counts), MAX(truth), MAX(CASE WHEN place = 1 THEN score END),
