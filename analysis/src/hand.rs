@@ -269,6 +269,9 @@ pub(crate) fn balance(e: &DMatrix<f64>, r: &DMatrix<f64>, give: &[f64], c: usize
 /// The inverse of a symmetric matrix, computed with rows and columns scaled to largest entries of 1; `None` if it is singular.
 pub(crate) fn balanced_inverse(mut matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = matrix.nrows();
+    if n == 0 {
+        return Some(matrix);
+    }
     let mut scale = vec![1.0; n];
     // Each pass takes the square root off the spread of the entries.
     for _ in 0..4 {
