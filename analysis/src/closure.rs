@@ -6,7 +6,7 @@
 //! analysis"). As there, the margin d is the largest distance to the bounds for normal forces whose sum is at most the number of
 //! contacts; but the cones here are round.
 
-use crate::contact::{Contact, ContactModel};
+use crate::contact::{Contact, ContactModel, first_components};
 use crate::linear::{intersection, null_space, rank};
 use nalgebra::{DMatrix, DVector};
 
@@ -43,12 +43,7 @@ pub struct ForceClosure {
 /// First-order form closure: the contacts' normals alone hold the object. `rows` are those of G that count:
 /// all six, or [`PLANAR`].
 pub fn form_closure(contacts: &[Contact], g: &DMatrix<f64>, rows: &[usize]) -> Closure {
-    let mut first = 0;
-    let mut normals = Vec::new();
-    for contact in contacts {
-        normals.push(first);
-        first += contact.model.components();
-    }
+    let normals: Vec<usize> = first_components(contacts).collect();
     let rigid: Vec<Contact> =
         contacts.iter().map(|c| Contact { model: ContactModel::Frictionless, ..*c }).collect();
     largest_margin(&rigid, &g.select_rows(rows).select_columns(&normals))
@@ -118,8 +113,7 @@ fn cones(contacts: &[Contact], null: &DMatrix<f64>) -> Vec<Cone> {
     };
     let mut all = Vec::with_capacity(contacts.len() + 1);
     let mut sum = DVector::zeros(free + 1);
-    let mut first = 0;
-    for contact in contacts {
+    for (contact, first) in contacts.iter().zip(first_components(contacts)) {
         let n = contact.model.components();
         sum -= row(first, 1.0, 0.0);
         let friction = if n == 1 { 1.0 } else { contact.friction };
@@ -128,7 +122,6 @@ fn cones(contacts: &[Contact], null: &DMatrix<f64>) -> Vec<Cone> {
         let rows: Vec<_> = (1..n).map(|k| row(first + k, scale(k), 0.0).transpose()).collect();
         let a = if rows.is_empty() { DMatrix::zeros(0, free + 1) } else { DMatrix::from_rows(&rows) };
         all.push(Cone { a, b: row(first, friction, -1.0), c: 0.0 });
-        first += n;
     }
     all.push(Cone { a: DMatrix::zeros(0, free + 1), b: sum, c: contacts.len() as f64 });
     all

@@ -157,6 +157,15 @@ pub fn check_numbers(index: usize, contact: &Contact) -> Result<(), BadContact> 
     Ok(())
 }
 
+/// First component of each contact in λ.
+pub fn first_components(contacts: &[Contact]) -> impl Iterator<Item = usize> {
+    contacts.iter().scan(0, |end, contact| {
+        let first = *end;
+        *end += contact.model.components();
+        Some(first)
+    })
+}
+
 /// A unit vector orthogonal to `normal`: the part of the axis that is farthest from it.
 pub fn tangent(normal: Vec3) -> Vec3 {
     let [x, y, z] = normal.to_array().map(f64::abs);

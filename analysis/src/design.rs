@@ -4,7 +4,7 @@
 //! compliance C whose points touch at the posture q*. Its derivative by a parameter is the same linear system with another right side, so that a gradient
 //! costs no more than the equilibrium. The goals are sums of squares; [`optimise`] is the projected Levenberg–Marquardt method.
 
-use crate::hand::{balanced_inverse, spring_stiffness};
+use crate::hand::{balance, balanced_inverse, spring_stiffness};
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::Hand;
 use palmares_sim::statics::drives::wound_lengths;
@@ -206,13 +206,7 @@ impl Design {
     ) -> Result<(DVector<f64>, DMatrix<f64>), NoDesign> {
         let (m, n) = self.r.shape();
         let c = contacts.map_or(0, |(jacobian, ..)| jacobian.nrows());
-        let mut all = DMatrix::zeros(n + m + c, n + m + c);
-        all.view_mut((0, 0), (n, n)).copy_from(&self.e);
-        all.view_mut((0, n), (n, m)).copy_from(&self.r.transpose());
-        all.view_mut((n, 0), (m, n)).copy_from(&self.r);
-        for (t, give) in self.give.iter().enumerate() {
-            all[(n + t, n + t)] = -give;
-        }
+        let mut all = balance(&self.e, &self.r, &self.give, c);
         let mut right = DVector::zeros(n + m + c);
         for i in 0..n {
             right[i] = self.own_stiffness(i) * self.rest[i] + self.coupling.1[i];

@@ -4,7 +4,7 @@
 //! contacts are `Gᵀ ν` on the object and `J q̇` on the hand (Prattichizzo and Trinkle, eqs 28.16 and 28.18). λ has for each
 //! contact, in its frame, f_n, then f_t and f_o unless it is frictionless, then m_n if it is soft.
 
-use crate::contact::{BadContact, Contact, ContactModel, LinkContact, check};
+use crate::contact::{BadContact, Contact, LinkContact, check};
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
@@ -56,12 +56,7 @@ pub fn grasp_matrix(contacts: &[Contact], object: Pose) -> DMatrix<f64> {
 pub(crate) fn directions(contact: &Contact) -> impl Iterator<Item = (Vec3, Vec3)> {
     let [n, t, o] = contact.axes();
     let all = [(n, Vec3::ZERO), (t, Vec3::ZERO), (o, Vec3::ZERO), (Vec3::ZERO, n)];
-    let number = match contact.model {
-        ContactModel::Frictionless => 1,
-        ContactModel::HardFinger => 3,
-        ContactModel::SoftFinger => 4,
-    };
-    all.into_iter().take(number)
+    all.into_iter().take(contact.model.components())
 }
 
 impl Grasp {
@@ -96,15 +91,6 @@ impl Grasp {
             }
         }
         Ok(Grasp { contacts: placed, links, g, j, object, kin })
-    }
-
-    /// First component of each contact in λ.
-    pub fn first_components(&self) -> Vec<usize> {
-        let ends = self.contacts.iter().scan(0, |end, contact| {
-            *end += contact.model.components();
-            Some(*end)
-        });
-        ends.zip(&self.contacts).map(|(end, contact)| end - contact.model.components()).collect()
     }
 
     /// Force and moment of each contact on the object, in the world, for λ.

@@ -181,14 +181,7 @@ impl CompliantHand {
         acting: Vec<usize>,
     ) -> Result<Self, NotCompliant> {
         let (n, m) = (e.nrows(), r.nrows());
-        let mut all = DMatrix::zeros(n + m, n + m);
-        all.view_mut((0, 0), (n, n)).copy_from(&e);
-        all.view_mut((0, n), (n, m)).copy_from(&r.transpose());
-        all.view_mut((n, 0), (m, n)).copy_from(&r);
-        for (t, give) in give.iter().enumerate() {
-            all[(n + t, n + t)] = -give;
-        }
-        let inverse = balanced_inverse(all).ok_or(NotCompliant::Singular)?;
+        let inverse = balanced_inverse(balance(&e, &r, give, 0)).ok_or(NotCompliant::Singular)?;
         let compliance = inverse.view((0, 0), (n, n)).into_owned();
         let pulled = inverse.view((0, n), (n, m)).into_owned();
         let tendon_stiffness = -inverse.view((n, n), (m, m)).into_owned();
@@ -216,8 +209,8 @@ impl CompliantHand {
         synergy_stiffness: &DMatrix<f64>,
     ) -> Result<Self, NotCompliant> {
         let (n, k) = synergies.shape();
-        square("joint_stiffness", joint_stiffness, n)?;
-        square("synergy_stiffness", synergy_stiffness, k)?;
+        sized("joint_stiffness", joint_stiffness, (n, n))?;
+        sized("synergy_stiffness", synergy_stiffness, (k, k))?;
         let invert = |matrix: &DMatrix<f64>| matrix.clone().try_inverse().ok_or(NotCompliant::Singular);
         let (joints, inputs) = (invert(joint_stiffness)?, invert(synergy_stiffness)?);
         // From τ + K_q (S z − q) = 0 and Sᵀ K_q (S z − q) = K_z (z_ref − z).
@@ -247,18 +240,38 @@ impl CompliantHand {
     }
 }
 
-fn square(what: &'static str, matrix: &DMatrix<f64>, n: usize) -> Result<(), NotCompliant> {
+/// Checks the size of a matrix.
+pub(crate) fn sized(
+    what: &'static str,
+    matrix: &DMatrix<f64>,
+    wanted: (usize, usize),
+) -> Result<(), NotCompliant> {
     let (rows, columns) = matrix.shape();
-    if (rows, columns) == (n, n) {
-        Ok(())
-    } else {
-        Err(NotCompliant::Size { what, rows, columns, wanted: format!("{n} × {n}") })
+    if (rows, columns) == wanted {
+        return Ok(());
     }
+    Err(NotCompliant::Size { what, rows, columns, wanted: format!("{} × {}", wanted.0, wanted.1) })
+}
+
+/// `[E Rᵀ; R −K⁻¹]`, with zeros for c more rows and columns.
+pub(crate) fn balance(e: &DMatrix<f64>, r: &DMatrix<f64>, give: &[f64], c: usize) -> DMatrix<f64> {
+    let (m, n) = r.shape();
+    let mut all = DMatrix::zeros(n + m + c, n + m + c);
+    all.view_mut((0, 0), (n, n)).copy_from(e);
+    all.view_mut((0, n), (n, m)).copy_from(&r.transpose());
+    all.view_mut((n, 0), (m, n)).copy_from(r);
+    for (t, give) in give.iter().enumerate() {
+        all[(n + t, n + t)] = -give;
+    }
+    all
 }
 
 /// The inverse of a symmetric matrix, computed with rows and columns scaled to largest entries of 1; `None` if it is singular.
 pub(crate) fn balanced_inverse(mut matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = matrix.nrows();
+    if n == 0 {
+        return Some(matrix);
+    }
     let mut scale = vec![1.0; n];
     // Each pass takes the square root off the spread of the entries.
     for _ in 0..4 {

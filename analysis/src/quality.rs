@@ -5,7 +5,7 @@
 //! ([`Norm::Total`], the convex hull of all cones) or each of them at most 1 N ([`Norm::Each`], their Minkowski sum). Its norm is
 //! `‖w‖² = ‖force‖² + (‖moment‖/length)²`.
 
-use crate::contact::Contact;
+use crate::contact::{Contact, first_components};
 use crate::hull::{Facet, Hull, NoHull};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -162,13 +162,9 @@ pub fn quality(
             scaled.row_mut(k).scale_mut(1.0 / settings.length);
         }
     }
-    let mut columns = Vec::new();
-    let mut first = 0;
-    for contact in contacts {
-        let n = contact.model.components();
-        columns.push(scaled.columns(first, n).into_owned());
-        first += n;
-    }
+    let of =
+        |(contact, first): (&Contact, usize)| scaled.columns(first, contact.model.components()).into_owned();
+    let columns = contacts.iter().zip(first_components(contacts)).map(of).collect();
     let cones = Cones { contacts, columns, settings };
     let dimension = rows.len();
     let nothing = |volume| {

@@ -9,7 +9,7 @@
 //! `C_q = K_q⁻¹ + S K_z⁻¹ Sᵀ`; Prattichizzo et al. 2013, eqs 15 to 24).
 
 use crate::contact::Contact;
-use crate::hand::{CompliantHand, NotCompliant, balanced_inverse};
+use crate::hand::{CompliantHand, NotCompliant, balanced_inverse, sized};
 use crate::linear::{intersection, null_space, pseudo_inverse, range, rank};
 use nalgebra::DMatrix;
 
@@ -75,17 +75,9 @@ impl QuasiStatic {
         object_geometric: Option<&DMatrix<f64>>,
     ) -> Result<Self, NotStiff> {
         let c = j.nrows();
-        let size = |what, matrix: &DMatrix<f64>, wanted: (usize, usize)| {
-            let (rows, columns) = matrix.shape();
-            if (rows, columns) == wanted {
-                return Ok(());
-            }
-            let wanted = format!("{} × {}", wanted.0, wanted.1);
-            Err(NotCompliant::Size { what, rows, columns, wanted })
-        };
-        size("G", g, (g.nrows(), c))?;
-        size("J", j, (c, hand.compliance.nrows()))?;
-        size("contact_stiffness", contacts, (c, c))?;
+        sized("G", g, (g.nrows(), c))?;
+        sized("J", j, (c, hand.compliance.nrows()))?;
+        sized("contact_stiffness", contacts, (c, c))?;
         let transmits = |k: &usize| contacts.row(*k).amax().max(contacts.column(*k).amax()) > 0.0;
         let acting: Vec<usize> = (0..c).filter(transmits).collect();
         let give = balanced_inverse(contacts.select_rows(&acting).select_columns(&acting));
@@ -100,7 +92,7 @@ impl QuasiStatic {
         }
         let mut object_stiffness = g * &series * g.transpose();
         if let Some(geometric) = object_geometric {
-            size("object_geometric", geometric, (g.nrows(), g.nrows()))?;
+            sized("object_geometric", geometric, (g.nrows(), g.nrows()))?;
             object_stiffness -= geometric;
         }
         let yielding = pseudo_inverse(&object_stiffness);

@@ -110,6 +110,14 @@ def test_a_world_held_object_has_the_forces_of_its_contacts() -> None:
         held(world, "none")
 
 
+def test_an_object_that_nothing_touches_is_held_in_no_direction() -> None:
+    world = World("grasp", "softhand", seed=3)
+    grasp = held(world, world.scene.free[0].name)
+    linear = grasp.linear()
+    assert (grasp.contacts, linear.held) == ((), 0)
+    np.testing.assert_array_equal(linear.joints_per_input, grasp.hand().motion)
+
+
 def test_design_reaches_a_trajectory() -> None:
     hand = Hand("pinch")
     variables = [

@@ -4,7 +4,7 @@ use crate::describe::short;
 use crate::draw::draw;
 use crate::figure::{Curve, Figure, Panel};
 use crate::fingers::fingers;
-use crate::load::{hint, load_hand, parse_sigma};
+use crate::load::{hint, link_of, load_hand, parse_sigma};
 use crate::show::one_per_motor;
 use crate::table::{json, table};
 use crate::view::view_of;
@@ -137,14 +137,8 @@ impl AnalyseArgs {
             ModelArg::SoftFinger => ContactModel::SoftFinger,
         };
         let on = |given: &ContactArg| {
-            let link = hand.link(&given.link).with_context(|| {
-                let names: Vec<&str> = hand.links.iter().map(|link| link.name.as_str()).collect();
-                format!("hand `{}` has no link `{}`; its links: {}", hand.name, given.link, names.join(", "))
-            })?;
-            Ok(LinkContact {
-                link,
-                in_link: Contact::new(given.point, given.normal, model, self.friction, self.arm),
-            })
+            let in_link = Contact::new(given.point, given.normal, model, self.friction, self.arm);
+            Ok(LinkContact { link: link_of(hand, &given.link)?, in_link })
         };
         self.contact.iter().map(on).collect()
     }
@@ -306,11 +300,10 @@ fn grasp_text(hand: &Hand, held: &Held) -> String {
     );
     let _ = write!(text, "\nObject motion per σ, m and rad\n{}", square(&linear.object_per_input));
     let mut rows = Vec::new();
-    let first = grasp.first_components();
-    for (k, contact) in grasp.contacts.iter().enumerate() {
-        let name = &hand.links[grasp.links[k]].name;
-        for (i, part) in ["f_n", "f_t", "f_o", "m_n"].iter().take(contact.model.components()).enumerate() {
-            rows.push(cells(&format!("{name} {part}"), &row(&linear.forces_per_input, first[k] + i)));
+    for (contact, &link) in grasp.contacts.iter().zip(&grasp.links) {
+        for part in ["f_n", "f_t", "f_o", "m_n"].iter().take(contact.model.components()) {
+            let name = format!("{} {part}", hand.links[link].name);
+            rows.push(cells(&name, &row(&linear.forces_per_input, rows.len())));
         }
     }
     let _ = write!(text, "\nContact forces per σ, N\n{}", table(&rows));

@@ -54,3 +54,11 @@ pub(crate) fn parse_sigma(text: &str) -> anyhow::Result<f64> {
     }
     Ok(sigma)
 }
+
+/// Index of the link of that name.
+pub(crate) fn link_of(hand: &Hand, name: &str) -> anyhow::Result<usize> {
+    hand.link(name).with_context(|| {
+        let names: Vec<&str> = hand.links.iter().map(|link| link.name.as_str()).collect();
+        format!("hand `{}` has no link `{name}`; its links: {}", hand.name, names.join(", "))
+    })
+}

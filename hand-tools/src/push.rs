@@ -1,5 +1,6 @@
 //! `--push link:fx,fy,fz`: constant forces on links.
 
+use crate::load::link_of;
 use anyhow::{Context, bail};
 use palmares_models::Vec3;
 use palmares_models::hand::Hand;
@@ -41,10 +42,7 @@ impl FromStr for PushArg {
 impl PushArg {
     /// The push on a hand, at the link's centre of mass.
     pub(crate) fn on(&self, hand: &Hand) -> anyhow::Result<Push> {
-        let link = hand.link(&self.link).with_context(|| {
-            let names: Vec<&str> = hand.links.iter().map(|l| l.name.as_str()).collect();
-            format!("hand `{}` has no link `{}`; its links: {}", hand.name, self.link, names.join(", "))
-        })?;
+        let link = link_of(hand, &self.link)?;
         Ok(Push { link, point: hand.links[link].inertia.com, force: self.force })
     }
 }

@@ -28,6 +28,12 @@ impl Lines {
         self.out
     }
 
+    /// The same elements on one line, with single quotes.
+    pub fn into_one_line(self) -> String {
+        let line: String = self.out.lines().map(str::trim_start).collect();
+        line.replace('\'', "&apos;").replace('"', "'")
+    }
+
     /// An element without content.
     pub fn leaf(&mut self, element: Element) {
         self.line(&format!("{}/>", element.0));
@@ -45,12 +51,17 @@ impl Lines {
         self.line(&format!("</{tag}>"));
     }
 
-    /// An element around lines that begin one deeper; nothing without lines.
+    /// An element around lines that begin one deeper.
+    pub fn around(&mut self, tag: &str, content: Lines) {
+        self.open(Element::new(tag));
+        self.append(content);
+        self.close(tag);
+    }
+
+    /// The same; nothing without lines.
     pub fn section(&mut self, tag: &str, content: Lines) {
         if !content.is_empty() {
-            self.open(Element::new(tag));
-            self.append(content);
-            self.close(tag);
+            self.around(tag, content);
         }
     }
 
@@ -65,10 +76,10 @@ impl Lines {
     }
 
     /// A fixed tendon: the sum of its joints' angles, each times its moment arm.
-    pub fn fixed<'a>(&mut self, tendon: Element, arms: impl IntoIterator<Item = (&'a str, f64)>) {
+    pub fn fixed(&mut self, tendon: Element, arms: impl IntoIterator<Item = (impl AsRef<str>, f64)>) {
         self.open(tendon);
         for (joint, arm) in arms {
-            self.leaf(Element::new("joint").text("joint", joint).number("coef", arm));
+            self.leaf(Element::new("joint").text("joint", joint.as_ref()).number("coef", arm));
         }
         self.close("fixed");
     }
@@ -110,19 +121,25 @@ impl Element {
         self.numbers(name, value.to_array())
     }
 
-    /// Attributes as they are written.
+    /// A blank, and attributes as they are written.
     pub fn attributes(mut self, written: &str) -> Self {
-        if !written.is_empty() {
-            let _ = write!(self.0, " {written}");
-        }
+        let _ = write!(self.0, " {written}");
         self
     }
 
     /// `pos` and `quat`, each where it is not the default.
     pub fn pose(self, pose: &Pose) -> Self {
-        let q = pose.rotation;
         let moved = if pose.translation == Vec3::ZERO { self } else { self.vector("pos", pose.translation) };
-        if q == Rotation::IDENTITY { moved } else { moved.numbers("quat", [q.w, q.x, q.y, q.z]) }
+        if pose.rotation == Rotation::IDENTITY { moved } else { moved.quat(pose.rotation) }
+    }
+
+    /// `pos` and `quat`.
+    pub fn whole_pose(self, pose: &Pose) -> Self {
+        self.vector("pos", pose.translation).quat(pose.rotation)
+    }
+
+    fn quat(self, q: Rotation) -> Self {
+        self.numbers("quat", [q.w, q.x, q.y, q.z])
     }
 
     /// Mass, centre of mass and inertia of a body.
@@ -146,7 +163,7 @@ impl Element {
 
     /// A plane through the origin of its pose, with its normal along z.
     pub fn plane() -> Self {
-        Element::geom("plane", [0.0, 0.0, 1.0])
+        Element::new("geom").text("type", "plane").text("size", "0 0 1")
     }
 
     /// A geom of a shape; boxes are sharp, and `hull` makes that of points and a rounding.
@@ -160,22 +177,23 @@ impl Element {
         }
     }
 
-    /// The hull of points, each with a ball of this radius about it: 26 corners.
-    pub fn mesh_of_hull(name: &str, points: &[[f64; 3]], rounding: f64) -> Self {
+    /// `vertex` of a mesh: the hull of points, each with a ball of this radius about it: 26 corners.
+    pub fn hull(self, points: &[[f64; 3]], rounding: f64) -> Self {
         let about = |k: usize| Vec3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64) - Vec3::ONE;
         let directions: Vec<Vec3> = match rounding {
-            0.0 => vec![Vec3::ZERO],
+            // Minus zero keeps the sign of every zero.
+            0.0 => vec![Vec3::splat(-0.0)],
             _ => (0..27).filter(|k| *k != 13).map(|k| about(k).normalize() * rounding).collect(),
         };
         let corners = points.iter().flat_map(|point| {
             directions.iter().flat_map(|direction| (Vec3::from_array(*point) + *direction).to_array())
         });
-        Element::new("mesh").text("name", name).numbers("vertex", corners)
+        self.text("vertex", &corners.map(|x| format!("{x:?} ")).collect::<String>())
     }
 
-    /// An equality of two joints: the first is a polynomial of the second.
-    pub fn coupling(joint: &str, leader: &str, polynomial: [f64; 5]) -> Self {
-        Element::new("joint").text("joint1", joint).text("joint2", leader).numbers("polycoef", polynomial)
+    /// An equality of two joints: the first is a polynomial, `polycoef`, of the second.
+    pub fn coupling(joint: &str, leader: &str) -> Self {
+        Element::new("joint").text("joint1", joint).text("joint2", leader)
     }
 
     /// Two bodies that never touch.
@@ -203,19 +221,23 @@ mod tests {
         let text = "  <body name=\"a&lt;&quot;&amp;\">\n    <!-- one- -two -->\n    \
                     <geom type=\"box\" size=\"0.1 2.0 1e-7\" pos=\"0.0 0.5 0.0\"/>\n  </body>\n";
         assert_eq!(lines.into_text(), text);
+        let mut one = Lines::at(3);
+        one.around("asset", Lines::default());
+        one.leaf(Element::new("mesh").text("name", "a\"'"));
+        assert_eq!(one.into_one_line(), "<asset></asset><mesh name='a&quot;&apos;'/>");
     }
 
     #[test]
     fn a_rounded_hull_reaches_its_rounding_beyond_every_point() {
-        let Element(text) = Element::mesh_of_hull("m", &[[1.0, 0.0, 0.0]], 0.5);
-        let numbers = text.split('"').nth(3).expect("vertices");
-        let numbers: Vec<f64> = numbers.split(' ').map(|x| x.parse().expect("a number")).collect();
+        let Element(text) = Element::new("mesh").hull(&[[1.0, 0.0, 0.0]], 0.5);
+        let numbers = text.split('"').nth(1).expect("vertices");
+        let numbers: Vec<f64> = numbers.split_whitespace().map(|x| x.parse().expect("a number")).collect();
         assert_eq!(numbers.len(), 26 * 3);
         for corner in numbers.as_chunks::<3>().0 {
             let way = Vec3::from_array(*corner) - Vec3::X;
             assert!((way.length() - 0.5).abs() < 1e-15, "{corner:?}");
         }
-        let Element(sharp) = Element::mesh_of_hull("m", &[[1.0, 0.0, 0.0]], 0.0);
-        assert!(sharp.ends_with("vertex=\"1.0 0.0 0.0\""), "{sharp}");
+        let Element(sharp) = Element::new("mesh").hull(&[[1.0, -0.0, 0.0]], 0.0);
+        assert!(sharp.ends_with("vertex=\"1.0 -0.0 0.0 \""), "{sharp}");
     }
 }

@@ -247,7 +247,7 @@ impl World {
     }
 
     /// The contacts of the hand with an object in the last step, and the hand's posture.
-    fn held<'py>(&self, py: Python<'py>, object: usize) -> PyResult<Bound<'py, PyDict>> {
+    fn held<'py>(&self, py: Python<'py>, object: usize) -> analysis::arrays::Answer<'py> {
         analysis::held(py, self.run.world(), object)
     }
 

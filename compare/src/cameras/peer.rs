@@ -3,10 +3,10 @@
 use super::scene::Scene;
 use crate::engine::mujoco::python;
 use anyhow::{Context, Result, bail, ensure};
+use palmares_models::mjcf::{Element, Lines};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_senses::camera::Intrinsics;
-use std::fmt::Write as _;
 use std::process::Command;
 
 const PROGRAM: &str = include_str!("../../python/mujoco_camera.py");
@@ -29,7 +29,7 @@ pub(super) struct Drawn {
 pub(super) fn draw(scene: &Scene, lens: &Intrinsics, repeats: usize) -> Result<Drawn> {
     let folder = tempfile::tempdir()?;
     let (document, depths) = (folder.path().join("scene.xml"), folder.path().join("depth.f32"));
-    std::fs::write(&document, mjcf(scene, lens)?)?;
+    std::fs::write(&document, mjcf(scene, lens))?;
     let output = Command::new(python())
         .args(["-c", PROGRAM])
         .arg(&document)
@@ -55,63 +55,44 @@ pub(super) fn draw(scene: &Scene, lens: &Intrinsics, repeats: usize) -> Result<D
     })
 }
 
-fn place(pose: &Pose) -> String {
-    let ([x, y, z], q) = (pose.translation.to_array(), pose.rotation);
-    format!("pos='{x:?} {y:?} {z:?}' quat='{:?} {:?} {:?} {:?}'", q.w, q.x, q.y, q.z)
-}
-
 /// Nothing moves. Roundings of boxes are left out, those of hulls are 26 corners about each point.
-fn mjcf(scene: &Scene, lens: &Intrinsics) -> Result<String> {
-    let (mut geoms, mut assets, mut hulls) = (String::new(), String::new(), 0);
-    for ((body, pose), color) in scene.bodies.iter().zip(&scene.poses).zip(&scene.colors) {
-        let [r, g, b] = color;
+fn mjcf(scene: &Scene, lens: &Intrinsics) -> String {
+    let (mut world, mut meshes, mut hulls) = (Lines::at(2), Lines::at(2), 0);
+    world.leaf(Element::new("light").text("pos", "0 0 3").text("castshadow", "false"));
+    for ((body, pose), [r, g, b]) in scene.bodies.iter().zip(&scene.poses).zip(&scene.colors) {
+        let mut leaf = |geom: Element, pose: Pose| {
+            world.leaf(geom.whole_pose(&pose).text("rgba", &format!("{r:?} {g:?} {b:?} 1")));
+        };
         if let (true, [(part, Shape::Box { half_extents, .. })]) = (body.endless, &body.parts[..]) {
-            let top = *pose * *part * Pose::from_translation(Vec3::Z * half_extents[2]);
-            write!(geoms, "<geom type='plane' size='0 0 1' {} rgba='{r:?} {g:?} {b:?} 1'/>", place(&top))?;
+            leaf(Element::plane(), *pose * *part * Pose::from_translation(Vec3::Z * half_extents[2]));
             continue;
         }
         for (part, shape) in &body.parts {
-            let size = match shape {
-                Shape::Sphere { radius } => format!("type='sphere' size='{radius:?}'"),
-                Shape::Capsule { radius, half_length } => {
-                    format!("type='capsule' size='{radius:?} {half_length:?}'")
-                }
-                Shape::Cylinder { radius, half_length } => {
-                    format!("type='cylinder' size='{radius:?} {half_length:?}'")
-                }
-                Shape::Box { half_extents: [x, y, z], .. } => format!("type='box' size='{x:?} {y:?} {z:?}'"),
-                Shape::Hull { points, rounding } => {
-                    hulls += 1;
-                    write!(assets, "<mesh name='hull{hulls}' vertex='")?;
-                    for p in corners(points, *rounding) {
-                        write!(assets, "{:?} {:?} {:?} ", p.x, p.y, p.z)?;
-                    }
-                    assets.push_str("'/>");
-                    format!("type='mesh' mesh='hull{hulls}'")
-                }
-            };
-            write!(geoms, "<geom {size} {} rgba='{r:?} {g:?} {b:?} 1'/>", place(&(*pose * *part)))?;
+            let geom = Element::geom_of_shape(shape, |points, rounding| {
+                hulls += 1;
+                let name = format!("hull{hulls}");
+                meshes.leaf(Element::new("mesh").text("name", &name).hull(points, rounding));
+                Element::geom_of_mesh(&name)
+            });
+            leaf(geom, *pose * *part);
         }
     }
     // Their cameras look along -z, with y up.
     let turned = Pose::from_rotation(Rotation::from_xyzw(1.0, 0.0, 0.0, 0.0));
     let fovy = 2.0 * (0.5 * f64::from(lens.height) / lens.fy).atan().to_degrees();
-    Ok(format!(
-        "<mujoco><visual><map znear='0.005' zfar='5'/><global offwidth='{}' offheight='{}'/>\
-         <quality shadowsize='0' offsamples='0'/></visual><statistic extent='1'/><asset>{assets}</asset><worldbody>\
-         <light pos='0 0 3' castshadow='false'/>{geoms}<camera name='camera' {} fovy='{fovy:?}'/></worldbody></mujoco>",
-        lens.width,
-        lens.height,
-        place(&(scene.camera.pose() * turned)),
-    ))
-}
-
-fn corners(points: &[[f64; 3]], rounding: f64) -> Vec<Vec3> {
-    let points = points.iter().map(|point| Vec3::from_array(*point));
-    if rounding == 0.0 {
-        return points.collect();
-    }
-    let about = |k: usize| Vec3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64) - Vec3::ONE;
-    let directions: Vec<Vec3> = (0..27).filter(|k| *k != 13).map(|k| about(k).normalize()).collect();
-    points.flat_map(|p| directions.iter().map(move |d| p + *d * rounding).collect::<Vec<_>>()).collect()
+    let camera = Element::new("camera").text("name", "camera").whole_pose(&(scene.camera.pose() * turned));
+    world.leaf(camera.number("fovy", fovy));
+    let mut out = Lines::default();
+    out.open(Element::new("mujoco"));
+    out.open(Element::new("visual"));
+    out.leaf(Element::new("map").text("znear", "0.005").text("zfar", "5"));
+    let size = Element::new("global").text("offwidth", &lens.width.to_string());
+    out.leaf(size.text("offheight", &lens.height.to_string()));
+    out.leaf(Element::new("quality").text("shadowsize", "0").text("offsamples", "0"));
+    out.close("visual");
+    out.leaf(Element::new("statistic").text("extent", "1"));
+    out.around("asset", meshes);
+    out.around("worldbody", world);
+    out.close("mujoco");
+    out.into_one_line()
 }

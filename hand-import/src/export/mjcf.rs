@@ -256,8 +256,8 @@ impl<'a> Writer<'a> {
         let mut out = Lines::at(2);
         for coupling in &self.draft.couplings {
             let coefficient = |k: usize| coupling.coefficients.get(k).copied().unwrap_or(0.0);
-            let polynomial = std::array::from_fn(coefficient);
-            out.leaf(Element::coupling(&coupling.joint, &coupling.leader, polynomial));
+            let coupled = Element::coupling(&coupling.joint, &coupling.leader);
+            out.leaf(coupled.numbers("polycoef", (0..5).map(coefficient)));
         }
         for pin in &self.hand.linkages {
             let [a, b] = pin.links.map(|link| self.hand.links[link].name.as_str());

@@ -1,8 +1,7 @@
 //! An arm that carries a hand: where its base is, and where the joints must be.
 
-use super::arrays::{Seven, numbers, pose, rows, seven, value_error};
+use super::arrays::{Answer, Part, Seven, answer, numbers, pose, rows, seven, value_error};
 use crate::lookup;
-use numpy::{PyArray1, PyArray2};
 use palmares_models::arm::Arm;
 use palmares_sim::arm::place;
 use pyo3::prelude::*;
@@ -37,7 +36,7 @@ impl ArmModel {
     }
 
     /// Least and largest position and largest speed of each joint: n × 3.
-    fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn limits<'py>(&self, py: Python<'py>) -> Answer<'py> {
         rows(py, self.arm.joints.iter().map(|joint| [joint.lower, joint.upper, joint.speed]))
     }
 
@@ -47,21 +46,16 @@ impl ArmModel {
     }
 
     /// Columns of the Jacobian: n × 6.
-    fn jacobian<'py>(&self, py: Python<'py>, q: Vec<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn jacobian<'py>(&self, py: Python<'py>, q: Vec<f64>) -> Answer<'py> {
         numbers("q", &q, self.arm.joints.len())?;
         let columns = self.arm.jacobian(&q).into_iter();
         rows(py, columns.map(|(v, w)| [v.x, v.y, v.z, w.x, w.y, w.z]))
     }
 
     /// Joints for a pose of the base, and how far it then is from it, m and rad.
-    fn inverse<'py>(
-        &self,
-        py: Python<'py>,
-        base: Seven,
-        start: Vec<f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, f64)> {
+    fn inverse<'py>(&self, py: Python<'py>, base: Seven, start: Vec<f64>) -> Answer<'py> {
         numbers("start", &start, self.arm.joints.len())?;
         let found = place(&self.arm, &start, pose("base", base)?);
-        Ok((PyArray1::from_slice(py, &found.q), found.gap_m, found.gap_rad))
+        answer!(py, found: {q, gap_m, gap_rad})
     }
 }

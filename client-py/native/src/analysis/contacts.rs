@@ -1,14 +1,12 @@
 //! Contacts as Python passes them, and the contacts of a world.
 
-use super::arrays::{numbers, rows, seven, value_error};
-use numpy::PyArray1;
+use super::arrays::{Answer, Part, answer, numbers, place_of, rows, value_error, word};
 use palmares_analysis::contact::{Contact, ContactModel, LinkContact, check_numbers, tangent};
 use palmares_analysis::world::held_object;
 use palmares_models::Vec3;
 use palmares_models::hand::Hand;
 use palmares_sim::World;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 /// `palmares.analysis.Contact`
 #[derive(FromPyObject)]
@@ -22,26 +20,16 @@ pub(crate) struct Given {
     arm: f64,
 }
 
-fn model(name: &str) -> Option<ContactModel> {
-    let all = [ContactModel::Frictionless, ContactModel::HardFinger, ContactModel::SoftFinger];
-    all.into_iter().find(|model| word(*model) == name)
-}
-
-fn word(model: ContactModel) -> &'static str {
-    match model {
-        ContactModel::Frictionless => "frictionless",
-        ContactModel::HardFinger => "hard_finger",
-        ContactModel::SoftFinger => "soft_finger",
-    }
-}
+const MODELS: [(&str, ContactModel); 3] = [
+    ("frictionless", ContactModel::Frictionless),
+    ("hard_finger", ContactModel::HardFinger),
+    ("soft_finger", ContactModel::SoftFinger),
+];
 
 impl Given {
     /// The contact in the frame in which it is given.
     pub(crate) fn contact(&self, index: usize) -> PyResult<Contact> {
-        let model = model(&self.model).ok_or_else(|| {
-            let wanted = "\"frictionless\", \"hard_finger\" or \"soft_finger\"";
-            value_error(format!("contact {index}: model: found {:?}; wanted {wanted}", self.model))
-        })?;
+        let model = word(&format!("contact {index}: model"), &self.model, &MODELS)?;
         numbers(&format!("contact {index}: point"), &self.point, 3)?;
         let normal = Vec3::from_array(self.normal).normalize();
         let tangent = match self.tangent.map(Vec3::from_array) {
@@ -56,14 +44,8 @@ impl Given {
 
     /// The contact on its link.
     pub(crate) fn on(&self, index: usize, hand: &Hand) -> PyResult<LinkContact> {
-        let link = hand.link(&self.link).ok_or_else(|| {
-            let names: Vec<&str> = hand.links.iter().map(|link| link.name.as_str()).collect();
-            value_error(format!(
-                "contact {index}: link: found {:?}; wanted one of {}",
-                self.link,
-                names.join(", ")
-            ))
-        })?;
+        let names = hand.links.iter().map(|link| &link.name);
+        let link = place_of(&format!("contact {index}: link"), &self.link, names)?;
         Ok(LinkContact { link, in_link: self.contact(index)? })
     }
 }
@@ -74,26 +56,27 @@ pub(crate) fn contacts(given: &[Given]) -> PyResult<Vec<Contact>> {
 }
 
 /// The contacts of a world's hand with an object: arrays, poses, and the posture.
-pub(crate) fn held<'py>(py: Python<'py>, world: &World, object: usize) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn held<'py>(py: Python<'py>, world: &World, object: usize) -> Answer<'py> {
     let Some(held) = held_object(world, object) else {
         return Err(value_error(format!("object: there is no object {object}")));
     };
     let links = world.model().hand().map(|hand| hand.links.as_slice()).unwrap_or_default();
-    let found = PyDict::new(py);
-    let contacts = &held.contacts;
-    let names: Vec<&str> = contacts.iter().map(|contact| links[contact.link].name.as_str()).collect();
-    found.set_item("links", names)?;
-    found.set_item("points", rows(py, contacts.iter().map(|c| c.in_link.point.to_array()))?)?;
-    found.set_item("normals", rows(py, contacts.iter().map(|c| c.in_link.normal.to_array()))?)?;
-    found.set_item("tangents", rows(py, contacts.iter().map(|c| c.in_link.tangent.to_array()))?)?;
-    found.set_item("models", contacts.iter().map(|c| word(c.in_link.model)).collect::<Vec<_>>())?;
-    found.set_item("frictions", contacts.iter().map(|c| c.in_link.friction).collect::<Vec<_>>())?;
-    found.set_item("arms", contacts.iter().map(|c| c.in_link.arm).collect::<Vec<_>>())?;
-    found.set_item("forces", rows(py, held.forces.iter().copied())?)?;
-    found.set_item("moments", PyArray1::from_slice(py, &held.moments))?;
-    found.set_item("base", PyArray1::from_slice(py, &seven(&held.base)))?;
-    found.set_item("object", PyArray1::from_slice(py, &seven(&held.object)))?;
-    found.set_item("q", PyArray1::from_slice(py, &held.q))?;
-    found.set_item("tension", PyArray1::from_slice(py, &held.tension))?;
-    Ok(found)
+    let contacts = || held.contacts.iter().map(|contact| &contact.in_link);
+    let models = contacts().filter_map(|contact| MODELS.iter().find(|(_, model)| *model == contact.model));
+    answer!(
+        py,
+        "links": held.contacts.iter().map(|contact| &links[contact.link].name).collect::<Vec<_>>(),
+        "points": rows(py, contacts().map(|contact| contact.point.to_array()))?,
+        "normals": rows(py, contacts().map(|contact| contact.normal.to_array()))?,
+        "tangents": rows(py, contacts().map(|contact| contact.tangent.to_array()))?,
+        "models": models.map(|(word, _)| *word).collect::<Vec<_>>(),
+        "frictions": contacts().map(|contact| contact.friction).collect::<Vec<_>>(),
+        "arms": contacts().map(|contact| contact.arm).collect::<Vec<_>>(),
+        "forces": rows(py, held.forces.iter().copied())?,
+        "moments": held.moments.part(py)?,
+        "base": held.base.part(py)?,
+        "object": held.object.part(py)?,
+        "q": held.q.part(py)?,
+        "tension": held.tension.part(py)?,
+    )
 }

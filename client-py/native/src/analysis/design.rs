@@ -1,6 +1,6 @@
 //! Variables and goals of a design as Python passes them.
 
-use super::arrays::{Matrix, matrix, value_error};
+use super::arrays::{Matrix, matrix, place_of};
 use palmares_analysis::design::{Goal, Parameter, Variable};
 use palmares_models::hand::Hand;
 use pyo3::prelude::*;
@@ -41,19 +41,14 @@ impl Variables {
     pub(crate) fn of(self, hand: &Hand) -> PyResult<Vec<Variable>> {
         let of = |given: GivenVariable| {
             let parameter = |(kind, tendon, coordinate, factor): (String, String, String, f64)| {
-                let names = hand.coordinates.iter().map(|c| c.name.as_str());
-                let index = hand.coordinate(&coordinate);
-                let c = index.ok_or_else(|| unknown("coordinate", &coordinate, names.collect()))?;
-                let parameter = match kind.as_str() {
-                    "arm" => {
-                        let names = hand.tendons.iter().map(|t| t.name.as_str());
-                        let index = hand.tendons.iter().position(|t| t.name == tendon);
-                        let tendon = index.ok_or_else(|| unknown("tendon", &tendon, names.collect()))?;
+                let c = place_of("coordinate", &coordinate, hand.coordinates.iter().map(|c| &c.name))?;
+                let parameter = match place_of("parameter", &kind, ["arm", "stiffness", "rest"].iter())? {
+                    0 => {
+                        let tendon = place_of("tendon", &tendon, hand.tendons.iter().map(|t| &t.name))?;
                         Parameter::Arm { tendon, coordinate: c }
                     }
-                    "stiffness" => Parameter::Stiffness(c),
-                    "rest" => Parameter::Rest(c),
-                    _ => return Err(unknown("parameter", &kind, vec!["arm", "stiffness", "rest"])),
+                    1 => Parameter::Stiffness(c),
+                    _ => Parameter::Rest(c),
                 };
                 Ok((parameter, factor))
             };
@@ -83,8 +78,4 @@ impl Goals<'_> {
         };
         self.0.iter().map(of).collect()
     }
-}
-
-fn unknown(what: &str, found: &str, known: Vec<&str>) -> PyErr {
-    value_error(format!("{what}: found {found:?}; wanted one of {}", known.join(", ")))
 }

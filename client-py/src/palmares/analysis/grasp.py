@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from palmares._native import HandModel
+from palmares._native import HandModel, quasistatic
 from palmares._native import contact_stiffness as native_contact_stiffness
 from palmares._native import ellipsoid as native_ellipsoid
 from palmares._native import force_closure as native_force_closure
@@ -16,7 +16,7 @@ from palmares._native import form_closure as native_form_closure
 from palmares._native import quality as native_quality
 from palmares._native import spaces as native_spaces
 from palmares.analysis.contacts import Array, Contact, Numbers, grasp_matrix
-from palmares.analysis.linear import LinearGrasp, LinearHand, Tendons, fixed, linear_grasp, linear_hand
+from palmares.analysis.linear import LinearGrasp, LinearHand, Tendons, fixed
 from palmares.reproducible import norms
 from palmares.views import Brief
 
@@ -109,8 +109,8 @@ class Grasp:
         self._hand, self.q, self.tension, self.object = hand, q, tension, np.array(object)
         self.G, self.J = found["G"], found["J"]
         self.forces = None if given is None else np.array(given)
-        self._hand_geometric: Array | None = found.get("hand_geometric")
-        self._object_geometric: Array | None = found.get("object_geometric")
+        self._hand_geometric: Array | None = found["hand_geometric"]
+        self._object_geometric: Array | None = found["object_geometric"]
         placed = zip(contacts, found["points"], found["normals"], found["tangents"], strict=True)
         self.contacts = tuple(Contact("", p, n, c.model, c.friction, c.arm, t) for c, p, n, t in placed)
         self.links = tuple(contact.link for contact in contacts)
@@ -118,7 +118,7 @@ class Grasp:
     def hand(self, tendons: Tendons = "compliant") -> LinearHand:
         """Return the linear behaviour of the hand in this posture; `tendons` as in `linear`."""
         found = self._hand.compliant(self.q, self.tension, fixed(tendons), self._hand_geometric)
-        return linear_hand(found)
+        return LinearHand(**found)
 
     def linear(
         self,
@@ -138,7 +138,8 @@ class Grasp:
         given = np.asarray(contact_stiffness, float)
         if given.ndim < 2:
             given = native_contact_stiffness(self.contacts, np.atleast_1d(given))
-        return linear_grasp(hand or self.hand(tendons), self.G, self.J, given, self._object_geometric)
+        hand = hand or self.hand(tendons)
+        return LinearGrasp(**quasistatic(hand, self.G, self.J, given, self._object_geometric))
 
     def form_closure(self, *, planar: bool = False) -> Closure:
         """Return whether the contacts hold the object without friction.

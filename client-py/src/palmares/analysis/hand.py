@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal, cast
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palmares._native import HandModel
-from palmares.analysis.contacts import Array, Contact, ContactModel, Numbers, pose_of
+from palmares.analysis.contacts import Array, Contact, Numbers, pose_of
 from palmares.analysis.design import Forces, Optimum, Postures, Variable
 from palmares.analysis.grasp import Grasp
-from palmares.analysis.linear import LinearHand, Tendons, fixed, linear_hand
+from palmares.analysis.linear import LinearHand, Tendons, fixed
 from palmares.arguments import one_of, table
 from palmares.reproducible import mean
 from palmares.sim import World
@@ -94,10 +94,7 @@ class Hand:
     def __init__(self, name: str) -> None:
         self._native = HandModel(str(name))
         self.name: str = self._native.name
-        self.links = tuple(self._native.links)
-        self.coordinates = tuple(self._native.coordinates)
-        self.tendons = tuple(self._native.tendons)
-        self.motors = tuple(self._native.motors)
+        self.links, self.coordinates, self.tendons, self.motors = map(tuple, self._native.names())
         self.q0, self.lower, self.upper = self._native.ranges()
 
     @property
@@ -117,7 +114,7 @@ class Hand:
     @property
     def K(self) -> Array:  # noqa: N802
         """Stiffness of each tendon, m."""
-        return np.array(self._native.tendon_stiffness())
+        return self._native.tendon_stiffness()
 
     def poses(self, q: Numbers, base: Numbers | None = None) -> Array:
         """Return the pose of every link in the world at coordinates q, links × 7."""
@@ -146,8 +143,6 @@ class Hand:
         """
         pose = pose_of("base", base)
         found = self._native.rest(self._sigma(sigma), pose, list(forces), list(held))
-        found["beyond_closed_form"] = tuple(found["beyond_closed_form"])
-        found["gaps"] = np.array(found["gaps"])
         return Rest(base=np.array(pose), **found)
 
     def rests(self, sigma: ArrayLike, *, base: Numbers | None = None) -> dict[str, Array]:
@@ -212,7 +207,7 @@ class Hand:
 
     def linear(self, rest: Rest, tendons: Tendons = "compliant") -> LinearHand:
         """Return the linear behaviour of the free hand at an equilibrium: synergies and stiffness."""
-        return linear_hand(self._native.compliant(rest.q, rest.tension, fixed(tendons), None))
+        return LinearHand(**self._native.compliant(rest.q, rest.tension, fixed(tendons), None))
 
     def grasp(
         self,
@@ -250,22 +245,8 @@ class Hand:
         base: Numbers | None = None,
     ) -> Closing:
         """Return the closing of the free hand from one σ to another, and the order of its joints."""
-        found = self._native.close(
-            pose_of("base", base), self._sigma(start), self._sigma(end), steps, list(fractions)
-        )
-        order = found["order"]
-        reached = np.full((len(order), len(fractions)), np.nan)
-        reached[order] = np.array(found["reached"], float).reshape(reached.shape)
-        travel = np.zeros(len(order))
-        travel[order] = found["travel"]
-        return Closing(
-            sigma=found["sigma"],
-            q=found["q"],
-            tension=found["tension"],
-            order=tuple(self.coordinates[k] for k in order),
-            travel=travel,
-            reached=reached,
-        )
+        ends = self._sigma(start), self._sigma(end)
+        return Closing(**self._native.close(pose_of("base", base), *ends, steps, list(fractions)))
 
     def ejection(
         self,
@@ -348,20 +329,8 @@ def held(world: World, object: str) -> Grasp:  # noqa: A002
 
     """
     found = world.held(object)
-    rows = zip(
-        found["links"],
-        found["points"],
-        found["normals"],
-        found["tangents"],
-        found["models"],
-        found["frictions"],
-        found["arms"],
-        strict=True,
-    )
-    contacts = [
-        Contact(link, point, normal, cast(ContactModel, model), friction, arm, tangent)
-        for link, point, normal, tangent, model, friction, arm in rows
-    ]
+    parts = ("links", "points", "normals", "models", "frictions", "arms", "tangents")
+    contacts = [Contact(*row) for row in zip(*(found[part] for part in parts), strict=True)]
     forces: list[float] = []
     for contact, force, moment in zip(contacts, found["forces"], found["moments"], strict=True):
         forces += [*force, moment] if contact.model == "soft_finger" else [*force]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
-from palmares._native import quasistatic
 from palmares._native import soft_synergies as native_soft_synergies
 from palmares.analysis.contacts import Array
 from palmares.views import Brief
@@ -91,29 +90,4 @@ def soft_synergies(synergies: Array, joint_stiffness: Array, synergy_stiffness: 
 
     Its inputs are the commands of z.
     """
-    found = native_soft_synergies(synergies, joint_stiffness, synergy_stiffness)
-    return LinearHand(**found, acting=tuple(range(found["motion"].shape[1])))
-
-
-def linear_hand(found: dict[str, Any]) -> LinearHand:
-    """Return the record of a compliant hand."""
-    found["acting"] = tuple(found["acting"])
-    return LinearHand(E=found.pop("springs"), **found)
-
-
-def linear_grasp(
-    hand: LinearHand, g: Array, j: Array, contact_stiffness: Array, object_geometric: Array | None
-) -> LinearGrasp:
-    """Return stiffness and maps of a hand with G, J, K_c and, for a grasp with forces, K_g."""
-    found = quasistatic(
-        hand.compliance,
-        hand.motion,
-        hand.tension,
-        hand.tension_per_torque,
-        hand.winding,
-        g,
-        j,
-        contact_stiffness,
-        object_geometric,
-    )
-    return LinearGrasp(**found)
+    return LinearHand(**native_soft_synergies(synergies, joint_stiffness, synergy_stiffness))

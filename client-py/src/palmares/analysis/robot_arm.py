@@ -84,10 +84,8 @@ class RobotArm:
             start: (n,), where the search begins; `RobotArm.start` when left out.
 
         """
-        q, gap_m, gap_rad = self._native.inverse(
-            pose_of("base", base), self._joints(self.start if start is None else start)
-        )
-        return Reached(q, gap_m, gap_rad)
+        joints = self._joints(self.start if start is None else start)
+        return Reached(**self._native.inverse(pose_of("base", base), joints))
 
     def _joints(self, q: ArrayLike) -> Sequence[float]:
         listed: list[float] = np.asarray(q, dtype=np.float64).ravel().tolist()

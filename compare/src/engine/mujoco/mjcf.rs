@@ -1,12 +1,12 @@
 //! The same scene as a MuJoCo model.
 
 use super::settings::{ARMATURE, BOXES, CONDIM, Settings};
-use palmares_models::hand::{HingeKind, Inertia, Link};
+use palmares_models::hand::{Hand, HingeKind, Inertia, Link};
+use palmares_models::mjcf::{Element, Lines};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::{Model, Owner, State};
-use std::fmt::Write;
 use std::sync::Arc;
 
 /// A fixed box this large in two directions, m, is a plane.
@@ -54,7 +54,8 @@ pub(super) struct Document {
     pub owners: Vec<Owner>,
 }
 
-/// A shape that has been written under the name `g` and its place in the list.
+/// A shape that is written under the name `g` and its place in the list.
+#[derive(Clone, Copy)]
 struct Written {
     owner: Owner,
     friction: f64,
@@ -73,8 +74,9 @@ struct Writer<'a> {
     written: Vec<Written>,
     hinges: Vec<HingeDof>,
     masters: Vec<Option<usize>>,
-    out: String,
-    assets: String,
+    bodies: Lines,
+    meshes: Lines,
+    hulls: usize,
 }
 
 /// Notes on all settings, for the report.
@@ -95,7 +97,8 @@ pub(super) fn notes() -> Vec<String> {
     .to_vec()
 }
 
-/// Writes the scene as it is in `state`.
+/// Writes the scene as it is in `state`. The identity of a scene hashes every byte of it ([`crate::scene_id`]): empty sections and double
+/// blanks stay, or outcomes that are kept do not count any more.
 pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Option<Document> {
     let config = model.config();
     let coordinates = model.hand().map_or(0, |hand| hand.coordinates.len());
@@ -108,69 +111,45 @@ pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Opt
         written: Vec::new(),
         hinges: Vec::new(),
         masters: vec![None; coordinates],
-        out: String::new(),
-        assets: String::new(),
+        bodies: Lines::at(2),
+        meshes: Lines::at(2),
+        hulls: 0,
     };
     w.furniture(state)?;
     w.hand(state)?;
     for (k, object) in model.objects().iter().enumerate() {
-        w.object(k, object, &state.objects[k])?;
+        w.object(k, object, &state.objects[k]);
     }
-    let world = std::mem::take(&mut w.out);
-    w.pairs();
-    w.constraints();
-    let g = config.gravity;
-    let sleep = if config.sleeping && model.hand().is_none() { "sleep='enable'" } else { "" };
-    let (options, flags, soft) = (settings.option(), settings.flags(), settings.contact());
-    let xml = format!(
-        "<mujoco model='palmares'>\
-         <compiler angle='radian' autolimits='false' inertiafromgeom='false'/>\
-         <option timestep='{}' {options} gravity='{}' sleep_tolerance='{}'><flag {flags} {sleep}/></option>\
-         <size memory='256M'/><default><geom {soft}/><pair {soft}/></default>\
-         <asset>{}</asset><worldbody>{world}</worldbody>{}</mujoco>",
-        config.step_s,
-        vector(g),
-        config.sleep_linear,
-        w.assets,
-        w.out,
-    );
+    let mut out = Lines::default();
+    out.open(Element::new("mujoco").text("model", "palmares"));
+    let compiler = Element::new("compiler").text("angle", "radian").text("autolimits", "false");
+    out.leaf(compiler.text("inertiafromgeom", "false"));
+    let option = Element::new("option").text("timestep", &config.step_s.to_string());
+    let option = option.attributes(&settings.option()).vector("gravity", config.gravity);
+    out.open(option.text("sleep_tolerance", &config.sleep_linear.to_string()));
+    let sleep = if config.sleeping && model.hand().is_none() { "sleep=\"enable\"" } else { "" };
+    out.leaf(Element::new("flag").attributes(&settings.flags()).attributes(sleep));
+    out.close("option");
+    out.leaf(Element::new("size").text("memory", "256M"));
+    out.open(Element::new("default"));
+    for tag in ["geom", "pair"] {
+        out.leaf(Element::new(tag).attributes(&settings.contact()));
+    }
+    out.close("default");
+    out.around("asset", std::mem::take(&mut w.meshes));
+    out.around("worldbody", std::mem::take(&mut w.bodies));
+    w.pairs(&mut out);
+    w.constraints(&mut out);
+    out.close("mujoco");
     let masters = w.masters.into_iter().collect::<Option<Vec<usize>>>()?;
     let owners = w.written.iter().map(|shape| shape.owner).collect();
-    Some(Document { xml, hinges: w.hinges, masters, owners })
-}
-
-fn vector(v: Vec3) -> String {
-    format!("{:?} {:?} {:?}", v.x, v.y, v.z)
-}
-
-fn place(pose: &Pose) -> String {
-    let q = pose.rotation;
-    format!("pos='{}' quat='{:?} {:?} {:?} {:?}'", vector(pose.translation), q.w, q.x, q.y, q.z)
-}
-
-fn inertial(inertia: &Inertia) -> String {
-    let i = inertia.about_com;
-    let (x, y, z) = (i.x_axis, i.y_axis, i.z_axis);
-    format!(
-        "<inertial pos='{}' mass='{:?}' fullinertia='{:?} {:?} {:?} {:?} {:?} {:?}'/>",
-        vector(inertia.com),
-        inertia.mass,
-        x.x,
-        y.y,
-        z.z,
-        x.y,
-        x.z,
-        y.z
-    )
+    Some(Document { xml: out.into_one_line(), hinges: w.hinges, masters, owners })
 }
 
 impl Writer<'_> {
-    /// A shape; `more` says how its surface is.
-    fn geom(&mut self, shape: &Shape, pose: &Pose, more: &str) -> Option<()> {
-        let (kind, size) = match shape {
-            Shape::Sphere { radius } => ("sphere", format!("{radius:?}")),
-            Shape::Capsule { radius, half_length } => ("capsule", format!("{radius:?} {half_length:?}")),
-            Shape::Cylinder { radius, half_length } => ("cylinder", format!("{radius:?} {half_length:?}")),
+    /// A shape with its surface.
+    fn shape(&mut self, shape: &Shape, pose: &Pose, surface: Written) {
+        let geom = match shape {
             Shape::Box { half_extents, rounding } if *rounding > 0.0 && self.rounded => {
                 let core = Vec3::from_array(*half_extents) - Vec3::splat(*rounding);
                 let corner = |k: u32| {
@@ -178,68 +157,62 @@ impl Writer<'_> {
                     (core * Vec3::from_array(signs)).to_array()
                 };
                 let corners: Vec<[f64; 3]> = (0..8).map(corner).collect();
-                return self.hull(&corners, *rounding, pose, more);
+                self.hull(&corners, *rounding)
             }
-            Shape::Box { half_extents, .. } => ("box", vector(Vec3::from_array(*half_extents))),
-            Shape::Hull { points, rounding } => return self.hull(points, *rounding, pose, more),
+            _ => Element::geom_of_shape(shape, |points, rounding| self.hull(points, rounding)),
         };
-        write!(self.out, "<geom type='{kind}' size='{size}' {} {more}/>", place(pose)).ok()
+        self.geom(geom, pose, surface);
     }
 
-    /// A hull; about each of its points a rounding becomes a ball of 26 corners. MuJoCo moves a mesh to its own
-    /// centre and principal axes, and the geom with it.
-    fn hull(&mut self, points: &[[f64; 3]], rounding: f64, pose: &Pose, more: &str) -> Option<()> {
-        let name = format!("hull{}", self.assets.matches("<mesh").count());
-        write!(self.assets, "<mesh name='{name}' inertia='convex' vertex='").ok()?;
-        for point in points.iter().map(|point| Vec3::from_array(*point)) {
-            if rounding == 0.0 {
-                write!(self.assets, "{} ", vector(point)).ok()?;
-                continue;
-            }
-            for k in (0..27).filter(|k| *k != 13) {
-                let direction = Vec3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64) - Vec3::ONE;
-                let at = point + direction.normalize() * rounding;
-                write!(self.assets, "{} ", vector(at)).ok()?;
-            }
-        }
-        write!(self.assets, "'/>").ok()?;
-        write!(self.out, "<geom type='mesh' mesh='{name}' {} {more}/>", place(pose)).ok()
+    /// A hull. MuJoCo moves a mesh to its own centre and principal axes, and the geom with it.
+    fn hull(&mut self, points: &[[f64; 3]], rounding: f64) -> Element {
+        let name = format!("hull{}", self.hulls);
+        self.hulls += 1;
+        let mesh = Element::new("mesh").text("name", &name).text("inertia", "convex");
+        self.meshes.leaf(mesh.hull(points, rounding));
+        Element::geom_of_mesh(&name)
     }
 
-    /// Name and surface of the next shape. MuJoCo takes the larger coefficient of two, or that of the one with
+    /// A geom with its name and its surface. MuJoCo takes the larger coefficient of two, or that of the one with
     /// priority: what is no object has the geometric mean with that of most objects.
-    fn surface(&mut self, owner: Owner, friction: f64, levers: Levers) -> String {
-        let name = format!("name='g{}'", self.written.len());
-        self.written.push(Written { owner, friction, levers });
-        match (owner, self.common) {
+    fn geom(&mut self, geom: Element, pose: &Pose, surface: Written) {
+        let geom = geom.whole_pose(pose).text("name", &format!("g{}", self.written.len()));
+        self.written.push(surface);
+        let geom = match (surface.owner, self.common) {
             (Owner::Static | Owner::Link(_), Some((of_objects, levers))) => {
-                let surface = surface((friction * of_objects).sqrt(), levers, self.condim);
-                format!("{name} priority='1' {surface}")
+                let mu = (surface.friction * of_objects).sqrt();
+                self.surface(geom.text("priority", "1"), &[mu], levers)
             }
-            _ => format!("{name} {}", surface(friction, levers, self.condim)),
-        }
+            _ => self.surface(geom, &[surface.friction], surface.levers),
+        };
+        self.bodies.leaf(geom);
+    }
+
+    /// `condim` and `friction`: sliding, then spin, then rolling once for each of sliding.
+    fn surface(&self, element: Element, sliding: &[f64], levers: Levers) -> Element {
+        let condim = levers.condim().max(self.condim);
+        let Levers { torsional, rolling } = levers.at_least(self.condim);
+        let rolling = vec![rolling; sliding.len()];
+        element
+            .text("condim", &condim.to_string())
+            .numbers("friction", [sliding, &[torsional], &rolling].concat())
     }
 
     /// The pairs that shapes of objects with another friction than most make.
-    fn pairs(&mut self) {
+    fn pairs(&self, out: &mut Lines) {
         let Some((common, _)) = self.common else { return };
         let differs = |shape: &Written| matches!(shape.owner, Owner::Object(_)) && shape.friction != common;
-        let mut out = String::from("<contact>");
+        out.open(Element::new("contact"));
         for (j, b) in self.written.iter().enumerate() {
             for (i, a) in self.written[..j].iter().enumerate() {
                 if a.owner != b.owner && (differs(a) || differs(b)) {
                     let (mu, levers) = ((a.friction * b.friction).sqrt(), a.levers.larger(b.levers));
-                    let condim = levers.condim().max(self.condim);
-                    let Levers { torsional, rolling } = levers.at_least(self.condim);
-                    out += &format!(
-                        "<pair geom1='g{i}' geom2='g{j}' condim='{condim}' \
-                         friction='{mu:?} {mu:?} {torsional:?} {rolling:?} {rolling:?}'/>"
-                    );
+                    let pair = Element::new("pair").text("geom1", &format!("g{i}"));
+                    out.leaf(self.surface(pair.text("geom2", &format!("g{j}")), &[mu, mu], levers));
                 }
             }
         }
-        self.out += &out;
-        self.out += "</contact>";
+        out.close("contact");
     }
 
     fn furniture(&mut self, state: &State) -> Option<()> {
@@ -249,10 +222,10 @@ impl Writer<'_> {
             if collider.owner != Owner::Static {
                 continue;
             }
-            let surface = self.surface(Owner::Static, collider.friction, Levers::default());
+            let surface = Written::hard(Owner::Static, collider.friction);
             let pose = collider.body_from_shape;
             if collider.shape.as_halfspace().is_some() {
-                write!(self.out, "<geom type='plane' size='0 0 1' {} {surface}/>", place(&pose)).ok()?;
+                self.geom(Element::plane(), &pose, surface);
             } else if let Some(cuboid) = collider.shape.as_cuboid() {
                 let half = cuboid.half_extents.to_array();
                 let thin = (0..3).min_by(|a, b| half[*a].total_cmp(&half[*b]))?;
@@ -264,11 +237,10 @@ impl Writer<'_> {
                 if wide {
                     let at = pose.translation + normal * half[thin];
                     let up = palmares_models::Rotation::from_rotation_arc(Vec3::Z, normal);
-                    let at = place(&Pose::from_parts(at, up));
-                    write!(self.out, "<geom type='plane' size='0 0 1' {at} {surface}/>").ok()?;
+                    self.geom(Element::plane(), &Pose::from_parts(at, up), surface);
                     continue;
                 }
-                self.geom(&Shape::Box { half_extents: half, rounding: 0.0 }, &pose, &surface)?;
+                self.shape(&Shape::Box { half_extents: half, rounding: 0.0 }, &pose, surface);
             } else {
                 // Furniture of other shapes than boxes is not in any scene; better refuse than approximate.
                 return None;
@@ -277,17 +249,17 @@ impl Writer<'_> {
         Some(())
     }
 
-    fn object(&mut self, k: usize, object: &Object, pose: &Pose) -> Option<()> {
-        write!(self.out, "<body name='object{k}' {}><freejoint/>", place(pose)).ok()?;
+    fn object(&mut self, k: usize, object: &Object, pose: &Pose) {
+        self.bodies.open(Element::new("body").text("name", &format!("object{k}")).whole_pose(pose));
+        self.bodies.leaf(Element::new("freejoint"));
         let inertia = Inertia { mass: object.mass, com: Vec3::ZERO, about_com: object.inertia };
-        self.out += &inertial(&inertia);
+        self.bodies.leaf(Element::inertial(&inertia));
         for (at, shape) in &object.parts {
             let central = Pose::from_parts(at.translation - object.com, at.rotation);
-            let surface = self.surface(Owner::Object(k), object.friction, Levers::of(object));
-            self.geom(shape, &central, &surface)?;
+            let (owner, levers) = (Owner::Object(k), Levers::of(object));
+            self.shape(shape, &central, Written { owner, friction: object.friction, levers });
         }
-        self.out += "</body>";
-        Some(())
+        self.bodies.close("body");
     }
 
     fn hand(&mut self, state: &State) -> Option<()> {
@@ -304,10 +276,10 @@ impl Writer<'_> {
         } else {
             hinges.iter().fold(Pose::IDENTITY, |pose, hinge| pose * hinge.parent_from_hinge)
         };
-        let float = if hand.gravity_compensation { "gravcomp='1'" } else { "" };
-        write!(self.out, "<body name='link{index}' {} {float}>", place(&at)).ok()?;
+        let body = Element::new("body").text("name", &format!("link{index}")).whole_pose(&at);
+        self.bodies.open(body.attributes(if hand.gravity_compensation { "gravcomp=\"1\"" } else { "" }));
         if link.parent.is_none() {
-            self.base_joints(world_from_base)?;
+            self.base_joints(world_from_base);
         }
         let mut frame = Pose::IDENTITY;
         for hinge in hinges {
@@ -317,32 +289,31 @@ impl Writer<'_> {
             let here = at.inverse() * frame;
             self.joint(coordinate, hinge.kind, &here, hinge.axis, hinge.ratio, hinge.offset)?;
         }
-        self.out += &inertial(&link.inertia);
+        self.bodies.leaf(Element::inertial(&link.inertia));
         for geom in &link.geoms {
-            let surface = self.surface(Owner::Link(index), geom.friction, Levers::default());
-            self.geom(&geom.shape, &geom.link_from_geom, &surface)?;
+            self.shape(&geom.shape, &geom.link_from_geom, Written::hard(Owner::Link(index), geom.friction));
         }
         for child in 0..hand.links.len() {
             if hand.links[child].parent == Some(index) {
                 self.link(child, world_from_base)?;
             }
         }
-        self.out += "</body>";
+        self.bodies.close("body");
         Some(())
     }
 
-    fn base_joints(&mut self, world_from_base: &Pose) -> Option<()> {
+    fn base_joints(&mut self, world_from_base: &Pose) {
         match Base::of(self.model) {
-            Base::None | Base::Bolted => Some(()),
-            Base::Free => write!(self.out, "<freejoint/>").ok(),
+            Base::None | Base::Bolted => {}
+            Base::Free => self.bodies.leaf(Element::new("freejoint")),
             Base::Servo => {
                 for kind in ["slide", "hinge"] {
                     for (k, axis) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().enumerate() {
-                        let axis = vector(world_from_base.rotation.inverse() * axis);
-                        write!(self.out, "<joint name='{kind}{k}' type='{kind}' axis='{axis}'/>").ok()?;
+                        let joint =
+                            Element::new("joint").text("name", &format!("{kind}{k}")).text("type", kind);
+                        self.bodies.leaf(joint.vector("axis", world_from_base.rotation.inverse() * axis));
                     }
                 }
-                Some(())
             }
         }
     }
@@ -362,36 +333,30 @@ impl Writer<'_> {
         };
         let index = self.hinges.len();
         self.hinges.push(HingeDof { coordinate, ratio, offset });
-        let (at, axis) = (vector(here.translation), vector(here.rotation * axis));
-        write!(self.out, "<joint name='j{index}' type='{kind}' pos='{at}' axis='{axis}'").ok()?;
+        let mut out = Element::new("joint").text("name", &format!("j{index}")).text("type", kind);
+        out = out.vector("pos", here.translation).vector("axis", here.rotation * axis);
         if let Some(armature) = self.settings.get(ARMATURE) {
-            write!(self.out, " armature='{armature}'").ok()?;
+            out = out.text("armature", armature);
         }
         if self.masters[coordinate].is_none() && ratio != 0.0 {
             self.masters[coordinate] = Some(index);
             let c = &self.model.hand()?.coordinates[coordinate];
             let square = ratio * ratio;
-            let rest = ratio * c.rest + offset;
-            write!(
-                self.out,
-                " stiffness='{:?}' springref='{rest:?}' damping='{:?}'",
-                c.stiffness / square,
-                c.damping / square
-            )
-            .ok()?;
+            out = out.number("stiffness", c.stiffness / square).number("springref", ratio * c.rest + offset);
+            out = out.number("damping", c.damping / square);
             let ends = [ratio * c.lower + offset, ratio * c.upper + offset];
             if ends.iter().all(|x| x.abs() < 100.0) {
-                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-                let limit = self.settings.limits();
-                write!(self.out, " limited='true' range='{low:?} {high:?}' {limit}").ok()?;
+                let range = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+                out = out.text("limited", "true").numbers("range", range).attributes(&self.settings.limits());
             }
         }
-        write!(self.out, "/>").ok()
+        self.bodies.leaf(out);
+        Some(())
     }
 
     /// Everything behind the bodies: filters, couplings, tendons, actuators.
-    fn constraints(&mut self) {
-        let Some(hand) = self.model.hand().cloned() else { return };
+    fn constraints(&self, out: &mut Lines) {
+        let Some(hand) = self.model.hand() else { return };
         let allowed = |a: usize, b: usize| {
             self.model.self_pairs().iter().any(|(x, y)| {
                 let owners =
@@ -399,63 +364,65 @@ impl Writer<'_> {
                 owners == [Owner::Link(a), Owner::Link(b)] || owners == [Owner::Link(b), Owner::Link(a)]
             })
         };
-        let mut out = String::from("<contact>");
+        out.open(Element::new("contact"));
         for a in 0..hand.links.len() {
             for b in a + 1..hand.links.len() {
                 let shapes = !hand.links[a].geoms.is_empty() && !hand.links[b].geoms.is_empty();
                 if shapes && !allowed(a, b) {
-                    out += &format!("<exclude body1='link{a}' body2='link{b}'/>");
+                    out.leaf(Element::exclude(&format!("link{a}"), &format!("link{b}")));
                 }
             }
         }
-        out += "</contact><equality>";
+        out.close("contact");
+        out.open(Element::new("equality"));
         for (i, hinge) in self.hinges.iter().enumerate() {
             let Some(m) = self.masters[hinge.coordinate].filter(|m| *m != i) else { continue };
             let slope = hinge.ratio / self.hinges[m].ratio;
             let shift = hinge.offset - slope * self.hinges[m].offset;
-            out += &format!(
-                "<joint joint1='j{i}' joint2='j{m}' polycoef='{shift:?} {slope:?} 0 0 0' {}/>",
-                self.settings.coupling()
-            );
+            let coupled = Element::coupling(&format!("j{i}"), &format!("j{m}"));
+            let coupled = coupled.text("polycoef", &format!("{shift:?} {slope:?} 0 0 0"));
+            out.leaf(coupled.attributes(&self.settings.coupling()));
         }
-        out += "</equality><tendon>";
-        for (t, tendon) in hand.tendons.iter().enumerate() {
-            out += &format!("<fixed name='t{t}'>");
-            for &(c, r) in &tendon.moment_arms {
-                if let Some(m) = self.masters[c] {
-                    out += &format!("<joint joint='j{m}' coef='{:?}'/>", r / self.hinges[m].ratio);
-                }
-            }
-            out += "</fixed>";
-        }
-        out += "</tendon><actuator>";
-        let gains = |on: String, k: f64, d: f64, low: f64, high: f64| {
-            format!(
-                "<general {on} gainprm='{k:?}' biastype='affine' biasprm='0 {:?} {:?}' forcelimited='true' \
-                 forcerange='{low:?} {high:?}'/>",
-                -k, -d
-            )
+        out.close("equality");
+        self.tendons(hand, out);
+    }
+
+    /// Tendons, and the actuators of base and tendons.
+    fn tendons(&self, hand: &Hand, out: &mut Lines) {
+        let (mut tendons, mut actuators) = (Lines::at(2), Lines::at(2));
+        let servo = |on: &str, name: &str, k: f64, d: f64| {
+            let servo = Element::new("general").text(on, name).number("gainprm", k);
+            servo.text("biastype", "affine").text("biasprm", &format!("0 {:?} {:?}", -k, -d))
         };
         if Base::of(self.model) == Base::Servo {
             let s = &self.model.config().base;
-            for k in 0..3 {
-                let limit = s.force_limit.min(1e9);
-                out += &gains(format!("joint='slide{k}'"), s.stiffness, s.damping, -limit, limit);
-            }
-            for k in 0..3 {
-                let (stiffness, damping) = (s.angular_stiffness, s.angular_damping);
-                let limit = s.torque_limit.min(1e9);
-                out += &gains(format!("joint='hinge{k}'"), stiffness, damping, -limit, limit);
+            for (kind, k, d, limit) in [
+                ("slide", s.stiffness, s.damping, s.force_limit.min(1e9)),
+                ("hinge", s.angular_stiffness, s.angular_damping, s.torque_limit.min(1e9)),
+            ] {
+                for axis in 0..3 {
+                    let servo = servo("joint", &format!("{kind}{axis}"), k, d).text("forcelimited", "true");
+                    actuators.leaf(servo.numbers("forcerange", [-limit, limit]));
+                }
             }
         }
         for (t, tendon) in hand.tendons.iter().enumerate() {
-            out += &format!(
-                "<general tendon='t{t}' gainprm='{:?}' biastype='affine' biasprm='0 {:?} {:?}'/>",
-                tendon.stiffness, -tendon.stiffness, -tendon.damping
-            );
+            let name = format!("t{t}");
+            let arm =
+                |&(c, r): &(usize, f64)| self.masters[c].map(|m| (format!("j{m}"), r / self.hinges[m].ratio));
+            let arms = tendon.moment_arms.iter().filter_map(arm);
+            tendons.fixed(Element::new("fixed").text("name", &name), arms);
+            actuators.leaf(servo("tendon", &name, tendon.stiffness, tendon.damping));
         }
-        out += "</actuator>";
-        self.out += &out;
+        out.around("tendon", tendons);
+        out.around("actuator", actuators);
+    }
+}
+
+impl Written {
+    /// The surface of what has friction against sliding alone.
+    fn hard(owner: Owner, friction: f64) -> Self {
+        Written { owner, friction, levers: Levers::default() }
     }
 }
 
@@ -497,12 +464,6 @@ fn common(objects: &[Arc<Object>]) -> Option<(f64, Levers)> {
     let as_many = |object: &&Arc<Object>| objects.iter().filter(|o| o.friction == object.friction).count();
     let most = objects.iter().rev().max_by_key(as_many)?;
     Some((most.friction, levers))
-}
-
-fn surface(friction: f64, levers: Levers, least: u32) -> String {
-    let condim = levers.condim().max(least);
-    let Levers { torsional, rolling } = levers.at_least(least);
-    format!("condim='{condim}' friction='{friction:?} {torsional:?} {rolling:?}'")
 }
 
 #[cfg(test)]

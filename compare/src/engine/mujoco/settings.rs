@@ -81,7 +81,7 @@ impl Settings {
     }
 
     fn attributes(&self, of: &[&str], ending: &str) -> String {
-        let attribute = |key: &&str| Some(format!("{key}{ending}='{}'", self.get(key)?));
+        let attribute = |key: &&str| Some(format!("{key}{ending}=\"{}\"", self.get(key)?));
         of.iter().filter_map(attribute).collect::<Vec<_>>().join(" ")
     }
 
@@ -108,7 +108,7 @@ impl Settings {
     /// Attributes of the couplings of rolling joints.
     pub(super) fn coupling(&self) -> String {
         let value = |option: &str| self.get(option).unwrap_or_default();
-        format!("solref='{}' solimp='{}'", value(COUPLING_SOLREF), value(COUPLING_SOLIMP))
+        format!("solref=\"{}\" solimp=\"{}\"", value(COUPLING_SOLREF), value(COUPLING_SOLIMP))
     }
 }
 
