@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// Repeats and output of the measurement.
 #[derive(Args, Debug)]
-pub struct Options {
+pub struct CameraOptions {
     /// Write the table to this file as well.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -53,7 +53,7 @@ fn apart(picture: &GBuffer, depth: &[f32]) -> (f64, f64) {
 ///
 /// # Errors
 /// A scene cannot be built, or the file cannot be written.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &CameraOptions) -> Result<()> {
     let mut table = String::from(
         "| scene, camera | pixels | depth and bodies, ms | depth and colours, ms | stereo errors, ms more \
          | MuJoCo: depth, ms | and bodies, ms | depth and colours, ms | depths apart: median, beyond 5 mm |\n\

@@ -1,7 +1,7 @@
 //! A built-in hand that was exported and imported again has the same equilibria under pushes.
 
 use palmares_hand_import::export::{Target, export};
-use palmares_hand_import::{Options, import};
+use palmares_hand_import::{ImportOptions, import};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{LoadOptions, hand};
@@ -29,7 +29,7 @@ fn exported_hands_have_the_same_equilibrium_under_ten_pushes() {
             let (folder, back) =
                 (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
             export(&original.name, target).expect("exported").write(folder.path(), true).expect("written");
-            let imported = import(folder.path(), &Options::default()).expect("imported");
+            let imported = import(folder.path(), &ImportOptions::default()).expect("imported");
             imported.write(back.path(), true).expect("written");
             let copy = hand(back.path(), &LoadOptions::default()).expect("loads").hand;
             for k in 0..10 {

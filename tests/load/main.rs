@@ -24,7 +24,7 @@ type Error = Box<dyn std::error::Error + Send + Sync>;
 
 /// Opens realtime runs and reports how the server keeps up.
 #[derive(Parser, Clone, Debug)]
-struct Options {
+struct LoadTestOptions {
     /// The server's control socket
     #[arg(long, default_value = "ws://127.0.0.1:8080/v1/control")]
     url: String,
@@ -162,7 +162,7 @@ fn read_replay(path: &Path) -> Result<Arc<Replay>, Error> {
     Ok(Arc::new(palmares_replay::read(&bytes).map_err(|error| format!("{}: {error}", path.display()))?))
 }
 
-async fn play(options: Options, number: u64, part: Part) -> Result<Course, Error> {
+async fn play(options: LoadTestOptions, number: u64, part: Part) -> Result<Course, Error> {
     let mut course = Course::default();
     let mut client = Client::connect(&options.url).await?;
     client.send(&json!({"op": "hello", "id": 1, "client": format!("load {number}")})).await?;
@@ -206,7 +206,7 @@ async fn play(options: Options, number: u64, part: Part) -> Result<Course, Error
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Error> {
-    let options = Options::parse();
+    let options = LoadTestOptions::parse();
     let replays: Vec<_> = options.replay.iter().map(|path| read_replay(path)).collect::<Result<_, _>>()?;
     let mut sessions = Vec::new();
     for number in 0..options.sessions {

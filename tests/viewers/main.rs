@@ -21,7 +21,7 @@ type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
 /// Opens viewers on one run and reports what they cost.
 #[derive(Parser, Clone, Debug)]
-struct Options {
+struct ViewerTestOptions {
     /// The server
     #[arg(long, default_value = "ws://127.0.0.1:8080")]
     url: String,
@@ -77,7 +77,7 @@ async fn computed(url: &str) -> Result<[f64; 3], Error> {
 }
 
 /// Moves the hand about among the objects, by the clock, until told to end.
-async fn play(options: Options, end: Arc<AtomicBool>) -> Result<(), Error> {
+async fn play(options: ViewerTestOptions, end: Arc<AtomicBool>) -> Result<(), Error> {
     let mut socket = connect(&format!("{}/v1/control", options.url), "palmares.v1.json").await?;
     let send = |request: Value| Message::text(request.to_string());
     socket.send(send(json!({"op": "hello", "id": 1, "client": "viewers"}))).await?;
@@ -111,7 +111,7 @@ struct Sent {
     frames: AtomicU64,
 }
 
-async fn view(options: Options, sent: Arc<Sent>) -> Result<(), Error> {
+async fn view(options: ViewerTestOptions, sent: Arc<Sent>) -> Result<(), Error> {
     let protocol = if options.json { "palmares.v1.json" } else { "palmares.v1.bin" };
     let mut socket = connect(&format!("{}/v1/watch", options.url), protocol).await?;
     let request = json!({"op": "subscribe", "id": 1, "featured": true, "overlays": options.overlays});
@@ -133,7 +133,7 @@ async fn view(options: Options, sent: Arc<Sent>) -> Result<(), Error> {
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Error> {
-    let options = Options::parse();
+    let options = ViewerTestOptions::parse();
     if options.only_watch {
         let crowd = (0..options.viewers).map(|_| view(options.clone(), Arc::default()));
         futures_util::future::try_join_all(crowd).await?;

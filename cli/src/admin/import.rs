@@ -22,7 +22,7 @@ const TOKEN_LENGTH: usize = 85;
 
 /// Options of the import.
 #[derive(Args, Debug)]
-pub(crate) struct ImportOptions {
+pub(crate) struct TeamImportOptions {
     /// The CSV file
     file: PathBuf,
 
@@ -70,8 +70,8 @@ impl Step {
 }
 
 /// Adds the teams of the file.
-pub(crate) fn import(client: &Client, options: &ImportOptions, as_json: bool) -> anyhow::Result<()> {
-    let ImportOptions { file, tokens, reason } = options;
+pub(crate) fn import(client: &Client, options: &TeamImportOptions, as_json: bool) -> anyhow::Result<()> {
+    let TeamImportOptions { file, tokens, reason } = options;
     let bytes = fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
     let (rows, mut problems) = rows(&bytes);
     let teams: Vec<Value> = rows.iter().map(|row| json!({"team": row.team, "label": row.label})).collect();

@@ -2,7 +2,7 @@
 
 use crate::lookup;
 use palmares_models::hand::{Hand, Uncertain};
-use palmares_tasks::training::{ActionErrors, Options, Quantity, Shaper};
+use palmares_tasks::training::{ActionErrors, Quantity, Shaper, TrainingOptions};
 use palmares_tasks::{HandDraw, Noise, Outcome, Reason, Run, Seed, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -32,7 +32,7 @@ enum Randomise {
 
 /// The options as runs use them.
 pub(crate) struct Training {
-    pub(crate) options: Options,
+    pub(crate) options: TrainingOptions,
     shaping: bool,
     discount: Option<f64>,
 }
@@ -40,7 +40,7 @@ pub(crate) struct Training {
 impl Training {
     /// The chosen options, checked for a task, a hand and sensors.
     pub(crate) fn of(asked: Option<Asked>, task: &Task, hand: &Hand, noise: Noise) -> PyResult<Self> {
-        let options = Options::none(task);
+        let options = TrainingOptions::none(task);
         let Some(asked) = asked else {
             return Ok(Training { options, shaping: false, discount: None });
         };
@@ -101,7 +101,7 @@ impl Training {
 }
 
 /// The numbers of a hand that these options draw, or what is given in their place, in the run of a seed.
-pub(crate) fn drawn_of(options: &Options, hand: &Hand, seed: Seed) -> Vec<f64> {
+pub(crate) fn drawn_of(options: &TrainingOptions, hand: &Hand, seed: Seed) -> Vec<f64> {
     let given = |entry: &&Uncertain| options.given().hand.get(&entry.name).copied();
     let drawn = options.hand().numbers(hand, seed).into_iter();
     let entries = options.hand().entries(hand);

@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// Scenes, extent and output of a search.
 #[derive(Args, Clone, Debug)]
-pub struct Options {
+pub struct SearchOptions {
     /// Engines, by commas.
     #[arg(long, value_delimiter = ',', default_value = "mujoco,rapier")]
     engines: Vec<String>,
@@ -60,7 +60,7 @@ pub struct Options {
 ///
 /// # Errors
 /// Unknown names, an engine that is missing, or a file that cannot be written.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &SearchOptions) -> Result<()> {
     ensure!(options.steps_ms.iter().all(|step| *step > 0.0 && *step <= 100.0), "a step is out of range");
     ensure!(options.starts > 0 && options.grasps > 0, "at least one start and one grasp are needed");
     let plays = Mutex::new(Plays::open(&options.runs)?);
@@ -83,7 +83,7 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// Writes what is known so far; a search takes long.
-fn publish(options: &Options, found: &[Found]) -> Result<()> {
+fn publish(options: &SearchOptions, found: &[Found]) -> Result<()> {
     let table = Table::new(Record::now("search")?, options.steps_ms.clone(), found.to_vec());
     fs::create_dir_all(&options.out).with_context(|| format!("cannot create {}", options.out.display()))?;
     fs::write(options.out.join("search.json"), serde_json::to_string(&table)? + "\n")?;
@@ -92,7 +92,7 @@ fn publish(options: &Options, found: &[Found]) -> Result<()> {
 
 /// The search on one engine in one scene.
 struct Search<'a> {
-    options: &'a Options,
+    options: &'a SearchOptions,
     scene: &'a Scene,
     version: &'a str,
     begin: Instant,

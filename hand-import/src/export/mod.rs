@@ -12,7 +12,7 @@ use crate::decision::Log;
 use crate::error::ImportError;
 use crate::format::Format;
 use crate::imported::Imported;
-use crate::options::Options;
+use crate::options::ImportOptions;
 use crate::read;
 use crate::source::Source;
 
@@ -46,7 +46,7 @@ pub fn export(hand: &str, target: Target) -> Result<Imported, ImportError> {
 /// # Errors
 /// The source gives no hand.
 pub fn from_source(source: &Source, target: Target) -> Result<Imported, ImportError> {
-    let options = Options::default();
+    let options = ImportOptions::default();
     let (file, format) = source.description(None)?;
     let (draft, mut log) = read::read(source, &file, format, &options)?;
     let hand = complete::complete(draft, source, &options, &mut log);
@@ -72,7 +72,7 @@ fn written(
     source: &Source,
     file: &Path,
 ) -> Result<(BTreeMap<PathBuf, Vec<u8>>, Loaded), ImportError> {
-    let files = crate::write(hand, log, format, &Options::default());
+    let files = crate::write(hand, log, format, &ImportOptions::default());
     let archive =
         Files::Archive { file: source.display(file), folder: PathBuf::new(), entries: files.clone() };
     let loaded = from_files(archive, None, &LoadOptions::default())?;

@@ -45,7 +45,7 @@ fn garbage_is_refused_or_a_problem() {
             let doubled = format!("{cut}{cut}{}", String::from_utf8_lossy(&text.as_bytes()[k..]));
             for changed in [cut, doubled] {
                 let source = Source::new(&[("claw.xml", &changed)]);
-                if let Ok(imported) = import(&source.path("claw.xml"), &Options::default()) {
+                if let Ok(imported) = import(&source.path("claw.xml"), &ImportOptions::default()) {
                     every_decision_is_a_comment(&imported);
                 }
             }
@@ -67,6 +67,6 @@ fn a_robot_of_very_many_links_is_refused_at_once() {
     let source = Source::new(&[("claw.urdf", &format!("<robot name='r'>{links}{joints}</robot>"))]);
     let refusal = source.refusal("claw.urdf");
     assert!(refusal.contains("6000 links and 5999 joints") && refusal.contains("--root"), "{refusal}");
-    let options = Options { root: Some("l5000".to_owned()), ..Options::default() };
+    let options = ImportOptions { root: Some("l5000".to_owned()), ..ImportOptions::default() };
     has(&source.import_with("claw.urdf", &options), Kind::Taken, "robot", "1 of 6000 links");
 }

@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use palmares_hand_import::decision::Kind;
-use palmares_hand_import::{Imported, Options, import};
+use palmares_hand_import::{ImportOptions, Imported, import};
 use palmares_models::hand::Hand;
 use palmares_models::read::{LoadOptions, hand};
 
@@ -40,17 +40,17 @@ impl Source {
     }
 
     fn import(&self, path: &str) -> Imported {
-        self.import_with(path, &Options::default())
+        self.import_with(path, &ImportOptions::default())
     }
 
-    fn import_with(&self, path: &str, options: &Options) -> Imported {
+    fn import_with(&self, path: &str, options: &ImportOptions) -> Imported {
         let imported = import(&self.path(path), options).unwrap_or_else(|error| panic!("{error}"));
         every_decision_is_a_comment(&imported);
         imported
     }
 
     fn refusal(&self, path: &str) -> String {
-        import(&self.path(path), &Options::default()).expect_err("refused").to_string()
+        import(&self.path(path), &ImportOptions::default()).expect_err("refused").to_string()
     }
 }
 

@@ -258,7 +258,7 @@ fn a_servo_hand_goes_through_mjcf_and_back() {
     let text = String::from_utf8(exported.files[Path::new("hand.xml")].clone()).expect("text");
     // MuJoCo clamps the force of an actuator before its implicit step: damping is the tendon's.
     assert!(text.contains("biasprm=\"-1.5 -3.0 0\"") && text.contains("damping=\"0.1\""), "{text}");
-    let again = loaded(&import(out.path(), &Options::default()).expect("imported"));
+    let again = loaded(&import(out.path(), &ImportOptions::default()).expect("imported"));
     assert_eq!(again.motors.len(), 2);
     for (a, b) in hand.tendons.iter().zip(&again.tendons) {
         assert_eq!(

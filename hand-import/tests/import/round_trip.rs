@@ -95,7 +95,7 @@ fn an_exported_built_in_hand_comes_back_from_urdf_and_mjcf() {
                 (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
             let exported = export(&original.name, target).expect("exported");
             exported.write(folder.path(), true).expect("written");
-            let imported = import(folder.path(), &Options::default()).expect("imported");
+            let imported = import(folder.path(), &ImportOptions::default()).expect("imported");
             let problems: Vec<_> = imported.problems().collect();
             assert!(problems.is_empty(), "{} {target:?}: {problems:?}", original.name);
             imported.write(back.path(), true).expect("written");
@@ -120,7 +120,7 @@ fn an_imported_built_in_hand_has_the_closed_form_of_the_original() {
     assert!(folders.len() >= 3, "{folders:?}");
     for folder in folders {
         let out = tempfile::tempdir().expect("a folder");
-        let imported = import(&folder, &Options::default()).expect("imported");
+        let imported = import(&folder, &ImportOptions::default()).expect("imported");
         let problems: Vec<_> = imported.problems().collect();
         assert!(problems.is_empty(), "{}: {problems:?}", folder.display());
         imported.write(out.path(), true).expect("written");
@@ -148,7 +148,10 @@ fn friction_of_joints_goes_along_and_that_of_cables_is_named() {
     let alone = tempfile::tempdir().expect("a folder");
     std::fs::write(alone.path().join("hand.xml"), text).expect("written");
     let back = tempfile::tempdir().expect("a folder");
-    import(alone.path(), &Options::default()).expect("imported").write(back.path(), true).expect("written");
+    import(alone.path(), &ImportOptions::default())
+        .expect("imported")
+        .write(back.path(), true)
+        .expect("written");
     let copy = hand(back.path(), &LoadOptions::default()).expect("loads").hand;
     let friction: Vec<f64> = copy.coordinates.iter().map(|c| c.friction).collect();
     assert_eq!(friction, [0.0, 0.01, 0.0, 0.0]);

@@ -89,9 +89,9 @@ fn several_robots_are_listed_and_one_is_chosen() {
         Source::new(&[("urdf/left.urdf", &text), ("urdf/right.urdf", &text), ("mesh.xml", "<mesh/>")]);
     let refusal = source.refusal("");
     assert!(refusal.contains("--robot") && refusal.contains("left.urdf (URDF)"), "{refusal}");
-    let options = Options { robot: Some("right".to_owned()), ..Options::default() };
+    let options = ImportOptions { robot: Some("right".to_owned()), ..ImportOptions::default() };
     assert!(source.import_with("", &options).description.ends_with("urdf/right.urdf"));
-    let none = Options { robot: Some("middle".to_owned()), ..Options::default() };
+    let none = ImportOptions { robot: Some("middle".to_owned()), ..ImportOptions::default() };
     let error = import(&source.path(""), &none).expect_err("refused").to_string();
     assert!(error.contains("no robot 'middle'") && error.contains("urdf/left.urdf"), "{error}");
 }
@@ -243,7 +243,7 @@ fn pictures_become_collision_shapes_when_asked() {
     let text = finger("").replace("collision>", "visual>");
     let source = Source::new(&[("claw.urdf", &text)]);
     has(&source.import("claw.urdf"), Kind::Problem, "robot", "--visual-as-collision");
-    let options = Options { visual_as_collision: true, ..Options::default() };
+    let options = ImportOptions { visual_as_collision: true, ..ImportOptions::default() };
     let imported = source.import_with("claw.urdf", &options);
     no_problems(&imported);
     assert_eq!(loaded(&imported).links[1].geoms.len(), 1);
@@ -252,7 +252,7 @@ fn pictures_become_collision_shapes_when_asked() {
 #[test]
 fn a_drafted_hand_has_a_commented_table_for_every_coordinate() {
     let source = Source::new(&[("claw.urdf", &finger("")), ("hand.toml", "name = \"other\"\n")]);
-    let options = Options { template: true, name: Some("mine".to_owned()), ..Options::default() };
+    let options = ImportOptions { template: true, name: Some("mine".to_owned()), ..ImportOptions::default() };
     let imported = source.import_with("claw.urdf", &options);
     let text = String::from_utf8(imported.files[Path::new("hand.toml")].clone()).expect("text");
     assert!(
@@ -363,14 +363,14 @@ fn the_hand_of_an_arm_is_taken_by_its_root() {
         <transmission name='t'><type>transmission_interface/SimpleTransmission</type><joint name='tip'/><actuator name='m'/></transmission>";
     let arm = &format!("{arm}{SIMPLE}");
     let source = Source::new(&[("claw.urdf", &finger(arm)), ("hand.toml", "servo_joints = \"all\"\n")]);
-    let options = Options { root: Some("palm".to_owned()), ..Options::default() };
+    let options = ImportOptions { root: Some("palm".to_owned()), ..ImportOptions::default() };
     let imported = source.import_with("claw.urdf", &options);
     no_problems(&imported);
     has(&imported, Kind::Taken, "robot", "3 of 4 links");
     has(&imported, Kind::Dropped, "hand.toml", "whole robot");
     let hand = loaded(&imported);
     assert_eq!((hand.links[0].name.as_str(), hand.links.len(), hand.motors.len()), ("palm", 3, 2));
-    let none = Options { root: Some("hand".to_owned()), ..Options::default() };
+    let none = ImportOptions { root: Some("hand".to_owned()), ..ImportOptions::default() };
     let error = import(&source.path("claw.urdf"), &none).expect_err("refused").to_string();
     assert!(error.contains("no link 'hand'") && error.contains("palm, proximal, distal, arm"), "{error}");
 }
@@ -425,7 +425,7 @@ fn a_leader_whose_picture_touches_keeps_leading() {
     let (left, right) = (joint("lj", "l", 0.04, ""), joint("rj", "r", -0.04, "<mimic joint='lj'/>"));
     let text = format!("<robot name='claw'>{}{}{}{left}{right}</robot>", link("palm"), link("l"), link("r"));
     let source = Source::new(&[("claw.urdf", &picture(&text))]);
-    let options = Options { visual_as_collision: true, ..Options::default() };
+    let options = ImportOptions { visual_as_collision: true, ..ImportOptions::default() };
     let hand = loaded(&source.import_with("claw.urdf", &options));
     assert_eq!(hand.coordinates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["lj"]);
     assert_eq!(hand.links.iter().filter(|link| link.joint.is_some()).count(), 2);

@@ -20,7 +20,7 @@ use crate::shape::hull::few_points;
 
 /// Options of a decomposition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Options {
+pub struct DecompositionOptions {
     /// Largest number of pieces.
     pub pieces: u32,
     /// Voxels along the longest side.
@@ -58,7 +58,7 @@ const TRIES: usize = 8;
 /// is called.
 pub fn decompose(
     mesh: &TriangleMesh,
-    options: Options,
+    options: DecompositionOptions,
     tell: &mut dyn FnMut(Stage),
 ) -> Result<Vec<Vec<Vec3>>, PiecesError> {
     let flat = || PiecesError::Flat { triangles: mesh.triangles.len() };

@@ -6,7 +6,7 @@ use super::meshes::{Corners, cells, cup, ell, inside_out, mug, stl, torus, turne
 use crate::Vec3;
 use crate::error::{LoadWarning, ModelError};
 use crate::object::Object;
-use crate::pieces::{Options, TriangleMesh, compare, decompose};
+use crate::pieces::{DecompositionOptions, TriangleMesh, compare, decompose};
 use crate::read::{self, Files, LoadOptions, OwnObject, tells_of_filled_hollows};
 use crate::shape::Shape;
 
@@ -135,7 +135,8 @@ fn rounding_is_bounded_and_0_keeps_the_corners() {
 fn an_object_of_pieces_has_mass_properties_within_the_error_that_was_told() {
     for corners in [torus(0.04, 0.01, 48), mug(), ell(), inside_out(&ell())] {
         let mesh = TriangleMesh::new(&corners);
-        let pieces = decompose(&mesh, Options { pieces: 32, resolution: 48 }, &mut |_| ()).unwrap();
+        let pieces =
+            decompose(&mesh, DecompositionOptions { pieces: 32, resolution: 48 }, &mut |_| ()).unwrap();
         let fit = compare(&mesh, &pieces).unwrap();
         let (mut parts, mut meshes) = (String::new(), Vec::new());
         for (k, points) in pieces.iter().enumerate() {

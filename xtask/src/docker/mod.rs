@@ -30,7 +30,7 @@ const HEALTHY_WITHIN: Duration = Duration::from_secs(90);
 const STOPPED_WITHIN: Duration = Duration::from_secs(45);
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct DockerOptions {
     /// Put cargo's build of the program into the image instead of compiling within it.
     #[arg(long)]
     prebuilt: bool,
@@ -44,7 +44,7 @@ pub(crate) struct Options {
 }
 
 /// `cargo xtask docker`. A missing engine is an error here.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &DockerOptions) -> Result<()> {
     let environment = Environment::prepare()?;
     let prebuilt = || match &options.program {
         // The commands run in other folders.

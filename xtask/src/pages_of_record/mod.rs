@@ -15,7 +15,7 @@ use std::time::Instant;
 use tools::Tools;
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct RecordPagesOptions {
     /// Name the parts, their usual hours and what is finished with the present engine; measure nothing.
     #[arg(long)]
     list: bool,
@@ -31,7 +31,7 @@ pub(crate) struct Options {
 }
 
 /// Runs the parts that are not finished with the present engine; a part that fails does not keep the others from being made.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
     let parts = chosen(declared::parts()?, &options.only)?;
     let tools = Tools::new(options.quick)?;
     let mut state = State::read(&tools.folder, options.quick)?;

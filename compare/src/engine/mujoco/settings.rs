@@ -1,7 +1,7 @@
 //! Named settings of MuJoCo. They follow the chapters "Modeling" (solver parameters, preventing slip, tuning)
 //! and "Computation" (integrators) of its documentation, version 4.0. An option has the name of its MJCF attribute.
 
-use crate::engine::option_set::{Dimension, Options};
+use crate::engine::option_set::{Dimension, EngineOptions};
 use anyhow::{Result, bail};
 
 /// MuJoCo's options, by the names of their MJCF attributes; what is not named keeps MuJoCo's default.
@@ -12,7 +12,7 @@ pub struct Settings {
     /// Description, with the reason for the values.
     pub about: &'static str,
     /// Of an option that is named twice the last value counts.
-    pub(super) options: Options,
+    pub(super) options: EngineOptions,
 }
 
 /// Attributes of `<option>`.
@@ -63,7 +63,7 @@ impl Settings {
         &self,
         name: &'static str,
         about: &'static str,
-        changes: Options,
+        changes: EngineOptions,
     ) -> Result<Self> {
         let known = OPTION.iter().chain(&FLAG).chain(&CONTACT).chain(&OTHER);
         for (key, _) in changes {
@@ -177,7 +177,7 @@ pub const SETTINGS: &[Settings] = &[
     },
 ];
 
-const DEFAULT: Options = &[
+const DEFAULT: EngineOptions = &[
     ("integrator", "discrete"),
     ("cone", "elliptic"),
     ("impratio", "1"),

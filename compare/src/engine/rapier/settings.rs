@@ -1,6 +1,6 @@
 //! Named settings of rapier. An option has the name of its field in `IntegrationParameters`.
 
-use crate::engine::option_set::{Dimension, Options};
+use crate::engine::option_set::{Dimension, EngineOptions};
 use anyhow::{Context, Result, bail};
 use palmares_bench::engine::RIGID;
 use palmares_sim::Model;
@@ -38,7 +38,7 @@ pub struct Settings {
     hand: Effort,
     free: Effort,
     /// Options that are changed last.
-    pub(in crate::engine) changes: Options,
+    pub(in crate::engine) changes: EngineOptions,
 }
 
 const COULOMB: FrictionModel = FrictionModel::Coulomb;
@@ -140,7 +140,7 @@ impl Settings {
         &self,
         name: &'static str,
         about: &'static str,
-        changes: Options,
+        changes: EngineOptions,
     ) -> Result<Self> {
         let mut tried = IntegrationParameters::default();
         for (option, value) in changes {

@@ -6,13 +6,13 @@ use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::task::Task;
 use crate::training::ActionErrors;
-use crate::training::{Options, open};
+use crate::training::{TrainingOptions, open};
 use palmares_models::hand::Hand;
 
 fn run(actions: ActionErrors) -> Run {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
     let hand = Hand::builtin("softhand").expect("built in");
-    let options = Options::none(&task).action_errors(actions).expect("in bounds");
+    let options = TrainingOptions::none(&task).action_errors(actions).expect("in bounds");
     open(&task, &hand, Seed::from_u64(1), Noise::None, &options).expect("a scene")
 }
 
@@ -44,7 +44,7 @@ fn a_late_action_arrives_after_its_delay_also_in_a_continued_run() {
 #[test]
 fn delays_fill_their_range_and_errors_have_their_deviation() {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
-    let options = |actions| Options::none(&task).action_errors(actions).expect("in bounds");
+    let options = |actions| TrainingOptions::none(&task).action_errors(actions).expect("in bounds");
     let drawn: std::collections::BTreeSet<u32> = (0..40)
         .map(|seed| {
             let options = options(ActionErrors { delay: [1, 4], noise: 0.0 });
