@@ -64,9 +64,9 @@ pub struct Link {
     /// `None` if the source states none.
     pub inertial: Option<Inertial>,
     /// Shapes that touch.
-    pub collisions: Vec<Part>,
+    pub collisions: Vec<LinkShape>,
     /// Shapes for pictures.
-    pub visuals: Vec<Part>,
+    pub visuals: Vec<LinkShape>,
     /// Coulomb coefficient between two surfaces of this kind.
     pub friction: Option<f64>,
 }
@@ -84,7 +84,7 @@ pub struct Inertial {
 
 /// A shape at its place on a link.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct LinkShape {
     /// In the link's frame.
     pub origin: Origin,
     /// The shape.

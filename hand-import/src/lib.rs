@@ -54,7 +54,7 @@ pub fn mesh_triangles(path: &Path) -> Result<Vec<[palmares_models::Vec3; 3]>, Im
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors
-/// The source gives no hand at all. Smaller faults are decisions of kind [`decision::Kind::Problem`].
+/// The source gives no hand at all. Smaller faults are decisions of kind [`decision::DecisionKind::Problem`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     import_source(&Source::open(path)?, options)
 }

@@ -1,7 +1,7 @@
 //! `palmares hand import` and `hand new`: a published hand becomes a folder with hand.urdf, hand.toml and meshes.
 
 use clap::Args;
-use palmares_hand_import::decision::{Decision, Kind};
+use palmares_hand_import::decision::{Decision, DecisionKind};
 use palmares_hand_import::error::ImportError;
 use palmares_hand_import::{ImportOptions, Imported, import};
 use palmares_protocol::text::printable;
@@ -145,17 +145,17 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let description = hand.description.display().to_string();
     let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), printable(&description));
     for (kind, title) in [
-        (Kind::Taken, "Taken in other words"),
-        (Kind::Guessed, "Guessed"),
-        (Kind::Dropped, "Dropped"),
-        (Kind::Problem, "Problems"),
+        (DecisionKind::Taken, "Taken in other words"),
+        (DecisionKind::Guessed, "Guessed"),
+        (DecisionKind::Dropped, "Dropped"),
+        (DecisionKind::Problem, "Problems"),
     ] {
         let found: Vec<&Decision> = hand.decisions.iter().filter(|decision| decision.kind == kind).collect();
         if found.is_empty() {
             continue;
         }
         let _ = writeln!(out, "\n{title}: {}", found.len());
-        let most = if all || kind == Kind::Problem { found.len() } else { SHOWN };
+        let most = if all || kind == DecisionKind::Problem { found.len() } else { SHOWN };
         for decision in found.iter().take(most) {
             let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
             let line = format!("{file}: {}: {}", decision.element, decision.text);

@@ -121,38 +121,40 @@ fn target(phase: f64, time_s: f64) -> Action {
 }
 
 /// What a session does.
-enum Part {
+enum SessionRole {
     Plough { phase: f64 },
     Repeat(Arc<Replay>),
 }
 
-impl Part {
+impl SessionRole {
     fn task(&self) -> &str {
         match self {
-            Part::Plough { .. } => "balls",
-            Part::Repeat(replay) => &replay.header.task,
+            SessionRole::Plough { .. } => "balls",
+            SessionRole::Repeat(replay) => &replay.header.task,
         }
     }
 
     fn hand(&self) -> &str {
         match self {
-            Part::Plough { .. } => "softhand",
-            Part::Repeat(replay) => &replay.header.hand,
+            SessionRole::Plough { .. } => "softhand",
+            SessionRole::Repeat(replay) => &replay.header.hand,
         }
     }
 
     fn seed(&self) -> Option<u64> {
         match self {
-            Part::Plough { phase } => Some(*phase as u64),
-            Part::Repeat(replay) => replay.header.seed_number,
+            SessionRole::Plough { phase } => Some(*phase as u64),
+            SessionRole::Repeat(replay) => replay.header.seed_number,
         }
     }
 
     /// The action after this tick. None after the last tick of the replay.
     fn action(&self, tick: u64) -> Option<Action> {
         match self {
-            Part::Plough { phase } => Some(target(*phase, tick as f64 * 0.01)),
-            Part::Repeat(replay) => replay.actions.get(tick as usize).map(|recorded| recorded.action.clone()),
+            SessionRole::Plough { phase } => Some(target(*phase, tick as f64 * 0.01)),
+            SessionRole::Repeat(replay) => {
+                replay.actions.get(tick as usize).map(|recorded| recorded.action.clone())
+            }
         }
     }
 }
@@ -162,7 +164,7 @@ fn read_replay(path: &Path) -> Result<Arc<Replay>, Error> {
     Ok(Arc::new(palmares_replay::read(&bytes).map_err(|error| format!("{}: {error}", path.display()))?))
 }
 
-async fn play(options: LoadTestOptions, number: u64, part: Part) -> Result<Course, Error> {
+async fn play(options: LoadTestOptions, number: u64, part: SessionRole) -> Result<Course, Error> {
     let mut course = Course::default();
     let mut client = Client::connect(&options.url).await?;
     client.send(&json!({"op": "hello", "id": 1, "client": format!("load {number}")})).await?;
@@ -211,8 +213,8 @@ async fn main() -> Result<(), Error> {
     let mut sessions = Vec::new();
     for number in 0..options.sessions {
         let part = match replays.len() {
-            0 => Part::Plough { phase: number as f64 },
-            count => Part::Repeat(replays[number as usize % count].clone()),
+            0 => SessionRole::Plough { phase: number as f64 },
+            count => SessionRole::Repeat(replays[number as usize % count].clone()),
         };
         sessions.push(tokio::spawn(play(options.clone(), number, part)));
         // Real teams do not come in the same moment.

@@ -1,7 +1,7 @@
 //! SoftHand grasps: close 0.5 s, lift 0.1 m in 1.5 s, hold 2 s, shake ±3 cm at 3 Hz for 2 s.
 
 use super::case::{Case, Finding};
-use super::grasp_scene::{Lie, Scene, before};
+use super::grasp_scene::{GraspStart, Lie, before};
 use super::setup::{Setup, moved, ramp, steps};
 use crate::case_report::{Figure, Invariants};
 use crate::engine::Engine;
@@ -262,7 +262,7 @@ pub fn scene(
         // Friction of a pair is the geometric mean.
         pedestal_friction: ON_PEDESTAL.powi(2) / GLOVE,
     };
-    let Scene { model, state, start } = before(&Arc::new(hand), config, &lie)?;
+    let GraspStart { model, state, start } = before(&Arc::new(hand), config, &lie)?;
     Ok((model, state, start))
 }
 

@@ -2,7 +2,7 @@
 
 use super::line::Line;
 use super::models::{models, root};
-use super::pages::{Part, RecordError, parts};
+use super::pages::{RecordError, RecordPart, parts};
 use super::stamp::Record;
 use anyhow::{Context, Result, ensure};
 use palmares_tasks::identity;
@@ -37,7 +37,7 @@ pub fn text() -> Result<String> {
     let mut text = HEAD.to_owned();
     let parts = parts();
     text += "## Parts\n\n| part | what | usual hours on two cores | pages |\n|---|---|---|---|\n";
-    for Part { name, about, hours, by_hand, pages, .. } in &parts {
+    for RecordPart { name, about, hours, by_hand, pages, .. } in &parts {
         let hours = if *by_hand { "by hand".to_owned() } else { hours.to_string() };
         let shown = |page: &String| if root().join(page).exists() { link(page) } else { page.clone() };
         let pages: Vec<String> = pages.iter().map(shown).collect();

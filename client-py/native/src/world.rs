@@ -30,8 +30,8 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// A world, which answers the requests `step`, `perturb` and `stop` of the protocol as a server's session does, in
 /// MessagePack.
-#[pyclass(module = "palmares._native")]
-pub(crate) struct World {
+#[pyclass(name = "World", module = "palmares._native")]
+pub(crate) struct PyWorld {
     run: Run,
     number: u64,
     sensing: Sensing,
@@ -71,7 +71,7 @@ struct Unfinished {
 }
 
 #[pymethods]
-impl World {
+impl PyWorld {
     #[new]
     #[pyo3(signature = (task, hand, seed, sensing, noise, training=None, parameters=None))]
     #[allow(clippy::too_many_arguments)]
@@ -104,7 +104,7 @@ impl World {
         let history = Some(History::default());
         let shaper = training.shaper(&run);
         let (pushes, shaping, outcome) = (Vec::new(), 0.0, None);
-        Ok(World {
+        Ok(PyWorld {
             run,
             number,
             sensing,
@@ -225,8 +225,8 @@ impl World {
     }
 
     /// Another world that continues from here on its own.
-    fn fork(&self, py: Python<'_>) -> World {
-        World {
+    fn fork(&self, py: Python<'_>) -> PyWorld {
+        PyWorld {
             run: self.run.fork(),
             number: self.number,
             sensing: self.sensing,
@@ -418,7 +418,7 @@ impl World {
     }
 }
 
-impl World {
+impl PyWorld {
     fn obs(&self, id: u64, observation: Observation) -> Obs {
         let run_id = self.run_id.clone();
         Obs {

@@ -2,7 +2,7 @@
 
 use super::climb::{Climb, Score};
 use super::page;
-use super::plays::{End, GRASPS, Play, Plays, Scene, Wanted};
+use super::plays::{End, GRASPS, Play, Plays, SearchScene, Wanted};
 use super::table::{Found, Set, Table};
 use crate::engine::{EngineKind, mujoco, rapier};
 use anyhow::{Context, Result, ensure};
@@ -66,7 +66,7 @@ pub fn run(options: &SearchOptions) -> Result<()> {
     let plays = Mutex::new(Plays::open(&options.runs)?);
     let mut found = Vec::new();
     for case in &options.cases {
-        let scene = Scene::new(case, options.starts, options.grasps)?;
+        let scene = SearchScene::new(case, options.starts, options.grasps)?;
         for engine in &options.engines {
             let kind = EngineKind::from_names(engine, None)?;
             let version = match kind {
@@ -93,7 +93,7 @@ fn publish(options: &SearchOptions, found: &[Found]) -> Result<()> {
 /// The search on one engine in one scene.
 struct Search<'a> {
     options: &'a SearchOptions,
-    scene: &'a Scene,
+    scene: &'a SearchScene,
     version: &'a str,
     begin: Instant,
 }

@@ -18,7 +18,7 @@ use std::path::Path;
 pub(super) const GRASPS: &str = "grasps";
 
 /// A scene of a search, and how it can be played.
-pub(super) struct Scene {
+pub(super) struct SearchScene {
     /// Name of a case, or [`GRASPS`].
     pub name: String,
     /// Starts of the case, or drawn grasps.
@@ -26,7 +26,7 @@ pub(super) struct Scene {
     identity: String,
 }
 
-impl Scene {
+impl SearchScene {
     /// A case from its first starts, or so many grasps of each drawn family.
     ///
     /// # Errors
@@ -43,13 +43,13 @@ impl Scene {
                     hash.push(scene_id::of_trial(trial)?);
                 }
             }
-            return Ok(Scene { name, plays, identity: scene_id::of_all(&hash) });
+            return Ok(SearchScene { name, plays, identity: scene_id::of_all(&hash) });
         }
         let case = cases::all()
             .find(|case| case.name == name)
             .with_context(|| format!("there is no case `{name}`"))?;
         let play = |start| Task::Case { name: name.clone(), reference_dt_s: None, start };
-        Ok(Scene { plays: (0..starts).map(play).collect(), identity: scene_id::of_case(case).0, name })
+        Ok(SearchScene { plays: (0..starts).map(play).collect(), identity: scene_id::of_case(case).0, name })
     }
 
     /// Number of plays at one step.
@@ -144,7 +144,7 @@ impl Plays {
 /// A play that a search wants.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
-    pub scene: &'a Scene,
+    pub scene: &'a SearchScene,
     pub number: usize,
     pub kind: EngineKind,
     pub version: &'a str,

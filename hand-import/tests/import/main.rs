@@ -12,7 +12,7 @@ mod xacro;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use palmares_hand_import::decision::Kind;
+use palmares_hand_import::decision::DecisionKind;
 use palmares_hand_import::{ImportOptions, Imported, import};
 use palmares_models::hand::Hand;
 use palmares_models::read::{LoadOptions, hand};
@@ -73,7 +73,7 @@ fn loaded(imported: &Imported) -> Hand {
 }
 
 #[track_caller]
-fn has(imported: &Imported, kind: Kind, element: &str, text: &str) {
+fn has(imported: &Imported, kind: DecisionKind, element: &str, text: &str) {
     let found = imported.decisions.iter().any(|decision| {
         decision.kind == kind && decision.element.contains(element) && decision.text.contains(text)
     });

@@ -52,7 +52,7 @@ fn arguments_have_a_name_and_a_value() {
     let error = import(&source().path("urdf/claw.urdf.xacro"), &options).expect_err("refused").to_string();
     assert!(error.contains("--arg 'upper=1'; valid: NAME:=VALUE"), "{error}");
     let urdf = Source::new(&[("claw.urdf", &finger(""))]);
-    has(&urdf.import_with("claw.urdf", &options), Kind::Dropped, "--arg", "the file is URDF");
+    has(&urdf.import_with("claw.urdf", &options), DecisionKind::Dropped, "--arg", "the file is URDF");
 }
 
 #[test]

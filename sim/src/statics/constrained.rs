@@ -3,7 +3,7 @@
 use crate::command::Push;
 use crate::config::Config;
 use crate::statics::drives::wound_slowly;
-use crate::statics::energy::{PointConstraint, Reaction, Scene};
+use crate::statics::energy::{PointConstraint, Reaction, StaticsProblem};
 use crate::statics::loose::loose;
 use crate::statics::prediction::solve_wound;
 use crate::statics::rest::{Equilibrium, NoPrediction};
@@ -36,10 +36,10 @@ pub fn solve_constrained(
         return Err(NoPrediction::Loose(loose.to_owned()));
     }
     let s_ref = wound_slowly(hand, sigma, |s_ref| solve_wound(config, hand, base, s_ref, &[]))?;
-    let scene = Scene { config, hand, base, s_ref: &s_ref, pushes, holds };
-    let q = scene.minimum()?;
-    let reactions = scene.reactions(&scene.kinematics(&q));
-    Ok(ConstrainedEquilibrium { equilibrium: scene.equilibrium(q), reactions })
+    let problem = StaticsProblem { config, hand, base, s_ref: &s_ref, pushes, holds };
+    let q = problem.minimum()?;
+    let reactions = problem.reactions(&problem.kinematics(&q));
+    Ok(ConstrainedEquilibrium { equilibrium: problem.equilibrium(q), reactions })
 }
 
 #[cfg(test)]

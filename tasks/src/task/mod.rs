@@ -10,7 +10,7 @@ mod rules;
 mod training;
 mod variation;
 
-pub(crate) use objects::Kind;
+pub(crate) use objects::DrawableObject;
 pub(crate) use rules::REST_SPEED;
 pub(crate) use variation::Variation;
 
@@ -24,8 +24,8 @@ pub use given::Given;
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
 pub use rules::{
-    Aim, AnyReferee, Arrange, Collect, Goal, GoalInfo, Hold, HoldPoints, RefereeState, RuleKind, Rules,
-    Target, Within,
+    Aim, AnyReferee, Arrange, Collect, Destination, Goal, GoalInfo, Hold, HoldPoints, RefereeState, RuleKind,
+    Rules, Within,
 };
 pub use training::{
     Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,

@@ -150,7 +150,7 @@ pub(crate) enum Way {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Target {
+pub(crate) enum ActuatorTarget {
     Joint(usize),
     Tendon(usize),
 }
@@ -158,7 +158,7 @@ pub(crate) enum Target {
 #[derive(Clone, Debug)]
 pub(crate) struct Actuator {
     pub(crate) name: String,
-    pub(crate) target: Target,
+    pub(crate) target: ActuatorTarget,
     pub(crate) spec: ActuatorSpec,
     pub(crate) element: Element,
 }

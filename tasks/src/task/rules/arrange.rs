@@ -2,7 +2,7 @@
 
 use super::goal::Goal;
 use super::goal_info::GoalInfo;
-use super::kind::{Aim, RuleKind, Target};
+use super::kind::{Aim, Destination, RuleKind};
 use super::limits::{REST_SPEED, settle_s};
 use crate::observation::Event;
 use crate::referee::space::{Corners, away, contains};
@@ -85,9 +85,9 @@ impl RuleKind for Arrange {
         let index = |name: &str| names.iter().position(|known| known == name);
         let aims = self.goals.iter().filter_map(|goal| {
             let within = goal.within.as_ref().and_then(|within| {
-                Some(Target::Box { object: index(&within.object)?, min: within.min, max: within.max })
+                Some(Destination::Box { object: index(&within.object)?, min: within.min, max: within.max })
             });
-            let target = within.or_else(|| goal.inside.as_deref().map(Target::Region));
+            let target = within.or_else(|| goal.inside.as_deref().map(Destination::Region));
             Some(Aim { object: index(&goal.object)?, point: goal.point, target })
         });
         aims.collect()

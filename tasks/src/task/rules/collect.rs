@@ -1,7 +1,7 @@
 //! Rules `collect`: objects move from one region to another.
 
 use super::goal_info::GoalInfo;
-use super::kind::{Aim, RuleKind, Target};
+use super::kind::{Aim, Destination, RuleKind};
 use super::limits::{REST_SPEED, points, settle_s};
 use crate::observation::Event;
 use crate::referee::space::{Corners, away, contains};
@@ -49,7 +49,7 @@ impl RuleKind for Collect {
     }
 
     fn aims(&self, objects: &Objects) -> Vec<Aim<'_>> {
-        let target = Some(Target::Region(&self.goal));
+        let target = Some(Destination::Region(&self.goal));
         (0..objects.count).map(|object| Aim { object, point: None, target: target.clone() }).collect()
     }
 
